@@ -18,13 +18,13 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 
 
 def find_browser() -> str | None:
-    """Path of a Chromium, None where there is none; the variable CHROMIUM names another one."""
+    """Path of a Chromium, None if there is none; the variable CHROMIUM names another one."""
     named = os.environ.get("CHROMIUM")
     return named or next((path for name in NAMES if (path := shutil.which(name))), None)
 
 
 def _high_pipe() -> tuple[int, int]:
-    """A pipe whose descriptors are none of those that the browser gets."""
+    """A pipe whose descriptors differ from all of those that the browser gets."""
     import fcntl
 
     low = os.pipe()

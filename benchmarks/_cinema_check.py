@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cinema Specification D (version 1.2) by hand: its own reading of RFC 4180, of types and of files.
+"""Check of Cinema Specification D (version 1.2), with its own reading of RFC 4180, of types and of files.
 
-It shares no code with the writer; it is what ``explore-page`` and the tests hold data.csv against. pycinema, which
-needs Qt, is asked in a process of its own: the variable PYCINEMA_PYTHON names a Python that has it.
+It shares no code with the writer; ``explore-page`` and the tests check data.csv with it. pycinema, which needs Qt, runs
+in a separate process: the variable PYCINEMA_PYTHON names a Python with it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ print(json.dumps({'header': table[0], 'rows': table[1:], 'shapes': shapes}))
 
 
 def parse(text: str) -> list[list[str | None]]:
-    """Records of RFC 4180 text, None where a field is empty. Raises ValueError where the text is none."""
+    """Records of RFC 4180 text, None if a field is empty. Raises ValueError if the text is none."""
     records: list[list[str | None]] = []
     record: list[str | None] = []
     at, open_ = 0, False  # after a comma, a field follows even at the end
@@ -72,7 +72,7 @@ def kind_of(field: str) -> str:
 
 
 def problems(folder: Path) -> list[str]:
-    """What a folder violates of the specification, in words."""
+    """Violations of the specification in a folder, as text."""
     if folder.suffix != ".cdb":
         return [f"the folder is named {folder.name}; the specification wants .cdb"]
     try:
@@ -105,7 +105,7 @@ def problems(folder: Path) -> list[str]:
 
 
 def by_pycinema(folder: Path) -> dict[str, object] | None:
-    """Header, rows and shapes of pictures as pycinema reads them; None where no Python has it."""
+    """Header, rows and shapes of pictures as pycinema reads them; None if no Python has it."""
     python = os.environ.get("PYCINEMA_PYTHON", sys.executable)
     said = subprocess.run(
         [python, "-c", _PYCINEMA, str(folder)], capture_output=True, text=True, check=False, timeout=120,

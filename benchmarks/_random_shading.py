@@ -8,7 +8,7 @@ import numpy as np
 
 
 def one_of(rng, items, fits=lambda _item: True):
-    """A random item that fits, None where there is none."""
+    """A random item that fits, None if there is none."""
     found = [item for item in items if fits(item)]
     return found[int(rng.integers(len(found)))] if found else None
 

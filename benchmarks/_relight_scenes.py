@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +28,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
+from spectral_core.spectra.spectrum import Spectrum
 
 
 def scenes(width: int, height: int, samples: int) -> dict[str, Scene]:
@@ -82,3 +85,12 @@ def _base(film: Film) -> Scene:
         ),
         world=World(gray(0.25), group="Sky"),
     )
+
+
+def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
+    """The scene with the lights of each named group with that spectrum: what a relit picture is compared with."""
+
+    def lit(item: Any) -> Any:
+        return replace(item, color=spectra[item.group]) if item.group in spectra else item
+
+    return replace(scene, lights=tuple(lit(light) for light in scene.lights), world=lit(scene.world))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the volume benchmarks share: the fields, the metric, references and samples at equal SNR."""
+"""Code shared by the volume benchmarks: the fields, the metric, references and samples at equal SNR."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OWN = (("gaussians", 64), ("marschner-lobb", 64), ("shells", 128), ("engine", 12
 
 
 def shared_data() -> Path | None:
-    """Folder of real volumes: SPECTRAL_SHARED_DATA, or shared/data beside the repository; None where absent."""
+    """Folder of real volumes: SPECTRAL_SHARED_DATA, or shared/data beside the repository; None if absent."""
     root = Path(__file__).resolve().parents[1]
     places = [
         os.environ.get("SPECTRAL_SHARED_DATA"),
@@ -62,7 +62,7 @@ def load_nrrd(path: Path) -> ScalarVolume:
 
 
 def all_volumes(quick: bool = False, names: list[str] | None = None) -> Iterator[ScalarVolume]:
-    """Real volumes where present, then our own; a few small ones with ``quick``."""
+    """Real volumes if present, then sample fields; a few small ones with ``quick``."""
     folder = shared_data()
     wanted = names or (["hipip", "gaussians"] if quick else [*REAL, *(name for name, _ in OWN)])
     sizes = dict(OWN)
@@ -72,14 +72,14 @@ def all_volumes(quick: bool = False, names: list[str] | None = None) -> Iterator
         elif names and not (folder and (folder / "volumes" / f"{name}.nrrd").is_file()):
             raise UnknownNameError(
                 f"there is no volume {name!r}; real ones are read from volumes/{name}.nrrd under the folder that "
-                f"SPECTRAL_SHARED_DATA names, our own are {', '.join(sizes)}"
+                f"SPECTRAL_SHARED_DATA names; the synthetic ones are {', '.join(sizes)}"
             )
         elif folder:
             yield load_nrrd(folder / "volumes" / f"{name}.nrrd")
 
 
 def reference(renderer: VolumeRenderer, view: View, transfer: TransferFunction, target_db: float = 70.0) -> np.ndarray:
-    """Linear colours to ``target_db`` and 15 dB more: fine steps, pre-integrated where the function has a table."""
+    """Linear colors to ``target_db`` and 15 dB more: fine steps, pre-integrated where the function has a table."""
     way = Stepping("error", "midpoint" if transfer.uses_gradient else "preintegrated")
     pilot = Pilot(renderer, view, transfer, target_db)
     scale = pilot.reference_scale

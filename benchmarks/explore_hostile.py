@@ -73,7 +73,7 @@ def run(options: Options) -> dict[str, Any]:
 
 
 def _tried(work: Any, text: str, tally: Counter[str], wrong: list[str]) -> Any:
-    """Result of a call, None where it was refused with words; anything else is noted as wrong."""
+    """Result of a call, None if it was refused with words; anything else is noted as wrong."""
     _seen.clear()
     tracemalloc.reset_peak()
     before = tracemalloc.get_traced_memory()[0]
@@ -200,7 +200,7 @@ def _elements(page: str) -> Counter[str]:
 
 
 def _in_browser(path: Path) -> list[str]:
-    """Whether any text became an element or ran, in all views, and what the page's own CSV export holds."""
+    """True if any text became an element or ran, in all views, and what the page's own CSV export holds."""
     wrong = []
     with Browser() as page:
         page.open(path.resolve().as_uri())

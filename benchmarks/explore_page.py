@@ -137,7 +137,7 @@ def _cinema(out: Path) -> dict[str, Any]:
 
 
 def _equals(read: dict[str, Any], rows: list[Any]) -> bool:
-    """Whether another reader's table holds the ledger's values to the last bit, and the pictures their size."""
+    """True if another reader's table holds the ledger's values to the last bit, and the pictures their size."""
     place = {name: number for number, name in enumerate(read["header"])}
     same = [
         float(cells[place[name]]) == value

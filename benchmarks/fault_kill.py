@@ -76,7 +76,7 @@ def _references(writer: Writer, folder: Path) -> list[bytes]:
 
 
 def _state(writer: Writer, references: dict[str, list[bytes]], path: Path) -> int | None:
-    """Which version a file is; None where it is neither."""
+    """Version of a file; None if it is neither."""
     if writer.read is None:
         data = path.read_bytes()
         return references[writer.name].index(data) if data in references[writer.name] else None
@@ -89,7 +89,7 @@ def _state(writer: Writer, references: dict[str, list[bytes]], path: Path) -> in
 def _kill(
     writer: Writer, references: dict[str, list[bytes]], folder: Path, rng: np.random.Generator
 ) -> tuple[str, bool]:
-    """Kill a process that writes both versions in turn; "" where what it left is well, and whether it was midway."""
+    """Kill a process that writes both versions in turn; "" if what it left is well, and whether it was midway."""
     place = Path(tempfile.mkdtemp(dir=folder))
     path = place / writer.file_name
     writer.write(path, 0)
@@ -119,7 +119,7 @@ def _forget(place: Path) -> None:
 
 
 def _fill(writer: Writer, references: dict[str, list[bytes]], folder: Path, share: float) -> str:
-    """Write where a file may grow to a share of what it needs; "" where it is refused and the earlier file is whole."""
+    """Write where a file may grow to a share of what it needs; "" if it is refused and the earlier file is whole."""
     place = Path(tempfile.mkdtemp(dir=folder))
     path = place / writer.file_name
     writer.write(path, 0)
@@ -134,7 +134,7 @@ def _fill(writer: Writer, references: dict[str, list[bytes]], folder: Path, shar
 
 
 def _attempt(writer: Writer, path: Path) -> int:
-    """0 where the write was refused as it should be, 1 where nobody noticed, 2 where something else was raised."""
+    """0 if the write was refused with the right error, 1 if it was not noticed, 2 for another error."""
     try:
         writer.write(path, 1)
     except SpectralError as error:
@@ -178,7 +178,7 @@ def _memory_disk(known: list[Writer], references: dict[str, list[bytes]]) -> lis
 
 
 def _full_command() -> str:
-    """A command whose files do not fit: one line of error, exit status 1, no traceback; "" where it is so."""
+    """A command whose files do not fit: one line of error, exit status 1, no traceback; "" if it passes."""
     with tempfile.TemporaryDirectory() as folder:
         line = [
             sys.executable,

@@ -20,7 +20,7 @@ from spectral_core.lattice import evenness, prefix_separations
 
 MEASURES = ("separation", "fill_distance", "mean_square", "discrepancy", "gap_1d", "fill_2d")
 SOBOL = "Sobol, scrambled"
-INTEGRATION_DESIGNS = ("random", "Latin hypercube", SOBOL, "ours, rate 2, packing", "ours, rate 2, packing, latinised")
+INTEGRATION_DESIGNS = ("random", "Latin hypercube", SOBOL, "ours, rate 2, packing", "ours, rate 2, packing, latinized")
 CASES = ((2, 256), (3, 256), (3, 1024), (6, 256), (6, 1024), (10, 64), (10, 256), (10, 1024))
 
 
@@ -71,7 +71,7 @@ def _table(n: int, m: int, seeds: int) -> dict[str, dict[str, float]]:
 def table_row(
     name: str, design: Callable[[int, int, int], Points], n: int, m: int, *, seeds: int
 ) -> tuple[str, dict[str, float]] | None:
-    """One design's row as printed, and its figures; None where the design cannot have that size."""
+    """One design's row as printed, and its figures; None if the design cannot have that size."""
     row = _averaged(design, n, m, seeds)
     if row is None:
         return None

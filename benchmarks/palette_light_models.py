@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Catalogue:
-    """What the models are measured on. ``reflectances``: (r, n), the color checker's first."""
+    """Data for the comparison of the models. ``reflectances``: (r, n), the color checker's first."""
 
     grid: SpectralGrid
     lights: list[Illuminant]
@@ -53,7 +53,7 @@ class Catalogue:
 
 
 def errors(model: LightModel, catalogue: Catalogue, bounces: int = 1) -> Array:
-    """ΔE2000 (lights, surfaces) after one reflection, or two with each surface's seventh neighbour as the second."""
+    """ΔE2000 (lights, surfaces) after one reflection, or two with each surface's seventh neighbor as the second."""
     spectra, coefficients = catalogue.reflectances, model.surface_coefficients(catalogue.reflectances)
     if bounces == 2:
         spectra = spectra * np.roll(spectra, 7, axis=0)

@@ -104,7 +104,7 @@ def four_wavelengths(plan: EffectPlan) -> EffectPlan:
 
 
 def disperses_nothing(plan: EffectPlan) -> bool:
-    """Whether nothing disperses: the effect can then be no choice of the artist's."""
+    """True if nothing disperses: the effect can then be no choice of the artist's."""
     return plan["dispersion"].choices == ("off",)
 
 

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
-from benchmarks._relight_scenes import scenes
+from benchmarks._relight_scenes import scenes, under_lights
 from benchmarks.relight_speed import _filled
 from spectral_core.render import render_scene
 from spectral_core.render.relight.band_storage import BAND_COUNTS, BAND_ERRORS, BandStorage
 from spectral_core.render.relight.mix import LiveMix, relight
-from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport, under_lights
+from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb

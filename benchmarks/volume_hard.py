@@ -134,7 +134,7 @@ def cases(pixels: int) -> Iterator[Case]:
 
 
 def parallel(volume: ScalarVolume, axis: int, pixels: int) -> View:
-    """Orthographic, exactly along an axis; with as many pixels as voxels the rays run through voxel centres."""
+    """Orthographic, exactly along an axis; with as many pixels as voxels the rays run through voxel centers."""
     towards, up = np.eye(3)[axis], np.eye(3)[(axis + 1) % 3]
     middle = volume.corners_world.mean(axis=0)
     width = float(volume.shape[0])

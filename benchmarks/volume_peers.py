@@ -2,7 +2,7 @@
 """Same picture, same machine: time of VTK, yt and Mitsuba's volpath over ours at the SNR that each reaches.
 
 Each peer renders the same field, transfer function and camera; its SNR is against our fine reference, our time is at
-that SNR. Fields have an empty rim, since VTK and yt end at the outermost voxel centres. A peer that is not installed
+that SNR. Fields have an empty rim, since VTK and yt end at the outermost voxel centers. A peer that is not installed
 is said to be missing. Argument: volume names.
 """
 
@@ -44,7 +44,7 @@ def rimmed(volume: ScalarVolume) -> ScalarVolume:
 
 
 def one_colour_each(volume: ScalarVolume) -> TransferFunction:
-    """Two tents of pure colours that do not overlap: what every peer can hold."""
+    """Two tents of pure colors that do not overlap: what every peer can hold."""
     low, high = volume.value_range
     at = [low + (high - low) * part for part in (0.1, 0.3, 0.5, 0.7, 1.0)]
     return TransferFunction(

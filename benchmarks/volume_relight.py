@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Re-illumination and re-palette of K material channels at 1080p against rendering again at 16 samples per pixel.
 
-Mitsuba renders once with the channels; then the light, and then the colours, change by one matrix product. The same
+Mitsuba renders once with the channels; then the light, and then the colors, change by one matrix product. The same
 seed rendered anew under the new light must give the same picture within float rounding.
 """
 

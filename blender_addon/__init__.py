@@ -10,7 +10,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Blender calls this when the extension is disabled: everything that register() added is taken away."""
+    """Blender calls this when the extension is disabled: everything that register() added is removed."""
     from . import registration
 
     registration.unregister()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``blender --command spectral …``: the command line with the Blender that an artist has, nothing else installed."""
+"""``blender --command spectral …``: the command line in an artist's Blender, without any other installation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def _execute(arguments: list[str]) -> int:
 
 
 def register() -> None:
-    """Make the command known to Blender."""
+    """Register the command in Blender."""
     import bpy
 
     global _handle
@@ -23,7 +23,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take the command away."""
+    """Remove the command."""
     import bpy
 
     bpy.utils.unregister_cli_command(_handle)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Differences between Blender 4.3, 5.0 and 5.2, found by asking Blender itself: no version number is compared."""
+"""Differences between Blender 4.3, 5.0 and 5.2, found by queries to Blender itself: no version number is compared."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ _REC709_FROM = {
 
 
 def path_options() -> set[str]:
-    """Options of a property that holds a path which may start with ``//``: from 5.0 on it has to say so.
+    """Options of a property with a path that may start with ``//``: from 5.0 on they are required for it.
 
-    Without them such a path stands in red, as a mistake, though it is resolved.
+    Without them Blender shows such a path in red, as an error, although it is resolved.
     """
     known = bpy.types.StringProperty.bl_rna.properties
     return {"ANIMATABLE"} | ({"PATH_SUPPORTS_BLEND_RELATIVE"} if "is_path_supports_blend_relative" in known else set())
@@ -47,14 +47,14 @@ def working_space(data: Any) -> str:
 
 
 def rec709_from_working(name: str) -> NDArray[np.float64] | None:
-    """Matrix (3, 3) from a scene-linear space of Blender to linear sRGB, None where the space is not known."""
+    """Matrix (3, 3) from a scene-linear space of Blender to linear sRGB, None if the space is not known."""
     return _REC709_FROM.get(name)
 
 
 def node_tree(owner: Any) -> Any:
-    """Shader node tree of a material, world or light, or None where it uses none.
+    """Shader node tree of a material, world or light, or None if it uses none.
 
-    5.x warns that ``use_nodes`` is going: there a material and a world always use nodes.
+    5.x announces the removal of ``use_nodes``: there a material and a world always use nodes.
     """
     tree = getattr(owner, "node_tree", None)
     if tree is None:
@@ -65,7 +65,7 @@ def node_tree(owner: Any) -> Any:
 
 
 def use_nodes(owner: Any) -> Any:
-    """The shader node tree of a new material, world or light, made where this Blender does not make it by itself."""
+    """The shader node tree of a new material, world or light, created if this Blender does not create it by itself."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         if owner.node_tree is None or not owner.use_nodes:
@@ -74,22 +74,22 @@ def use_nodes(owner: Any) -> Any:
 
 
 def is_editable(block: Any) -> bool:
-    """Whether a data-block keeps this extension's properties: it is neither linked nor an override."""
+    """True if a data-block keeps this extension's properties: it is neither linked nor an override."""
     return block.library is None and block.override_library is None
 
 
 def light_exposure_factor(light: Any) -> float:
-    """Factor of a light's exposure in stops; 1 where this Blender's lights have none."""
+    """Factor of a light's exposure in stops; 1 if this Blender's lights have none."""
     return float(2.0 ** getattr(light, "exposure", 0.0))
 
 
 def light_is_normalized(light: Any) -> bool:
-    """Whether a light's power is spread over its area, which before 4.5 it always is."""
+    """True if a light's power is spread over its area, as always before 4.5."""
     return bool(getattr(light, "normalize", True))
 
 
 def light_temperature_k(light: Any) -> float | None:
-    """Blackbody temperature of a light in kelvin, None where it is not used or not known."""
+    """Blackbody temperature of a light in kelvin, None if it is unused or unsupported."""
     return float(light.temperature) if getattr(light, "use_temperature", False) else None
 
 

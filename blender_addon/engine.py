@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The render engine ``SPECTRAL``: Blender asks for a picture, a process of its own renders it."""
+"""The render engine ``SPECTRAL``: Blender requests a picture, a separate process renders it."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from .viewport import Viewport, shown_from_rgb, working_from_rgb
 
 BL_IDNAME = "SPECTRAL"
 SHOWN_NOTES = 5
-"""Notes in the window; all of them are in the record and on the console."""
+"""Notes shown in the window; the record and the console contain all of them."""
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where pixels go, and how Blender wants them. ``working_from_rgb``: (3, 3), None where nothing changes."""
+    """Target of pixels, with Blender's conversion. ``working_from_rgb``: (3, 3), None if nothing changes."""
 
     layer: str
     view: str
@@ -39,7 +39,7 @@ class _Place:
 
 
 class SpectralRenderEngine(bpy.types.RenderEngine):
-    """Spectral path tracing. No ``__init__``: what it must take differs between Blender versions."""
+    """Spectral path tracing. No ``__init__``: its arguments differ between Blender versions."""
 
     bl_idname = BL_IDNAME
     bl_label = "Spectral"
@@ -48,10 +48,10 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
     bl_use_shading_nodes_custom = False
 
     viewport: Viewport | None = None
-    """What an engine that draws a 3D view does."""
+    """The part of the engine that draws a 3D view."""
 
     has_result = False
-    """Whether anything was shown yet; of a render that fails later, that stays."""
+    """True if any picture was shown; it stays after a later failure."""
 
     def view_update(self, context: Any, depsgraph: Any) -> None:
         """Called after edits, on the main thread."""
@@ -71,8 +71,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
     def render(self, depsgraph: Any) -> None:
         """Called once per view layer, on a thread of Blender's: nothing here may write to the file's data.
 
-        Blender swallows an exception here and calls the render finished, so every one becomes an error of the render
-        and an entry of ``jobs.records``.
+        Blender ignores an exception here and reports the render as finished, so every exception becomes an error of the
+        render and an entry of ``jobs.records``.
         """
         if self.is_preview:
             self._render_preview(depsgraph)
@@ -97,14 +97,14 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self._fail(frame, layer, f"the render failed unexpectedly ({type(error).__name__}: {error})")
 
     def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
-        """Blender asks which passes there will be: for the compositor's sockets, and to make room for them."""
+        """Blender requests the list of passes: for the compositor's sockets, and to allocate them."""
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
         wanted = passes_of(scene, renderlayer)
         for slot in [] if wanted is None else slots_of(wanted):
             self.register_pass(scene, renderlayer, slot.name, len(slot.letters), slot.letters, slot.kind)
 
     def _render_preview(self, depsgraph: Any) -> None:
-        """A picture of a material, light or world for an icon or a panel: few samples, and no word of what it lacks."""
+        """A picture of a material, light or world for an icon or a panel: few samples, and no notes."""
         layer = depsgraph.view_layer_eval.name
         try:
             scene = preview_scene(translate_scene(depsgraph), bpy.context)
@@ -118,7 +118,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self._write_nothing(layer)
 
     def _render(self, depsgraph: Any) -> RenderResult:
-        """Translate once, render each view (one, but for stereo); returns the last view's result."""
+        """Translate once, render each view (one, except for stereo); returns the last view's result."""
         self.update_stats("", "Translating the scene")
         scene = translate_scene(depsgraph, camera=self.camera_override, is_moving=True)
         scene = with_motion(scene, depsgraph, self.camera_override, self._set_frame)
@@ -162,18 +162,18 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         self.frame_set(frame, subframe=subframe)
 
     def _should_stop(self) -> bool:
-        """Whether the user has asked to stop."""
+        """True if the user has requested a stop."""
         return bool(self.test_break())
 
     def _views(self, layer: str) -> list[str]:
-        """Names of the views that Blender wants: one without a name, or the eyes of a stereo render."""
+        """Names of the requested views: one without a name, or the eyes of a stereo render."""
         result = self.begin_result(0, 0, 1, 1, layer=layer)
         names = [view.name for view in result.views]
         self.end_result(result, cancel=True)
         return names or [""]
 
     def _seen_from(self, scene: Scene, depsgraph: Any, view: str) -> Scene:
-        """The scene as an eye of a stereo render sees it."""
+        """The scene for an eye of a stereo render."""
         if not depsgraph.scene_eval.render.use_multiview:
             return scene
         self.active_view_set(view)
@@ -183,7 +183,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         seen = replace(scene, camera=replace(scene.camera, world_from_camera=rigid(matrix), shift=shift))
         if not scene.moments:
             return seen
-        # both eyes move as the camera between them does
+        # both eyes move like the camera between them
         eye_from_middle = np.linalg.inv(scene.camera.world_from_camera) @ rigid(matrix)
         moments = [
             replace(
@@ -202,7 +202,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
     ) -> None:
         """Show the picture so far, in Blender's scene-linear space, alpha associated.
 
-        ``header``: what files with the finished picture say about it. ``passes``: what it comes with.
+        ``header``: text for files with the finished picture. ``passes``: passes of the picture.
         """
         height, width = pixels.shape[:2]
         result = self.begin_result(0, 0, width, height, layer=place.layer, view=place.view)
@@ -219,12 +219,12 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         for name, text in (header or {}).items():
             result.stamp_data_add_field(name, text)
         self.end_result(result)
-        for name, text in (header or {}).items():  # of several layers only the whole result's reaches the file
+        for name, text in (header or {}).items():  # only the header of the whole result reaches the file
             self.get_result().stamp_data_add_field(name, text)
         self.has_result = True
 
     def _tell(self, result: RenderResult) -> None:
-        """Notes to the user: what is shown as something near to it."""
+        """Notes to the user on approximated features."""
         for note in result.notes:
             print(f"spectral: {note.subject}: {note.message}")
         shown = [f"{note.subject}: {note.message}" for note in result.notes[:SHOWN_NOTES]]
@@ -244,7 +244,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         self._write_nothing(layer)
         jobs.record(jobs.RenderRecord(frame, layer, "failed", message))
         self.error_set(message)  # the text in the image editor
-        self.report({"ERROR"}, message)  # what makes the operator fail, also in an animation
+        self.report({"ERROR"}, message)  # makes the operator fail, also in an animation
 
 
 def _clock(seconds: float) -> str:
@@ -267,7 +267,7 @@ NOT_DRAWN = ("freestyle", "gpencil", "grease_pencil", "greasepencil")
 
 
 def _shared_panels() -> list[Any]:
-    """Blender's own panels that make sense for this engine; each holds a set of engines of its own."""
+    """Blender's own panels that apply to this engine; each has a set of compatible engines."""
     panels = [panel for panel in bpy.types.Panel.__subclasses__() if "COMPAT_ENGINES" in vars(panel)]
     names = {panel.__name__ for panel in panels}
     return [
@@ -287,7 +287,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take the engine and its mark on the panels away."""
+    """Remove the engine, and its name from the panels."""
     for panel in _shared_panels():
         panel.COMPAT_ENGINES.discard(BL_IDNAME)
     bpy.utils.unregister_class(SpectralRenderEngine)

@@ -28,11 +28,11 @@ FEATURES = {
         "viewport", "spectrum", "palette", "texture", "recipe", "render", "volume", "dial", "board", "sweep",
     ),
 }  # fmt: skip
-"""Folder to its modules that Blender must learn of."""
+"""Folder to its modules with registration."""
 
 
 def modules_of(folder: str) -> tuple[ModuleType, ...]:
-    """The modules of a folder that Blender must learn of."""
+    """The modules of a folder with registration."""
     return tuple(import_module(f".{folder}.{name}", __package__) for name in FEATURES[folder])
 
 

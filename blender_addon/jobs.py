@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Running renders and their outcomes: the renderer's process, and a record that outlives the render.
+"""Running renders and their outcomes: the renderer's process, and records that persist after the render.
 
-Blender does not tell a script whether a render failed (in an animation it even goes on), so every render leaves a
-``RenderRecord``; batches read these instead of an operator's answer.
+Blender does not report to a script that a render failed (in an animation it even continues), so every render adds a
+``RenderRecord``; batches read these instead of an operator's result.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from spectral_core.scene import Note, Scene
 
 @dataclass(frozen=True)
 class RenderRecord:
-    """Outcome of one view layer of one frame. ``message``: the error's text, "" where there was none."""
+    """Outcome of one view layer of one frame. ``message``: the error's text, "" if there was none."""
 
     frame: int
     view_layer: str
@@ -39,8 +39,8 @@ class RenderRecord:
 class RenderRequest:
     """Options of a script for the renders that it starts, beyond those of F12.
 
-    ``options``: passed on to the renderer. ``translated``: sees each scene before it is rendered, and may change it or
-    raise RenderCancelled to leave it at that.
+    ``options``: passed on to the renderer. ``translated``: receives each scene before it is rendered; it may change the
+    scene, or raise RenderCancelled to skip the render.
     """
 
     options: dict[str, Any] = field(default_factory=dict)
@@ -52,7 +52,7 @@ _request = RenderRequest()
 
 @contextmanager
 def request(wanted: RenderRequest) -> Iterator[None]:
-    """Renders started within it are done as ``wanted``."""
+    """Renders started within it use ``wanted``."""
     global _request
     before, _request = _request, wanted
     try:
@@ -80,12 +80,12 @@ def record(entry: RenderRecord) -> None:
 
 
 def failures() -> list[RenderRecord]:
-    """Renders of this session that did not end well."""
+    """Renders of this session that failed or were cancelled."""
     return [entry for entry in records if entry.status == "failed"]
 
 
 process = RenderProcess()
-"""Where everything is rendered: started by the first render, again after it died or was ended."""
+"""The process of all renders: started by the first render, and again after a crash or an end."""
 
 
 _live: list[LiveLink] = []
@@ -95,9 +95,9 @@ _previews: list[RenderProcess] = []
 def render_preview(
     scene: Scene, on_progress: Callable[[Progress], None], should_stop: Callable[[], bool]
 ) -> RenderResult:
-    """Render an icon or the preview panel, in a process of its own that waits for no other render.
+    """Render an icon or the preview panel, in a separate process that waits for no other render.
 
-    It leaves no record. Raises RenderError where the process died or its renderer failed.
+    It adds no record. Raises RenderError if the process crashed or its renderer failed.
     """
     if not _previews:
         _previews.append(RenderProcess())
@@ -105,7 +105,7 @@ def render_preview(
 
 
 def live() -> LiveLink:
-    """Where viewports are traced: a process of its own, so that neither waits for the other nor dies with it."""
+    """The process of viewports, separate from that of renders, so that neither waits for the other or ends with it."""
     if not _live:
         _live.append(LiveLink())
     return _live[0]
@@ -116,13 +116,13 @@ def render(
 ) -> RenderResult:
     """Render a scene in the renderer's own process.
 
-    Raises RenderError where that process died or its renderer failed; the next render starts a new one.
+    Raises RenderError if that process crashed or its renderer failed; the next render starts a new one.
     """
     return process.render(scene, on_progress=on_progress, should_stop=should_stop, **options)
 
 
 def missing_denoiser() -> str:
-    """Sentence that says what to install for denoising; "" if it is installed."""
+    """Sentence on the installation of the denoiser; "" if it is installed."""
     text = "" if is_installed() else how_to_install()
     return f"{text[:1].upper()}{text[1:]}." if text else ""
 
@@ -132,12 +132,12 @@ _engine_asked = ""
 
 
 def _command_line() -> list[str]:
-    """Arguments that Blender itself reads."""
+    """Arguments of the command line that Blender itself reads."""
     return sys.argv[: sys.argv.index("--")] if "--" in sys.argv else sys.argv
 
 
 def _file_was_loaded(*_: Any) -> None:
-    """Keep which engine a file is rendered with: at the end of the session its data is gone."""
+    """Store the engine of each loaded file: at the end of the session its data are not available."""
     import bpy
 
     global _engine_asked
@@ -145,7 +145,7 @@ def _file_was_loaded(*_: Any) -> None:
 
 
 def _exit_status() -> None:
-    """At the end of ``blender -b … -f`` or ``-a``: Blender itself answers 0 after a failed render."""
+    """At the end of ``blender -b … -f`` or ``-a``: Blender itself exits with 0 after a failed render."""
     given = _command_line()
     engine = next((given[i + 1] for i, word in enumerate(given[:-1]) if word in ("-E", "--engine")), _engine_asked)
     if engine != "SPECTRAL":
@@ -163,18 +163,18 @@ def _exit_status() -> None:
 
 
 def register() -> None:
-    """Answer a command-line render's failure with an exit status; elsewhere nothing is done at exit but tidying."""
+    """Set the exit status of a command-line render after a failure; in other cases only clean up at exit."""
     import bpy
 
     if bpy.app.background and not getattr(bpy.app, "module", False) and RENDER_ARGUMENTS.intersection(_command_line()):
         bpy.app.handlers.persistent(_file_was_loaded)
         bpy.app.handlers.load_post.append(_file_was_loaded)
         atexit.unregister(_exit_status)
-        atexit.register(_exit_status)  # outlives unregister(), which Blender calls on its way out
+        atexit.register(_exit_status)  # persists after unregister(), which Blender calls before its exit
 
 
 def unregister() -> None:
-    """End the renderer's process; the records stay, for what is asked at exit."""
+    """End the renderer's process; the records stay for the exit status."""
     import bpy
 
     if _file_was_loaded in bpy.app.handlers.load_post:

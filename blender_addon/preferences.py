@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension's preferences: which LLVM renders, where the one that the extension carries is not wanted."""
+"""The extension's preferences: the LLVM library of renders, if it is not the one in the extension."""
 
 import os
 from pathlib import Path
@@ -13,12 +13,12 @@ from spectral_core.llvm_library import OWN_VARIABLE
 from .compat import path_options
 
 CARRIED = Path(__file__).parent / "llvm"
-"""Beside this file in the Linux zip."""
+"""LLVM in the Linux zip, beside this file."""
 _given = os.environ.get(OWN_VARIABLE)
 
 
 def choose_llvm(chosen: str) -> None:
-    """Let renders use a library: the environment's, else the chosen one, else the one that the extension carries."""
+    """Choose the LLVM library: that of the environment, else of the preferences, else of the extension."""
     wanted = _given or bpy.path.abspath(chosen) or (str(CARRIED) if CARRIED.is_dir() else "")
     if wanted:
         os.environ[OWN_VARIABLE] = wanted
@@ -39,7 +39,7 @@ class SPECTRAL_AP_preferences(bpy.types.AddonPreferences):
     )  # fmt: skip
 
     def draw(self, _context: Context) -> None:
-        """The path, and what is used now."""
+        """Draw the path, and the library in use."""
         self.layout.prop(self, "llvm_library")
         named = os.environ.get(OWN_VARIABLE)
         self.layout.label(text=f"Used: {named}" if named else "Used: the newest that is installed, from version 17 on")
@@ -53,5 +53,5 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take the preferences away."""
+    """Remove the preferences."""
     bpy.utils.unregister_class(SPECTRAL_AP_preferences)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the extension adds to Blender, in order: each module has ``register()`` and ``unregister()``."""
+"""Registration of the extension in Blender, in order: each module has ``register()`` and ``unregister()``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
 
 
 def register() -> None:
-    """Register every module; where one fails, what was registered before it is taken away again."""
+    """Register every module; if one fails, those registered before it are removed again."""
     done = []
     try:
         for module in MODULES:
@@ -22,6 +22,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take everything away, in the opposite order."""
+    """Remove everything, in reverse order."""
     for module in reversed(MODULES):
         module.unregister()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an engine does that draws a 3D view: edits are sent on, the latest picture is drawn, troubles are said."""
+"""The part of the engine that draws a 3D view: sends edits, draws the latest picture, reports errors."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from .editing.viewport.session import Picture, ViewSession
 
 
 class Viewport:
-    """The view of one engine, which Blender makes anew for each 3D view and each change of its shading."""
+    """The view of one engine, which Blender creates anew for each 3D view and each change of its shading."""
 
     def __init__(self, engine: Any) -> None:
         def redraw() -> None:
-            with contextlib.suppress(ReferenceError):  # the engine is gone, its last pictures come too late
+            with contextlib.suppress(ReferenceError):  # the engine is gone, and its last pictures arrive too late
                 engine.tag_redraw()
 
         self._session = ViewSession(redraw)
         self._canvases = [Canvas(), Canvas()]
 
     def update(self, engine: Any, context: Any, depsgraph: Any) -> None:
-        """Send what has changed, and have the view drawn again."""
+        """Send the changes, and request a redraw of the view."""
         try:
             self._session.update(context, depsgraph)
         except Exception as error:  # noqa: BLE001 - Blender would switch the view off, and say nothing in it
             traceback.print_exc()
-            self._session.fail(f"The view could not be brought up to date ({type(error).__name__}: {error})")
+            self._session.fail(f"The view could not be updated ({type(error).__name__}: {error})")
         engine.tag_redraw()
 
     def draw(self, engine: Any, context: Any, depsgraph: Any) -> None:
-        """Draw the latest pictures, side by side where the view is split."""
+        """Draw the latest pictures, side by side in a split view."""
         pictures = self._session.look(context, depsgraph)
         scene, region = depsgraph.scene_eval, context.region
         settings, scale = scene.spectral.viewport, bpy.context.preferences.system.ui_scale
@@ -56,12 +56,12 @@ class Viewport:
             draw_message(trouble, region, scale)
 
     def leave(self) -> None:
-        """Trace the view no more."""
+        """Stop tracing the view."""
         self._session.leave()
 
 
 def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
-    """Statistics for the corner of the view, and what it is doing."""
+    """Statistics for the corner of the view, and its present activity."""
     frames = [picture.shown.frame for picture in pictures if picture.shown is not None]
     if not frames:
         return "", "Loading the scene"
@@ -77,24 +77,24 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
 
 
 def time_left(samples: int, wanted: int, seconds: float) -> float:
-    """Seconds until a view rests, 0 where nobody can say yet."""
+    """Seconds until a view is complete, 0 if unknown."""
     return seconds * (wanted - samples) / samples if samples > 0 else 0.0
 
 
 def look_words(look: Any) -> str:
-    """What a side of a split view shows."""
+    """Name of the light of a side of a split view."""
     named = {"COLUMN": look.column, "GROUP": look.group, "LAMP": look.lamp}
     return str(named.get(look.kind, "As It Is"))
 
 
 def working_from_rgb() -> Any:
-    """Matrix (3, 3) from linear sRGB to Blender's scene-linear space, None where they are the same."""
+    """Matrix (3, 3) from linear sRGB to Blender's scene-linear space, None if they are the same."""
     matrix = compat.rec709_from_working(compat.working_space(bpy.data))
     return None if matrix is None or np.array_equal(matrix, np.eye(3)) else np.linalg.inv(matrix)
 
 
 def shown_from_rgb(picture_matrix: Any) -> Any:
-    """``working_from_rgb`` after a look's exposure and adaptation, None where nothing changes."""
+    """``working_from_rgb`` after a look's exposure and adaptation, None if nothing changes."""
     matrix = working_from_rgb()
     if np.array_equal(picture_matrix, np.eye(3)):
         return matrix

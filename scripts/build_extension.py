@@ -8,6 +8,7 @@ Blender's own validator check it. ``--python 3.11`` keeps one Python only: a sma
 from __future__ import annotations
 
 import argparse
+import base64
 import hashlib
 import importlib.util
 import re
@@ -15,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -30,6 +32,7 @@ BUNDLED = [
     *("mitsuba", "drjit", "scipy", "daqp", "piqp", "threadpoolctl", "OpenEXR"),
     *("pynrrd", "nibabel", "tifffile", "mido", "python-osc"),
     *("importlib_resources", "typing_extensions", "packaging"),
+    "colour-science",  # what lamp recipes measure color rendering by; without imageio, which reads no picture there
 ]
 """Never numpy: Blender has its own. What these need beyond numpy is listed here too."""
 
@@ -68,7 +71,8 @@ def download(platform: str, pythons: list[str]) -> list[Path]:
             listed.write_text("\n".join(wanted))
             tags = [part for tag in PLATFORM_TAGS[platform] for part in ("--platform", tag)]
             run(sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary", ":all:", "--dest",
-                str(folder), "--python-version", python, *tags, "--require-hashes", "-r", str(listed))  # fmt: skip
+                str(folder), "--python-version", python, *tags, "--require-hashes", "-r", str(listed),
+                "--ignore-requires-python")  # fmt: skip  # colour-science is pure Python, and does not know 3.14 yet
             stamp.write_text("\n".join(wanted))
         found += folder.glob("*.whl")
     return list({path.name: path for path in found}.values())
@@ -98,6 +102,43 @@ def core_wheel() -> Path:
     return next((source / "dist").glob("*.whl"))
 
 
+def isolated(wheel: Path) -> Path:
+    """The wheel of OpenEXR with a module that calls its own functions; other wheels unchanged.
+
+    A distribution's Blender shares its OpenEXR with the whole process: see ``spectral_core/files/elf.py``.
+    """
+    if not wheel.name.startswith("openexr-") or "linux" not in wheel.name:
+        return wheel
+    sys.path.insert(0, str(ROOT))
+    from spectral_core.files.elf import made_to_call_itself
+
+    version = wheel.name.split("-")[1]
+    mark = f"{version}+isolated"  # Blender takes a wheel of a version that is installed for the same
+    made = ROOT / "build" / "isolated" / wheel.name.replace(version, mark, 1)
+    made.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(wheel) as original:
+        content = {
+            name.replace(version, mark, 1): original.read(name) for name in original.namelist() if name[-1] != "/"
+        }
+    (module,) = (name for name in content if name.endswith(".so"))
+    (record,) = (name for name in content if name.endswith(".dist-info/RECORD"))
+    metadata = record.replace("RECORD", "METADATA")
+    content[module] = made_to_call_itself(content[module])
+    content[metadata] = content[metadata].replace(f"Version: {version}".encode(), f"Version: {mark}".encode(), 1)
+    del content[record]
+    lines = [f"{name},sha256={_digest(data)},{len(data)}" for name, data in content.items()]
+    content[record] = "\n".join([*lines, f"{record},,", ""]).encode()
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as changed:
+        for name, data in content.items():
+            changed.writestr(name, data)
+    return made
+
+
+def _digest(data: bytes) -> str:
+    """SHA-256 as a wheel's RECORD has it."""
+    return base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+
+
 def stage(wheels: list[Path], platform: str) -> None:
     """The extension's folder as Blender's builder wants it."""
     shutil.rmtree(STAGE, ignore_errors=True)
@@ -116,7 +157,7 @@ BASE_LIBRARIES = (
     *("libc.so", "libm.so", "libdl.so", "libpthread.so", "librt.so", "ld-linux", "linux-vdso"),
     *("libgcc_s", "libstdc++"),
 )
-"""What every Linux that Blender runs on has: to carry another copy of these would break things."""
+"""Libraries of every Linux that Blender runs on: another copy of these would cause crashes."""
 
 
 def bundle_llvm(folder: Path) -> str:
@@ -174,7 +215,7 @@ def main() -> None:
     parser.add_argument("--without-llvm", action="store_true", help="leave the LLVM library out, for a quick try")
     parser.add_argument("--name", default="spectral_scene", help="start of the zip's name")
     given = parser.parse_args()
-    wheels = [core_wheel(), *download(given.platform, given.python or list(PYTHONS))]
+    wheels = [core_wheel(), *map(isolated, download(given.platform, given.python or list(PYTHONS)))]
     stage(wheels, given.platform)
     if given.platform == "linux-x64" and not given.without_llvm:
         print(f"extension: {bundle_llvm(STAGE / 'llvm')}")

@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def write_natural_components(count: int = 24) -> None:
-    """Principal components of the CIE 224:2017 materials (not centred), scaled to carry their second moments."""
+    """Principal components of the CIE 224:2017 materials (not centered), scaled to carry their second moments."""
     from colour.quality.cfi2017 import load_TCS_CIE2017
 
     materials = load_TCS_CIE2017(colour.SpectralShape(380, 780, 5))

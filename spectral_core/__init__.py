@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spectral Scene Design: design colours under lights, render them spectrally, sample volumes and settings well.
+"""Spectral Scene Design: design colors under lights, render them spectrally, sample volumes and settings well.
 
-The rooms are imported by name (``from spectral_core import palette``); nothing heavy is imported here.
+The packages are imported by name (``from spectral_core import palette``); this module imports nothing large.
 """
 
 from importlib import metadata as _metadata

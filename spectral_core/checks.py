@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks at the border: arrays from outside become finite, read-only and of the stated shape, or an error says why."""
+"""Checks of input: arrays become finite, read-only and of the stated shape, or an error gives the reason."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def frozen_array(
 ) -> NDArray[Any]:
     """Copy of ``values`` as a finite, C-contiguous, read-only array.
 
-    ``shape`` holds one entry per axis, None where any length fits. Raises InvalidInputError naming ``name``.
+    ``shape`` holds one entry per axis, None if any length fits. Raises InvalidInputError naming ``name``.
     """
     try:
         array = np.array(values, dtype=dtype, order="C", copy=True)
@@ -57,14 +57,14 @@ def require_range(name: str, value: float, low: float, high: float, unit: str = 
 
 
 def require_text(name: str, text: str) -> str:
-    """``text`` where every file can hold it; InvalidInputError for NUL and for halves of characters.
+    """``text`` if every file can store it; raises InvalidInputError for NUL and for unpaired surrogates.
 
-    Blender gives a name that is not UTF-8 with such halves in it.
+    Blender represents a name that is not UTF-8 with unpaired surrogates.
     """
     if not isinstance(text, str):
         raise InvalidInputError(f"{name} is {str(text)[:40]}; expected text")
     if "\0" in text or any("\ud800" <= each <= "\udfff" for each in text):
-        raise InvalidInputError(f"{name} is {text[:40]!r}, which no file can hold; rename it")
+        raise InvalidInputError(f"{name} is {text[:40]!r}, which no file can store; rename it")
     return text
 
 

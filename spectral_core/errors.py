@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one error tree of the library.
+"""The error tree of the library.
 
 ::
 
@@ -22,7 +22,7 @@ from collections.abc import Iterable
 
 
 class SpectralError(Exception):
-    """Base of all errors this project raises on purpose; its text is fit to be shown to a user."""
+    """Base of all errors that this project raises on purpose; its text can be shown to a user."""
 
 
 class InvalidInputError(SpectralError, ValueError):
@@ -30,7 +30,7 @@ class InvalidInputError(SpectralError, ValueError):
 
 
 class GridMismatchError(InvalidInputError):
-    """Two spectra live on different wavelength grids."""
+    """Two spectra have different wavelength grids."""
 
 
 class UnknownNameError(InvalidInputError):
@@ -43,25 +43,25 @@ class UnknownNameError(InvalidInputError):
         near = difflib.get_close_matches(given, names, n=3, cutoff=0.4)
         listed = ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
         hint = f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {listed}"
-        if near and len(names) <= 8:  # few enough to say them all
+        if near and len(names) <= 8:  # few enough to list all of them
             hint += f" Known: {listed}"
         return cls(f"no {kind} is named {given!r}; {hint}")
 
 
 class FileFormatError(InvalidInputError):
-    """A file cannot be read as what it was taken for."""
+    """A file cannot be read in the expected format."""
 
 
 class FileWriteError(SpectralError):
-    """A file could not be written; the one that was there before is untouched."""
+    """A file could not be written; the earlier one is unchanged."""
 
 
 class MissingDependencyError(SpectralError):
-    """Something optional is needed and absent; the message says how to get it."""
+    """An optional part is needed but missing; the message says how to get it."""
 
     @classmethod
     def package(cls, package: str, purpose: str, extra: str) -> MissingDependencyError:
-        """Message for a Python package that an extra of this distribution brings."""
+        """Message for a Python package that an extra of this distribution installs."""
         return cls(
             f"{purpose} needs the Python package {package!r}; install it with: pip install 'spectral-scene[{extra}]'"
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The LLVM library that Dr.Jit is to load: by itself it takes the first it finds, and one before 17 ends the process.
+"""Choice of the LLVM library for Dr.Jit: on its own, Dr.Jit takes the first one, and one before 17 ends the process.
 
 Those before 17 cannot select x86's fminimum and fmaximum, which Dr.Jit emits for every min and max (tried: 15.0.6 and
 16.0.6 abort, 19.1.7 works).
@@ -36,10 +36,10 @@ _PLACES = {
 
 
 def find_llvm() -> tuple[str, int] | None:
-    """Path and major version of the newest LLVM shared library from ``OLDEST_LLVM`` on; None where there is none.
+    """Path and major version of the newest LLVM shared library from ``OLDEST_LLVM`` on; None if there is none.
 
-    ``DRJIT_LIBLLVM_PATH`` wins when it is set, then the library or folder that ``SPECTRAL_SCENE_LLVM`` names: what the
-    artist chose in the preferences, or what the extension carries. A name that tells no version counts as new enough.
+    ``DRJIT_LIBLLVM_PATH`` has precedence, then the library or folder that ``SPECTRAL_SCENE_LLVM`` names: the artist's
+    choice in the preferences, or the library of the extension. A name without a version counts as new enough.
     """
     chosen = os.environ.get("DRJIT_LIBLLVM_PATH")
     if chosen:
@@ -60,7 +60,7 @@ def find_llvm() -> tuple[str, int] | None:
 
 
 def use_newest_llvm() -> None:
-    """Name this machine's newest LLVM in DRJIT_LIBLLVM_PATH, unless that is set; call it before Dr.Jit starts."""
+    """Set DRJIT_LIBLLVM_PATH to this machine's newest LLVM, unless it is set; call it before Dr.Jit starts."""
     found = find_llvm()
     if found is not None:
         use_llvm(found[0])
@@ -73,9 +73,10 @@ def use_llvm(library: str) -> None:
 
 
 def load_neighbors(library: Path) -> bool:
-    """Load a library that the extension carries, with those that lie beside it; whether that worked.
+    """Load a library of the extension, with those in the same folder; True on success.
 
-    The loader looks for what a library needs in the system's folders alone. What is loaded already it takes by name.
+    The loader searches the system's folders only for the dependencies of a library. Libraries that are already loaded
+    are found by name.
     """
     if not (library.parent / "licenses").is_dir():  # a library of the system
         return True
@@ -90,7 +91,7 @@ def load_neighbors(library: Path) -> bool:
 
 def _loads(path: Path) -> bool:
     try:
-        ctypes.CDLL(str(path), mode=ctypes.RTLD_LOCAL)  # their symbols are nobody else's business
+        ctypes.CDLL(str(path), mode=ctypes.RTLD_LOCAL)  # their symbols stay local
     except OSError:
         return False
     return True
@@ -98,7 +99,7 @@ def _loads(path: Path) -> bool:
 
 @cache
 def _checked(library: Path) -> bool:
-    """Whether a library that the extension carries loads here: it needs a C library as new as its own."""
+    """True if a library of the extension can be loaded: it needs a C library as new as its own."""
     return load_neighbors(library)
 
 
@@ -116,7 +117,7 @@ def _own_library() -> tuple[str, int] | None:
 
 
 def llvm_version(path: Path) -> int | None:
-    """Major version that a library's file name tells, None where it tells none."""
+    """Major version in a library's file name; None without one."""
     match = re.search(r"libLLVM(?:-(\d+)|\.so\.(\d+)|\.(\d+))", path.name) or re.search(
         r"llvm[@-]?(\d+)", str(path), re.IGNORECASE
     )

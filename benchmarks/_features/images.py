@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import bpy
 import numpy as np
 
 from benchmarks._features import feature
@@ -108,3 +111,73 @@ def _turned(stage: Stage, **values: Any) -> None:
 
 feature("images/mapping", lambda s: _turned(s, Rotation=(0.0, 0.0, 0.6), Scale=(2.0, 3.0, 1.0)))
 feature("images/mapping tilted", lambda s: _turned(s, Rotation=(0.6, 0.3, 0.0)))
+
+
+def _saved(stage: Stage, name: str, number: int, size: int = 16) -> Path:
+    """A picture of one color per number, with the test picture's changes in it, as a file in a folder that stays."""
+    folder = Path(tempfile.gettempdir()) / "spectral_feature_images"
+    folder.mkdir(exist_ok=True)
+    made = stage.image(f"{name} {number}", (size, size))
+    pixels = np.array(made.pixels[:]).reshape(-1, 4)
+    pixels[:, :3] *= [(0.3 + 0.2 * (number % 3)), 1.0 - 0.2 * (number % 4), 0.4 + 0.1 * (number % 5)]
+    made.pixels.foreach_set(pixels.astype(np.float32).ravel())
+    made.update()
+    path = folder / f"{name}{number}.png"
+    made.filepath_raw, made.file_format = str(path), "PNG"
+    made.save()
+    bpy.data.images.remove(made)
+    return path
+
+
+def _udim(numbers: tuple[int, ...], sizes: tuple[int, ...] = (16,)) -> Callable[[Stage], Any]:
+    """UV maps that reach over three columns and two rows of tiles."""
+
+    def build(stage: Stage) -> Any:
+        for k, number in enumerate(numbers):
+            _saved(stage, "udim.", number, sizes[k % len(sizes)])
+        image = bpy.data.images.load(str(_saved(stage, "udim.", numbers[0], sizes[0])))
+        image.source = "TILED"
+        image.filepath = str(Path(image.filepath).with_name("udim.<UDIM>.png"))
+        for number in numbers:
+            if all(tile.number != number for tile in image.tiles):
+                image.tiles.new(number)
+        node = stage.node("ShaderNodeTexImage")
+        node.image = image
+        mapping = stage.node("ShaderNodeMapping", Scale=(3.0, 2.0, 1.0))
+        stage.link(stage.node("ShaderNodeTexCoord").outputs["UV"], mapping.inputs["Vector"])
+        stage.link(mapping.outputs["Vector"], node.inputs["Vector"])
+        stage.into_color(node.outputs["Color"])
+        return node
+
+    return build
+
+
+ALL_TILES = (1001, 1002, 1003, 1011, 1012, 1013)
+feature("images/udim", _udim(ALL_TILES))
+feature("images/udim of several sizes", _udim(ALL_TILES, (16, 32)))
+feature("images/udim with tiles missing", _udim((1001, 1003, 1012)))
+feature("images/udim closest", lambda s: setattr(_udim(ALL_TILES)(s), "interpolation", "Closest"))
+
+
+def _sequence(frame: int, **user: Any) -> Callable[[Stage], None]:
+    def build(stage: Stage) -> None:
+        for number in range(1, 6):
+            _saved(stage, "frame_000", number)
+        image = bpy.data.images.load(str(_saved(stage, "frame_000", 1)))
+        image.source = "SEQUENCE"
+        node = stage.node("ShaderNodeTexImage")
+        node.image = image
+        node.image_user.frame_duration, node.image_user.use_auto_refresh = 5, True
+        for name, value in user.items():
+            setattr(node.image_user, name, value)
+        stage.scene.frame_set(frame)
+        stage.into_color(node.outputs["Color"])
+
+    return build
+
+
+feature("images/sequence", _sequence(3))
+feature("images/sequence that starts later", _sequence(6, frame_start=3))
+feature("images/sequence with an offset", _sequence(2, frame_offset=2))
+feature("images/sequence that repeats", _sequence(9, use_cyclic=True))
+feature("images/sequence past its end", _sequence(30))

@@ -17,6 +17,15 @@ def _shown(kind: str, output: str, **values: Any) -> Callable[[Stage], None]:
     return lambda stage: stage.glow(stage.node(kind, **values).outputs[output])
 
 
+def _dirt(stage: Stage) -> Any:
+    """Two colors, mixed by how open the surface is, through a ramp as dirt has."""
+    node, ramp = stage.node("ShaderNodeAmbientOcclusion", Distance=1.5), stage.node("ShaderNodeValToRGB")
+    ramp.color_ramp.elements[0].position, ramp.color_ramp.elements[0].color = 0.4, (0.1, 0.05, 0.02, 1)
+    ramp.color_ramp.elements[1].position, ramp.color_ramp.elements[1].color = 0.9, (0.8, 0.7, 0.5, 1)
+    stage.link(node.outputs["AO"], ramp.inputs[0])
+    return ramp.outputs[0]
+
+
 for _output in ("Generated", "Normal", "UV", "Object", "Camera", "Window", "Reflection"):
     feature(f"inputs/coordinates {_output}", _shown("ShaderNodeTexCoord", _output))
 for _output in ("Position", "Normal", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing", "Pointiness",
@@ -35,6 +44,28 @@ feature("inputs/layer weight fresnel", _shown("ShaderNodeLayerWeight", "Fresnel"
 feature("inputs/layer weight facing", _shown("ShaderNodeLayerWeight", "Facing", Blend=0.3))
 feature("inputs/ambient occlusion", _shown("ShaderNodeAmbientOcclusion", "Color"), 2)
 feature("inputs/ambient occlusion factor", _shown("ShaderNodeAmbientOcclusion", "AO", Distance=0.5), 2)
+feature(
+    "inputs/ambient occlusion inside",
+    lambda s: (
+        s.cube(s.material("Cube"), (0.7, -0.4, 0.5), 1.0),
+        _shown("ShaderNodeAmbientOcclusion", "AO", inside=True)(s),
+    ),
+    2,
+)
+feature(
+    "inputs/ambient occlusion of the object alone",
+    lambda s: (
+        s.cube(s.material("Cube"), (0.9, -0.6, 0.5), 1.0),
+        _shown("ShaderNodeAmbientOcclusion", "AO", inside=True, only_local=True, Distance=0.7)(s),
+    ),
+    2,
+)
+feature("inputs/ambient occlusion of the world's distance", _shown("ShaderNodeAmbientOcclusion", "AO", Distance=0.0), 2)
+feature(
+    "inputs/ambient occlusion as a mask of dirt",
+    lambda s: (s.cube(s.material("Cube"), (1.3, -0.4, 0.5), 1.0), s.into_color(_dirt(s))),
+    2,
+)
 feature("inputs/wireframe", _shown("ShaderNodeWireframe", "Fac", Size=0.05))
 feature("inputs/tangent radial", _shown("ShaderNodeTangent", "Tangent"))
 feature("inputs/tangent of a uv map", _shown("ShaderNodeTangent", "Tangent", direction_type="UV_MAP"))
@@ -59,6 +90,64 @@ def _bevel(stage: Stage) -> None:
 
 
 feature("inputs/bevel", _bevel, 2)
+
+
+def _particles(output: str, factor: float) -> Callable[[Stage], None]:
+    """Cubes that an emitter has let fly, each colored by what Particle Info says of it."""
+
+    def build(stage: Stage) -> None:
+        cube = stage.cube(stage.material_of_ball, (3, 30, 0.1), 0.5)
+        stage.ball.data.materials[0] = stage.material("Emitter", Color=(0.2, 0.2, 0.2, 1))
+        bpy.context.view_layer.objects.active = stage.ball
+        with bpy.context.temp_override(object=stage.ball, active_object=stage.ball):
+            bpy.ops.object.particle_system_add()
+        settings = stage.ball.particle_systems[0].settings
+        settings.count, settings.frame_end, settings.lifetime, settings.lifetime_random = 80, 4, 50, 0.5
+        settings.render_type, settings.instance_object, settings.particle_size = "OBJECT", cube, 0.5
+        for frame in range(1, 9):
+            stage.scene.frame_set(frame)
+        scale = stage.node("ShaderNodeVectorMath", operation="SCALE")
+        scale.inputs["Scale"].default_value = factor
+        stage.link(stage.node("ShaderNodeParticleInfo").outputs[output], scale.inputs[0])
+        stage.into_color(scale.outputs[0])
+
+    return build
+
+
+for _output, _factor in (("Random", 1.0), ("Index", 0.0125), ("Age", 0.1), ("Lifetime", 0.02), ("Size", 1.5),
+                         ("Location", 0.4), ("Velocity", 0.4)):  # fmt: skip
+    feature(f"inputs/particle info {_output} of cubes", _particles(_output, _factor))
+
+
+def _from_instancer(output: str) -> Callable[[Stage], None]:
+    """Small balls on the faces of a sphere, colored by the instancer's coordinates there."""
+
+    def build(stage: Stage) -> None:
+        small = stage.sphere(stage.material_of_ball, (0, 0, 0), 0.15)
+        stage.ball.data.materials[0] = stage.material("Instancer", Color=(0.2, 0.2, 0.2, 1))
+        small.parent, stage.ball.instance_type = stage.ball, "FACES"
+        stage.ball.show_instancer_for_render = True
+        stage.into_color(stage.node("ShaderNodeTexCoord", from_instancer=True).outputs[output])
+
+    return build
+
+
+for _output in ("UV", "Generated"):
+    feature(f"inputs/coordinates {_output} of the instancer", _from_instancer(_output))
+feature(
+    "inputs/uv map of the instancer",
+    lambda s: s.link(s.node("ShaderNodeUVMap", from_instancer=True).outputs[0], s.tree().nodes["shader"].inputs[0]),
+)
+feature("inputs/wireframe of a cube", lambda s: (_as_cube(s), s.into_color(_wires(s))))
+
+
+def _as_cube(stage: Stage) -> None:
+    bpy.data.objects.remove(stage.ball)
+    stage.ball = stage.cube(stage.material_of_ball, (0, 0, 0.75), 1.4, (0, 0, 0.6))
+
+
+def _wires(stage: Stage) -> Any:
+    return stage.node("ShaderNodeWireframe", Size=0.1).outputs[0]
 
 
 def _attribute(kind: str, domain: str, node: str = "ShaderNodeAttribute") -> Callable[[Stage], None]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Commands that need Blender; ``main`` is the whole command line, these beside those of ``spectral_core.cli``."""
+"""Commands that need Blender; ``main`` is the whole command line, with those of ``spectral_core.cli``."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _blend_node(table: dict[str, Any], space: Space, folder: Path) -> Any:
-    """The compute node of a .blend file; Blender's module is only loaded where a sweep asks for it."""
+    """The compute node of a .blend file; Blender's module is only loaded if a sweep needs it."""
     from ._blend import require_blender
 
     require_blender()

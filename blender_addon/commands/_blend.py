@@ -24,13 +24,13 @@ def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, metavar="N", help="start of the random numbers, instead of the file's")
     parser.add_argument("--percentage", type=int, metavar="P", help="size of the picture in percent of the file's")
     parser.add_argument(
-        "--transport", choices=["auto", "rgb", "spectral"], help="how light is carried, instead of the file's choice"
+        "--transport", choices=["auto", "rgb", "spectral"], help="type of transport, instead of the file's choice"
     )
     parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="EFFECT=VALUE",
         help="a decision of the plan to take over, e.g. bounces=4; `spectral-scene plan` lists them",
     )  # fmt: skip
-    parser.add_argument("--variant", choices=["llvm", "cuda"], help="what traces: default the best there is")
+    parser.add_argument("--variant", choices=["llvm", "cuda"], help="renderer; default: the best available")
 
 
 def add_accuracy_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +39,7 @@ def add_accuracy_arguments(parser: argparse.ArgumentParser) -> None:
     asked.add_argument(
         "--target-error", type=float, metavar="E", help="sample until the mean color error (ΔE2000) is E, e.g. 1.0"
     )
-    asked.add_argument("--time-budget", type=float, metavar="S", help="sample for S seconds, where it helps most")
+    asked.add_argument("--time-budget", type=float, metavar="S", help="sample for S seconds, noisy parts more")
 
 
 def open_scene(arguments: argparse.Namespace) -> Any:
@@ -85,7 +85,7 @@ def open_scene(arguments: argparse.Namespace) -> Any:
 
 
 def require_blender() -> None:
-    """Load Blender's Python module with the extension enabled. Raises MissingDependencyError where it is absent."""
+    """Load Blender's Python module with the extension enabled. Raises MissingDependencyError if it is absent."""
     _bpy()
 
 
@@ -98,7 +98,7 @@ def _override(settings: Any, text: str) -> None:
 
 
 def _bpy() -> Any:
-    """Blender's Python module with the extension enabled, its console chatter kept off standard output."""
+    """Blender's Python module with the extension enabled; its console output goes to standard error."""
     try:
         import bpy
     except ImportError as error:
@@ -115,7 +115,7 @@ def missing_files() -> list[str]:
     import bpy
 
     return [
-        f"{library.name}: the linked library {library.filepath} was not found; what it held is missing"
+        f"{library.name}: the linked library {library.filepath} was not found; its contents are missing"
         for library in bpy.data.libraries
         if not Path(bpy.path.abspath(library.filepath)).is_file()
     ]

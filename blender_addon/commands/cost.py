@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="also draw error over time (.png, .svg or .pdf); needs the Python package matplotlib",
     )  # fmt: skip
     parser.add_argument(
-        "--axis", default="samples", help="what the plot is of: samples, bounces, transport, volume step"
+        "--axis", default="samples", help="variable of the plot: samples, bounces, transport, volume step"
     )
 
 

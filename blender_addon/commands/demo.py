@@ -18,7 +18,7 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 
 
 def _demo() -> ModuleType | None:
-    """The demo's own command, or None where this package is installed without the checkout's ``examples``."""
+    """The demo's own command, or None if this package is installed without the checkout's ``examples``."""
     if not (CHECKOUT / "examples" / "demo" / "command.py").is_file():
         return None
     if str(CHECKOUT) not in sys.path:

@@ -15,7 +15,7 @@ from . import _blend
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     _blend.add_scene_arguments(parser)
-    parser.add_argument("--tolerance", type=float, metavar="E", help="color error (ΔE2000) that may be given away")
+    parser.add_argument("--tolerance", type=float, metavar="E", help="color error (ΔE2000) that the plan may cause")
     parser.add_argument(
         "--no-pilot", action="store_true", help="decide from the scene's data alone: no light path is traced"
     )
@@ -41,9 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in scene.notes)]
     print(table(plan))
     paths = f"{plan.pilot_paths} light paths" if plan.pilot_paths else "no light path"
-    print(
-        f"tolerance ΔE {plan.tolerance_delta_e:g}, given away ΔE {plan.accepted:.2g} at most; {paths} traced to decide"
-    )
+    print(f"tolerance ΔE {plan.tolerance_delta_e:g}, accepted ΔE {plan.accepted:.2g} at most; {paths} traced to decide")
     for note in notes:
         print(f"note: {note}")
     if arguments.json:
@@ -61,7 +59,7 @@ def translated_scene(arguments: argparse.Namespace) -> Scene:
 
     def catch(scene: Scene) -> Scene:
         caught.append(_blend.with_variant(scene, arguments.variant))
-        raise RenderCancelled("only the plan was asked for")
+        raise RenderCancelled("only the plan was requested")
 
     with jobs.request(jobs.RenderRequest(translated=catch)):
         try:

@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Render; exit status 0 where every frame was finished."""
+    """Render; exit status 0 if every frame was finished."""
     start = time.perf_counter()
     out = arguments.out or Path(arguments.scene.with_suffix(".png").name)
     if out.suffix.lower() not in FORMATS:
@@ -104,7 +104,7 @@ def _frames(arguments: argparse.Namespace, scene: Any) -> list[int]:
 
 
 def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Path) -> dict[str, Any]:
-    """Render a frame and write it; raises RenderError with the engine's own words where it failed."""
+    """Render a frame and write it; raises RenderError with the engine's message if it failed."""
     import bpy
 
     from .. import jobs
@@ -117,7 +117,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
     jobs.records.clear()
     wanted = jobs.RenderRequest(_bands(arguments), lambda given: _blend.with_variant(given, arguments.variant))
     with jobs.request(wanted), tempfile.TemporaryDirectory() as folder:
-        # Blender reads braces and hashes in a path as its own: it writes to a plain one
+        # Blender replaces braces and hashes in a path: it writes to a path without them
         plain = Path(folder) / f"frame{path.suffix.lower()}"
         _choose_format(scene.render, plain, layers=bool(arguments.multilayer or arguments.passes))
         try:
@@ -148,7 +148,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
 
 
 def _tick(scene: Any, names: list[str]) -> None:
-    """Switch passes on in every view layer that is rendered. Raises UnknownNameError for a pass that is not made."""
+    """Switch passes on in every view layer that is rendered. Raises UnknownNameError for an unknown pass."""
     from ..translate.passes import OF_CYCLES, OF_LAYER
 
     ticks = {name: (tick, False) for tick, name in OF_LAYER.items()}
@@ -182,7 +182,7 @@ def _choose_format(render: Any, path: Path, *, layers: bool) -> None:
 
 
 def _finished(records: list[Any], frame: int) -> Any:
-    """The result of the last view layer, where all of them were finished."""
+    """The result of the last view layer, if all of them were finished."""
     if not records:
         raise RenderError(f"frame {frame}: Blender did not start the render; its messages above say why")
     for record in records:
@@ -194,7 +194,7 @@ def _finished(records: list[Any], frame: int) -> Any:
 
 
 def _colors(scene: Any, out: Path, bands: int | None) -> str:
-    """How colors were written, in words."""
+    """Text on the encoding of the colors."""
     from .. import compat
 
     if bands is not None:

@@ -15,7 +15,7 @@ from . import _blend
 from .plan import translated_scene
 
 KINDS = ("dial", "bands31", "bands61", "bands121", "exact")
-"""As ``relight.storages`` names them; a literal, so that a command's help imports no renderer."""
+"""Names in ``relight.storages``; a literal, so that a command's help imports no renderer."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,12 +24,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="FILE.exr", help="transport file; default SCENE.transport.exr")
     parser.add_argument(
         "--storage", choices=KINDS, default="dial",
-        help="dial: mixtures of the lights as they are; bands: new spectra, nearly; exact: new spectra on a 10 nm grid",
+        help="dial: mixtures of the lights; bands: new spectra, approximately; exact: new spectra on a 10 nm grid",
     )  # fmt: skip
     parser.add_argument(
         "--one-per-light", action="store_true", help="a group for each light, not Blender's light groups"
     )
-    parser.add_argument("--estimate", action="store_true", help="only state memory and error, render nothing")
+    parser.add_argument("--estimate", action="store_true", help="print memory and error only, render nothing")
 
 
 def run(arguments: argparse.Namespace) -> int:

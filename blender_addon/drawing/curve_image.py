@@ -22,15 +22,15 @@ BACKGROUND = np.array([0.11, 0.11, 0.12])
 GRID_LINE = np.array([0.30, 0.30, 0.32])
 LINE = np.array([0.96, 0.96, 0.96])
 BARE = 0.45
-"""How much of its color a wavelength keeps above the curve: a hint of the rainbow, darker than the filled part."""
+"""Share of its color that a wavelength keeps above the curve: darker than the filled part."""
 MARGIN = 0.06
 
 
 @cache
 def wavelength_colors(count: int) -> NDArray[np.float64]:
-    """sRGB (count, 3) of wavelengths across SPAN_NM: hue of the spectral line, fading where the eye does.
+    """sRGB (count, 3) of wavelengths across SPAN_NM: hue of the spectral line, fading with the observer's sensitivity.
 
-    No screen shows spectral lines; negative channels are lifted to zero by mixing with grey, which keeps the hue.
+    No screen shows spectral lines; negative channels are lifted to zero by mixing with gray, which keeps the hue.
     """
     viewer = observer(STANDARD)
     wavelengths = np.linspace(*SPAN_NM, count)
@@ -59,7 +59,7 @@ def curve_picture(
     """A spectrum as a square plot of ``size`` pixels; values are linear between wavelengths and zero outside."""
     x = np.linspace(*SPAN_NM, size)
     low, high = value_range(values, kind)
-    fine = np.linspace(*SPAN_NM, 8 * size)  # a column shows the most of what it covers: no line falls between two
+    fine = np.linspace(*SPAN_NM, 8 * size)  # the maximum of each column: no line is lost between two
     known = np.interp(fine, wavelengths_nm, values, left=0.0, right=0.0).reshape(size, 8).max(axis=1)
     height = (MARGIN + (1 - 2 * MARGIN) * (known - low) / (high - low)) * size
     zero = (MARGIN + (1 - 2 * MARGIN) * (0.0 - low) / (high - low)) * size
@@ -74,7 +74,7 @@ def curve_picture(
     width = max(size / 64, 1.0)
     distance = np.abs(y - height) / np.sqrt(1 + slope**2)
     beside = np.stack([np.roll(height, 1), height, np.roll(height, -1)])[:, None]
-    past_end = np.maximum(beside.min(axis=0) - y, y - beside.max(axis=0))  # a spike ends where its line turns
+    past_end = np.maximum(beside.min(axis=0) - y, y - beside.max(axis=0))  # a spike ends at the vertex of its line
     picture = _blended(picture, LINE, np.clip(width / 2 + 0.5 - np.maximum(distance, past_end), 0, 1))
     return _opaque(picture, rounded_alpha(size, size / 12))
 

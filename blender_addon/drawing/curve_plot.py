@@ -40,7 +40,7 @@ class Plot:
         inside = (wavelengths_nm > first) & (wavelengths_nm < last)
         x = np.concatenate([[first], wavelengths_nm[inside], [last]])
         y = np.interp(x, wavelengths_nm, values, left=0.0, right=0.0)
-        keep = (x >= wavelengths_nm[0]) & (x <= wavelengths_nm[-1])  # no line down to zero where nothing is known
+        keep = (x >= wavelengths_nm[0]) & (x <= wavelengths_nm[-1])  # no line down to zero outside the measured range
         return np.stack([self.across(x[keep]), self.up(y[keep])], axis=1)
 
     def corners(self) -> Array:
@@ -77,7 +77,7 @@ class Plot:
 def side_by_side(
     region: tuple[float, float], ranges: list[tuple[float, float]], margin: float, left: float = 0.0
 ) -> list[Plot]:
-    """One plot per range of values, along the bottom of a region of (width, height) pixels; none where it is too small.
+    """One plot per range of values, along the bottom of a region of (width, height) pixels; none if it is too small.
 
     Plots share the width past ``left``, at most a third of the height and two thirds as high as wide.
     """

@@ -22,7 +22,7 @@ SELECTOR = (1.0, 1.0, 1.0, 1.0)
 
 SPACES = (bpy.types.SpaceView3D, bpy.types.SpaceImageEditor)
 hovered = {"area": 0}
-"""``as_pointer`` of the area in which the mouse is over the dial: there the tooltip is shown."""
+"""``as_pointer`` of the area in which the mouse is over the dial; the tooltip is shown there."""
 _handlers: list = []
 
 
@@ -69,7 +69,7 @@ def _draw_plate(shape: DialShape, dial: PropertyGroup) -> None:
 
 
 def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float) -> None:
-    """A bulb glows by its share, in the color of its light; one that is off is an empty ring."""
+    """Draw a bulb with a brightness by its share, in the color of its light; one that is off is an empty ring."""
     import blf
 
     at, scale = shape.pixels(tuple(bulb.place)), shape.scale
@@ -118,7 +118,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Draw no more."""
+    """Remove the drawing."""
     for space, handler in _handlers:
         space.draw_handler_remove(handler, "WINDOW")
     _handlers.clear()

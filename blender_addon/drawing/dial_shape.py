@@ -17,16 +17,16 @@ LABEL_ROOM = 22.0
 SELECTOR_REACH, BULB_REACH = 8.0, 14.0
 """Unscaled pixels within which the mouse grabs a handle. Smaller for the selector: a bulb below it can be grabbed."""
 DISC = 1.25
-"""Radius of the dial's disc in its own unit; new bulbs are placed at 1."""
+"""Radius of the dial's disc in the dial's unit; new bulbs are placed at 1."""
 SNAP_STEP = 0.25
 SNAP_REACH = 0.12
 CLICK_PIXELS = 4.0
-"""A press that moves less is a click."""
+"""A press with less movement is a click."""
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """The handle that a press grabs: the selector, bulb ``index``, or the disc, to which the selector then jumps."""
+    """The handle at a press: the selector, bulb ``index``, or the disc, to which the selector then jumps."""
 
     kind: Literal["selector", "bulb", "disc"]
     index: int = -1
@@ -50,7 +50,7 @@ class DialShape:
 
     @property
     def right(self) -> float:
-        """Where the dial and the names beside it end, in pixels from the left."""
+        """Right end of the dial and the names beside it, in pixels from the left."""
         return self.x + DISC * self.unit + (MARGIN + LABEL_ROOM) * self.scale
 
     def pixels(self, places: ArrayLike) -> Array:
@@ -62,11 +62,11 @@ class DialShape:
         return (np.asarray(pixel, dtype=np.float64) - (self.x, self.y)) / self.unit
 
     def is_over(self, pixel: ArrayLike) -> bool:
-        """Whether a pixel is on the disc."""
+        """True if a pixel is on the disc."""
         return bool(np.hypot(*self.place(pixel)) <= DISC)
 
     def target(self, pixel: ArrayLike, selector: ArrayLike, bulbs: ArrayLike) -> Target | None:
-        """Find the handle under a pixel; None outside the dial. Where bulbs coincide, the first one counts."""
+        """Find the handle under a pixel; None outside the dial. If bulbs coincide, the first one counts."""
         at = np.asarray(pixel, dtype=np.float64)
         if np.hypot(*(self.pixels(selector) - at)) <= SELECTOR_REACH * self.scale:
             return Target("selector")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures as icons that panels can draw: made when first drawn, kept by content, the oldest forgotten.
+"""Pictures as icons for panels: created at their first use, cached by content, the oldest removed.
 
 Panels have no custom widgets, but an icon may be any picture; so a curve in a panel is an icon.
 """
@@ -16,13 +16,13 @@ from ..translate.spectra.stored import kind_in, stored_samples
 from .curve_image import Picture, curve_picture, swatch_picture
 
 KEPT = 512
-"""More than a 15 × 15 table shows; a drag of a slider makes a few dozen per solve."""
+"""More than a 15 × 15 table shows; dragging a slider makes a few dozen per solve."""
 
 _previews = None
 
 
 def _icon(key: str, make: Callable[[], Picture]) -> int:
-    """Icon number of the picture that ``make()`` gives, made only if it is not kept."""
+    """Icon number of the picture that ``make()`` returns, created only if it is not cached."""
     if _previews is None:
         return 0
     found = _previews.get(key)
@@ -37,7 +37,7 @@ def _icon(key: str, make: Callable[[], Picture]) -> int:
 
 
 def curve_icon(spectral: PropertyGroup, size: int = 128) -> int:
-    """Icon of the curve of a stored spectrum; 0 (no icon) where nothing is stored."""
+    """Icon of the curve of a stored spectrum; 0 (no icon) without a stored spectrum."""
     wavelengths, values = stored_samples(spectral)
     if not wavelengths.size:
         return 0
@@ -58,13 +58,13 @@ def picture_icon(picture: Picture) -> int:
 
 
 def register() -> None:
-    """Make room for icons."""
+    """Create the collection of icons."""
     global _previews
     _previews = bpy.utils.previews.new()
 
 
 def unregister() -> None:
-    """Give the icons back."""
+    """Remove the icons."""
     global _previews
     if _previews is not None:
         bpy.utils.previews.remove(_previews)

@@ -58,7 +58,7 @@ def draw() -> None:
 
 
 def _left(tools: float, scale: float) -> float:
-    """Pixels on the left that tools cover, or the dial where it is shown."""
+    """Pixels on the left that tools cover, or the dial if it is shown."""
     region, dial = bpy.context.region, bpy.context.scene.spectral.dial
     if not dial.show or not len(dial.bulbs):
         return tools
@@ -72,8 +72,8 @@ def _range(known: Sequence[Samples], kind: str) -> tuple[float, float]:
 
 
 def line_color(number: int) -> tuple[float, float, float, float]:
-    """Color of a curve by its place in the table: told apart also by color-blind eyes, unlike the spectra's own colors,
-    which a palette makes equal on purpose.
+    """Color of a curve by its index in the table, distinguishable by color-blind observers; the spectra's own colors
+    are made equal by a palette.
     """
     return (*DISTINCT_COLORS[number % len(DISTINCT_COLORS)], 1.0)
 
@@ -110,7 +110,7 @@ def _write_centered(text: str, x: float, y: float) -> None:
 
 
 def _write_names(plot: Plot, curves: Sequence[Curve], scale: float) -> None:
-    """Names along the top of the plate; the ones that find no room are counted."""
+    """Names along the top of the plate; names without room are counted."""
     import blf
 
     x, y, end = plot.x + 8 * scale, plot.y + plot.height - 15 * scale, plot.x + plot.width - 8 * scale
@@ -125,7 +125,7 @@ def _write_names(plot: Plot, curves: Sequence[Curve], scale: float) -> None:
 
 
 def write(text: str, x: float, y: float, color: Color) -> None:
-    """Text with its lower left corner at a pixel, in the size that ``blf`` has now."""
+    """Text with its lower left corner at a pixel, in the present size of ``blf``."""
     import blf
 
     blf.color(FONT, *color)
@@ -138,7 +138,7 @@ def draw_triangles(points: Array, color: Color) -> None:
     import gpu
     from gpu_extras.batch import batch_for_shader
 
-    gpu.state.blend_set("ALPHA")  # each time: drawing text sets it back
+    gpu.state.blend_set("ALPHA")  # each time: drawing text resets it
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     shader.uniform_float("color", color)
     batch_for_shader(shader, "TRIS", {"pos": points.astype(np.float32)}).draw(shader)
@@ -149,7 +149,7 @@ def draw_line(points: Array, color: Color, width: float) -> None:
     import gpu
     from gpu_extras.batch import batch_for_shader
 
-    gpu.state.blend_set("ALPHA")  # each time: drawing text sets it back
+    gpu.state.blend_set("ALPHA")  # each time: drawing text resets it
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
     shader.uniform_float("lineWidth", width)
@@ -166,7 +166,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Draw no more."""
+    """Remove the drawing."""
     global _handler
     if _handler is not None:
         bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Puts a picture of the live renderer into a 3D view, in the display's colors, and a word where there is trouble."""
+"""Draws a picture of the live renderer in a 3D view, in display colors, with a text if there is an error."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from spectral_core.render.live.link import Shown
 
 LARGEST_HALF = 65504.0
-"""The greatest number of 16 bits: more would be infinite on the graphics card."""
+"""Largest half float: more would be infinite on the graphics card."""
 WARNING = (1.0, 0.62, 0.25, 1.0)
 PLATE = (0.05, 0.05, 0.06, 0.85)
 
 
 class Canvas:
-    """The texture of one view; it is made again only where there is a new picture."""
+    """The texture of one view; it is created again only for a new picture."""
 
     def __init__(self) -> None:
         self._texture: Any = None
@@ -25,7 +25,7 @@ class Canvas:
         self._size = (1, 1)
 
     def show(self, shown: Shown, working_from_rgb: NDArray[np.float64] | None, *, transparent: bool) -> None:
-        """Take a picture over to the graphics card."""
+        """Copy a picture to the graphics card."""
         import gpu
 
         key = (shown, None if working_from_rgb is None else working_from_rgb.tobytes())
@@ -61,7 +61,7 @@ class Canvas:
 
 
 def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float) -> None:
-    """The line between the sides of a split view, and under which light each is."""
+    """The line between the sides of a split view, and the name of the light of each."""
     import blf
 
     from .overlay import FONT, draw_line, draw_triangles, write
@@ -97,7 +97,7 @@ def draw_message(text: str, region: Any, scale: float) -> None:
 
 
 def wrapped_words(text: str, longest: int) -> list[str]:
-    """Lines of at most so many letters; a word is never cut."""
+    """Lines of at most so many letters; words are not broken."""
     lines = [""]
     for word in text.split():
         if lines[-1] and len(lines[-1]) + 1 + len(word) > longest:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A command that runs in a process of its own while Blender stays free: its output so far, and its end."""
+"""A command in a separate process while Blender stays responsive: its output so far, and its end."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from spectral_core import child
 
 
 class BackgroundCommand:
-    """The process and its output. ``started``: of ``time.monotonic``."""
+    """The process and its output. ``started``: value of ``time.monotonic``."""
 
     def __init__(self, command: Sequence[str]) -> None:
         self.started = time.monotonic()
@@ -27,7 +27,7 @@ class BackgroundCommand:
         return [line for line in self.log.read().decode("utf-8", "replace").splitlines() if line.strip()]
 
     def end(self) -> None:
-        """End the process where it still runs; commands write their files whole or not at all."""
+        """End the process if it still runs; commands write their files whole or not at all."""
         if self.process.poll() is None:
             self.process.terminate()
             try:

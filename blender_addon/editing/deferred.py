@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work that follows an edit: at once if there is no window, else by a timer, so that dragging stays smooth.
+"""Work that follows an edit: at once without a window, else by a timer, so that dragging stays smooth.
 
-Dragging a slider changes a property many times per second. A timer collects the changes in the meantime and answers
-once. While Blender renders nothing is written, because the render reads the same data.
+Dragging a slider changes a property many times per second. A timer collects the changes and handles them together.
+During a render nothing is written, because the render reads the same data.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ RENDER_SECONDS = 0.5
 
 
 class Deferred:
-    """Answer edits of a scene later, when the artist pauses.
+    """Handles edits of a scene later, when the artist pauses.
 
     Parameters
     ----------
     follow
         Called with the scene shortly after an edit; edits in the meantime are answered together.
     finish
-        Called with the scene once no further edit came for ``rest_seconds``; None where ``follow`` does everything.
+        Called with the scene once no further edit came for ``rest_seconds``; None if ``follow`` does everything.
     delay_seconds
         Time from an edit to ``follow``.
     rest_seconds
@@ -40,24 +40,24 @@ class Deferred:
     ) -> None:
         self._follow, self._finish = follow, finish
         self._delay, self._rest = delay_seconds, rest_seconds
-        self._timer = self.tick  # Blender knows a timer by its object, and a bound method is a new one each time
+        self._timer = self.tick  # Blender identifies a timer by its object, and a bound method is a new one each time
         self._edited: set[int] = set()
         self._unfinished: set[int] = set()
 
     def request(self, scene: bpy.types.Scene) -> None:
-        """Answer an edit of ``scene``: now where there is no window, else after the delay."""
+        """Handle an edit of ``scene``: now without a window, else after the delay."""
         if bpy.app.background:
             self._follow(scene)
             if self._finish is not None:
                 self._finish(scene)
             return
-        if not self._edited:  # an edit that waits already is not delayed again, so that results appear during a drag
+        if not self._edited:  # a pending edit is not delayed again, so that results appear during a drag
             self._unregister()
             bpy.app.timers.register(self._timer, first_interval=self._delay)
         self._edited.add(scene.session_uid)
 
     def tick(self) -> float | None:
-        """Answer waiting edits first; after a pause, finish their scenes. Blender's timer calls this."""
+        """Handle pending edits first; after a pause, finish their scenes. Blender's timer calls this."""
         if bpy.app.is_job_running("RENDER"):
             return RENDER_SECONDS
         if self._edited:
@@ -72,7 +72,7 @@ class Deferred:
         return None
 
     def cancel(self) -> None:
-        """Forget all waiting edits."""
+        """Drop all pending edits."""
         self._edited.clear()
         self._unfinished.clear()
         self._unregister()
@@ -83,7 +83,7 @@ class Deferred:
 
 
 def _taken(waiting: set[int]) -> list[bpy.types.Scene]:
-    """Scenes that wait and still exist; the set is emptied. The session's number survives a rename."""
+    """Pending scenes that still exist; the set is emptied. The session's number does not change with the name."""
     scenes = [scene for scene in bpy.data.scenes if scene.session_uid in waiting]
     waiting.clear()
     return scenes

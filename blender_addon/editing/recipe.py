@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recipes for spectra that can be made: read the panel, ask the core, keep the recipe's words and spectrum."""
+"""Recipes for spectra that can be made: read the panel, call the core, store the recipe's text and spectrum."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from ..translate.spectra.stored import spectrum_of, store_spectrum
 
 
 def find(scene: Scene) -> bool:
-    """Find the recipe that the panel asks for and keep it; whether all is met. Raises InvalidInputError."""
+    """Find and store the recipe that the panel requests; True if all requirements are met. Raises InvalidInputError."""
     recipe = scene.spectral.recipe
-    recipe.text, recipe.spectrum = "", ""  # what was found for other wishes goes, whether or not this succeeds
+    recipe.text, recipe.spectrum = "", ""  # the previous result is removed, even if this one fails
     spectra = _library(recipe)
     made: Spectrum
     if recipe.kind == "LAMP":
@@ -62,7 +62,7 @@ def _library(recipe: PropertyGroup) -> list[Spectrum]:
     if recipe.kind == "LAMP":
         return list(led_channels())
     if recipe.kind == "PAINTS":
-        # A chip would be the recipe of itself.
+        # A chip would be its own recipe.
         itself = recipe.surface if recipe.wanted == "NAMED" else ""
         return [chip for chip in paint_chips() if chip.name != itself]
     raise InvalidInputError(
@@ -92,7 +92,7 @@ def _wanted(scene: Scene) -> Reflectance:
 
 
 def _lights(scene: Scene) -> list[Illuminant]:
-    """The lights of the palette as they were solved, else daylight and tungsten."""
+    """The lights of the palette's solution, else daylight and tungsten."""
     palette = scene.spectral.palette
     found = [spectrum_of(light, "result") for light in palette.lights if len(light.result.samples)]
     lights = [Illuminant(each.name, each.grid, each.values) for each in found if each is not None]
@@ -102,7 +102,7 @@ def _lights(scene: Scene) -> list[Illuminant]:
 
 
 def give(scene: Scene, target: ID) -> None:
-    """Give what the recipe makes to a light or a material. Raises InvalidInputError where it is the other's."""
+    """Give the spectrum of the recipe to a light or a material. Raises InvalidInputError for the wrong type."""
     recipe = scene.spectral.recipe
     if not recipe.spectrum or recipe.found_kind != recipe.kind:
         raise InvalidInputError("there is no recipe yet; press Find Recipe first")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A spectrum follows the choice of its source: it is read from the catalogue or from a file, at once."""
+"""A spectrum follows the choice of its source: it is read at once from the catalogue or from a file."""
 
 import bpy
 from bpy.types import PropertyGroup
@@ -14,7 +14,9 @@ from ..translate.spectra.stored import kind_in, write_samples
 
 
 def reload(spectral: PropertyGroup) -> None:
-    """Read the spectrum from its catalogue or file again; on failure the values stay and ``message`` says why."""
+    """Read the spectrum from its catalogue or file again; on failure the values stay and ``message`` gives the
+    reason.
+    """
     try:
         spectrum = _read(spectral, kind_in(spectral))
     except SpectralError as error:
@@ -48,18 +50,18 @@ def _source_changed(spectral: bpy.types.PropertyGroup) -> None:
 def _choice_changed(spectral: bpy.types.PropertyGroup) -> None:
     reload(spectral)
     if spectral.message:
-        spectral.samples.clear()  # those of the choice before would pass for this one
+        spectral.samples.clear()  # the values of the previous choice would look like those of this one
     _tell_palette(spectral)
 
 
 def _tell_palette(spectral: bpy.types.PropertyGroup) -> None:
-    """Another lamp or surface in the palette's table is a reason to solve it again."""
+    """A new lamp or surface in the palette's table requires a new solution."""
     if isinstance(spectral.id_data, bpy.types.Scene):
         hooks.announce(Topic.PALETTE, spectral)
 
 
 def _names(spectral: bpy.types.PropertyGroup) -> list[str]:
-    declared = getattr(type(spectral), "SPECTRUM_KIND", None)  # of a recipe, which holds a name alone
+    declared = getattr(type(spectral), "SPECTRUM_KIND", None)  # of a recipe, which stores only a name
     return catalogue.names(declared or kind_in(spectral))
 
 
@@ -71,7 +73,7 @@ def _entries(spectral: bpy.types.PropertyGroup) -> list[str]:
         path = bpy.path.abspath(spectral.filepath, library=spectral.id_data.library)
         return [spectrum.name for spectrum in read_spectra(path, kind=catalogue.READ_AS[kind_in(spectral)])]
     except (SpectralError, OSError):
-        return []  # the message of the property says what is wrong with the file
+        return []  # the property's message reports what is wrong with the file
 
 
 LISTENERS = {
@@ -84,11 +86,11 @@ LISTENERS = {
 
 
 def register() -> None:
-    """Follow choices of sources."""
+    """Start listening to choices of sources."""
     for topic, listener in LISTENERS.items():
         hooks.listen(topic, listener)
 
 
 def unregister() -> None:
-    """Follow no more."""
+    """Stop listening."""
     hooks.ignore(*LISTENERS)

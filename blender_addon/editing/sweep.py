@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sweep of the open file: its document, its run in a process of its own, its page, its points set in the scene."""
+"""The sweep of the open file: its document, its run in a separate process, its page, its points set in the scene."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ _server: PageServer | None = None
 
 
 def running() -> Run | None:
-    """The run on its way."""
+    """The present run."""
     return _run
 
 
 def add(scene: Scene, path: str) -> PropertyGroup:
     """Sweep another setting of the file: a number over its slider's range, a switch or list over all its values.
 
-    Raises InvalidInputError where there is none.
+    Raises InvalidInputError if there is none.
     """
     setting = setting_at(path)
     sweep = scene.spectral.sweep
@@ -69,7 +69,7 @@ def _label(path: str, taken: list[str]) -> str:
 
 
 def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
-    """The core's parameters. Raises InvalidInputError for a range or name that is wrong, or where none is swept."""
+    """The core's parameters. Raises InvalidInputError for an invalid range or name, or without parameters."""
     if not len(sweep.parameters):
         raise InvalidInputError("nothing is swept; right-click a setting and choose Add to Sweep")
     made = []
@@ -87,7 +87,7 @@ def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
 
 
 def folder_of(sweep: PropertyGroup) -> Path:
-    """Where the sweep is kept; beside the file, or a temporary folder where it was never saved."""
+    """Folder of the sweep: beside the file, or a temporary folder for a file that was never saved."""
     if sweep.folder.startswith("//") and not bpy.data.filepath:
         return Path(bpy.app.tempdir or tempfile.gettempdir()) / "sweep.cdb"
     return cdb_folder(Path(bpy.path.abspath(sweep.folder).rstrip("/\\")))
@@ -114,13 +114,13 @@ def write_documents(scene: Scene) -> tuple[Path, Path]:
 
 
 def command_line(document: Path, folder: Path, workers: int, *more: str) -> list[str]:
-    """The command that runs a sweep with the Blender that this is; ``more``: further options."""
+    """The command that runs a sweep in the present Blender; ``more``: further options."""
     words = ["sweep", str(document), "--out", str(folder), "--workers", str(workers), *more]
     package = __package__.rpartition(".")[0]
     if not bpy.app.binary_path:
-        # not by this process's module path: bpy, once loaded, has put a folder there that hides bpy itself
+        # not with this process's module path: a loaded bpy adds a folder to it that hides bpy itself
         return [sys.executable, *child.ISOLATED, "-m", package, *words]
-    # in the new process the extension may be disabled, or not be installed at all where it runs from its sources
+    # in the new process the extension may be disabled, or not installed if it runs from its sources
     code = (
         "import importlib, os, sys; "
         f"sys.path[:] = {child.trusted_path()!r}; import bpy; "
@@ -132,10 +132,10 @@ def command_line(document: Path, folder: Path, workers: int, *more: str) -> list
 
 
 def start(scene: Scene) -> Run:
-    """Start the sweep in a process of its own."""
+    """Start the sweep in a separate process."""
     global _run
     if _run is not None and _run.process.poll() is None:
-        raise InvalidInputError("a sweep is on its way; wait for it or cancel it")
+        raise InvalidInputError("a sweep is running; wait for it or cancel it")
     sweep = scene.spectral.sweep
     document, folder = write_documents(scene)
     _run = Run(command_line(document, folder, sweep.workers), folder, sweep.budget)
@@ -144,10 +144,10 @@ def start(scene: Scene) -> Run:
 
 
 def resume(scene: Scene) -> None:
-    """Render the points that the page added, from the copy of the file that the sweep was made with."""
+    """Render the points that the page added, from the copy of the file of the sweep."""
     global _run
     if _run is not None and _run.process.poll() is None:
-        raise InvalidInputError("a sweep is on its way; wait for it or cancel it")
+        raise InvalidInputError("a sweep is running; wait for it or cancel it")
     sweep, folder = scene.spectral.sweep, folder_of(scene.spectral.sweep)
     with Store.open(folder) as store:
         total = len(store.ledger.rows())
@@ -182,7 +182,7 @@ def look(scene: Scene) -> bool:
 
 
 def wait(scene: Scene) -> None:
-    """Wait for the run, without a window. Raises RenderError where it failed."""
+    """Wait for the run, without a window. Raises RenderError if it failed."""
     run = _run
     while look(scene):
         time.sleep(0.1)
@@ -193,12 +193,12 @@ def wait(scene: Scene) -> None:
 def cancel() -> None:
     """End the run."""
     if _run is None:
-        raise InvalidInputError("no sweep is on its way")
+        raise InvalidInputError("no sweep is running")
     _run.end()
 
 
 def estimate(scene: Scene) -> str:
-    """Words on how long the sweep will take: from rows done before, else from one render of the settings."""
+    """Text on the time of the sweep: from finished rows, else from one render of the settings."""
     sweep = scene.spectral.sweep
     parameters_of(sweep)
     folder = folder_of(sweep)
@@ -248,14 +248,14 @@ def serve(scene: Scene) -> str:
         _on_main_thread(name, lambda _scene: bpy.ops.spectral.sweep_run(pending=True))
         return "Blender renders the points in the background; reload the page to see them"
 
-    # only the main thread may touch the file, and a render opens one: both are left to it
+    # only the main thread may change the file, and a render opens one: both run there
     _server = PageServer(LiveSweep(Store.open(folder), apply=apply, render=render))
     threading.Thread(target=_server.serve_forever, daemon=True).start()
     return _server.address
 
 
 def _on_main_thread(name: str, work: Callable[[Scene], Any]) -> None:
-    """Do a page's work with a scene when Blender has time; the panel shows errors."""
+    """Execute a page's work on a scene when Blender is idle; the panel shows errors."""
 
     def run() -> None:
         scene = bpy.data.scenes.get(name)
@@ -280,11 +280,11 @@ def stop_serving() -> None:
 
 
 def register() -> None:
-    """Nothing to add; the module holds the run and the server."""
+    """Adds nothing; the module holds the run and the server."""
 
 
 def unregister() -> None:
-    """End what runs."""
+    """End the run and the server."""
     global _run
     if _run is not None:
         _run.end()

@@ -2,7 +2,8 @@
 """A .blend file as a compute node: properties by their full data paths are set, the scene is translated and rendered.
 
 A worker opens the file once and keeps it open. The node's fingerprint is that of the translated scene with every swept
-property at the start of its range, so that saving the file again, or applying a point to it, changes nothing.
+property at the start of its range, so that it does not change if the file is saved again, or if a point is applied to
+it.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
 class BlendNode:
     """Renders a .blend file with some of its properties set.
 
-    ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: instead of the file's
+    ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: replace the file's
     output size and samples, None for those of the file. ``command``: of a worker.
     """
 
@@ -79,16 +80,16 @@ class BlendNode:
 
     @property
     def relights(self) -> bool:
-        """Whether only energies of lights are swept, so that points are re-lit instead of rendered."""
+        """True if only energies of lights are swept, so that points are re-lit instead of rendered."""
         return all(path.startswith(LIGHT_PATH) and path.endswith(".energy") for _, path in self.paths)
 
     def worker_command(self) -> list[str]:
-        """Command of a process that has this Blender."""
+        """Command of a process with this Blender."""
         return list(self.command)
 
     @property
     def worker_prelude(self) -> str:
-        """Load bpy from where Python finds it: loaded, it puts a folder on the module path that hides itself."""
+        """Load bpy from its installed position: once loaded, it adds a folder to the module path that hides it."""
         return "" if "--python-expr" in self.command else "import bpy"
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
@@ -112,7 +113,7 @@ class BlendNode:
         for (name, _), setting in zip(self.paths, settings, strict=True):
             setting.write(parameters[name])
         if any(".spectral.palette" in path for _, path in self.paths):
-            bpy.ops.spectral.palette_solve()  # the spectra of a palette follow its weights
+            bpy.ops.spectral.palette_solve()  # the spectra of a palette depend on its weights
             bpy.ops.spectral.palette_apply()
         bpy.context.view_layer.update()
         depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -125,7 +126,7 @@ class BlendNode:
         return replace(scene, film=film)
 
     def _sweeps(self, ending: str) -> bool:
-        """Whether a render setting is swept, which the sweep's own then leaves alone."""
+        """True if a render setting is swept, which the sweep's own setting then does not replace."""
         return any(path.startswith("bpy.data.scenes[") and path.endswith(ending) for _, path in self.paths)
 
     def _open(self) -> None:
@@ -162,7 +163,7 @@ class BlendNode:
 
 
 def worker_command() -> tuple[str, ...]:
-    """Blender itself without a window, or this Python where bpy is a module of it."""
+    """Blender itself without a window, or this Python if bpy is an installed module."""
     if bpy.app.binary_path:
         return bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr"
     from spectral_core.render.process.renderer import find_python

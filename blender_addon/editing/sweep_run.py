@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sweep on its way in another process."""
+"""A running sweep in another process."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from .background import BackgroundCommand
 
 
 class Run(BackgroundCommand):
-    """The process of a sweep, and how far its ledger says that it is. Points that are computed stay when it ends."""
+    """The process of a sweep, and its progress by its ledger. Computed points stay when it ends."""
 
     def __init__(self, command: list[str], folder: Path, total: int) -> None:
         super().__init__(command)
         self.folder, self.total = folder, total
 
     def done(self) -> int:
-        """Points that the ledger holds, finished."""
+        """Finished points in the ledger."""
         if not (self.folder / "project.json").is_file():
             return 0
         with Store.open(self.folder) as store:

@@ -13,12 +13,12 @@ from spectral_core.errors import InvalidInputError
 from .board.paths import Number, block_at, place_in
 
 SWITCH = ("off", "on")
-"""The values of a switch; a document may also say 0 and 1."""
+"""The values of a switch; a document may also use 0 and 1."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A property that a sweep sets. ``choices``: its values where it is no number, as a table shows them."""
+    """A property that a sweep sets. ``choices``: its values if it is no number, as a table shows them."""
 
     path: str
     place: Number
@@ -26,11 +26,11 @@ class Setting:
 
     @property
     def is_whole(self) -> bool:
-        """Whether it is a whole number."""
+        """True if it is a whole number."""
         return not self.choices and isinstance(self.place.element(), int)
 
     def checked(self, value: Any) -> Any:
-        """The value as the property takes it. Raises InvalidInputError for one that it cannot hold."""
+        """The value in the property's type. Raises InvalidInputError for an impossible value."""
         if not self.choices:
             if isinstance(value, (int, float)) and not isinstance(value, bool):
                 return float(value)
@@ -42,7 +42,7 @@ class Setting:
         return value == "on" if self.choices == SWITCH else value
 
     def write(self, value: Any) -> None:
-        """Set it. Raises InvalidInputError for a value that it cannot hold."""
+        """Set it. Raises InvalidInputError for an impossible value."""
         given, place = self.checked(value), self.place
         if not self.choices:
             place.write(given)
@@ -60,7 +60,7 @@ class Setting:
             raise InvalidInputError(f"{self.path} cannot be set to {value!r}: {error}") from error
 
     def require_taken(self, depsgraph: Any, value: Any) -> None:
-        """Raise InvalidInputError where the evaluated file does not have the value that was set.
+        """Raise InvalidInputError if the evaluated file does not have the new value.
 
         Keyframes, drivers and constraints override the value, and a property may have limits.
         """
@@ -79,7 +79,7 @@ class Setting:
             )
 
     def keyframe(self, frame: int) -> None:
-        """Insert a keyframe of the present value. Raises InvalidInputError where the property cannot be animated."""
+        """Insert a keyframe of the present value. Raises InvalidInputError if the property cannot be animated."""
         place = self.place
         path = f'["{bpy.utils.escape_identifier(place.name)}"]' if place.is_custom else place.name
         try:
@@ -89,7 +89,7 @@ class Setting:
 
 
 def setting_at(path: str) -> Setting:
-    """The setting of a full data path. Raises InvalidInputError where nothing is there that a sweep can vary."""
+    """The setting at a full data path. Raises InvalidInputError if there is none that a sweep can vary."""
     block, rest = block_at(path)
     place = place_in(block, rest)
     element = None if place is None else place.element()
@@ -105,6 +105,6 @@ def setting_at(path: str) -> Setting:
         if known.type == "ENUM":
             raise InvalidInputError(f"{path!r} offers values that depend on the file, which a sweep cannot list")
     raise InvalidInputError(
-        f"{path!r} is nothing that a sweep can vary; expected a number, one component of a vector or color, a switch, "
+        f"{path!r} cannot be varied by a sweep; expected a number, one component of a vector or color, a switch, "
         "or a choice from a list"
     )

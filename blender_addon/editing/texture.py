@@ -15,7 +15,7 @@ from ..translate.shading.texture import preview_pixels, texture_of
 
 
 def refresh(node: Any) -> None:
-    """Read the node's file and show its picture; on failure ``message`` says why and the picture goes."""
+    """Read the node's file and show its picture; on failure ``message`` gives the reason and the picture is removed."""
     shown = next((inner for inner in node.node_tree.nodes if inner.bl_idname == "ShaderNodeTexImage"), None)
     try:
         pixels = preview_pixels(texture_of(node))
@@ -35,10 +35,10 @@ def refresh(node: Any) -> None:
 
 
 def register() -> None:
-    """Listen to the node."""
+    """Start listening to the node."""
     hooks.listen(Topic.SPECTRAL_TEXTURE, refresh)
 
 
 def unregister() -> None:
-    """Listen no more."""
+    """Stop listening."""
     hooks.ignore(Topic.SPECTRAL_TEXTURE)

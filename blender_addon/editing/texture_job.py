@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A spectral texture is designed in a process of its own; Blender stays free and shows how far it is."""
+"""Design of a spectral texture in a separate process; Blender stays responsive and shows the progress."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ class Job(BackgroundCommand):
 
 
 def running() -> bool:
-    """Whether a texture is being designed."""
+    """True if a texture is being designed."""
     return _job is not None
 
 
 def folder_of(design: PropertyGroup) -> Path:
-    """Where the files are written: beside the .blend, or in a temporary folder where it was never saved."""
+    """Folder of the files: beside the .blend, or a temporary folder for a file that was never saved."""
     if design.folder.startswith("//") and not bpy.data.filepath:
         return Path(bpy.app.tempdir or tempfile.gettempdir()) / "spectral_texture"
     return Path(bpy.path.abspath(design.folder))
 
 
 def start(scene: Scene) -> None:
-    """Begin to design. Raises InvalidInputError where something is missing, or a design is on its way."""
+    """Start a design. Raises InvalidInputError if something is missing, or if a design is running."""
     global _job
     if _job is not None:
         raise InvalidInputError("a texture is being designed; wait for it or cancel it")
@@ -114,7 +114,7 @@ def _loaded(path: Path, name: str) -> Image:
 
 
 def wait() -> None:
-    """Wait for the design, without a window. Raises RenderError where it failed."""
+    """Wait for the design, without a window. Raises RenderError if it failed."""
     scene = bpy.data.scenes.get(_job.scene) if _job is not None else None
     while look():
         time.sleep(0.05)
@@ -123,7 +123,7 @@ def wait() -> None:
 
 
 def cancel() -> None:
-    """End the design. Raises InvalidInputError where none is on its way."""
+    """End the design. Raises InvalidInputError if none is running."""
     global _job
     if _job is None:
         raise InvalidInputError("no texture is being designed")
@@ -136,10 +136,10 @@ def cancel() -> None:
 
 
 def register() -> None:
-    """Nothing to add; the module holds the job."""
+    """Adds nothing; the module holds the job."""
 
 
 def unregister() -> None:
-    """End what runs."""
+    """End the job."""
     if _job is not None:
         cancel()

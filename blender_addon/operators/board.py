@@ -10,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing.board import live
 from ..editing.board.paths import number_at
-from .common import UNDOABLE, chosen_path, paths_under_pointer, reporting, with_menu_entry
+from .common import UNDOABLE, chosen_path, paths_under_pointer, reporting, require_index, with_menu_entry
 
 
 def board_in(context: Context) -> PropertyGroup:
@@ -40,7 +40,7 @@ class SPECTRAL_OT_board_start(bpy.types.Operator):
             self.report({"WARNING"}, text)
         if not running.links:
             live.stop()
-            self.report({"WARNING"}, "no board could be reached, so nothing runs")
+            self.report({"WARNING"}, "no board was found, so nothing was started")
             return {"CANCELLED"}
         if running.osc_port is not None:
             self.report({"INFO"}, f"listening for OSC on port {running.osc_port}")
@@ -96,7 +96,7 @@ class SPECTRAL_OT_board_learn(bpy.types.Operator):
         running = live.session() or live.start(context.scene)[0]
         if not running.links:
             live.stop()
-            raise InvalidInputError("no board could be reached; connect one, or switch OSC on")
+            raise InvalidInputError("no board was found; connect one, or switch OSC on")
         running.board.learn(self.target)
         self.report({"INFO"}, "move a fader")
 
@@ -112,9 +112,7 @@ class SPECTRAL_OT_board_unbind(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         settings = board_in(context)
-        if self.index >= len(settings.bindings):
-            raise InvalidInputError(f"there is no binding {self.index}; the board has {len(settings.bindings)}")
-        settings.bindings.remove(self.index)
+        settings.bindings.remove(require_index("binding", self.index, len(settings.bindings)))
         live.rebind(context.scene)
 
 
@@ -149,9 +147,7 @@ class SPECTRAL_OT_board_disorder(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         orders = board_in(context).orders
-        if self.index >= len(orders):
-            raise InvalidInputError(f"there is no order {self.index}; the board has {len(orders)}")
-        orders.remove(self.index)
+        orders.remove(require_index("order", self.index, len(orders)))
         live.rebind(context.scene)
 
 

@@ -14,7 +14,7 @@ from spectral_core.errors import InvalidInputError, SpectralError
 from ..editing.board.paths import full_path
 
 Execute = Callable[[Any, Context], set[str] | None]
-"""``execute`` of an operator; None where it finished."""
+"""``execute`` of an operator; returns None if it finished."""
 UNDOABLE = {"REGISTER", "UNDO"}
 
 
@@ -35,9 +35,9 @@ def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:
 def paths_under_pointer(
     context: Context, kinds: frozenset[str] = frozenset({"FLOAT", "INT"})
 ) -> Iterator[tuple[str, str]]:
-    """Each number of the control under the pointer: what to append to its entry in a menu, and its full path.
+    """Each number of the control under the pointer: the suffix of its menu entry, and its full path.
 
-    ``kinds``: types of properties that are wanted.
+    ``kinds``: types of properties to include.
     """
     pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
     if pointer is None or known is None or known.type not in kinds or known.is_readonly:
@@ -76,14 +76,24 @@ def palette_in(context: Context) -> PropertyGroup:
 
 
 def require_index(what: str, index: int, count: int) -> int:
-    """``index`` when 0 <= index < count; else InvalidInputError."""
+    """``index`` if 0 <= index < count; else raises InvalidInputError."""
     if not 0 <= index < count:
-        raise InvalidInputError(f"there is no {what} {index}; the palette has {count}, counted from 0")
+        raise InvalidInputError(f"there is no {what} {index}; there are {count}, counted from 0")
     return index
 
 
+def add_or_remove(rows: Any, index: int, what: str) -> None:
+    """Add a row to a collection if ``index`` is -1, else remove that row. Raises InvalidInputError for an invalid
+    index.
+    """
+    if index < 0:
+        rows.add()
+    else:
+        rows.remove(require_index(what, index, len(rows)))
+
+
 def chosen_path(filepath: str) -> Path:
-    """The path that an operator was given. Raises InvalidInputError if it was given none."""
+    """The path argument of an operator. Raises InvalidInputError if it is empty."""
     if not filepath.strip():
         raise InvalidInputError("no file is chosen; give its path as filepath=…")
     return Path(bpy.path.abspath(filepath))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light dial without a mouse: reset it, show its picture, write that to files."""
+"""The light dial without a mouse: reset it, show its picture, write the picture to files."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ def dial_in(context: Context) -> PropertyGroup:
 
 
 def reset(dial: PropertyGroup) -> None:
-    """Bulbs on their polygon and on, the selector in the middle, the light as recorded."""
+    """Bulbs on their polygon and on, the selector at the center, the light as recorded."""
     from spectral_core.render.relight.dial import bulbs_on_polygon
 
     count = len(dial.bulbs)
@@ -75,7 +75,7 @@ class SPECTRAL_OT_dial_check(bpy.types.Operator):
         if not dial_in(context).scene_hash:
             raise InvalidInputError("no transport is recorded yet; press Record")
         found = changes.compare(context.scene)
-        self.report({"WARNING" if found else "INFO"}, found or "the scene is as it was recorded")
+        self.report({"WARNING" if found else "INFO"}, found or "the scene is unchanged since the recording")
 
 
 class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
@@ -108,7 +108,7 @@ class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
 
 
 def _write_picture(scene: Scene, path: Path) -> None:
-    """PNG as the scene's view transform shows it, EXR in linear light."""
+    """PNG with the scene's view transform, EXR in linear light."""
     image = live.show(scene)
     if path.suffix.lower() == ".exr":
         with whole_file(path) as unfinished:

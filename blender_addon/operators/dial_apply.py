@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the dial back to the scene: the mixture on the lights themselves, or one light that gives all of it."""
+"""From the dial back to the scene: the mixture applied to the lights themselves, or one light with the mixed
+spectrum.
+"""
 
 from typing import TYPE_CHECKING
 
@@ -51,17 +53,17 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
         changes.accept(context.scene, before)
         keyed = _animated(dial)
         if keyed:
-            self.report({"WARNING"}, f"{keyed} is animated: its keyframes may take the mixture back")
+            self.report({"WARNING"}, f"{keyed} is animated: its keyframes may replace the mixture")
         self.report({"INFO"}, f"{count} powers and strengths written")
 
 
 def _require_lamps(dial: PropertyGroup) -> None:
-    """Check, before anything is written, that the lamp of a bulb can be given to the lights behind it."""
+    """Check, before anything is written, that the lights of a bulb can have its lamp."""
     for bulb in dial.bulbs:
         for kept in bulb.members:
             if bulb.lamp and kept.slot >= 0:
                 raise InvalidInputError(
-                    f"{kept.owner.name!r} is a glowing object, which cannot be given the lamp {bulb.lamp!r} by itself; "
+                    f"{kept.owner.name!r} is a glowing object, which cannot have the lamp {bulb.lamp!r}; "
                     "give it to its Emission node, or empty the bulb's lamp"
                 )
             if bulb.lamp and kept.owner is not None:
@@ -69,7 +71,7 @@ def _require_lamps(dial: PropertyGroup) -> None:
 
 
 def _carrier(kept: PropertyGroup) -> ID:
-    """The light or world that carries the spectrum of a member."""
+    """The light or world with the spectrum of a member."""
     return kept.owner if isinstance(kept.owner, bpy.types.World) else kept.owner.data
 
 
@@ -82,7 +84,7 @@ def _apply_lamps(dial: PropertyGroup) -> None:
 
 
 def _animated(dial: PropertyGroup) -> str:
-    """Name of the first lamp behind the dial that has keyframes or drivers, "" where none has."""
+    """Name of the first lamp behind the dial that has keyframes or drivers, "" without one."""
     for bulb in dial.bulbs:
         for kept in bulb.members:
             block = kept.owner.data if isinstance(kept.owner, bpy.types.Object) else kept.owner
@@ -113,7 +115,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         lamp = lamps[strongest]
         if lamp is None or not shares[strongest]:
             raise InvalidInputError(
-                "no lamp takes part in the mixture, so none can be made of it; turn the dial to one"
+                "no lamp contributes to the mixture, so no lamp can be made of it; turn the dial to one"
             )
         spectrum = _mixed_spectrum(dial, mixing.transport, shares)
         made = lamp.owner.copy()
@@ -140,7 +142,7 @@ def _first_lamp(bulb: PropertyGroup) -> PropertyGroup | None:
 
 
 def _luminances(mixing: "LiveMix") -> np.ndarray:
-    """Mean luminance (n,) that each group brings to the recorded picture."""
+    """Mean luminance (n,) of each group in the recorded picture."""
     count = len(mixing.transport.groups)
     from spectral_core.spectra.color import RGB_FROM_XYZ
 
@@ -150,7 +152,7 @@ def _luminances(mixing: "LiveMix") -> np.ndarray:
 
 
 def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndarray) -> "Illuminant":
-    """Sum of the lights' spectra, each with the luminance that it brings to the picture."""
+    """Sum of the lights' spectra, each with its luminance in the picture."""
     from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
     from ..translate.spectra import catalogue

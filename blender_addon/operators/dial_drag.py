@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The dial under the mouse: drag the selector, drag bulbs, click bulbs on and off, keys; Esc ends.
 
-Everything the mouse does is a change of ``scene.spectral.dial``; the picture follows those, whoever makes them.
+The mouse changes only ``scene.spectral.dial``; the picture follows those changes, whatever makes them.
 """
 
 import contextlib
@@ -30,11 +30,11 @@ Place = tuple[Area, Region]
 Pixel = tuple[float, float]
 
 running: set[int] = set()
-"""Windows (``as_pointer``) in which the dial listens."""
+"""Windows (``as_pointer``) in which the dial handles the mouse."""
 
 
 def _under_mouse(context: Context, event: Event) -> Place | None:
-    """Area and main region below the mouse, None where it is another kind of editor."""
+    """Area and main region below the mouse, None for another type of editor."""
     for area in context.window.screen.areas:
         inside = area.x <= event.mouse_x < area.x + area.width and area.y <= event.mouse_y < area.y + area.height
         if inside and area.type in AREAS:
@@ -77,7 +77,7 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         self._window = key
         self._drag: _Drag | None = None
         dial_in(context).show = True
-        with contextlib.suppress(SpectralError, OSError):  # dial.message says it
+        with contextlib.suppress(SpectralError, OSError):  # dial.message reports it
             look(context, live.show(context.scene))
         context.workspace.status_text_set(HINT)
         context.window_manager.modal_handler_add(self)
@@ -147,12 +147,14 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         return {"FINISHED"}
 
     def cancel(self, _context: Context) -> None:
-        """Blender ends it: another file is loaded, or the window closed."""
+        """Blender ends the operator: another file is loaded, or the window closed."""
         running.discard(self._window)
 
 
 class _Drag:
-    """A press under way. A bulb moves only past CLICK_PIXELS, so that a click with a trembling hand stays one."""
+    """A press in progress. A bulb moves only beyond CLICK_PIXELS, so that a click with a trembling hand stays a
+    click.
+    """
 
     def __init__(self, target: Target, shape: DialShape, region: Region, pixel: Pixel, before: Pixel) -> None:
         self.target, self.shape, self.region, self.before = target, shape, region, before
@@ -168,7 +170,7 @@ class _Drag:
             dial.bulbs[self.target.index].place = snapped(place, others) if snap else place
 
     def put_back(self, dial: PropertyGroup) -> None:
-        """As it was before the press."""
+        """Restore the state before the press."""
         if self.target.kind == "bulb":
             dial.bulbs[self.target.index].place = self.before
         else:
@@ -180,7 +182,9 @@ def _places(dial: PropertyGroup) -> np.ndarray:
 
 
 def _key(context: Context, event: Event) -> bool:
-    """Arrows nudge the selector (Shift: finely), 1 to 9 put it on a bulb, 0 in the middle; whether a key was one."""
+    """Arrows move the selector (Shift: finely), 1 to 9 put it on a bulb, 0 at the center; True if the key was one of
+    these.
+    """
     dial = dial_in(context)
     if event.type in ARROWS:
         step = FINE_NUDGE if event.shift else NUDGE
@@ -221,6 +225,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Release the mouse, and take the operators away."""
+    """Stop handling the mouse, and remove the operators."""
     running.clear()
     _unregister()

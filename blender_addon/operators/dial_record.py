@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def _keep(context: Context, recording: Recording) -> str:
-    """Write the file, give the dial its bulbs; a note for the artist. Bulbs that existed before keep their coordinates.
+    """Write the file, and create the bulbs; returns a note for the artist. Existing bulbs keep their coordinates.
 
     A recording that could not be written stays in memory for Save Transport, because it may have taken hours.
     """
@@ -35,13 +35,13 @@ def _keep(context: Context, recording: Recording) -> str:
     path, unsaved = live.transport_path(dial), None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_transport(path, transport, only_over_transports=True)  # the path may come from somebody else's .blend
+        write_transport(path, transport, only_over_transports=True)  # the path may come from a downloaded .blend
     except (SpectralError, OSError) as error:
         unsaved = error
     _take(context.scene, transport, recording.members)
     live.remember(context.scene, transport)
     remember_recorded(context.scene, recording)
-    with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message says it
+    with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
         live.show(context.scene)
     if unsaved is not None:
         raise FileWriteError(f"{unsaved}. The recording is in memory: write it elsewhere with Save Transport")
@@ -51,7 +51,7 @@ def _keep(context: Context, recording: Recording) -> str:
 
 
 def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
-    """Fit the dial to a transport's light groups."""
+    """Match the bulbs to a transport's light groups."""
     dial = scene.spectral.dial
     dial.scene_hash = ""  # no picture yet: the bulbs change one by one
     if tuple(bulb.name for bulb in dial.bulbs) != transport.groups:
@@ -72,7 +72,7 @@ def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
 
 
 def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
-    """Give each bulb the color of its light; white where the lights of a group differ."""
+    """Give each bulb the color of its light; white if the lights of a group differ."""
     import numpy as np
 
     from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
@@ -123,7 +123,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
             self._recording.stop = True
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
-            return {"PASS_THROUGH"}  # the artist may go on working; the dial shows afterwards what was edited
+            return {"PASS_THROUGH"}  # the artist may continue to work; the dial shows the edits afterwards
         context.window_manager.progress_update(100 * self._recording.progress)
         if self._recording.is_running:
             return {"RUNNING_MODAL"}
@@ -135,7 +135,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
         try:
             note = _keep(context, self._recording)
         except RenderCancelled:
-            self.report({"WARNING"}, "stopped; the dial is as it was")
+            self.report({"WARNING"}, "stopped; the dial is unchanged")
             return {"CANCELLED"}
         except (SpectralError, OSError) as error:
             self.report({"ERROR"}, str(error))

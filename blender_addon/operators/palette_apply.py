@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the palette to the scene: spectra for the materials, lights and worlds that the table names."""
+"""From the palette to the scene: spectra for the materials, lights and worlds of the table."""
 
 import bpy
 from bpy.props import BoolProperty
@@ -32,7 +32,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         palette = palette_in(context)
         if palette.is_stale and palette.live:
-            palette_solve.solve_scene(context.scene)  # an edit whose timer has not come yet
+            palette_solve.solve_scene(context.scene)  # an edit whose timer has not yet run
         _require_appliable(palette)
         if self.make_local:
             _make_local(palette)
@@ -53,7 +53,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
 
 
 def _apply(palette: PropertyGroup) -> int:
-    """Write the spectra, and let lights or exposure make the scene as bright as the palette asks."""
+    """Write the spectra, and adapt lights or exposure to the brightness of the palette."""
     level = level_of(palette)
     to_exposure = palette.level_to == "EXPOSURE"
     count = 0
@@ -102,7 +102,7 @@ class SPECTRAL_OT_palette_mend(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         done = bindings.mend(palette_in(context))
-        self.report({"INFO"}, "; ".join(done) or "nothing to mend: every name in the table is as it was chosen")
+        self.report({"INFO"}, "; ".join(done) or "nothing to mend: every name in the table is current")
 
 
 register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_palette_apply, SPECTRAL_OT_palette_mend))

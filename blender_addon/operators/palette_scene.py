@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A palette that begins with the lights and materials that the scene has."""
+"""A palette from the lights and materials of the scene."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -17,7 +17,7 @@ from ..translate.spectra.stored import carried_spectrum, store_spectrum
 from .common import UNDOABLE, palette_in, reporting
 
 MOST = 15
-"""Rows and columns that are taken over; a table of more is no longer read by eye."""
+"""Most rows and columns to add; larger tables are hard to read."""
 
 
 class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
@@ -60,7 +60,7 @@ def _unique(found: Iterable[Any]) -> list[Any]:
 
 
 def _add_light(palette: PropertyGroup, lamp: PropertyGroup) -> None:
-    """Measured, with the spectrum that the light has, daylight where it has none."""
+    """Measured, with the spectrum of the light; daylight without one."""
     column = table.add_light(palette, lamp.name)
     column.light = lamp
     if lamp.spectral.source == "CATALOGUE":
@@ -70,7 +70,7 @@ def _add_light(palette: PropertyGroup, lamp: PropertyGroup) -> None:
 
 
 def _add_material(palette: PropertyGroup, material: PropertyGroup) -> None:
-    """Measured where the material has a measured spectrum, else to be designed."""
+    """Measured if the material has a measured spectrum, else designed."""
     row = table.add_material(palette, material.name)
     row.material = material
     if material.spectral.source in ("CATALOGUE", "FILE"):
@@ -82,7 +82,7 @@ def _add_material(palette: PropertyGroup, material: PropertyGroup) -> None:
 
 
 def main_color(material: PropertyGroup) -> tuple[float, float, float]:
-    """Linear RGB of the first color socket of a material's surface, of its viewport color where there is none."""
+    """Linear RGB of the first color socket of a material's surface; of its viewport color without one."""
     tree = material.node_tree
     for node in tree.nodes if tree is not None else ():
         for name in ("Base Color", "Color"):

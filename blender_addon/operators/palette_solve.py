@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets, Solve, and help with a conflict."""
+"""Presets, Solve, and the resolution of a conflict."""
 
 import bpy
 from bpy.props import EnumProperty, IntProperty
@@ -20,7 +20,7 @@ PRESETS = [
     ("HIDDEN_MARK", "Hidden Mark", "A mark that daylight hides and a street lamp reveals", 2),
     ("COLOR_CONSTANCY", "Color Constancy", "One material keeps its color when the light changes, another does not", 3),
     ("XRAY_SMOKE", "X-Ray Smoke", "A smoke that is not there under two lights and shows under a third", 4),
-    ("MOST_DISTINCT", "Most Distinct", "Materials that match in daylight and differ as much as they can elsewhere", 5),
+    ("MOST_DISTINCT", "Most Distinct", "Materials that match in daylight and differ as much as possible elsewhere", 5),
 ]
 
 LAMP_NAMES = {"D65": "Daylight", "HP1": "Sodium", "A": "Tungsten", "FL11": "Fluorescent"}
@@ -45,7 +45,7 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
 
 
 def _rename_for_artists(palette: PropertyGroup) -> None:
-    """Short names that fit a narrow table; the library names spectra by how they were made."""
+    """Short names for a narrow table; the library names spectra by their construction."""
     for number, light in enumerate(palette.lights, 1):
         light.name = f"Light {number}" if light.name.startswith("sine") else LAMP_NAMES.get(light.name, light.name)
     for number, material in enumerate(palette.materials, 1):
@@ -74,7 +74,7 @@ def _solve(context: Context) -> PaletteSolution:
 
 
 class SPECTRAL_OT_palette_solve(bpy.types.Operator):
-    """Find spectra that meet all targets as closely as they can"""
+    """Find the spectra with the least error over all targets"""
 
     bl_idname = "spectral.palette_solve"
     bl_label = "Solve"
@@ -88,7 +88,7 @@ class SPECTRAL_OT_palette_solve(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
-    """Stop caring about one cell, and solve again"""
+    """Relax one cell, and solve again"""
 
     bl_idname = "spectral.palette_relieve"
     bl_label = "Ignore Cell"

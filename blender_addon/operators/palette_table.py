@@ -47,7 +47,7 @@ class SPECTRAL_OT_palette_add(bpy.types.Operator):
 
 
 def _picked(context: Context, side: str) -> ID | None:
-    """Light or material of the active object, unless the palette has it already."""
+    """Light or material of the active object, unless the palette contains it already."""
     palette, active = palette_in(context), context.object
     if active is None:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plan of the renderer: make it, take a decision over, give it back; and what accuracy costs."""
+"""The plan of the renderer: make it, override a decision, release it; and the cost of accuracy."""
 
 import threading
 from typing import TYPE_CHECKING, Any
@@ -27,7 +27,7 @@ def _translated(context: Context) -> "Scene":
 
 
 def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
-    """Keep the decisions of an EffectPlan so that the panel can show them."""
+    """Store the decisions of an EffectPlan for the panel."""
     settings.plan.clear()
     settings.plan_accepted = plan.accepted
     for decision in plan.decisions:
@@ -123,7 +123,7 @@ LOOK_AGAIN_S = 0.25
 
 
 def store_curve(settings: PropertyGroup, curve: "CostCurve") -> None:
-    """Keep the points of a cost curve so that the panel can show them."""
+    """Store the points of a cost curve for the panel."""
     settings.cost.clear()
     for point in curve.points:
         line = settings.cost.add()

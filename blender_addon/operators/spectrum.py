@@ -21,7 +21,7 @@ CARRIERS = [
 
 
 def carrier(context: Context, which: str) -> ID | Node | None:
-    """The material, light, world or node that a panel shows, None where there is none."""
+    """The material, light, world or node of a panel; None without one."""
     active = context.object
     if which == "MATERIAL":
         return getattr(context, "material", None) or (active.active_material if active else None)

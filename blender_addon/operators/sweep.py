@@ -9,10 +9,10 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing import sweep as editing
 from ..editing.sweep_points import keyframe_path, set_point
-from .common import UNDOABLE, paths_under_pointer, reporting, with_menu_entry
+from .common import UNDOABLE, paths_under_pointer, reporting, require_index, with_menu_entry
 
 SWEPT_TYPES = frozenset({"FLOAT", "INT", "BOOLEAN", "ENUM"})
-"""Kinds of properties that a sweep varies: numbers, switches, lists."""
+"""Types of properties that a sweep varies: numbers, switches, lists."""
 
 
 class SPECTRAL_OT_sweep_add(bpy.types.Operator):
@@ -43,9 +43,7 @@ class SPECTRAL_OT_sweep_remove(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         parameters = context.scene.spectral.sweep.parameters
-        if self.index >= len(parameters):
-            raise InvalidInputError(f"there is no parameter {self.index}; the sweep has {len(parameters)}")
-        parameters.remove(self.index)
+        parameters.remove(require_index("parameter", self.index, len(parameters)))
 
 
 class SPECTRAL_OT_sweep_estimate(bpy.types.Operator):

@@ -29,7 +29,7 @@ PRESETS = [
 
 
 def volume_in(context: Context) -> Volume | None:
-    """The Volume data-block that is being looked at, None where there is none."""
+    """The active Volume data-block, None without one."""
     shown = getattr(context, "volume", None)
     if shown is not None:
         return shown
@@ -38,7 +38,7 @@ def volume_in(context: Context) -> Volume | None:
 
 
 def shown_volume(context: Context) -> Volume:
-    """The Volume data-block that is being looked at. Raises InvalidInputError where there is none."""
+    """The active Volume data-block. Raises InvalidInputError without one."""
     found = volume_in(context)
     if found is None:
         raise InvalidInputError("there is no active Volume object; select one")
@@ -46,7 +46,7 @@ def shown_volume(context: Context) -> Volume:
 
 
 def _voxels(context: Context, data: Volume) -> "ScalarVolume":
-    """The data at the present frame: only an evaluated copy knows which one that is."""
+    """The data at the present frame; only an evaluated copy has it."""
     from ..translate.volumes import voxels_of
 
     return voxels_of(data.evaluated_get(context.evaluated_depsgraph_get()))

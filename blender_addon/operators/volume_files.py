@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Volumes from files: written as OpenVDB beside the .blend, because that is what Blender's Volume objects read."""
+"""Volumes from files: written as OpenVDB beside the .blend, the format of Blender's Volume objects."""
 
 import hashlib
 from pathlib import Path
@@ -86,7 +86,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
                 box.prop(self, name)
 
     def invoke(self, context: Context, event: Event) -> set[str]:
-        if self.directory and self.files:  # dropped onto the window: the files are chosen already
+        if self.directory and self.files:  # dropped onto the window: the files are already chosen
             return context.window_manager.invoke_props_dialog(self)
         return ImportHelper.invoke(self, context, event)
 
@@ -100,7 +100,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         return named or [chosen_path(self.filepath)]
 
     def _import(self, path: Path) -> "tuple[Volume, ScalarVolume]":
-        """A Volume data-block of the file, or of the sequence that it is a frame of, and the (first) volume itself."""
+        """A Volume data-block of the file, or of its sequence, and the (first) volume itself."""
         from spectral_core.volume.files import RawLayout, find_sequence, read_volume, sequence_of
 
         options = {"field": self.field or None, "component": None if self.component < 0 else self.component}
@@ -120,7 +120,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         first = read_volume(path, **options) if frames is None else frames.read(frames.numbers[0])
         data = bpy.data.volumes.new(first.name)
         try:
-            _fill(data, path, first, frames, self._key(), centred=self.size > 0)
+            _fill(data, path, first, frames, self._key(), centered=self.size > 0)
             _choose_preset(data, first, self.preset)
         except Exception:
             bpy.data.volumes.remove(data)
@@ -133,19 +133,19 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
 
 
 def _fill(
-    data: Volume, path: Path, first: "ScalarVolume", frames: "VolumeSequence | None", key: str, *, centred: bool
+    data: Volume, path: Path, first: "ScalarVolume", frames: "VolumeSequence | None", key: str, *, centered: bool
 ) -> None:
-    """Write the OpenVDB files of a data-block and point it to them; ``centred``: the object's origin is its middle."""
+    """Write the OpenVDB files of a data-block and point it to them; ``centered``: the object's origin is its middle."""
     from spectral_core.volume.files import write_volume
 
     low, high = first.value_range
-    shift = -first.corners_world.mean(axis=0) if centred else np.zeros(3)
-    stem = _stem(path if frames is None else Path(frames.pattern), f"{key} {centred}")
+    shift = -first.corners_world.mean(axis=0) if centered else np.zeros(3)
+    stem = _stem(path if frames is None else Path(frames.pattern), f"{key} {centered}")
     if frames is None:
         target = folder_for_volumes() / f"{stem}.vdb"
         write_volume(_moved(first, shift), target)
     else:
-        # Numbers in a row, for Blender counts frames from the first file's.
+        # Consecutive numbers, because Blender counts frames from the first file's.
         for place, number in enumerate(frames.numbers, 1):
             volume = frames.read(number)
             low, high = min(low, volume.value_range[0]), max(high, volume.value_range[1])
@@ -157,13 +157,13 @@ def _fill(
     settings = data.spectral
     settings.source = str(path)
     settings.facts = f"{' × '.join(map(str, first.shape))} voxels of {first.data.dtype}, {low:g} to {high:g}"
-    # The viewport shows the data as smoke: about opaque through the whole of them.
+    # The viewport shows the data as smoke: nearly opaque over its whole depth.
     voxel = float(np.prod(first.voxel_size) ** (1 / 3))
     data.display.density = 20.0 / max(abs(high), abs(low), 1e-9) / (max(first.shape) * voxel)
 
 
 def _moved(volume: Volume, shift: np.ndarray) -> "ScalarVolume":
-    """The same volume elsewhere."""
+    """The same volume at another position."""
     from spectral_core.volume.field import ScalarVolume
 
     matrix = volume.world_from_index.copy()
@@ -180,7 +180,7 @@ def _choose_preset(data: Volume, volume: Volume, name: str) -> None:
 
 
 def _add_to_scene(context: Context, data: Volume, volume: Volume, size: float) -> None:
-    """An object of the data at the cursor, its longest side ``size`` long."""
+    """Add an object of the data at the cursor; its longest side has the length ``size``."""
     shown = bpy.data.objects.new(data.name, data)
     if size:
         shown.scale = (size / float(np.ptp(volume.corners_world, axis=0).max()),) * 3
@@ -193,7 +193,7 @@ def _add_to_scene(context: Context, data: Volume, volume: Volume, size: float) -
 
 
 def _stem(path: Path, key: str) -> str:
-    """A file name that tells the source, and changes with it, so that no other volume's file is overwritten."""
+    """A file name that identifies the source and its version, so that no other volume's file is overwritten."""
     try:
         state = f"{path.stat().st_mtime_ns} {path.stat().st_size}"
     except OSError:  # a pattern
@@ -204,7 +204,9 @@ def _stem(path: Path, key: str) -> str:
 
 
 def folder_for_volumes() -> Path:
-    """Beside the .blend; for a file never saved in the extension's own folder, which outlives the session."""
+    """Folder beside the .blend; for a file that was never saved, the extension's own folder, which persists after the
+    session.
+    """
     if bpy.data.filepath:
         folder = Path(bpy.data.filepath).parent / "volumes"
         folder.mkdir(exist_ok=True)
@@ -212,7 +214,7 @@ def folder_for_volumes() -> Path:
     package = __package__.rpartition(".")[0]
     try:
         return Path(bpy.utils.extension_path_user(package, path="volumes", create=True))
-    except ValueError:  # not installed as an extension, but run from its source
+    except ValueError:  # run from its source, not installed as an extension
         folder = Path(bpy.utils.user_resource("DATAFILES", path="spectral_scene", create=True)) / "volumes"
         folder.mkdir(parents=True, exist_ok=True)
         return folder
@@ -247,7 +249,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take them away."""
+    """Remove them."""
     for name in MENUS:
         getattr(bpy.types, name).remove(_import_entry)
     _unregister()

@@ -82,7 +82,7 @@ def _draw_bindings(layout: UILayout, settings: PropertyGroup) -> None:
 
 
 def _short(path: str) -> str:
-    """A number by the name of its data-block and its own."""
+    """A number by the name of its data-block and its own name."""
     return path.removeprefix("bpy.data.").partition("[")[2].replace('"]', "")
 
 

@@ -60,7 +60,7 @@ class _DialPanel:
         if dial.changes:
             box = layout.box()
             box.alert = True
-            wrapped(box, context, f"Not as recorded: {dial.changes}", icon="ERROR", indent=60.0)
+            wrapped(box, context, f"Changed since the recording: {dial.changes}", icon="ERROR", indent=60.0)
             row = box.row(align=True)
             row.operator("spectral.dial_record", text="Record What Changed", icon="REC").only_changed = True
             row.operator("spectral.dial_check", text="", icon="FILE_REFRESH")

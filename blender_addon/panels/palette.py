@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The palette, in the sidebar of the 3D view and in the scene properties: the same panels in both places."""
+"""The palette, in the sidebar of the 3D view and in the scene properties: the same panels in both."""
 
 from collections.abc import Callable
 
@@ -24,11 +24,11 @@ STATUS = {
 FAULT_ICON = {"deleted": "UNLINKED", "renamed": "SORTALPHA", "linked": "LINKED", "unused": "ORPHAN_DATA"}
 FAULTS_SHOWN = 3
 CONFLICTS_SHOWN = 2
-"""The first ones matter most; the others are often resolved with them."""
+"""Number of conflicts to show; the others are often resolved with them."""
 
 
 def draw_palette(layout: UILayout, context: Context) -> None:
-    """Start, table, status, and actions."""
+    """Draw start, table, status, and actions."""
     palette = context.scene.spectral.palette
     if not len(palette.lights) and not len(palette.materials):
         _draw_welcome(layout, context)
@@ -59,7 +59,7 @@ def draw_palette(layout: UILayout, context: Context) -> None:
 
 
 def _draw_faults(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """Rows and columns whose material or light was deleted, renamed or is linked, and the way to mend them."""
+    """Draw rows and columns whose material or light was deleted, renamed or is linked, with a button to mend them."""
     found = faults(palette)
     if not found:
         return
@@ -90,7 +90,7 @@ def _draw_welcome(layout: UILayout, context: Context) -> None:
 
 
 def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """Status of the last solve in words, and its remedy."""
+    """Draw the status of the last solve, and its remedy."""
     if palette.message:
         column = layout.column()
         column.alert = True
@@ -107,14 +107,15 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
     row = told.row()
     row.alert = palette.status != "solved"
     row.label(text=words, icon=icon)
-    facts = told.row()  # below: beside them, a narrow sidebar cuts off the words
+    facts = told.row()  # below: beside them, a narrow sidebar truncates the text
     facts.active = False
     worst = "ΔE < 0.01" if palette.worst_delta_e < 0.01 else f"ΔE ≤ {palette.worst_delta_e:.2f}"
-    facts.label(text=f"{worst} · {_duration(palette.milliseconds)}", icon="BLANK1")
+    took = f" · {_duration(palette.milliseconds)}" if palette.milliseconds > 0 else ""
+    facts.label(text=f"{worst}{took}", icon="BLANK1")
 
 
 def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """The remedy, below the table, so that the table keeps its place while colors are dragged."""
+    """Draw the remedy, below the table, so that the table does not move while colors are dragged."""
     if palette.message or palette.is_stale or not palette.remedy:
         return
     for conflict in palette.conflicts[:CONFLICTS_SHOWN]:
@@ -132,7 +133,7 @@ def _duration(milliseconds: float) -> str:
 
 
 def _draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conflict: PropertyGroup) -> None:
-    """A cell that misses its target, and a button that relaxes the cell that conflicts with it."""
+    """Draw a cell that misses its target, and a button that relaxes the cell that conflicts with it."""
     rows = {material.uid: row for row, material in enumerate(palette.materials)}
     columns = {light.uid: column for column, light in enumerate(palette.lights)}
     line = box.row()
@@ -148,7 +149,7 @@ def _draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conf
 
 
 def draw_weights(layout: UILayout, context: Context) -> None:
-    """Weights, and which spectra are allowed."""
+    """Draw weights, and bounds of spectra."""
     palette = context.scene.spectral.palette
     layout.use_property_split = True
     layout.use_property_decorate = False
@@ -173,11 +174,11 @@ def draw_weights(layout: UILayout, context: Context) -> None:
 
 
 def draw_robustness(layout: UILayout, context: Context) -> None:
-    """Other eyes and other lamps."""
+    """Draw other observers and other lamps."""
     palette = context.scene.spectral.palette
     hint = layout.column()
     hint.active = False
-    wrapped(hint, context, "Cells that should match, match for these eyes, and under the variants of each lamp.")
+    wrapped(hint, context, "Matching cells hold for these observers, and under the variants of each lamp.")
     layout.column(align=True).prop(palette, "observers")
     layout.use_property_split = True
     layout.use_property_decorate = False
@@ -186,7 +187,7 @@ def draw_robustness(layout: UILayout, context: Context) -> None:
 
 
 def draw_files(layout: UILayout, _context: Context) -> None:
-    """Palettes, spectra and swatches as files."""
+    """Draw the import and export of palettes, spectra and swatches."""
     row = layout.row(align=True)
     row.label(text="Palette")
     row.operator("spectral.palette_import", text="Import", icon="IMPORT")
@@ -219,11 +220,11 @@ PARTS = [
     ("robustness", "Other Eyes and Lamps", draw_robustness),
     ("files", "Files", draw_files),
 ]
-"""Sub-panels: name, label, function that draws them. All but the first begin closed."""
+"""Sub-panels: name, label, draw function. All but the first are closed initially."""
 
 
 def _drawing(drawn: Callable[[UILayout, Context], None]) -> Callable[[Panel, Context], None]:
-    """A panel's draw function; Blender accepts two arguments, no more."""
+    """A panel's draw function; Blender requires exactly two arguments."""
 
     def draw(self: Panel, context: Context) -> None:
         drawn(self.layout, context)

@@ -14,8 +14,8 @@ HINTS = {
     "SAME": "Looks the same as the chosen cell, whatever color that becomes.",
     "CONSTANT": "Keeps the color it has under the chosen lights.",
     "BLACK": "Shows nothing under this light.",
-    "DISTINCT": "Differs from the chosen cells as much as it can. Takes seconds: press Solve.",
-    "IGNORE": "Anything goes. Leaves the most room to the other cells.",
+    "DISTINCT": "Differs from the chosen cells as much as possible. Takes seconds: press Solve.",
+    "IGNORE": "Any color. Leaves the most freedom to the other cells.",
 }
 
 REFERENCE_TITLES = {"SAME": "Same as:", "CONSTANT": "Constant with:", "DISTINCT": "Distinct from:"}
@@ -72,7 +72,7 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
 def _draw_conflict(
     layout: UILayout, context: Context, palette: PropertyGroup, entries: tuple[PropertyGroup, PropertyGroup]
 ) -> None:
-    """What keeps the selected cell from its target, and the cell to relax; nothing where it has its color."""
+    """Draw the cause of a missed target and the cell to relax; nothing if the target is met."""
     uids = entries[0].uid, entries[1].uid
     conflict = next((each for each in palette.conflicts if (each.material_uid, each.light_uid) == uids), None)
     if conflict is None or palette.is_stale:
@@ -89,7 +89,7 @@ def _draw_conflict(
 
 
 def _draw_references(layout: UILayout, palette: PropertyGroup, cell: PropertyGroup) -> None:
-    """The table once more, small: which cells this one refers to."""
+    """Draw a small copy of the table with the references of this cell."""
     chosen = references(palette, cell)
     box = layout.box()
     box.label(text=REFERENCE_TITLES[cell.mode])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sub-panels of the palette: alternatives side by side, and paints that are mixed or fluoresce."""
+"""Sub-panels of the palette: alternatives side by side, mixed paints, and fluorescent paints."""
 
 import json
 
@@ -9,11 +9,11 @@ from ..drawing.icons import swatch_icon
 from .parts import wrapped
 
 MOST_SWATCHES = 12
-"""In one row; a larger table shows its first materials."""
+"""Most swatches in one row; a larger table shows its first materials."""
 
 
 def draw_alternatives(layout: UILayout, context: Context) -> None:
-    """Different answers as rows of swatches, locks, and a button for each."""
+    """Draw alternatives as rows of swatches, with locks and a button for each."""
     palette = context.scene.spectral.palette
     row = layout.row(align=True)
     row.operator("spectral.palette_alternatives", icon="DUPLICATE").seed = len(palette.alternatives)
@@ -27,7 +27,7 @@ def draw_alternatives(layout: UILayout, context: Context) -> None:
     if not len(palette.alternatives):
         hint = layout.column()
         hint.active = False
-        wrapped(hint, context, "Answers that show what was asked alike, and differ elsewhere.")
+        wrapped(hint, context, "Solutions that meet the targets equally well, and differ elsewhere.")
         return
     lamps = palette.alternatives[0].lamps
     wrapped(layout, context, f"Seen under {lamps}, from left to right.", icon="LIGHT")
@@ -46,7 +46,7 @@ def draw_alternatives(layout: UILayout, context: Context) -> None:
 
 
 def draw_paint(layout: UILayout, context: Context) -> None:
-    """Tints that match, and fluorescent dyes of the selected material."""
+    """Draw matching tints, and fluorescent dyes of the selected material."""
     palette = context.scene.spectral.palette
     layout.prop(palette, "use_tints")
     row = layout.row()
@@ -76,7 +76,7 @@ def draw_paint(layout: UILayout, context: Context) -> None:
     hint.active = False
     wrapped(
         hint, context,
-        "A dye takes light in and sends it out at a longer wavelength. Begin the wavelengths under Design below the "
-        "first. Apply to Scene gives materials their dyes, and rendering shows what these send out.",
+        "A dye absorbs light and emits it at a longer wavelength. Begin the wavelengths under Design below the "
+        "first. Apply to Scene gives materials their dyes, and rendering shows their light.",
         indent=60.0,
     )  # fmt: skip

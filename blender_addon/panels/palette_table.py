@@ -10,7 +10,7 @@ from .parts import CHARACTER_PIXELS, told_apart, width_of
 
 MODE_ICON = {identifier: icon for identifier, _, _, icon, _ in MODES}
 LEAST_CELL = 46.0
-"""Unscaled pixels below which two colors and a number are no longer told apart."""
+"""Unscaled pixels below which two colors and a number cannot be distinguished."""
 BUTTON_PIXELS = 16.0
 """Margin of a button at the sides of its text."""
 NARROW_CELL = 82.0
@@ -18,9 +18,9 @@ NARROW_CELL = 82.0
 
 
 def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """The table; a click below a cell's colors selects it for the panels below.
+    """Draw the table; a click below a cell's colors selects it for the panels below.
 
-    Where the panel is too narrow for all lights, it shows the ones around the selected light.
+    If the panel is too narrow for all lights, it shows those around the selected light.
     """
     width = width_of(context) - 30.0
     shown = page_of(palette.active_column, len(palette.lights), int(width / LEAST_CELL) - 1)
@@ -43,14 +43,14 @@ def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> No
 
 
 def page_of(active: int, count: int, fitting: int) -> range:
-    """Columns of the page that the selected column is on, at least one; the last page is as full as the others."""
+    """Columns of the page with the selected column, at least one; the last page is as full as the others."""
     fitting = max(fitting, 1)
     first = min(active // fitting * fitting, max(count - fitting, 0))
     return range(first, min(first + fitting, count))
 
 
 def _draw_pages(layout: UILayout, shown: range, count: int) -> None:
-    """Which lights are shown, and the way to the ones before and after."""
+    """Draw the range of shown lights, and buttons for those before and after."""
     row = layout.row(align=True)
     before = row.row(align=True)
     before.enabled = shown.start > 0
@@ -84,7 +84,7 @@ def _draw_head(flow: UILayout, entry: PropertyGroup, name: str, place: dict[str,
 def _draw_cell(flow: UILayout, cell: PropertyGroup, place: tuple[int, int], selected: bool, room: float) -> None:
     column = flow.column(align=True)
     colors = column.row(align=True)
-    colors.scale_y = icon_scale(room)  # as high as the curve at its left
+    colors.scale_y = icon_scale(room)  # as high as the curve on its left
     if cell.mode == "FIXED":
         colors.prop(cell, "target", text="")
     elif cell.mode in ("SAME", "CONSTANT", "BLACK") and cell.has_result:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pieces that several panels share: wrapped text, a spectrum with its curve, swatches under lamps."""
+"""Elements that several panels share: wrapped text, a spectrum with its curve, swatches under lamps."""
 
 import textwrap
 from collections.abc import Iterable, Sequence
@@ -24,7 +24,7 @@ def width_of(context: Context) -> float:
 
 
 def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", indent: float = 40.0) -> None:
-    """A text in as many lines as the panel's width asks for."""
+    """A text in as many lines as the panel's width requires."""
     column = layout.column(align=True)
     column.scale_y = 0.8
     room = width_of(context) - indent - (0.0 if icon == "NONE" else ICON_PIXELS)
@@ -34,7 +34,7 @@ def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", i
 
 
 def told_apart(names: Sequence[str], letters: int) -> list[str]:
-    """Names in at most ``letters`` letters each: a common beginning is shortened before the differing parts."""
+    """Distinct names in at most ``letters`` letters each: a common prefix is shortened first."""
     letters = max(letters, 3)
     if all(len(name) <= letters for name in names):
         return list(names)
@@ -52,7 +52,7 @@ def _shortened(name: str, common: int, letters: int) -> str:
 
 
 def draw_source(layout: UILayout, spectral: PropertyGroup) -> None:
-    """Where the spectrum comes from."""
+    """Draw the source of the spectrum."""
     layout.row(align=True).prop(spectral, "source", expand=True)
     column = layout.column()
     column.use_property_split = True
@@ -102,7 +102,7 @@ def draw_curve(layout: UILayout, context: Context, spectral: PropertyGroup) -> N
 
 
 def draw_swatches(layout: UILayout, swatches: Iterable[Swatch]) -> None:
-    """Colors with the name of the lamp, or of the surface, below each."""
+    """Draw colors with the name of the lamp, or of the surface, below each."""
     row = layout.row(align=True)
     for name, color in swatches:
         column = row.column(align=True)
@@ -117,5 +117,5 @@ def draw_swatches(layout: UILayout, swatches: Iterable[Swatch]) -> None:
 
 
 def is_editable(owner: ID) -> bool:
-    """Whether this is not linked from another file."""
+    """True if this is not linked from another file."""
     return not isinstance(owner, bpy.types.ID) or compat.is_editable(owner)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""In "Selected Cell": the colors that the cell can show, the nearest one to its target, and the obstacles."""
+"""In "Selected Cell": the possible colors of the cell, the nearest one to its target, and the conflicting cells."""
 
 from bpy.types import Context, PropertyGroup, UILayout
 
@@ -9,7 +9,7 @@ from .parts import wrapped
 
 
 def draw_possible(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """The button, and the answer where it is of the selected cell."""
+    """Draw the button, and the answer if it belongs to the selected cell."""
     box = layout.box()
     row = box.row(align=True)
     row.operator("spectral.palette_possible", icon="QUESTION")
@@ -31,7 +31,7 @@ def draw_possible(layout: UILayout, context: Context, palette: PropertyGroup) ->
     if picture is not None:
         hint = box.column()
         hint.active = False
-        wrapped(hint, context, "Bright: possible at this lightness. Ring: asked. Dot: nearest.", indent=60.0)
+        wrapped(hint, context, "Bright: possible at this lightness. Ring: target. Dot: nearest.", indent=60.0)
 
 
 def _is_of_selected(palette: PropertyGroup, answer: PropertyGroup) -> bool:

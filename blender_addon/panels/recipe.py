@@ -25,7 +25,7 @@ class SPECTRAL_PT_recipe(bpy.types.Panel):
         column.row().prop(recipe, "library", expand=True)
         if recipe.library == "FILE":
             column.prop(recipe, "filepath")
-        column.prop(recipe, "most", text="Channels at Most" if recipe.kind == "LAMP" else "Parts at Most")
+        column.prop(recipe, "most", text="Most Channels" if recipe.kind == "LAMP" else "Most Parts")
         if recipe.kind == "LAMP":
             _draw_lamp(column, layout, recipe)
         else:
@@ -73,7 +73,9 @@ def _draw_outcome(layout: UILayout, context: Context, recipe: PropertyGroup) -> 
         return
     box = layout.box()
     if not recipe.met:
-        wrapped(box, context, "Not all that was asked can be reached; this is the nearest.", icon="ERROR", indent=60.0)
+        wrapped(
+            box, context, "Not all requirements can be reached; this is the nearest recipe.", icon="ERROR", indent=60.0
+        )
     for line in recipe.text.splitlines():
         name, _, amount = line.partition("  ")
         if amount.strip():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render settings, and the plan: which effects are simulated, why, and the error without them."""
+"""Render settings, and the plan: simulated effects, reasons, and the error without each."""
 
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
@@ -96,7 +96,7 @@ def _draw_outcome(layout: UILayout, context: Context) -> None:
 
 
 class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
-    """Which effects the renderer will simulate, and why"""
+    """Effects that the renderer will simulate, with reasons"""
 
     bl_label = "Plan"
 
@@ -131,12 +131,12 @@ class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
 
 
 def words(identifier: str) -> str:
-    """An effect or its value as a person writes it."""
+    """Display name of an effect or of its value."""
     return WORDS.get(identifier) or identifier.replace("_", " ").capitalize()
 
 
 def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None:
-    """One decision: what, why, and the other choices."""
+    """Draw one decision: value, reason, and the other choices."""
     head = box.split(factor=0.5)
     head.label(text=words(line.name), icon="USER" if line.is_artists else "DOT")
     value = head.row(align=True)
@@ -161,7 +161,7 @@ def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None
 
 
 def _figures(line: PropertyGroup) -> str:
-    """Error of leaving an effect out, and its share of the time."""
+    """Error of omitting an effect, and its share of the time."""
     error = "error not known" if line.error < 0 else f"ΔE {line.error:.2g} without it ({line.how})"
     return f"{error}, {line.time_share:.0%} of the time"
 
@@ -171,7 +171,7 @@ class _PassesPanel(_RenderPanel):
     bl_parent_id = "VIEWLAYER_PT_layer_passes"
 
     def column(self, heading: str = "") -> UILayout:
-        """A column of ticks."""
+        """Draw a column of check boxes."""
         layout = self.layout  # type: ignore[attr-defined]
         layout.use_property_split = True
         layout.use_property_decorate = False
@@ -179,7 +179,7 @@ class _PassesPanel(_RenderPanel):
 
 
 class SPECTRAL_PT_passes_data(_PassesPanel, bpy.types.Panel):
-    """What camera rays see, and facts of the render"""
+    """Passes of data at the first hit, and facts of the render"""
 
     bl_label = "Data Passes"
 

@@ -18,7 +18,7 @@ class _SpectrumPanel:
 
     @staticmethod
     def owner(context: Context) -> ID | Node | None:
-        """The data-block whose spectrum is shown; each panel defines it."""
+        """The data-block of the shown spectrum; each panel defines it."""
         raise NotImplementedError
 
     @classmethod
@@ -37,7 +37,7 @@ class _SpectrumPanel:
 
 
 def _draw_whose(layout: UILayout, context: Context, node: Node) -> None:
-    """A node without a spectrum shows the one of its material, light or world, where that has one."""
+    """Draw the source of the spectrum: a node without one shows that of its material, light or world."""
     shown = [getattr(context, name, None) for name in ("material", "light", "world")]
     active = context.object.active_material if context.object else None
     for owner in (*shown, active, context.scene.world):
@@ -98,7 +98,7 @@ class SPECTRAL_PT_material_dyes(bpy.types.Panel):
         hint = layout.column()
         hint.active = False
         text = (
-            "A dye takes light in and sends it out at a longer wavelength. Seen where spectra are traced; a violet or "
+            "A dye absorbs light and emits it at a longer wavelength. Seen where spectra are traced; a violet or "
             "ultraviolet lamp shows it most."
         )
         wrapped(hint, context, text)
@@ -138,7 +138,7 @@ class SPECTRAL_PT_node_spectrum(_SpectrumPanel, bpy.types.Panel):
 
     @staticmethod
     def owner(context: Context) -> ID | Node | None:
-        """The active node, where it has a color that a spectrum can stand for."""
+        """The active node, if it has a color that a spectrum can replace."""
         node = context.active_node
         if not isinstance(node, bpy.types.ShaderNode):
             return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The colors that a stored spectrum shows: a material under some lamps, a light by itself and on some surfaces."""
+"""The colors of a stored spectrum: a material under some lamps, a light itself and on some surfaces."""
 
 from functools import lru_cache
 
@@ -22,7 +22,7 @@ Swatch = tuple[str, np.ndarray | None]
 
 
 def swatches_of(spectral: PropertyGroup) -> tuple[Swatch, ...]:
-    """(name, sRGB (3,)) of a stored spectrum; NO_SWATCH where it shows no color, such as a light in the infrared."""
+    """(name, sRGB (3,)) of a stored spectrum; NO_SWATCH if it has no color, such as a light in the infrared."""
     wavelengths, values = stored_samples(spectral)
     return _swatches(kind_in(spectral), wavelengths.tobytes(), values.tobytes())
 

@@ -114,6 +114,14 @@ def _draw_run(layout: UILayout, context: Context, design: PropertyGroup) -> None
 def _draw_outcome(layout: UILayout, context: Context, design: PropertyGroup) -> None:
     if not design.texture_file or texture_job.running():
         return
+    row = layout.row()
+    row.scale_y = 1.2
+    row.operator("spectral.texture_material", icon="MATERIAL")
+    column = layout.column(align=True)
+    column.label(text="Lamps that get the lights:", icon="LIGHT")
+    column.prop(design, "lamp_1", text="")
+    column.prop(design, "lamp_2", text="")
+    column.operator("spectral.texture_lights", icon="LIGHT")
     box = layout.box()
     for line in design.report.splitlines():
         wrapped(box, context, line, indent=60.0)
@@ -123,14 +131,6 @@ def _draw_outcome(layout: UILayout, context: Context, design: PropertyGroup) -> 
         row = box.row()
         for image in lost:
             row.template_icon(image.preview.icon_id, scale=5.0)
-    row = layout.row()
-    row.scale_y = 1.2
-    row.operator("spectral.texture_material", icon="MATERIAL")
-    column = layout.column(align=True)
-    column.label(text="Lamps that get the lights:", icon="LIGHT")
-    column.prop(design, "lamp_1", text="")
-    column.prop(design, "lamp_2", text="")
-    column.operator("spectral.texture_lights", icon="LIGHT")
 
 
 register, unregister = bpy.utils.register_classes_factory((SPECTRAL_PT_texture,))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Under which light the scene is looked at, and what a 3D view in Rendered mode has in its header."""
+"""The light of the look, and the header of a 3D view in Rendered mode."""
 
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
@@ -19,7 +19,7 @@ class SPECTRAL_PT_look(bpy.types.Panel):
         return context.engine == "SPECTRAL"
 
     def draw(self, context: Context) -> None:
-        """Draw one look, or two where the view is split."""
+        """Draw one look, or two for a split view."""
         settings, layout = context.scene.spectral.viewport, self.layout
         layout.operator("spectral.look_split", icon="MOD_MIRROR", depress=settings.is_split)
         draw_look(layout, context, settings.look, "look")
@@ -36,7 +36,7 @@ class SPECTRAL_PT_look(bpy.types.Panel):
 
 
 def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str) -> None:
-    """A look: one button for the scene as it is and for each light of the palette, and what else may be chosen."""
+    """Draw a look: one button for the scene's own light and for each light of the palette, and further options."""
     column = layout.column(align=True)
     grid = column.grid_flow(columns=2, align=True)
     plain = grid.operator("spectral.look_under", text="As It Is", depress=look.kind == "SCENE")
@@ -58,7 +58,7 @@ def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str
 
 
 def draw_header(header: bpy.types.Header, context: Context) -> None:
-    """Pause, where the view is rendered by this engine."""
+    """Draw Pause, if this engine renders the view."""
     if context.engine != "SPECTRAL" or context.space_data.shading.type != "RENDERED":
         return
     settings = context.scene.spectral.viewport
@@ -72,6 +72,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take them away."""
+    """Remove them."""
     bpy.types.VIEW3D_HT_header.remove(draw_header)
     bpy.utils.unregister_class(SPECTRAL_PT_look)

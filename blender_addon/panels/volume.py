@@ -23,7 +23,7 @@ LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
 
 
 def scene_light(scene: Scene) -> Illuminant:
-    """The spectra of the scene's lights together, by their power; daylight where none carries a spectrum."""
+    """The total spectrum of the scene's lights, by their power; daylight if none has a spectrum."""
     together: np.ndarray = np.zeros(LIGHT_GRID.size)
     for each in scene.objects:
         if each.type != "LIGHT" or each.hide_render:
@@ -51,7 +51,7 @@ def _daylight() -> np.ndarray:
 
 
 def swatch_of(entry: PropertyGroup, light: Illuminant) -> np.ndarray:
-    """sRGB (3,) of a volume's material under a light, or as it shines by itself."""
+    """sRGB (3,) of a volume's material under a light, or of its own emission."""
     try:
         spectrum = spectrum_of(entry)
     except SpectralError:
@@ -70,7 +70,7 @@ class SPECTRAL_UL_volume_materials(bpy.types.UIList):
     """Materials with their color under the scene's lights"""
 
     light = Illuminant("daylight", LIGHT_GRID, np.ones(LIGHT_GRID.size))
-    """The scene's light, gathered once per draw of the panel instead of once per row."""
+    """The scene's light, computed once per draw of the panel instead of once per row."""
 
     def draw_item(
         self,
@@ -177,7 +177,7 @@ def _draw_curve_of(
 
 
 class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
-    """How finely the volume is sampled, and how it is lit"""
+    """Sampling and lighting of the volume"""
 
     bl_label = "Quality and Light"
     bl_parent_id = "SPECTRAL_PT_volume"
@@ -193,7 +193,7 @@ class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
 
 
 class SPECTRAL_PT_volume_source(_VolumePanel, bpy.types.Panel):
-    """Where the data come from"""
+    """The source of the volume's data"""
 
     bl_label = "Source"
     bl_parent_id = "SPECTRAL_PT_volume"

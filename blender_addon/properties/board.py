@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.board``: which fader moves which number of the file, and how the board is reached."""
+"""``scene.spectral.board``: bindings of faders to numbers of the file, and the connections of the board."""
 
 import bpy
 from bpy.props import (
@@ -27,12 +27,12 @@ class SpectralBoardBinding(bpy.types.PropertyGroup):
     high: FloatProperty(name="High", default=1.0, update=_changed, description="The number with the fader up")
     pick_up: BoolProperty(
         name="Pick Up", update=_changed,
-        description="The fader does nothing until it has passed the present value, so that nothing jumps",
+        description="The fader does nothing until it has passed the present value, so that the value does not jump",
     )  # fmt: skip
 
 
 class SpectralBoardOrder(bpy.types.PropertyGroup):
-    """Two numbers of which the upper never goes below the lower, by their full data paths."""
+    """Two numbers, the upper at or above the lower, by their full data paths."""
 
     lower: StringProperty(name="Lower", update=_changed)
     upper: StringProperty(name="Upper", update=_changed)

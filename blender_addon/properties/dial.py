@@ -17,11 +17,11 @@ from ..compat import path_options
 from .hooks import Topic, announces, offers
 
 STORAGE = [
-    ("DIAL", "Mixtures", "Any mixture of the lights as they are, exact; least memory", 0),
-    ("BANDS31", "31 Bands", "New spectra too, nearly; good for smooth lamps", 1),
-    ("BANDS61", "61 Bands", "New spectra too, nearly; better for lamps with lines", 2),
+    ("DIAL", "Mixtures", "Any mixture of the scene's lights, exact; least memory", 0),
+    ("BANDS31", "31 Bands", "New spectra too, approximately; good for smooth lamps", 1),
+    ("BANDS61", "61 Bands", "New spectra too, approximately; better for lamps with lines", 2),
     ("BANDS121", "121 Bands", "New spectra too; good for lamps with lines", 3),
-    ("EXACT", "Exact", "Every spectrum that is given each 10 nm, exact; most memory", 4),
+    ("EXACT", "Exact", "Every spectrum on a 10 nm grid, exact; most memory", 4),
 ]
 
 
@@ -29,11 +29,11 @@ _changed = announces(Topic.DIAL)
 
 
 class SpectralDialMember(bpy.types.PropertyGroup):
-    """A light or glowing object of a bulb's group, and its brightness at the time of the recording."""
+    """A light or emissive object of a bulb's group, and its brightness at the time of the recording."""
 
     owner: PointerProperty(type=bpy.types.ID)
     slot: IntProperty(default=-1, description="Material slot of a glowing object; -1 for a lamp or a world")
-    node: StringProperty(description="Node whose strength is meant; empty for a lamp's power")
+    node: StringProperty(description="Node of the strength; empty for a lamp's power")
     base: FloatProperty(description="Power or strength as recorded")
 
 
@@ -46,7 +46,7 @@ class SpectralDialBulb(bpy.types.PropertyGroup):
         subtype="XYZ",
         default=(0.0, 1.0),
         update=_changed,
-        description="Where the bulb stands on the dial",
+        description="Position of the bulb on the dial",
     )
     is_on: BoolProperty(name="On", default=True, update=_changed, description="Whether the bulb takes part")
     lamp: StringProperty(
@@ -69,11 +69,11 @@ class SpectralLightDial(bpy.types.PropertyGroup):
         subtype="XYZ",
         default=(0.0, 0.0),
         update=_changed,
-        description="Where on the dial the light is taken",
+        description="Position of the selector on the dial",
     )
     intensity: FloatProperty(
         name="Intensity", default=1.0, min=0.0, soft_max=10.0, update=_changed,
-        description="Factor on all lights. With all of n bulbs on and the selector in the middle of their polygon, "
+        description="Factor on all lights. With all of n bulbs on and the selector at the center of their polygon, "
         "n is the light as recorded",
     )  # fmt: skip
     bulbs: CollectionProperty(type=SpectralDialBulb)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings that the core knows too, declared once: the panel's property and both translations are made from this."""
+"""Settings shared with the core, declared once: the panel's property and both translations are made from this."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class Field:
-    """One setting: its property in Blender, and the attribute of the core's dataclass that it states.
+    """One setting: its property in Blender, and its attribute of the core's dataclass.
 
     Parameters
     ----------

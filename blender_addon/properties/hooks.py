@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Callbacks of properties: declarations announce a change or ask for names, and ``editing`` answers while it listens.
+"""Callbacks of properties: declarations announce a change or request names, and ``editing`` responds while it listens.
 
 So declarations do not depend on spectra, solvers and devices.
 """
@@ -11,7 +11,7 @@ from typing import Any
 
 
 class Topic(Enum):
-    """Topics that a property announces or asks about."""
+    """Topics of announcements and requests of properties."""
 
     PALETTE = auto()
     PALETTE_LIVE = auto()
@@ -34,12 +34,14 @@ _silenced: dict[Topic, int] = {}
 
 
 def listen(topic: Topic, listener: Callable[[Any], Any]) -> None:
-    """Let ``listener`` answer ``topic``; it takes the property group that was changed or that asks."""
+    """Register ``listener`` for ``topic``; its argument is the property group that was changed or that requests
+    names.
+    """
     _listeners[topic] = listener
 
 
 def ignore(*topics: Topic) -> None:
-    """Answer these topics no more."""
+    """Remove the listeners of these topics."""
     for topic in topics:
         _listeners.pop(topic, None)
 
@@ -52,7 +54,7 @@ def announce(topic: Topic, properties: Any) -> None:
 
 @contextmanager
 def silenced(topic: Topic) -> Iterator[None]:
-    """Keep a topic quiet: for code that sets many properties and acts once at its end."""
+    """Silence a topic: for code that sets many properties and responds once at its end."""
     _silenced[topic] = _silenced.get(topic, 0) + 1
     try:
         yield

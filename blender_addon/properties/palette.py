@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The palette of a scene: lights in columns, materials in rows, and how their targets are weighed."""
+"""The palette of a scene: lights in columns, materials in rows, and the weights of their targets."""
 
 from collections.abc import Callable
 
@@ -53,10 +53,10 @@ PALETTE_FIELDS = by_name(
         ],
     ),
     Field(
-        "match", EnumProperty, "match", name="Match", default="linear", description="What counts as a color error",
+        "match", EnumProperty, "match", name="Match", default="linear", description="Measure of a color error",
         items=[
             ("linear", "Linear RGB", "Difference in linear RGB", 0),
-            ("perceptual", "Perceptual", "Difference as an eye sees it, CIELAB at the wanted color", 1),
+            ("perceptual", "Perceptual", "Perceived difference, CIELAB at the wanted color", 1),
         ],
     ),
     Field(
@@ -65,11 +65,11 @@ PALETTE_FIELDS = by_name(
     ),
     Field(
         "observers", EnumProperty, "observers", name="Observers", items=OBSERVERS, options={"ENUM_FLAG"},
-        default={"cie_1931_2deg"}, description="Eyes for which matching cells should match. Shift-click for several",
+        default={"cie_1931_2deg"}, description="Observers for which matching cells match. Shift-click for several",
     ),
     Field(
         "robustness", EnumProperty, "robustness", name="Other Eyes and Lamps", default="soft",
-        description="How matches for several eyes and lamps are weighed",
+        description="How matches for several observers and lamps are weighted",
         items=[
             ("soft", "On Average", "Make the squared errors of all of them small together", 0),
             ("worst_case", "Worst Case", "Make the largest of their errors small; takes seconds", 1),
@@ -95,14 +95,14 @@ PALETTE_FIELDS = by_name(
     ),
     Field(
         "grid_samples", IntProperty, "grid", name="Samples", default=31, min=5, soft_max=101, max=601,
-        description="How finely spectra are designed; 31 over 400 to 700 nm is every 10 nm",
+        description="Number of samples of a designed spectrum; 31 over 400 to 700 nm is one every 10 nm",
     ),
 )  # fmt: skip
-"""Settings of the whole table that the core's ``PaletteProblem`` has too."""
+"""Settings of the whole table that are shared with the core's ``PaletteProblem``."""
 
 
 def _remembers(pointer: str) -> Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]:
-    """Keep the name of a data-block that is chosen: a deleted one leaves nothing else behind."""
+    """Store the name of a chosen data-block, the only trace of it after its deletion."""
 
     def changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
         block = getattr(entry, pointer)
@@ -112,7 +112,7 @@ def _remembers(pointer: str) -> Callable[[bpy.types.PropertyGroup, bpy.types.Con
 
 
 class SpectralPaletteLamp(bpy.types.PropertyGroup):
-    """One lamp of a list: a primary that a light is mixed from, or a variant that a match should survive."""
+    """One lamp of a list: a primary of a light, or a variant under which matches should hold."""
 
     SPECTRUM_KIND = "illuminant"
     spectral: PointerProperty(type=SpectralSpectrum)
@@ -178,7 +178,7 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
     material_name: StringProperty(description="Name of that material when it was chosen")
     cells: CollectionProperty(type=SpectralPaletteCell)
     locked: BoolProperty(
-        name="Lock", default=False, description="Keep this material as it is while other answers are looked for"
+        name="Lock", default=False, description="Keep this material unchanged while alternatives are found"
     )
     dyes: CollectionProperty(type=SpectralDye)
 
@@ -210,14 +210,14 @@ class SpectralPalette(bpy.types.PropertyGroup):
     )
     in_viewport: BoolProperty(
         name="Show in Viewport", default=True, update=announces(Topic.PALETTE_PICTURE),
-        description="Show what the palette finds in Rendered viewports and in the picture of the light dial while "
+        description="Show the solution in Rendered viewports and in the picture of the light dial while "
         "colors are edited, before Apply. Renders show it after Apply",
     )  # fmt: skip
-    picture: StringProperty(description="How the last edit reached the picture; empty if it is not shown")
+    picture: StringProperty(description="How the last edit is shown in the picture; empty if it is not shown")
     apply_colors: BoolProperty(
         name="Set Colors Too", default=True,
         description="Apply also sets the base colors, the viewport colors and the colors of lamps that Solid mode and "
-        "EEVEE show: each material's color in daylight. Inputs that nodes feed stay as they are",
+        "EEVEE show: each material's color in daylight. Linked inputs stay unchanged",
     )  # fmt: skip
     show_curves: BoolProperty(
         name="Curves in the View", default=False, description="Draw all spectra of the palette over the 3D view"
@@ -228,7 +228,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
         "leaves room for saturated colors",
     )  # fmt: skip
     level_to: EnumProperty(
-        name="Apply It To", default="EXPOSURE", description="What makes the scene as bright as the palette asks",
+        name="Apply It To", default="EXPOSURE", description="How the scene gets the brightness of the palette",
         items=[
             ("EXPOSURE", "View Exposure", "Lights keep their power, so materials with plain colors stay as they are in "
              "the render; the exposure in Color Management shows the palette's colors", 0),
@@ -250,10 +250,10 @@ class SpectralPalette(bpy.types.PropertyGroup):
     grid_samples: PALETTE_FIELDS["grid_samples"].declared(edited)
 
     is_stale: BoolProperty(description="Whether something changed since the last solve")
-    status: StringProperty(description="How the last solve ended: 'solved', 'compromise', …; empty before the first")
+    status: StringProperty(description="Status of the last solve: 'solved', 'compromise', …; empty before the first")
     remedy: StringProperty()
     message: StringProperty(description="Error of the palette; empty if none")
-    notes: StringProperty(description="Notes on changes that were not asked for, one per line")
+    notes: StringProperty(description="Notes on automatic changes, one per line")
     conflicts: CollectionProperty(type=SpectralPaletteConflict)
     possible: PointerProperty(type=SpectralPossible)
     possible_follows: BoolProperty(
@@ -262,7 +262,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
     )  # fmt: skip
     alternatives: CollectionProperty(type=SpectralAlternative)
     alternative_count: IntProperty(
-        name="Answers", default=4, min=2, max=12, description="How many different answers are looked for"
+        name="Answers", default=4, min=2, max=12, description="Number of alternatives to find"
     )
     use_tints: BoolProperty(
         name="Match as Tints", default=False, update=edited,

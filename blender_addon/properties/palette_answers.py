@@ -10,12 +10,12 @@ edited = announces(Topic.PALETTE)
 
 
 class SpectralPossible(bpy.types.PropertyGroup):
-    """The answer to "Possible?" for one cell, as it was asked."""
+    """The answer to "Possible?" for one cell, with its question."""
 
     material_uid: IntProperty()
     light_uid: IntProperty()
     asked: FloatVectorProperty(
-        name="Asked For", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, description="The color that was asked about"
+        name="Asked For", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, description="The color of the question"
     )
     nearest: FloatVectorProperty(
         name="Nearest", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0,
@@ -23,13 +23,13 @@ class SpectralPossible(bpy.types.PropertyGroup):
     )  # fmt: skip
     nearest_linear: FloatVectorProperty(size=3)
     reachable: BoolProperty()
-    words: StringProperty(description="Whether it is possible, and what is in the way; one line each")
+    words: StringProperty(description="Whether it is possible, and the conflicting cells; one line each")
 
 
 class SpectralAlternative(bpy.types.PropertyGroup):
-    """Another answer to the palette: spectra and colors of all designed materials."""
+    """An alternative solution of the palette: spectra and colors of all designed materials."""
 
-    apart: FloatProperty(description="Largest ΔE of any material to the first answer")
+    apart: FloatProperty(description="Largest ΔE of any material to the first solution")
     spectra: StringProperty(description="Reflectances by the material's lasting number, as JSON")
     colors: StringProperty(description="sRGB by material and lamp, as JSON")
     lamps: StringProperty(description="Names of the lamps that the colors are seen under")
@@ -40,13 +40,13 @@ class SpectralDye(bpy.types.PropertyGroup):
 
     excitation_nm: FloatProperty(
         name="Takes In (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=edited,
-        description="Wavelength around which the dye takes light in; 365 and 405 nm are black lights",
+        description="Wavelength around which the dye absorbs light; 365 and 405 nm are black lights",
     )  # fmt: skip
     emission_nm: FloatProperty(
         name="Sends Out (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=edited,
-        description="Wavelength around which the dye sends light out; longer than where it takes it in",
+        description="Wavelength around which the dye emits light; longer than the one that it absorbs",
     )  # fmt: skip
-    amount: FloatProperty(name="Amount", description="How much of the dye the design uses; 1 takes in all light there")
+    amount: FloatProperty(name="Amount", description="How much of the dye the design uses; 1 absorbs all light there")
 
 
 CLASSES = (SpectralPossible, SpectralAlternative, SpectralDye)

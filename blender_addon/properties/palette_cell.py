@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One cell of the palette table: the target color of a material under a light, and its actual color.
 
-Wanted colors are kept as sRGB, the numbers an artist reads off a screen; so they do not change their meaning with
-the working space of the file. Results are kept in linear sRGB, also where no screen can show them.
+Wanted colors are stored as sRGB, the numbers that an artist reads off a screen; so they do not depend on the working
+space of the file. Results are stored in linear sRGB, also outside the gamut of displays.
 """
 
 from typing import Any
@@ -44,7 +44,7 @@ def _shown(name: str) -> dict[str, Any]:
 
 
 class SpectralPaletteReference(bpy.types.PropertyGroup):
-    """Another cell, by the lasting numbers of its material and light."""
+    """Another cell, by the permanent numbers of its material and light."""
 
     material_uid: IntProperty()
     light_uid: IntProperty()
@@ -81,7 +81,7 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
         description="How much this cell counts beside the others, up to 1000. To enforce it, make it exact",
     )  # fmt: skip
     exact: BoolProperty(
-        name="Exact", default=False, update=edited, description="Must hold to the last digit; the other cells give way"
+        name="Exact", default=False, update=edited, description="Must hold exactly; the other cells may be missed"
     )
 
     actual_linear: FloatVectorProperty(size=3)
@@ -104,12 +104,12 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
 
     @property
     def is_missed(self) -> bool:
-        """Whether an eye sees the difference between wanted and actual."""
+        """True if the difference between wanted and actual color is visible."""
         return self.delta_e > VISIBLE_DELTA_E
 
     @property
     def error_text(self) -> str:
-        """ΔE in as many digits as an eye needs."""
+        """ΔE with the significant digits."""
         if not self.has_result:
             return "–"
         if self.delta_e < 0:

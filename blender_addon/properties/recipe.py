@@ -45,15 +45,15 @@ class SpectralRecipe(bpy.types.PropertyGroup):
         name="Duv", default=0.0, min=-0.02, max=0.02, precision=4,
         description="Tint of the white: above 0 greenish, below 0 pinkish",
     )  # fmt: skip
-    use_cri: BoolProperty(name="Ra", default=True, description="Ask for a color rendering index")
+    use_cri: BoolProperty(name="Ra", default=True, description="Require a color rendering index")
     cri: FloatProperty(
         name="Least Ra", default=90.0, min=0.0, max=100.0, precision=0, description="Least color rendering index Ra"
     )
-    use_fidelity: BoolProperty(name="Rf", default=False, description="Ask for a fidelity by TM-30")
+    use_fidelity: BoolProperty(name="Rf", default=False, description="Require a fidelity by TM-30")
     fidelity: FloatProperty(
         name="Least Rf", default=90.0, min=0.0, max=100.0, precision=0, description="Least fidelity Rf of TM-30"
     )
-    use_gamut: BoolProperty(name="Rg", default=False, description="Ask for a gamut by TM-30")
+    use_gamut: BoolProperty(name="Rg", default=False, description="Require a gamut by TM-30")
     gamut_low: FloatProperty(
         name="From", default=97.0, min=40.0, max=160.0, precision=0,
         description="Least gamut Rg of TM-30; below 100 colors look duller",
@@ -63,7 +63,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
         description="Greatest gamut Rg of TM-30; above 100 colors look more vivid",
     )  # fmt: skip
     wanted: EnumProperty(
-        name="For", default="PALETTE", description="The reflectance that is to be made",
+        name="For", default="PALETTE", description="The target reflectance",
         items=[
             ("PALETTE", "Palette Material", "The material that is selected in the palette, as it was solved", 0),
             ("NAMED", "Named Surface", "A measured surface by name", 1),
@@ -83,8 +83,8 @@ class SpectralRecipe(bpy.types.PropertyGroup):
     )
     text: StringProperty(description="The recipe, one line each")
     found_kind: StringProperty(description="What the recipe mixes")
-    met: BoolProperty(description="Whether all that was asked is met")
-    spectrum: StringProperty(description="What the recipe makes, as JSON")
+    met: BoolProperty(description="Whether all requirements are met")
+    spectrum: StringProperty(description="Spectrum of the recipe, as JSON")
 
 
 CLASSES = (SpectralRecipe,)

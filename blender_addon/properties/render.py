@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings of the render engine: samples, transport, and decisions of the plan that the artist overrides."""
+"""Settings of the render engine: samples, transport, and the artist's overrides of the plan."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
@@ -9,7 +9,7 @@ from .fields import Field, by_name
 
 
 def tag(properties: PropertyGroup, _context: Context) -> None:
-    """Blender copies a changed property to the evaluated scene only when told."""
+    """Notify Blender, which otherwise does not copy a changed property to the evaluated scene."""
     properties.id_data.update_tag()
 
 
@@ -24,9 +24,9 @@ RENDER_FIELDS = by_name(
     ),
     Field(
         "transport", EnumProperty, "transport", name="Transport", default="AUTO",
-        description="How light is carried through the scene",
+        description="Type of light transport",
         items=[
-            ("AUTO", "Automatic", "Spectral where a spectrum in the scene asks for it, else RGB", 0),
+            ("AUTO", "Automatic", "Spectral if the scene needs it, else RGB", 0),
             ("SPECTRAL", "Spectral", "Trace wavelengths, always", 1),
             ("RGB", "RGB", "Trace red, green and blue, always: designed spectra lose their effect", 2),
         ],
@@ -37,47 +37,47 @@ RENDER_FIELDS = by_name(
     ),
     Field(
         "time_budget", FloatProperty, "time_budget_s", name="Seconds", default=60.0, min=0.1, max=1e7, soft_max=3600.0,
-        description="Time of a render from its start; samples go where they help most",
+        description="Time of a render from its start; noisy parts of the picture get more samples",
     ),
     Field(
         "tolerance", FloatProperty, "tolerance_delta_e", name="Tolerance", default=1.0, min=0.0, soft_max=5.0,
-        description="Color error (ΔE2000) below which the plan may leave an effect out",
+        description="Color error (ΔE2000) below which the plan may omit an effect",
     ),
     Field(
         "denoise", BoolProperty, "denoise", name="Denoise", default=False,
         description="Smooth the noise of the finished picture with Open Image Denoise. Fine detail may blur",
     ),
 )  # fmt: skip
-"""Settings of a render that the core's ``Sampling`` and ``RenderSettings`` have too."""
+"""Settings of a render that are shared with the core's ``Sampling`` and ``RenderSettings``."""
 
 
 class SpectralPlanChoice(bpy.types.PropertyGroup):
-    """A decision of the plan that the artist has taken over; ``name`` is the effect's."""
+    """The artist's override of a decision of the plan; ``name`` is the effect's."""
 
     value: StringProperty(name="Value", description="The artist's choice instead of the plan's")
 
 
 class SpectralPlanLine(bpy.types.PropertyGroup):
-    """A decision of the plan as it was last made, to be shown; ``name`` is the effect's."""
+    """A decision of the last plan, for display; ``name`` is the effect's."""
 
     value: StringProperty()
     reason: StringProperty()
     cost: StringProperty(description="Error of the picture without it")
-    error: FloatProperty(description="Color error (ΔE2000) of the picture without it; -1 where nobody knows")
+    error: FloatProperty(description="Color error (ΔE2000) of the picture without it; -1 if unknown")
     how: StringProperty(description="Where the error comes from: exact, bounded, measured or not known")
-    time_share: FloatProperty(subtype="FACTOR", description="Its part of the time of a render with everything on")
+    time_share: FloatProperty(subtype="FACTOR", description="Its share of the time of a render with all effects")
     choices: StringProperty(description="Possible values, separated by '|'; empty for a whole number")
     is_overridable: BoolProperty()
     is_artists: BoolProperty(description="Whether the artist decided it")
 
 
 class SpectralCostPoint(bpy.types.PropertyGroup):
-    """A setting of the cost curve as it was last measured; ``name`` is the setting's."""
+    """A point of the last cost curve; ``name`` is the setting's."""
 
     axis: StringProperty()
     seconds: FloatProperty()
     delta_e: FloatProperty(description="Mean color error (ΔE2000) of noise")
-    bias: FloatProperty(description="Mean color error (ΔE2000) of what the setting leaves out")
+    bias: FloatProperty(description="Mean color error (ΔE2000) of the bias of the setting")
     is_measured: BoolProperty()
 
 
@@ -97,7 +97,7 @@ class SpectralRender(bpy.types.PropertyGroup):
     target_error: RENDER_FIELDS["target_error"].declared(tag)
     time_budget: RENDER_FIELDS["time_budget"].declared(tag)
     cost: CollectionProperty(type=SpectralCostPoint)
-    cost_summary: StringProperty(description="What the settings lead to, as it was last predicted")
+    cost_summary: StringProperty(description="The last prediction for the settings")
     samples: RENDER_FIELDS["samples"].declared(tag)
     seed: RENDER_FIELDS["seed"].declared(tag)
     transport: RENDER_FIELDS["transport"].declared(tag)
@@ -105,7 +105,7 @@ class SpectralRender(bpy.types.PropertyGroup):
     denoise: RENDER_FIELDS["denoise"].declared(tag)
     overrides: CollectionProperty(type=SpectralPlanChoice)
     plan: CollectionProperty(type=SpectralPlanLine)
-    plan_accepted: FloatProperty(description="Color error (ΔE2000) that the plan gives away, at most")
+    plan_accepted: FloatProperty(description="Largest color error (ΔE2000) of the plan")
 
 
 CLASSES = (SpectralPlanChoice, SpectralPlanLine, SpectralCostPoint, SpectralRender)

@@ -15,7 +15,7 @@ from .viewport import SpectralViewport
 
 
 class SpectralScene(bpy.types.PropertyGroup):
-    """Everything that this extension stores on a scene."""
+    """All data of this extension on a scene."""
 
     palette: PointerProperty(type=SpectralPalette)
     render: PointerProperty(type=SpectralRender)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The spectrum that a material, a light, a world or a shader node carries: its attribute ``spectral``.
+"""The spectrum of a material, a light, a world or a shader node: its attribute ``spectral``.
 
-The sampled values themselves are stored, so a .blend stays whole without the catalogue, the file or the palette that
-they came from, and survive save, load, append and undo. Stored as 32-bit floats, as the renderer reads them.
+The sampled values themselves are stored, so a .blend does not depend on the catalogue, the file or the palette that
+they came from, and they survive save, load, append and undo. They are stored as 32-bit floats, as the renderer reads
+them.
 """
 
 from typing import Any
@@ -22,7 +23,9 @@ SOURCES = [
 
 
 def tag(spectral: bpy.types.PropertyGroup, _context: Any = None) -> None:
-    """Blender copies a changed property to the evaluated scene only when told; the palette shows its originals."""
+    """Notify Blender, which otherwise does not copy a changed property to the evaluated scene; the palette shows its
+    originals.
+    """
     if not isinstance(spectral.id_data, bpy.types.Scene):
         spectral.id_data.update_tag()
 
@@ -39,11 +42,11 @@ class SpectralCarriedDye(bpy.types.PropertyGroup):
 
     excitation_nm: FloatProperty(
         name="Takes In (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=tag,
-        description="Wavelength around which the dye takes light in; 365 and 405 nm are black lights",
+        description="Wavelength around which the dye absorbs light; 365 and 405 nm are black lights",
     )  # fmt: skip
     emission_nm: FloatProperty(
         name="Sends Out (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=tag,
-        description="Wavelength around which the dye sends light out; longer than where it takes it in",
+        description="Wavelength around which the dye emits light; longer than the one that it absorbs",
     )  # fmt: skip
     amount: FloatProperty(
         name="Amount", default=0.3, min=0.0, max=1.0, precision=3, update=tag,
@@ -53,7 +56,7 @@ class SpectralCarriedDye(bpy.types.PropertyGroup):
 
 
 class SpectralSpectrum(bpy.types.PropertyGroup):
-    """A spectrum, where it came from, and its values."""
+    """A spectrum, its source, and its values."""
 
     source: EnumProperty(
         name="Spectrum", items=SOURCES, default="NONE", description="Where the spectrum comes from",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.sweep``: which settings of the file are swept, over which ranges, and how many points."""
+"""``scene.spectral.sweep``: swept settings of the file, their ranges, and the number of points."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
@@ -26,7 +26,7 @@ class SpectralSweepParameter(bpy.types.PropertyGroup):
 
 
 class SpectralSweep(bpy.types.PropertyGroup):
-    """Swept settings, the budget, and where the outcome lies."""
+    """Swept settings, the budget, and the folder of the outcome."""
 
     parameters: CollectionProperty(type=SpectralSweepParameter)
     active: IntProperty(name="Parameter", min=0)

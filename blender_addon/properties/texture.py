@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The node Spectral Texture: a file of ``spectral-scene texture`` that any color socket of a shader can read.
 
-Inside it is a group with the texture's picture under D65, so that EEVEE and Cycles show something near to it.
+It contains a group with the texture's picture under D65, so that EEVEE and Cycles show an approximation.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ class SpectralTextureNode(bpy.types.ShaderNodeCustomGroup):
     )
     interpolation: bpy.props.EnumProperty(name="Interpolation", items=INTERPOLATIONS)
     extension: bpy.props.EnumProperty(name="Extension", items=EXTENSIONS)
-    message: bpy.props.StringProperty(name="Message", description="Why the file cannot be used")
+    message: bpy.props.StringProperty(name="Message", description="Reason why the file cannot be used")
 
     def init(self, _context: Context) -> None:
-        """Make the group that shows the picture where spectra are not known."""
+        """Create the group that shows the picture in engines without spectra."""
         tree = bpy.data.node_groups.new(".Spectral Texture", "ShaderNodeTree")
         tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
         end, image = tree.nodes.new("NodeGroupOutput"), tree.nodes.new("ShaderNodeTexImage")
@@ -55,12 +55,12 @@ class SpectralTextureNode(bpy.types.ShaderNodeCustomGroup):
         self.node_tree = tree
 
     def copy(self, node: SpectralTextureNode) -> None:
-        """Give a copy a group of its own, so that its file can differ."""
+        """Give a copy its own group, so that its file can differ."""
         if node.node_tree is not None:
             self.node_tree = node.node_tree.copy()
 
     def free(self) -> None:
-        """Remove the group with the last node that has it."""
+        """Remove the group with its last node."""
         if self.node_tree is not None and self.node_tree.users <= 1:
             bpy.data.node_groups.remove(self.node_tree)
 
@@ -83,7 +83,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take the node away."""
+    """Remove the node."""
     bpy.types.NODE_MT_category_shader_texture.remove(_add_entry)
     bpy.utils.unregister_class(SpectralTextureNode)
 

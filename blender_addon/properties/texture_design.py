@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.texture``: two pictures for one surface, or one with wanted colors; the lights; what came out."""
+"""``scene.spectral.texture``: two pictures for one surface, or one with wanted colors; the lights; the result."""
 
 import bpy
 from bpy.props import (
@@ -20,16 +20,16 @@ from .spectrum import SpectralSpectrum
 TEXTURE_FIELDS = by_name(
     Field(
         "floor", FloatProperty, "floor", name="Black Shown As", default=0.02, min=0.0, max=0.5, precision=3,
-        description="Gray that black becomes. A surface that is black under one light is dark under all, so a little "
+        description="Gray that replaces black. A surface that is black under one light is dark under all, so a little "
         "gray in black buys independence",
     ),
     Field(
         "slope", FloatProperty, "slope", name="Contrast Kept", default=0.95, min=0.05, max=1.0, precision=3,
-        description="Share of the pictures' contrast that is asked for. Black plus contrast is at most 1",
+        description="Wanted share of the pictures' contrast. Black plus contrast is at most 1",
     ),
     Field(
         "mapping", EnumProperty, "mapping", name="Impossible Colors", default="least_delta_e",
-        description="What happens where no reflectance can show both colors",
+        description="Treatment of colors that no reflectance can show together",
         items=[
             ("least_delta_e", "Nearest Color", "Show the nearest pair of colors there", 0),
             ("uniform_contrast", "Lower All Contrast", "Lower the contrast of all texels until each is exact", 1),
@@ -60,11 +60,11 @@ TEXTURE_FIELDS = by_name(
 
 
 def _nothing(_self: object, _context: object) -> None:
-    """A setting counts when the texture is designed, not before."""
+    """Do nothing: a setting takes effect when the texture is designed."""
 
 
 class SpectralTextureWantedColor(bpy.types.PropertyGroup):
-    """A color of the picture, and how it should look under the second light."""
+    """A color of the picture, and its wanted appearance under the second light."""
 
     color: FloatVectorProperty(
         name="Color", subtype="COLOR_GAMMA", size=3, default=(0.6, 0.2, 0.2), min=0.0, max=1.0,
@@ -88,7 +88,7 @@ class SpectralTextureLight(bpy.types.PropertyGroup):
 
 
 class SpectralTextureDesign(bpy.types.PropertyGroup):
-    """Pictures, lights, settings, and the texture that was designed last."""
+    """Pictures, lights, settings, and the last designed texture."""
 
     kind: EnumProperty(
         name="Pictures", default="TWO", description="What the surface shows",
@@ -123,16 +123,16 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
     led_width_nm: TEXTURE_FIELDS["led_width_nm"].declared(_nothing)
     folder: StringProperty(
         name="Folder", subtype="DIR_PATH", default="//spectral_texture", options=path_options(),
-        description="Where the texture, the lights and the pictures of what was lost are written",
+        description="Folder of the texture, the lights and the pictures of its errors",
     )  # fmt: skip
 
-    status: StringProperty(description="How far the design is, or how it ended")
+    status: StringProperty(description="Progress or result of the design")
     failed: BoolProperty(description="Whether the last design failed")
     progress: FloatProperty(options={"SKIP_SAVE"})
     texture_file: StringProperty(
         subtype="FILE_PATH", options=path_options(), description="The texture that was designed last"
     )
-    report: StringProperty(description="What was kept and lost, one line each")
+    report: StringProperty(description="Contrast and errors of the result, one line each")
     lost_1: PointerProperty(type=bpy.types.Image, description="Color error of picture 1; white is ΔE 10 or more")
     lost_2: PointerProperty(type=bpy.types.Image, description="Color error of picture 2; white is ΔE 10 or more")
     lamp_1: PointerProperty(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings of the Rendered viewport, and under which light a scene is looked at."""
+"""Settings of the Rendered viewport, and the light of its look."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
@@ -16,13 +16,15 @@ LOOKS = [
 
 
 def changed(properties: PropertyGroup, _context: Context) -> None:
-    """Tell Blender, which copies a property to the evaluated scene only then, and whoever follows the viewport."""
+    """Notify Blender, which otherwise does not copy a property to the evaluated scene, and the listeners of the
+    viewport.
+    """
     properties.id_data.update_tag()
     announce(Topic.VIEWPORT, properties)
 
 
 class SpectralLook(bpy.types.PropertyGroup):
-    """A light to look under."""
+    """The light of a look."""
 
     kind: EnumProperty(name="Look", items=LOOKS, default="SCENE", update=changed, description="Light to look under")
     column: StringProperty(name="Palette Light", update=changed, description="Light of the palette")
@@ -37,16 +39,16 @@ class SpectralLook(bpy.types.PropertyGroup):
     )  # fmt: skip
     adapts: BoolProperty(
         name="Adapt to Light", default=False, update=changed,
-        description="Show what an eye sees that is used to this light: white surfaces look white (Bradford)",
+        description="Show the appearance after adaptation to this light: white surfaces look white (Bradford)",
     )  # fmt: skip
 
 
 class SpectralViewport(bpy.types.PropertyGroup):
-    """How the Rendered viewport refines, and what it shows."""
+    """Refinement and content of the Rendered viewport."""
 
     samples: IntProperty(
         name="Viewport Samples", default=256, min=1, soft_max=4096, update=changed,
-        description="Light paths per pixel after which the Rendered viewport rests",
+        description="Light paths per pixel after which the Rendered viewport stops",
     )  # fmt: skip
     is_paused: BoolProperty(
         name="Pause", default=False, update=changed,

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``volume.spectral``: the transfer function of a Volume data-block, and how finely it is sampled.
+"""``volume.spectral``: the transfer function of a Volume data-block, and its sampling.
 
-Curves are Float Curve nodes in a node group of the volume's own, because that is where Blender keeps curves that an
-artist can draw; x is the fraction of the data's range, y the fraction of the material's density.
+Curves are Float Curve nodes in a node group of the volume, the only place where Blender stores curves that an artist
+can edit; x is the fraction of the data's range, y the fraction of the material's density.
 """
 
 import bpy
@@ -27,7 +27,7 @@ VOLUME_FIELDS = by_name(
         "rule", EnumProperty, "rule", name="Steps", default="auto",
         description="How the steps along a ray are chosen",
         items=[
-            ("auto", "Automatic", "Whatever needs fewest samples and least time for the wanted error", 0),
+            ("auto", "Automatic", "The rule with the fewest samples and the least time for the wanted error", 0),
             ("uniform", "Uniform", "The same step everywhere", 1),
             ("thesis", "Sampling Theorem", "Steps from the local band limit, as the thesis derives it (Eq. 4.14)", 2),
             ("error", "Even Error", "Steps that spread the error evenly over the ray", 3),
@@ -35,7 +35,7 @@ VOLUME_FIELDS = by_name(
     ),
     Field(
         "quality_db", FloatProperty, "quality", name="Quality", default=50.0, min=20.0, max=90.0, precision=0,
-        description="Signal-to-noise ratio of the picture in dB: 40 for a preview, 50 good, 60 past what screens show",
+        description="Signal-to-noise ratio of the picture in dB: 40 for a preview, 50 good, 60 beyond any display",
     ),
     Field(
         "lighting", EnumProperty, "lighting", name="Lighting", default="scene",
@@ -47,9 +47,9 @@ VOLUME_FIELDS = by_name(
         ],
     ),
 )  # fmt: skip
-"""How a volume is sampled and lit; the core's ``VolumeObject`` knows the same."""
+"""Sampling and lighting of a volume, shared with the core's ``VolumeObject``."""
 RANGE_KEY = "spectral_range"
-"""Least and greatest data value, kept as double precision on the data-block itself."""
+"""Least and greatest data value, stored in double precision on the data-block itself."""
 
 
 def _changed(properties: PropertyGroup, _context: Context = None) -> None:
@@ -89,11 +89,11 @@ class SpectralVolumeMaterial(bpy.types.PropertyGroup):
 
 
 class SpectralVolume(bpy.types.PropertyGroup):
-    """What this extension keeps on a Volume."""
+    """Data of this extension on a Volume."""
 
     enabled: BoolProperty(
         name="Transfer Function", update=_changed, default=False,
-        description="Show the data through this transfer function; without, the volume's shader is meant",
+        description="Render the data with this transfer function; otherwise with the volume's shader",
     )  # fmt: skip
     materials: CollectionProperty(type=SpectralVolumeMaterial)
     active: IntProperty(name="Material", min=0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Notes on what only the whole scene shows: materials, shapes and light paths that together differ from Cycles."""
+"""Notes that depend on the whole scene: materials, shapes and light paths that together differ from Cycles."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from spectral_core.scene import Glass, Glossy, Mesh, Metal, Principled, Rays, Sc
 from .context import Translation
 
 LEANING_COSINE = 0.7
-"""Cosine between a face's normal and a shading normal of its corners below which refraction is seen to differ."""
+"""Cosine between a face's normal and a shading normal of its corners below which refraction differs visibly."""
 FEW = 0.01
-"""Share of corners that may lean further than that."""
+"""Largest share of corners beyond that angle."""
 
 
 def note_approximations(translation: Translation, scene: Scene) -> None:
-    """Name them once per object, light or scene."""
+    """Add one note per object, light or scene."""
     surfaces = {material.name: material.surface for material in scene.materials}
     meshes = {mesh.name: mesh for mesh in scene.meshes}
     bends = {name for name, surface in surfaces.items() if _refracts(surface)}
@@ -49,13 +49,13 @@ def _refracts(surface: Surface | None) -> bool:
 
 
 def _is_mixed(surface: Surface | None) -> bool:
-    """Whether a surface scatters both diffusely and as a mirror does."""
+    """True if a surface scatters both diffusely and like a mirror."""
     kinds = {isinstance(leaf, (Glossy, Metal, Glass)) for leaf in leaves(surface)}
     return len(kinds) == 2 or any(isinstance(leaf, Principled) for leaf in leaves(surface))
 
 
 def _leans(mesh: Mesh) -> bool:
-    """Whether interpolated normals lean far away from the faces that they shade."""
+    """True if interpolated normals are far from those of their faces."""
     if mesh.normals is None:
         return False
     first, second, third = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))

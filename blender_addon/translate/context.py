@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every part of a translation shares: notes to the user, the color space that numbers are in, images read once."""
+"""Data of every part of a translation: notes to the user, the color space of numbers, images read once."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .. import compat
 
 @dataclass
 class Heard:
-    """What a part of a translation has said, and whether it has read other data than its own."""
+    """Notes of a part of a translation, and True if it has read data of other items."""
 
     notes: tuple[Note, ...] = ()
     reads_elsewhere: bool = False
@@ -30,9 +30,9 @@ class Translation:
     """One run from a depsgraph to a Scene.
 
     ``rgb_from_working``: (3, 3), Blender's scene-linear colors to linear sRGB. ``images``: read once per picture and
-    use, so that materials share them by identity. ``designed``: spectra to show in place of those that materials,
-    lights and worlds carry, with a factor on the power of a light, by session number. ``reads_elsewhere``: whether
-    anything was read of other data than the material, lamp or world at hand.
+    use, so that materials share them by identity. ``designed``: spectra that replace those of materials, lights and
+    worlds, with a factor on the power of a light, by session number. ``reads_elsewhere``: True if data of other items
+    than the present material, lamp or world were read.
     """
 
     depsgraph: Any
@@ -58,12 +58,12 @@ class Translation:
         return self.depsgraph.scene_eval
 
     def note(self, subject: str, message: str) -> None:
-        """Tell the user something, once however often it is met."""
+        """Add a note for the user, once."""
         self._notes.setdefault((subject, message), Note(subject, message))
 
     @contextmanager
     def listening(self) -> Iterator[Heard]:
-        """What is said and read within it; it is said to the user as always."""
+        """Collect the notes and reads within it; the user receives the notes as always."""
         notes, elsewhere, heard = self._notes, self.reads_elsewhere, Heard()
         self._notes, self.reads_elsewhere = {}, False
         try:
@@ -77,14 +77,14 @@ class Translation:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """All that was said, in the order it was met."""
+        """All notes in order."""
         return tuple(self._notes.values())
 
     def linear_rgb(self, working_rgb: ArrayLike) -> NDArray[np.float64]:
-        """Linear sRGB (..., 3) of colors in Blender's scene-linear space (first three channels are read)."""
+        """Linear sRGB (..., 3) of colors in Blender's scene-linear space (the first three channels are read)."""
         return np.asarray(working_rgb, dtype=np.float64)[..., :3] @ self.rgb_from_working.T
 
 
 def overridden(depsgraph: Any, name: str) -> Any:
-    """What a view layer puts in place of everything of its kind (``"material_override"``, …), None where nothing."""
+    """The view layer's override of all items of a type (``"material_override"``, …), None without one."""
     return getattr(depsgraph.view_layer_eval, name, None)

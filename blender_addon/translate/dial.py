@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light dial's settings as the core states them."""
+"""The light dial's settings for the core."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def storage_of(dial: PropertyGroup) -> Storage:
-    """The Storage that ``dial`` asks for: its words are the core's in capitals."""
+    """The Storage of ``dial``: its identifiers are the core's names in capitals."""
     from spectral_core.render.relight.storages import storage_named
 
     name: str = dial.storage

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Coordinate frames without scale: what a camera or a lamp needs of an object's matrix."""
+"""Coordinate frames without scale, for cameras and lamps."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 
 def rigid(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same place and local z direction as (4, 4) ``matrix`` with orthogonal axes of length 1, right-handed.
+    """The same position and local z direction as (4, 4) ``matrix`` with orthogonal axes of length 1, right-handed.
 
-    An object that is scaled to nothing keeps the axes of the world.
+    An object of scale 0 keeps the axes of the world.
     """
     result = np.eye(4)
     result[:3, 3] = matrix[:3, 3]

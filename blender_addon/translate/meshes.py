@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evaluated Blender meshes to triangles: arrays move whole, and a vertex is split only where its corners differ."""
+"""Evaluated Blender meshes to triangles: arrays are copied whole, and a vertex is split only if its corners differ."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from numpy.typing import NDArray
 
 from spectral_core.scene.geometry import Attribute, Mesh
 
+from .mesh_measures import READ, measure
+
 Array = NDArray[Any]
 
 READS_UV = frozenset(("uv", "tangent", "bitangent"))
-"""What of a shading program needs the UV map that renders."""
+"""Inputs of shading programs that need the UV map of the render."""
 
 
 def translate_mesh(name: str, source: Any, reads: frozenset[str] = frozenset(), undeformed: Any = None) -> Mesh | None:
-    """Mesh of a ``bpy.types.Mesh``, None where it has no faces.
+    """Mesh of a ``bpy.types.Mesh``, None if it has no faces.
 
-    ``reads``: what its materials' programs read of it; corners are split along the seams of nothing else.
-    ``undeformed``: the mesh before modifiers, whose box generated coordinates fill.
+    ``reads``: inputs of its materials' programs; corners are split along the seams of these only. ``undeformed``: the
+    mesh before modifiers, whose box defines generated coordinates.
     """
     source.calc_loop_triangles()
     count = len(source.loop_triangles)
@@ -66,7 +68,7 @@ def translate_mesh(name: str, source: Any, reads: frozenset[str] = frozenset(), 
 
 
 def split_corners(corners: Array, attributes: Array, vertex_count: int) -> tuple[Array, Array]:
-    """New vertex of each corner, and one corner of each new vertex, such that equal vertices have equal attributes.
+    """New vertex of each corner, and one corner of each new vertex; equal vertices have equal attributes.
 
     ``corners``: (c,) vertex of each corner; ``attributes``: (c, k) float32. Vertices keep their order and the
     attributes of their first corner; corners that differ from it follow. A loose vertex takes corner 0.
@@ -83,17 +85,17 @@ def split_corners(corners: Array, attributes: Array, vertex_count: int) -> tuple
 
 
 def _rows_differ(rows: Array, others: Array) -> Array:
-    """Which rows differ from the row that ``others`` names for them; (n,) bool."""
+    """True for rows that differ from the row in ``others``; (n,) bool."""
     differs = np.zeros(len(rows), dtype=bool)
-    for column in rows.T:  # a column at a time: no temporary of the size of all
+    for column in rows.T:  # column by column: no temporary of full size
         differs |= column != np.take(column, others)
     return differs
 
 
 def _same_rows(vertices: Array, attributes: Array) -> tuple[Array, Array]:
-    """(index of one row of each kind, kind of each row), rows being a vertex with its attributes.
+    """(index of one row of each group, group of each row); a row is a vertex with its attributes.
 
-    Rows are told apart by a 64-bit hash, then checked: where two kinds fell together, every row is a kind.
+    Rows are compared by a 64-bit hash, then checked: if two groups collide, every row becomes a group.
     """
     words = np.ascontiguousarray(attributes, dtype=np.float32).view(np.uint32).astype(np.uint64)
     with np.errstate(over="ignore"):
@@ -126,7 +128,7 @@ def _corner_vertices(source: Any) -> Array:
 
 
 def _normals(source: Any) -> Array | None:
-    """None where every face is flat, one per vertex where all are smooth, else one per corner."""
+    """None if every face is flat, one per vertex if all are smooth, else one per corner."""
     if source.normals_domain == "FACE":
         return None
     if source.normals_domain == "POINT":
@@ -135,7 +137,7 @@ def _normals(source: Any) -> Array | None:
 
 
 def _unit(normals: Array) -> Array:
-    """Blender gives zero normals to loose vertices and collapsed faces; up is as good as any and never NaN."""
+    """Blender gives zero normals to loose vertices and collapsed faces; they become up, which is never NaN."""
     lost = ~(np.abs(normals).max(axis=1, initial=0) > 0)
     if lost.any():
         normals[lost] = (0, 0, 1)
@@ -143,7 +145,7 @@ def _unit(normals: Array) -> Array:
 
 
 def _corner_uvs(source: Any, corners: Array, uv_map: str = "") -> Array:
-    """UV of each corner, (c, 2); zero where the mesh has no such map, as in Blender, or no finite value."""
+    """UV of each corner, (c, 2); zero if the mesh has no such map, as in Blender, or no finite value."""
     layer = uv_layer(source, uv_map)
     if layer is None:
         return np.zeros((len(corners), 2), dtype=np.float32)
@@ -152,13 +154,18 @@ def _corner_uvs(source: Any, corners: Array, uv_map: str = "") -> Array:
 
 
 def _attribute(source: Any, name: str, corners: Array, positions: Array, undeformed: Any) -> Array | None:
-    """Values (n, 3) of what a program reads by ``name``, per vertex or per corner; None where there is none."""
+    """Values (n, 3) of the program input ``name``, per vertex or per corner; None if there is none."""
     if name == "generated":
         return _told_apart(_generated(source, positions, undeformed), corners)
+    if name.startswith(READ):
+        edges = np.empty(2 * len(source.edges), dtype=np.int32)
+        source.edges.foreach_get("vertices", edges)
+        normals = _floats(source.vertex_normals, "vector", len(positions), 3)
+        return _told_apart(measure(name[len(READ) :], positions, normals, edges.reshape(-1, 2)), corners)
     kind, _, attribute = name.partition(":")
     if kind not in ("attribute", "attribute_alpha"):
         return None
-    if not attribute:  # a Color Attribute node without a name reads the one that renders
+    if not attribute:  # a Color Attribute node without a name reads the one for rendering
         active = source.color_attributes
         index = active.render_color_index
         attribute = active[index].name if 0 <= index < len(active) else ""
@@ -208,12 +215,12 @@ def _values(source: Any, attribute: Any, corners: Array, *, alpha: bool) -> Arra
 
 
 def _told_apart(values: Array, corners: Array) -> Array:
-    """Values per vertex; per corner where there are as many vertices as corners, which could be taken for corners."""
+    """Values per vertex; per corner if there are as many vertices as corners, which could be confused with corners."""
     return np.take(values, corners, axis=0) if len(values) == len(corners) else values
 
 
 def _generated(source: Any, positions: Array, undeformed: Any) -> Array:
-    """Place (v, 3) of each vertex in the texture space, before modifiers where those kept the vertices."""
+    """Position (v, 3) of each vertex in the texture space, before modifiers if they kept the vertices."""
     base = source
     if undeformed is not None and len(undeformed.vertices) == len(positions):
         base = undeformed
@@ -226,14 +233,14 @@ def _generated(source: Any, positions: Array, undeformed: Any) -> Array:
 
 
 def uv_layer(source: Any, uv_map: str) -> Any:
-    """UV layer of that name, for "" the one marked for rendering; None where the mesh has none."""
+    """UV layer of that name, for "" the one marked for rendering; None if the mesh has none."""
     if uv_map:
         return source.uv_layers.get(uv_map)
     return next((layer for layer in source.uv_layers if layer.active_render), source.uv_layers.active)
 
 
 def _material_indices(source: Any, count: int) -> Array | None:
-    attribute = source.attributes.get("material_index")  # absent while all faces wear the first material
+    attribute = source.attributes.get("material_index")  # absent while all faces have the first material
     if attribute is None or attribute.domain != "FACE":
         return None
     of_face = np.empty(len(source.polygons), dtype=np.int32)

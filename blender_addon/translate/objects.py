@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Everything that stands in a scene: instances of shared meshes, lamps, and what has no place here, by name."""
+"""The objects of a scene: instances of shared meshes, lamps, and notes on unsupported objects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
 from .meshes import READS_UV, translate_mesh, uv_layer
-from .shading.attributes import object_attributes
+from .shading.attributes import hashed_pair, object_attributes
 from .shading.materials import TranslatedMaterial, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
@@ -28,7 +28,7 @@ from .visibility import Linking, hidden_from
 from .volumes import translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
-"""Objects whose faces, where they have any, Blender lists as a mesh instance of its own."""
+"""Objects whose faces Blender lists as a separate mesh instance."""
 LEFT_OUT = {
     "GPENCIL": "grease pencil is not rendered",
     "GREASEPENCIL": "grease pencil is not rendered",
@@ -38,7 +38,7 @@ UNSEEN = ("EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
 
 @dataclass
 class Collected:
-    """What a walk over the depsgraph has found so far, everything named once."""
+    """Result of a walk over the depsgraph, each item once."""
 
     translation: Translation
     meshes: dict[Any, Mesh | None] = field(default_factory=dict)
@@ -48,8 +48,10 @@ class Collected:
     volumes: list[VolumeObject] = field(default_factory=list)
     linking: Linking = field(default_factory=Linking)
     originals: list[Any] = field(default_factory=list)
-    """Of each instance the object that it comes from."""
+    """The original object of each instance."""
     kept: Kept | None = None
+    is_render: bool = True
+    """True in renders, False in the viewport."""
     _names: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -58,20 +60,22 @@ class Collected:
         return tuple({item.material.name: item.material for item in self.translated.values()}.values())
 
     def unique(self, kind: str, name: str) -> str:
-        """``name`` for its first use, with a count after it from then on."""
+        """``name`` for its first use, with a number after that."""
         key = f"{kind} {name}"
         self._names[key] = count = self._names.get(key, 0) + 1
         return name if count == 1 else self.unique(kind, f"{name} #{count}")
 
 
 def everything(_instance: Any) -> bool:
-    """Whether an instance takes part where nothing more is asked."""
+    """True: every instance takes part by default."""
     return True
 
 
 def collect(translation: Translation, shows: Callable[[Any], bool] = everything, kept: Kept | None = None) -> Collected:
-    """Walk over every instance that the render shows, and that ``shows`` lets pass; ``kept``: meshes from before."""
-    found = Collected(translation, kept=kept)
+    """Walk over every instance that the render shows and that passes ``shows``; ``kept``: meshes of an earlier
+    translation.
+    """
+    found = Collected(translation, kept=kept, is_render=shows is everything)
     for instance in translation.depsgraph.object_instances:
         obj = instance.object
         if not shows(instance):
@@ -89,7 +93,7 @@ def collect(translation: Translation, shows: Callable[[Any], bool] = everything,
 
 
 def _linked(found: Collected, item: Instance, obj: Any) -> Instance:
-    """The instance with its light linking; the very object, where a kept one has that already."""
+    """The instance with its light linking; the same object if a kept one has that already."""
     if not found.linking.is_used:
         return item
     rules = found.linking.unlit_by(obj), found.linking.clear_for(obj)
@@ -113,8 +117,8 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
             _collect_mesh(found, obj, instance)
     elif obj.type in ("CURVES", "POINTCLOUD"):
         if translation.depsgraph.view_layer_eval.use_strand or obj.type == "POINTCLOUD":
-            worn = [_translated(found, material) for material in _materials(obj)]
-            place_strands(found, obj, instance, worn, _random(obj, instance))
+            materials = [_translated(found, material) for material in _materials(obj)]
+            place_strands(found, obj, instance, materials, _random(obj, instance))
     elif obj.type == "VOLUME":
         if translation.depsgraph.view_layer_eval.use_volumes:
             volume = translate_volume(translation, found.unique("volume", obj.name_full), obj, instance)
@@ -158,15 +162,16 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
     fields = {
         "name": name,
         "mesh": mesh.name,
-        "group": original.lightgroup,  # Blender does not tell the evaluated copy of a change
+        "group": original.lightgroup,  # Blender does not notify the evaluated copy of a change
         "hidden_from": hidden,
         "is_holdout": is_holdout,
-        # Cycles shows of an instance the color of what instances it
+        # Cycles gives an instance the color of its instancer
         "color": tuple(instance.parent.color if instance.is_instance and instance.parent else obj.color),
         "index": int(obj.pass_index),
-        "attributes": object_attributes(obj, instance, reads),
+        "attributes": object_attributes(obj, instance, reads, found.translation.scene.frame_current_final),
         "shown_as": obj.name,
         "asset": _root(original).name,
+        "is_shadow_catcher": obj.is_shadow_catcher,
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.originals.append(original)
@@ -174,7 +179,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         found.instances.append(make())
         return
     names = tuple(item.material.name for item in materials)
-    state = (rows, names, reads, tuple(fields.values()), obj.is_shadow_catcher, mesh)
+    state = (rows, names, reads, tuple(fields.values()), mesh)
     makers = frozenset((original.session_uid, original.data.session_uid))
     key = ("instance", original.session_uid)
     found.instances.append(kept_or_made(found.kept, found.translation, key, makers, state, make))
@@ -184,44 +189,34 @@ def _instance(
     found: Collected, obj: Any, instance: Any, mesh: Mesh, materials: list[TranslatedMaterial], reads: frozenset[str],
     fields: dict[str, Any],
 ) -> Instance:  # fmt: skip
-    """The instance of a mesh, and what is to be said of it."""
+    """The instance of a mesh, and its notes."""
     highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
-    # a face past the last slot has the last material, as in Blender
+    # a face beyond the last slot has the last material, as in Blender
     materials = materials + [materials[-1]] * (highest + 1 - len(materials))
     _note_missing(found, obj, reads)
     note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
-    if obj.is_shadow_catcher:
-        found.translation.note(obj.name, "it is a shadow catcher, which is rendered as a plain object")
+    if obj.is_shadow_catcher and not found.is_render:
+        message = "it is a shadow catcher in renders of F12 and spectral-scene, a plain object in the viewport"
+        found.translation.note(obj.name, message)
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
     return Instance(world_from_object=matrix, materials=names, random=_random(obj, instance), **fields)
 
 
 def _root(obj: Any) -> Any:
-    """The parent of parents of an object, itself where it has none: what a cryptomatte of assets names."""
+    """The topmost parent of an object, itself without one: the name in a cryptomatte of assets."""
     while obj.parent is not None:
         obj = obj.parent
     return obj
 
 
 def _random(obj: Any, instance: Any) -> float:
-    """Random number of an instance as Blender draws it; of an object by itself as Cycles makes it from its name."""
+    """Random number of an instance as in Blender; of a single object as Cycles derives it from its name."""
     if instance.is_instance:
         return float((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
     word = 0
     for byte in obj.name.encode():
         word = (word * 37 + byte) & 0xFFFFFFFF
-    # Jenkins' lookup3, its final mix, on the words (hash, 0)
-    a = (0xDEADBEEF + (2 << 2) + 13 + word) & 0xFFFFFFFF
-    b = c = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
-    for first, second, third in ((14, 11, 25), (16, 4, 14)):
-        c = ((c ^ b) - _rotated(b, first)) & 0xFFFFFFFF
-        a = ((a ^ c) - _rotated(c, second)) & 0xFFFFFFFF
-        b = ((b ^ a) - _rotated(a, third)) & 0xFFFFFFFF
-    return float((((c ^ b) - _rotated(b, 24)) & 0xFFFFFFFF) / 0xFFFFFFFF)
-
-
-def _rotated(word: int, bits: int) -> int:
-    return ((word << bits) | (word >> (32 - bits))) & 0xFFFFFFFF
+    return float(hashed_pair(word, 0) / 0xFFFFFFFF)
 
 
 def _materials(obj: Any) -> list[Any]:
@@ -243,7 +238,7 @@ def _translated(found: Collected, material: Any) -> TranslatedMaterial:
 
 
 def _material(translation: Translation, material: Any) -> TranslatedMaterial:
-    """A material, and what is to be said of it."""
+    """A material, and its notes."""
     for item in (material, getattr(material, "cycles", None)):
         note_changed(translation, material.name, item)
     note_nodes(translation, material.name, compat.node_tree(material))
@@ -251,7 +246,7 @@ def _material(translation: Translation, material: Any) -> TranslatedMaterial:
 
 
 def _note_missing(found: Collected, obj: Any, reads: frozenset[str]) -> None:
-    """Name the UV maps and attributes that materials ask for and the mesh lacks: they read as 0, as in Blender."""
+    """Name the UV maps and attributes that materials read but the mesh lacks: they read as 0, as in Blender."""
     if "uv" in reads and uv_layer(obj.data, "") is None:
         found.translation.note(obj.name, "it has no UV map for the images on it; they show their corner pixel")
     undeformed = getattr(obj.original, "data", None)
@@ -265,7 +260,7 @@ def _note_missing(found: Collected, obj: Any, reads: frozenset[str]) -> None:
 
 
 def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> Mesh | None:
-    """Mesh of an evaluated object, shared by all that have the same evaluated data."""
+    """Mesh of an evaluated object, shared by all objects with the same evaluated data."""
     reads = frozenset(name for name in reads if name in READS_UV or name.startswith(("generated", "attribute")))
     key = (obj.data.as_pointer(), reads)
     if key not in found.meshes:
@@ -275,13 +270,13 @@ def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> M
         if found.kept is None:
             found.meshes[key] = make()
         else:
-            makers = _makers(obj, instance)  # a place in memory may be taken by another mesh later
+            makers = _makers(obj, instance)  # another mesh may use the same memory later
             found.meshes[key] = found.kept.mesh((*key, name, makers), makers, make)
     return found.meshes[key]
 
 
 def _makers(obj: Any, instance: Any) -> frozenset[int]:
-    """Session numbers of what a mesh is made from; none where it is made anew by geometry nodes or the like."""
+    """Session numbers of the data that a mesh is made from; none if geometry nodes or the like create it anew."""
     source = obj.original
     data = getattr(source, "data", None)
     blocks = [source, data, instance.parent.original if instance.parent else None]

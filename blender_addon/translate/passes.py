@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passes that a view layer asks for: those that are rendered, and those that are named instead."""
+"""Passes that a view layer requests: rendered ones, and notes on the others."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ OF_LAYER = {
     "use_pass_environment": "Environment", "use_pass_cryptomatte_object": "CryptoObject",
     "use_pass_cryptomatte_material": "CryptoMaterial", "use_pass_cryptomatte_asset": "CryptoAsset",
 }  # fmt: skip
-"""Tick of a view layer to the pass that it asks for."""
+"""Check box of a view layer to its pass."""
 OF_CYCLES = {
     "denoising_store_passes": ("Denoising Normal", "Denoising Albedo", "Denoising Depth"),
     "pass_debug_sample_count": ("Debug Sample Count",),
     "use_pass_volume_direct": ("Volume Direct",),
     "use_pass_volume_indirect": ("Volume Indirect",),
 }
-"""The same of Cycles' own ticks, which files are set up with whoever renders."""
+"""The same for Cycles' own check boxes, which files use with any engine."""
 NOT_RENDERED = {
     "use_pass_volume_scatter": "Volume Scatter", "use_pass_volume_transmit": "Volume Transmit",
     "use_pass_volume_majorant": "Volume Majorant", "pass_render_time": "Render Time",
 }  # fmt: skip
-"""Cycles' ticks that nothing comes of here."""
+"""Cycles' check boxes without a pass here."""
 OF_OTHERS = {"use_pass_combined", "use_pass_cryptomatte_accurate", "use_pass_grease_pencil"}
-"""Not passes of their own: the picture, how another pass is made, and a pass that only Grease Pencil fills."""
+"""Check boxes without a separate pass: the picture, an option of another pass, and a pass of Grease Pencil only."""
 LETTERS = {
     "Depth": "Z", "Mist": "Z", "Position": "XYZ", "Normal": "XYZ", "UV": "UVA", "Object Index": "X",
     "Material Index": "X", "Denoising Normal": "XYZ", "Denoising Depth": "Z", "Debug Sample Count": "X",
     "Noisy Image": "RGBA",
 }  # fmt: skip
-"""Channels of a pass in a file; RGB where nothing is said."""
+"""Channels of a pass in a file; RGB by default."""
 OLDER_NAMES = {
     "Diffuse Direct": "DiffDir", "Diffuse Indirect": "DiffInd", "Diffuse Color": "DiffCol",
     "Glossy Direct": "GlossDir", "Glossy Indirect": "GlossInd", "Glossy Color": "GlossCol",
@@ -52,12 +52,12 @@ OLDER_NAMES = {
     "Volume Direct": "VolumeDir", "Volume Indirect": "VolumeInd", "Emission": "Emit", "Environment": "Env",
     "Object Index": "IndexOB", "Material Index": "IndexMA",
 }  # fmt: skip
-"""What Blender 4 calls a pass."""
+"""Blender 4's name of a pass."""
 
 
 @dataclass(frozen=True)
 class Slot:
-    """A pass as Blender holds it: its name, the letters of its channels, and what these are."""
+    """A pass in Blender: its name, the letters of its channels, and their type."""
 
     name: str
     letters: str
@@ -65,7 +65,7 @@ class Slot:
 
 
 def passes_of(scene: Any, layer: Any) -> Passes | None:
-    """What a view layer asks for beside the picture; None for nothing."""
+    """The passes that a view layer requests beside the picture; None for none."""
     cycles = getattr(layer, "cycles", None)
     names = [name for tick, name in OF_LAYER.items() if getattr(layer, tick, False)]
     names += [name for tick, more in OF_CYCLES.items() if getattr(cycles, tick, False) for name in more]
@@ -86,7 +86,7 @@ def _mist(settings: Any) -> Mist:
 
 
 def slots_of(wanted: Passes) -> list[Slot]:
-    """The passes of a request as Blender must make room for them, without the picture itself."""
+    """The requested passes in the form in which Blender allocates them, without the picture itself."""
     slots = []
     for name in wanted.names:
         layers = (wanted.levels + 1) // 2 if name in CRYPTOMATTES else 0
@@ -103,7 +103,7 @@ def slots_of(wanted: Passes) -> list[Slot]:
 
 
 def pass_notes(layer: Any) -> tuple[Note, ...]:
-    """A note that names every pass that is switched on and is not rendered."""
+    """A note that names every enabled pass that is not rendered."""
     cycles = getattr(layer, "cycles", None)
     asked = [
         prop.name
@@ -122,9 +122,9 @@ def pass_notes(layer: Any) -> tuple[Note, ...]:
 
 
 def fill_passes(places: Any, passes: dict[str, NDArray[np.float32]], view: str, working_from_rgb: Any) -> None:
-    """Put passes (height, width, channels) where Blender has made room for them.
+    """Copy passes (height, width, channels) to Blender's buffers.
 
-    ``working_from_rgb``: (3, 3) to the scene's color space, None where that is linear sRGB.
+    ``working_from_rgb``: (3, 3) to the scene's color space, None if that is linear sRGB.
     """
     older = {new: old for new, old in OLDER_NAMES.items() if bpy.app.version < (5, 0, 0)}
     for name, picture in passes.items():
@@ -139,7 +139,7 @@ def fill_passes(places: Any, passes: dict[str, NDArray[np.float32]], view: str, 
 
 
 def cryptomatte_header(scene: Scene, layer: str) -> dict[str, str]:
-    """What a file says about the cryptomattes of a scene that is rendered."""
+    """Header of a file with the cryptomattes of a rendered scene."""
     from spectral_core.render.passes.cryptomatte import header
 
     wanted = scene.settings.passes

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The whole of a translation: one call from a depsgraph to a Scene."""
+"""The complete translation: one call from a depsgraph to a Scene."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .settings import sampling_of, settings_of
 from .viewport.kept import Kept, kept_or_made
 
 USUAL_CLAMP = 10.0
-"""Blender's own clamp on indirect light, which takes fireflies only."""
+"""Blender's default clamp on indirect light, which removes only fireflies."""
 
 
 def translate_scene(
@@ -38,12 +38,12 @@ def translate_scene(
     designed: Mapping[int, tuple[Spectrum, float]] = MappingProxyType({}),
     is_moving: bool = False,
 ) -> Scene:
-    """Scene of an evaluated depsgraph, whole and independent of Blender.
+    """Scene of an evaluated depsgraph, complete and independent of Blender.
 
-    ``camera``: an object in place of the scene's (Blender's camera override); ``film``: in place of the output
-    settings'; ``seen_from``: a view in place of any camera; ``shows``: whether an instance of the depsgraph takes part;
-    ``kept``: what is kept of the translation before; ``designed``: as ``Translation`` has it; ``is_moving``: motion is
-    added later. Raises InvalidInputError where nothing can be rendered at all (no camera, an empty border).
+    ``camera``: an object that replaces the scene's (Blender's camera override); ``film``: replaces the output
+    settings'; ``seen_from``: a view that replaces any camera; ``shows``: True for an instance of the depsgraph that
+    takes part; ``kept``: parts of an earlier translation; ``designed``: as in ``Translation``; ``is_moving``: True if
+    motion is added later. Raises InvalidInputError if nothing can be rendered at all (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
     translation.designed = designed
@@ -95,7 +95,7 @@ def _world(
 
 
 def _note_limits(translation: Translation, limits: LightPaths) -> None:
-    """Limits that depend on how light is drawn, so that no two renderers cut off the same."""
+    """Note limits that depend on the sampling of light, so that two renderers never limit the same paths."""
     name = translation.scene.name
     if limits.clamp_direct > 0 or 0 < limits.clamp_indirect < USUAL_CLAMP:
         translation.note(name, "samples are clamped, as the scene's light paths ask; what is cut off is lost light")

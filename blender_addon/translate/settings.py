@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sampling and decisions that the artist made, from the scene's properties."""
+"""Sampling and the artist's decisions, from the scene's properties."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class Sampling:
 
 
 def sampling_of(scene: Any) -> Sampling:
-    """Samples and seed of a Blender scene; an animated seed is the artist's own affair."""
+    """Samples and seed of a Blender scene; an animated seed is used as the artist set it."""
     return Sampling(**_stated(scene.spectral.render, Sampling))
 
 
 def settings_of(scene: Any) -> RenderSettings:
-    """What the artist fixed; what is left automatic is the plan's to decide."""
+    """The artist's fixed settings; automatic ones are decided by the plan."""
     settings = scene.spectral.render
     chosen = overrides_of(settings)
     chosen.pop("transport", None)
@@ -43,7 +43,7 @@ def settings_of(scene: Any) -> RenderSettings:
 
 
 def _stated(settings: Any, kind: type) -> dict[str, Any]:
-    """Arguments of ``kind`` by the one declaration of each setting."""
+    """Arguments of ``kind`` by the declaration of each setting."""
     known = {each.name for each in fields(kind)}
     named = {core: field.name for field in RENDER_FIELDS.values() for core in field.core if core in known}
     return {core: _READ.get(core, _same)(getattr(settings, name)) for core, name in named.items()}
@@ -54,11 +54,11 @@ def _same(value: Any) -> Any:
 
 
 _READ: dict[str, Callable[[Any], Any]] = {"transport": lambda name: None if name == "AUTO" else name.lower()}
-"""What an attribute is read by, where its value is not the property's own."""
+"""Functions that read an attribute whose value differs from the property's."""
 
 
 def overrides_of(settings: Any) -> dict[str, str]:
-    """Effect → value that the artist chose instead of the plan's."""
+    """Effect → value of the artist's overrides of the plan."""
     chosen = {each.name: each.value for each in settings.overrides}
     if settings.transport != "AUTO":
         chosen["transport"] = settings.transport.lower()
@@ -66,7 +66,7 @@ def overrides_of(settings: Any) -> dict[str, str]:
 
 
 def _light_paths(cycles: Any) -> LightPaths:
-    """Cycles' own limits on paths: files are set up with them in mind, whoever renders."""
+    """Cycles' limits on paths, which files use with any engine."""
     return LightPaths(
         diffuse=cycles.diffuse_bounces,
         glossy=cycles.glossy_bounces,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the lights of a spectral texture leave of the pictures, said before anything is designed."""
+"""Contrast that the lights of a spectral texture allow, stated before the design."""
 
 from functools import lru_cache
 
@@ -15,7 +15,7 @@ from .spectra.stored import stored_samples
 
 
 def realism_words(daylight_share: float, led_width_nm: float) -> list[str]:
-    """What the sliders of designed lights cost."""
+    """Text on the effect of the sliders of designed lights."""
     cost = realism_cost(daylight_share, led_width_nm)
     return [
         f"Unrelated pictures keep a contrast of about {cost.contrast:.0f}:1.",
@@ -24,7 +24,7 @@ def realism_words(daylight_share: float, led_width_nm: float) -> list[str]:
 
 
 def given_contrast(design: PropertyGroup) -> str:
-    """What two given lamps allow, in words."""
+    """Text on the contrast that two given lamps allow."""
     stored = [stored_samples(getattr(design, f"light_{number}").spectral) for number in (1, 2)]
     if not all(wavelengths.size for wavelengths, _ in stored):
         return "Choose both lamps to see what contrast they allow."

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Spectral Texture panel as a texture project of the core, its images as files, and its report as words."""
+"""The Spectral Texture panel as a texture project of the core, its images as files, and its report as text."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ OBSERVERS = {"cie_1964_10deg": "CIE 1964 10°", "cie_2015_2deg": "CIE 2015 2°",
 
 
 def project_of(design: PropertyGroup, folder: Path) -> TextureProject:
-    """What the panel asks for; images that are no plain files are written into ``folder``.
+    """The project of the panel; images that are no plain files are written into ``folder``.
 
-    Raises InvalidInputError that says which picture or light is missing.
+    Raises InvalidInputError that names the missing picture or light.
     """
     images = [design.first] if design.kind == "ONE" else [design.first, design.second]
     for number, image in enumerate(images, 1):
@@ -77,7 +77,7 @@ def _spectrum(holder: PropertyGroup) -> Any:
 
 
 def _file_of(image: Image, folder: Path, number: int) -> Path:
-    """A file with the picture: its own where nothing was painted, packed or re-interpreted, else one made here."""
+    """A file with the picture: its own if nothing was painted, packed or re-interpreted, else a new one."""
     path = Path(bpy.path.abspath(image.filepath, library=image.library)) if image.filepath else None
     plain = (
         image.source == "FILE" and not image.is_dirty and image.packed_file is None and path is not None
@@ -108,16 +108,17 @@ def _file_of(image: Image, folder: Path, number: int) -> Path:
 
 
 def report_lines(figures: dict[str, Any]) -> list[str]:
-    """The core's figures in words for an artist."""
+    """The core's figures as text for an artist."""
     lines = []
     if "allowed_contrast" in figures:
         lines.append(f"These lights let unrelated pictures have a contrast of {figures['allowed_contrast']:.2g}:1.")
     for number, loss in enumerate(figures["pictures"], 1):
         text = (
-            f"Picture {number}: ΔE {loss['mean_delta_e']:.2f} in the mean, {loss['p99_delta_e']:.1f} at worst percent"
+            f"Picture {number}: ΔE {loss['mean_delta_e']:.2f} in the mean, at most {loss['p99_delta_e']:.1f} "
+            "at 99 % of the texels"
         )
         if len(figures["pictures"]) > 1:
-            text += f"; {100 * loss['ghost']:.1f} % of the other shows"
+            text += f"; {100 * loss['ghost']:.1f} % of the other picture shows"
         lines.append(text + ".")
     if figures["compressed_share"] > 0:
         lines.append(f"{100 * figures['compressed_share']:.1f} % of the texels show the nearest possible color.")
@@ -128,5 +129,5 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
             for each in figures["whites"]
             if each["observer"] in OBSERVERS
         ]
-        lines.append(f"Other eyes see tinted whites, ΔE {', '.join(others)}.")
+        lines.append(f"Other observers see tinted whites, ΔE {', '.join(others)}.")
     return lines

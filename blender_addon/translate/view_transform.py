@@ -22,7 +22,7 @@ PLAIN_VIEW = "sRGB"
 def view_transform_of(scene: Scene) -> ViewTransform | None:
     """The transform of ``scene``, its look, exposure, gamma and curves; None for the plain sRGB curve.
 
-    Blender offers no call for it, so a picture of all table nodes is saved as it would save a render.
+    Blender has no function for it, so a picture of all table nodes is saved like a render.
     """
     from spectral_core.render.relight.view_transform import ViewTransform, nodes
 
@@ -37,7 +37,7 @@ def view_transform_of(scene: Scene) -> ViewTransform | None:
 
 
 def view_name(scene: Scene) -> str:
-    """All settings of the view in words, ``PLAIN_VIEW`` for the plain sRGB curve."""
+    """All settings of the view as text, ``PLAIN_VIEW`` for the plain sRGB curve."""
     view = scene.view_settings
     curves = view.curve_mapping.curves if view.use_curve_mapping else ()
     points = [[tuple(point.location) for point in curve.points] for curve in curves]
@@ -46,7 +46,7 @@ def view_name(scene: Scene) -> str:
 
 
 def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
-    """Linear pixels (height, width, 3) as a 16-bit PNG of a render would hold them, 0 to 1."""
+    """Linear pixels (height, width, 3) as in a 16-bit PNG of a render, 0 to 1."""
     height, width = linear.shape[:2]
     settings = scene.render.image_settings
     kept = (settings.file_format, settings.color_mode, settings.color_depth)

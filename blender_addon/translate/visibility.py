@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which rays meet an object, lamp or world, and which lamps light which objects, as Blender's own settings say."""
+"""Visibility of objects, lamps and worlds to rays, and light linking, from Blender's settings."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ WORLD_FLAGS = {
 
 
 def cycles_settings(owner: Any, name: str, fallback: Any) -> Any:
-    """A setting that Cycles keeps on ``owner.cycles``; ``fallback`` where this Blender has no Cycles."""
+    """A setting of Cycles in ``owner.cycles``; ``fallback`` if this Blender has no Cycles."""
     return getattr(getattr(owner, "cycles", None), name, fallback)
 
 
 def hidden_from(obj: Any) -> Rays:
-    """Kinds of rays that an object's ray visibility switches off."""
+    """Types of rays that an object's ray visibility switches off."""
     return _bits(obj, FLAGS)
 
 
 def world_hidden_from(world: Any) -> Rays:
-    """Kinds of rays that a world's ray visibility switches off."""
+    """Types of rays that a world's ray visibility switches off."""
     return _bits(getattr(world, "cycles_visibility", None), WORLD_FLAGS)
 
 
@@ -42,7 +42,7 @@ def _bits(owner: Any, flags: dict[str, Rays]) -> Rays:
 
 
 class Linking:
-    """Light and shadow linking of the lamps of a scene: which objects each lights, and which block it."""
+    """Light and shadow linking of the lamps of a scene: illuminated objects, and occluders."""
 
     def __init__(self) -> None:
         self._receivers: dict[str, tuple[set[Any], set[Any]]] = {}
@@ -50,11 +50,11 @@ class Linking:
 
     @property
     def is_used(self) -> bool:
-        """Whether any lamp is linked to some objects only."""
+        """True if any lamp is linked to some objects only."""
         return bool(self._receivers or self._blockers)
 
     def add(self, light: str, lamp_object: Any) -> None:
-        """Read the collections that a lamp object is linked to."""
+        """Read the collections of a lamp object's linking."""
         linking = getattr(lamp_object, "light_linking", None)
         for name, table in (("receiver_collection", self._receivers), ("blocker_collection", self._blockers)):
             collection = getattr(linking, name, None)
@@ -62,11 +62,11 @@ class Linking:
                 table[light] = _members(collection)
 
     def unlit_by(self, obj: Any) -> tuple[str, ...]:
-        """Names of the lights that do not light an object (an original one)."""
+        """Names of the lights that do not illuminate an object (an original one)."""
         return _outside(self._receivers.items(), obj)
 
     def clear_for(self, obj: Any) -> tuple[str, ...]:
-        """Names of the lights that an object casts no shadow for."""
+        """Names of the lights for which an object casts no shadow."""
         return _outside(self._blockers.items(), obj)
 
 

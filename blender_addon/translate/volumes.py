@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Volume objects that carry a transfer function, as sampled volumes of the scene."""
+"""Volume objects with a transfer function, as sampled volumes of the scene."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NO_TRANSFER = (
 
 
 def translate_volume(translation: Translation, name: str, obj: Any, instance: Any) -> VolumeObject | None:
-    """The VolumeObject ``name`` of an evaluated Volume object; None, with a Note, if it cannot be shown."""
+    """The VolumeObject ``name`` of an evaluated Volume object; None, with a Note, if it cannot be rendered."""
     data = obj.data
     settings = getattr(data, "spectral", None)
     if settings is None or not settings.enabled:
@@ -37,7 +37,7 @@ def translate_volume(translation: Translation, name: str, obj: Any, instance: An
         stated = volume_looks.stated_transfer(data, translation.rgb_from_working)
         transfer = stated.for_volume(placed, volume_looks.value_range(data))
     except SpectralError as error:
-        raise InvalidInputError(str(error)) from error  # the walk over the objects notes it and goes on
+        raise InvalidInputError(str(error)) from error  # the walk over the objects notes it and continues
     return VolumeObject(name, placed.data, placed.world_from_index, transfer, **look_of(settings))
 
 
@@ -71,7 +71,9 @@ def file_of(data: Any) -> Path:
 
 @lru_cache(maxsize=2)
 def _read(path: Path, grid: str, _modified: int, _size: int) -> ScalarVolume:
-    """The last two files stay read: F12 again, and an edit of a transfer function, should not wait for the disk."""
+    """The last two files stay in memory: another F12, or an edit of a transfer function, should not wait for the
+    disk.
+    """
     from spectral_core.volume.files import read_volume
 
     return read_volume(path, field=grid or None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How plain the mark is in rendered pixels: its color against the glaze right beside it."""
+"""Visibility of the mark in rendered pixels: its color against the glaze beside it."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def mark_contrast(
 
 
 def _step(pixels: Array, mark: NDArray[np.bool_], ground: NDArray[np.bool_]) -> tuple[Array, Array] | None:
-    """Ground's color at the window's center and the step to the mark; None where either fills under a quarter."""
+    """Ground's color at the window's center and the step to the mark; None if either fills under a quarter."""
     if min(int(mark.sum()), int(ground.sum())) < mark.size // 4:
         return None
     reach = mark.shape[0] // 2

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A car paint that is blue-gray by day and brown under sodium street lamps, from paints that exist.
 
-The palette designs the reflectance, a recipe of measured paint chips comes near to it, and the car wears the recipe.
+The palette designs the reflectance, a recipe of measured paint chips approximates it, and the car has the recipe's
+reflectance.
 """
 
 from __future__ import annotations
@@ -35,28 +36,28 @@ def paint() -> tuple[Reflectance, MaterialRecipe]:
     return wanted, material_recipe(colorants, wanted, [illuminant("D65"), illuminant("HP1")], most_colorants=4)
 
 
-def _is_window(points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which points (n, 3) of the body are glass: a band below the roof, with a pillar between front and back."""
+def _window(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Positive where points (n, 3) of the body are glass: a band below the roof, with a pillar on either side."""
     x, y, z = points.T
-    pillar = (np.abs(y) > 0.3) & (np.abs(x + 0.25) < 0.05)
-    return np.asarray((z > 1.06) & (z < 1.33) & ~pillar)
+    beside_pillar = np.maximum(0.3 - np.abs(y), np.abs(x + 0.25) - 0.05)
+    return np.asarray(np.minimum(np.minimum(z - 1.06, 1.33 - z), beside_pillar))
 
 
 def car(reflectance: Reflectance, light: Illuminant, film: Film) -> Scene:
     """The car under one lamp."""
-    lacquer = MixSurface(0.06, Diffuse(reflectance), Glossy(gray(1.0), roughness=0.05))
-    painted, glass = divided(body(columns=960, rows=480), _is_window)
+    lacquer = MixSurface(0.05, Diffuse(reflectance), Glossy(gray(1.0), roughness=0.32))
+    painted, glass = divided(body(columns=960, rows=480), _window)
     tire = Diffuse(gray(0.03))
     parts: list[tuple[Mesh, Surface]] = [
         (painted, lacquer),
-        (glass, MixSurface(0.08, Diffuse(gray(0.02)), Glossy(gray(1.0), roughness=0.05))),
+        (glass, MixSurface(0.08, Diffuse(gray(0.02)), Glossy(gray(1.0), roughness=0.32))),
         *((wheel(f"wheel {x:g} {y:g}", (x, y, 0.34), 0.34, 0.24), tire) for x in (-1.2, 1.2) for y in (-0.74, 0.74)),
         *((wheel(f"hub {x:g}", (x, -0.77, 0.34), 0.17, 0.25), Diffuse(gray(0.3))) for x in (-1.2, 1.2)),
         (box("floor", (-9, -9, -0.1), (9, 9, 0.0)), Diffuse(gray(0.35))),
         (box("wall", (-9, 5, 0), (9, 5.2, 6)), Diffuse(gray(0.5))),
     ]
     lamp = AreaLight(
-        name="lamp", world_from_light=looking((-1.5, -3.5, 5.0), (0.0, 0.0, 0.4)), color=light, power_w=650.0,
-        size=(3.0, 1.0), shape="rectangle",
+        name="lamp", world_from_light=looking((-0.5, -3.0, 5.0), (0.0, 0.0, 0.4)), color=light, power_w=750.0,
+        size=(6.0, 2.5), shape="rectangle",
     )  # fmt: skip
     return scene_of(parts, [lamp], (looking((3.2, -5.6, 2.0), (0.0, 0.1, 0.65)), 0.72), film)

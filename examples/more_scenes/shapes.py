@@ -60,12 +60,34 @@ def _normals(points: NDArray[np.float32], triangles: NDArray[np.uint32]) -> NDAr
     return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9), dtype=np.float32)
 
 
-def divided(mesh: Mesh, chosen: Callable[[NDArray[np.float64]], NDArray[np.bool_]]) -> tuple[Mesh, Mesh]:
-    """The mesh without and with the triangles whose centers are ``chosen``."""
-    inside = chosen(mesh.positions[mesh.triangles].mean(axis=1))
+def divided(mesh: Mesh, inside: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> tuple[Mesh, Mesh]:
+    """The mesh without and with the part where ``inside`` of a point is positive, cut along its zero."""
+    assert mesh.normals is not None, "only meshes with normals are cut"
+    height = inside(mesh.positions.astype(np.float64))
+    points, normals = [mesh.positions], [mesh.normals]
+    rest: list[NDArray[np.uint32]] = []
+    part: list[NDArray[np.uint32]] = []
+    count = len(mesh.positions)
+    for side, alone, others in ((height > 0, part, rest), (height <= 0, rest, part)):
+        kept = side[mesh.triangles]
+        alone.append(mesh.triangles[kept.all(axis=1)])
+        # One corner lies on this side: its tip is cut off, and four corners stay on the other side.
+        cut = mesh.triangles[kept.sum(axis=1) == 1]
+        order = (kept[kept.sum(axis=1) == 1].argmax(axis=1)[:, None] + np.arange(3)) % 3
+        tip, left, right = np.take_along_axis(cut, order, axis=1).T
+        edge = []
+        for end in (left, right):
+            share = (height[tip] / (height[tip] - height[end]))[:, None].astype(np.float32)
+            for values in (points, normals):
+                values.append(values[0][tip] * (1 - share) + values[0][end] * share)
+            edge.append(np.arange(count, count + len(tip), dtype=np.uint32))
+            count += len(tip)
+        alone.append(np.stack([tip, *edge], axis=-1))
+        others += [np.stack([edge[0], left, right], axis=-1), np.stack([edge[0], right, edge[1]], axis=-1)]
+    joined, leaning = np.concatenate(points), np.concatenate(normals)
     return (
-        Mesh(mesh.name, mesh.positions, mesh.triangles[~inside], normals=mesh.normals),
-        Mesh(f"{mesh.name} part", mesh.positions, mesh.triangles[inside], normals=mesh.normals),
+        Mesh(mesh.name, joined, np.concatenate(rest), normals=leaning),
+        Mesh(f"{mesh.name} part", joined, np.concatenate(part), normals=leaning),
     )
 
 
@@ -103,6 +125,6 @@ def scene_of(
         instances=tuple(Instance(mesh.name, mesh.name, np.eye(4), (mesh.name,)) for mesh, _ in parts),
         lights=tuple(lights),
         world=World(gray(0.02)),
-        # The caustics of the lacquer are a few bright dots on the floor; nobody misses them.
+        # The caustics of the lacquer are a few bright dots on the floor; they are not needed.
         settings=RenderSettings(transport="spectral", max_bounces=4, light_paths=LightPaths(clamp_indirect=1.0)),
     )

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Child processes that import what their parent would, and nothing of the folder that they happen to start in.
+"""Child processes with the module path of their parent, without the folder that they start in.
 
 ``python -c`` and ``python -m`` put the current folder first on the module path, and a user's site folder comes before
 installed packages. A ``json.py`` beside a downloaded .blend would be executed. A child therefore starts from a file
-(``bootstrap.py``), without the current folder (``-P``) and the user's site (``-s``), and gets its path from here.
+(``bootstrap.py``), without the current folder (``-P``) and the user's site (``-s``), and gets its path from this
+module.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ ISOLATED = ("-P", "-s")
 
 
 def command(python: str, module: str, *arguments: str) -> list[str]:
-    """Command line that runs ``module`` as ``python -m`` would, isolated. To be started with ``environment()``."""
+    """Command line that runs ``module`` like ``python -m``, isolated. Start it with ``environment()``."""
     return [python, *ISOLATED, str(_BOOTSTRAP), module, *arguments]
 
 
@@ -35,8 +36,8 @@ def environment() -> dict[str, str]:
 def trusted_path() -> list[str]:
     """``sys.path`` without the current folder, relative entries and the user's site.
 
-    Where this package was itself imported from one of those, its folder comes last: what lies beside the package must
-    not hide what is installed.
+    If this package was imported from one of those, its folder comes last, so that no other file in it hides an
+    installed package.
     """
     here = os.path.realpath(os.curdir)
     user_site = os.path.realpath(site.getusersitepackages()) if site.ENABLE_USER_SITE is not None else ""

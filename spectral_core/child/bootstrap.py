@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Start of a child process: take over the parent's module path, then run the module that is named."""
+"""Start of a child process: set the parent's module path, then run the named module."""
 
 import json  # the standard library's: the interpreter was started with -P and -s
 import os

@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -
     terminal.make_writable()
     try:
         status = _run(given, packages)
-        sys.stdout.flush()  # here, where a full disk or a closed pipe can still be told from a fault
+        sys.stdout.flush()  # here, where a full disk or a closed pipe can still be distinguished from a fault
         return status
     except BrokenPipeError:  # `| head -1`: the reader has closed the pipe
         terminal.close_quietly()
@@ -96,7 +96,7 @@ def _run(given: list[str], packages: Sequence[str]) -> int:
     except SpectralError as error:
         return _failed(parsed, error, str(error))
     except MemoryError as error:
-        return _failed(parsed, error, f"not enough memory; ask for less ({error})")
+        return _failed(parsed, error, f"not enough memory; use smaller settings ({error})")
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -108,7 +108,7 @@ def _run(given: list[str], packages: Sequence[str]) -> int:
 
 
 def _failed(parsed: argparse.Namespace, error: Exception, message: str) -> int:
-    """Print the reason in one line, and as JSON if that was asked for."""
+    """Print the reason in one line, and as JSON if requested."""
     print(f"spectral-scene {parsed.command}: {message}", file=sys.stderr)
     if parsed.json:
         print(json.dumps({"error": message, "kind": type(error).__name__}))

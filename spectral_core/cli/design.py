@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _is_texture(path: Path) -> bool:
-    """Whether a document states that it is a texture; the reader of palettes reports unreadable files."""
+    """True if a document states that it is a texture; the reader of palettes reports unreadable files."""
     from spectral_core.documents import read_document
     from spectral_core.errors import SpectralError
     from spectral_core.palette.texture.project import FORMAT
@@ -71,7 +71,7 @@ def _is_texture(path: Path) -> bool:
 
 
 def _problem(arguments: argparse.Namespace) -> tuple[PaletteProblem, str]:
-    """The problem that was named, and a name for its folder."""
+    """The named problem, and a name for its folder."""
     if (arguments.palette is None) == (arguments.preset is None):
         raise InvalidInputError("give either a palette file or --preset NAME")
     if arguments.preset is None:

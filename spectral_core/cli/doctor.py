@@ -17,7 +17,7 @@ from spectral_core.cli.shared.trial import MARK
 
 @dataclass(frozen=True)
 class Finding:
-    """One part that is checked: whether it is present, its version, and how to get it if it is missing."""
+    """One checked part: its presence, its version, and how to get it if it is missing."""
 
     name: str
     ok: bool
@@ -117,7 +117,7 @@ def _renderer() -> list[Finding]:
 
 
 def _blender_loads() -> list[Finding]:
-    """Whether bpy, where it is installed, also starts: it links to X libraries that a server may lack."""
+    """Check that an installed bpy also starts: it links to X libraries that a server may lack."""
     if util.find_spec("bpy") is None:
         return []
     done, version = _trial("bpy")
@@ -136,4 +136,4 @@ def _trial(what: str) -> tuple[subprocess.CompletedProcess[str], str]:
 
 
 def _last_line(done: subprocess.CompletedProcess[str]) -> str:
-    return (done.stderr.strip() or "it ended without a word").splitlines()[-1]
+    return (done.stderr.strip() or "it ended without a message").splitlines()[-1]

@@ -93,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
-    """Columns and answers that were asked for."""
+    """The requested columns and analyses."""
     from spectral_core.explore.analysis import steps
 
     result: dict[str, Any] = {}

@@ -62,7 +62,9 @@ def _lamp(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     print(recipe.text())
     if not recipe.met:
-        print("what is asked cannot all be reached with these channels; this is the nearest. Add or free channels.")
+        print(
+            "not all requirements can be reached with these channels; this is the nearest recipe. Add or free channels."
+        )
     if arguments.json:
         figures = {
             "drives": dict(zip(recipe.names, recipe.drives.tolist(), strict=True)), "cct_k": recipe.cct_k,

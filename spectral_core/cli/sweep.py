@@ -22,7 +22,7 @@ from spectral_core.errors import InvalidInputError, MissingDependencyError
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of ``spectral-scene sweep``."""
-    parser.add_argument("sweep", type=Path, metavar="SWEEP.toml", help="what is swept, and where; see examples/sweeps")
+    parser.add_argument("sweep", type=Path, metavar="SWEEP.toml", help="document of the sweep; see examples/sweeps")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="the store; default: the file's name and .cdb, here")
     parser.add_argument(
         "--budget",
@@ -30,11 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="M",
         help="this many points, instead of the file's number; points that the folder already has stay",
     )
-    parser.add_argument("--plan", action="store_true", help="say what would be computed, write nothing, and stop")
+    parser.add_argument("--plan", action="store_true", help="print the plan, write nothing, and stop")
     parser.add_argument(
         "--pending",
         action="store_true",
-        help="compute what the folder lists and lacks, such as points added by its page",
+        help="compute the listed but missing points of the folder, such as points added by its page",
     )
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that stay warm (default 1)")
     parser.add_argument("--retry", action="store_true", help="try points again that were set aside")
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--shell", type=int, metavar="K", help="print K commands, for an array job, that share the points"
     )
     elsewhere.add_argument("--share", metavar="I/K", help="compute share I of K, as --shell prints it")
-    elsewhere.add_argument("--collect", action="store_true", help="only take in what shares computed")
+    elsewhere.add_argument("--collect", action="store_true", help="only collect the points that shares computed")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -131,7 +131,7 @@ def _print_shell(arguments: argparse.Namespace, folder: Path) -> None:
     """Commands for any scheduler: each computes its share, then one collects."""
     if arguments.shell < 1:
         raise InvalidInputError(f"--shell is {arguments.shell}; expected 1 or more commands")
-    # -P: these lines will run in a folder of somebody's choice, whose files must not be imported
+    # -P: these lines will run in an unknown folder, whose files must not be imported
     own = [sys.executable, "-P", "-m", "spectral_core.cli", "sweep", str(arguments.sweep), "--out", str(folder)]
     for number in range(1, arguments.shell + 1):
         print(shlex.join([*own, "--share", f"{number}/{arguments.shell}"]))

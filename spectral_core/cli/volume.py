@@ -96,7 +96,7 @@ def _stem(volume: str) -> str:
 
 
 def _frames(arguments: argparse.Namespace) -> Any:
-    """(None, volume) of one file, or (number, volume) of each frame, read when it is asked for."""
+    """(None, volume) of one file, or (number, volume) of each frame, read on demand."""
     from spectral_core.volume.files import RawLayout, find_sequence, read_volume
 
     raw = None

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Documents in TOML and JSON: one set of functions for palettes, transfer functions, recordings, sweeps.
 
-A document is a table of strings, numbers, lists and tables; ``format`` and ``version`` state its kind.
-``read_document`` reads the file within limits and turns every failure into FileFormatError with the file's name;
-``Schema`` checks it and says where it is wrong; ``codecs`` has the words that all documents share:
+A document is a table of strings, numbers, lists and tables; ``format`` and ``version`` state its type.
+``read_document`` reads the file within limits and converts every failure to a FileFormatError with the file's name;
+``Schema`` checks it and reports the position of errors; ``codecs`` has the encodings that all documents share:
 
 ========== ============================================================================================
 a grid     ``{start_nm = 380, stop_nm = 780, step_nm = 10}`` or ``{wavelengths_nm = [...]}``

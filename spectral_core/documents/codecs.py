@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The words that all documents share: wavelength grids, spectra and colors, to plain tables and back."""
+"""Encodings that all documents share: wavelength grids, spectra and colors, to plain tables and back."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ SOURCES = ("catalogue", "file", "values", "sine_nm")
 LARGEST_GRID = 100_000
 """Largest number of steps of a grid; more than that is an error in the file."""
 MOST_FILES, MOST_FILE_BYTES = 1000, 64 << 20
-"""Spectrum files that one document may name, and what they may hold together."""
+"""Most spectrum files of one document, and most bytes of all of them together."""
 
 
 class SpectrumFiles:
-    """The spectrum files that one document names: each is read once, within a limit for all of them together."""
+    """The spectrum files of one document: each is read once, within a limit for all of them together."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -50,7 +50,7 @@ class SpectrumFiles:
 
 
 def decoded_color(given: list[float] | str) -> NDArray[np.float64]:
-    """Linear sRGB (3,) of ``[r, g, b]``, or of the ``#rrggbb`` that a screen is sent. Raises InvalidInputError."""
+    """Linear sRGB (3,) of ``[r, g, b]``, or of a display color ``#rrggbb``. Raises InvalidInputError."""
     if not isinstance(given, str):
         return frozen_array("color", given, (3,))
     if not re.fullmatch("#[0-9a-fA-F]{6}", given):
@@ -59,7 +59,7 @@ def decoded_color(given: list[float] | str) -> NDArray[np.float64]:
 
 
 def encoded_grid(grid: SpectralGrid) -> dict[str, Any]:
-    """Start, stop and step where they give the same wavelengths, else all of them."""
+    """Start, stop and step if they give the same wavelengths, else all of them."""
     knots = grid.wavelengths_nm
     step = float(knots[1] - knots[0])
     table: dict[str, Any] = {"start_nm": float(knots[0]), "stop_nm": float(knots[-1]), "step_nm": step}
@@ -94,7 +94,7 @@ def decoded_grid(table: dict[str, Any]) -> SpectralGrid:
 
 
 def encoded_spectrum(spectrum: Spectrum, grid: SpectralGrid) -> dict[str, Any]:
-    """The catalogue's name where that gives exactly the same numbers, else samples."""
+    """The catalogue's name if it gives exactly the same numbers, else samples."""
     named = _catalogue_entry(spectrum) or _sine_entry(spectrum, grid)
     if named is not None:
         return named
@@ -112,7 +112,7 @@ def encoded_spectrum(spectrum: Spectrum, grid: SpectralGrid) -> dict[str, Any]:
 def decoded_spectrum(
     table: dict[str, Any] | str, kind: SpectrumKind, grid: SpectralGrid, files: SpectrumFiles
 ) -> Illuminant | Reflectance | Spectrum:
-    """The spectrum that a table or a catalogue name stands for.
+    """The spectrum of a table or a catalogue name.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def decoded_spectrum(
     if "luminance" not in table:
         return spectrum
     if not isinstance(spectrum, Illuminant):
-        raise InvalidInputError(f"spectrum {spectrum.name!r} is no light, so it has no luminance; remove that word")
+        raise InvalidInputError(f"spectrum {spectrum.name!r} is no light, so it has no luminance; remove luminance")
     return normalized(spectrum, luminance=float(table["luminance"]))
 
 
@@ -215,5 +215,5 @@ def _sine_entry(spectrum: Spectrum, grid: SpectralGrid) -> dict[str, Any] | None
 
 
 def _round_luminance(light: Spectrum) -> float:
-    """Y of a light, rounded as a person would state it."""
+    """Y of a light, rounded to a few digits."""
     return round(float((xyz_from_spectrum(light.grid) @ light.values)[1]), 12)

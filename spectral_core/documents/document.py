@@ -18,11 +18,11 @@ Document = dict[str, Any]
 Decoded = TypeVar("Decoded")
 
 MOST_KEY_PARTS = 16
-"""Of a dotted TOML key, whose reader takes the square of their number."""
+"""Most parts of a dotted TOML key; the time of the reader is quadratic in their number."""
 
 
 def read_document(path: str | Path, decode: Callable[[Any, Path], Decoded], what: str) -> Decoded:
-    """Read a document and make of it what ``decode`` says.
+    """Read a document and decode it by ``decode``.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def read_document(path: str | Path, decode: Callable[[Any, Path], Decoded], what
 
 
 def decode_document(file: Path, decode: Callable[[Any, Path], Decoded], document: Any) -> Decoded:
-    """What ``decode`` makes of a document; its errors name the file."""
+    """The result of ``decode`` for a document; its errors name the file."""
     try:
         return decode(document, file.parent)
     except FileFormatError as error:
@@ -69,7 +69,7 @@ def _parsed(file: Path, what: str) -> Any:
 def _require_readable_toml(text: str, file: Path) -> None:
     if len(text) > MOST_TOML_BYTES:
         raise FileFormatError(
-            f"{file} is larger than {MOST_TOML_BYTES >> 20} MiB, the most that is read of TOML; write it as JSON"
+            f"{file} is larger than {MOST_TOML_BYTES >> 20} MiB, the limit for TOML; write it as JSON"
         )
     for number, line in enumerate(text.splitlines(), 1):
         key, assigns, _ = line.partition("=")

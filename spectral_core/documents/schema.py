@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Documents checked against their JSON Schema files, with errors that say where.
+"""Documents checked against their JSON Schema files, with the position of each error.
 
-Editors use the same schema files to check and complete documents. No validator is a dependency for them:
-these are the few words of JSON Schema that they need, and a test sees that they use no others. Each file stands alone,
-as editors want it; a test sees that what they share (grid, spectrum, color) is the same in all of them.
+Editors use the same schema files to check and complete documents. This module needs no validator as a dependency: it
+implements the few keywords of JSON Schema that the files use, and a test checks that they use no others. Each file is
+self-contained, as editors require; a test checks that the shared parts (grid, spectrum, color) are equal in all of
+them.
 """
 
 from __future__ import annotations
@@ -48,12 +49,12 @@ class Schema:
 
     @property
     def content(self) -> Table:
-        """The schema itself, as an editor or a JSON Schema validator takes it."""
+        """The schema itself, in the form that editors and validators of JSON Schema accept."""
         return _loaded(self.package, self.name)
 
     def require_valid(self, document: Any) -> None:
-        """Raise FileFormatError that names the first place where ``document`` breaks the schema."""
-        if isinstance(document, dict) and "format" in document:  # a file of another kind: say that first
+        """Raise FileFormatError that names the first position where ``document`` violates the schema."""
+        if isinstance(document, dict) and "format" in document:  # a file of another type: report that first
             self._check(document["format"], self.content["properties"]["format"], "format")
         self._check(document, self.content, "")
 
@@ -85,7 +86,9 @@ class Schema:
             self._check_list(value, schema, place)
 
     def _check_any(self, value: Any, schema: Table, place: str) -> None:
-        """One of several schemas fits; else the error of the choice of the value's own type, which says most."""
+        """One of several schemas fits; else the error of the schema for the value's own type, which is the most
+        specific.
+        """
         choices = [self._resolved(choice) for choice in schema["anyOf"]]
         failures = []
         for choice in choices:
@@ -108,9 +111,7 @@ class Schema:
                 raise FileFormatError(f"{where} has no {name!r}; expected it beside {beside}")
         for name, item in value.items():
             if name not in known and not schema.get("additionalProperties", True):
-                raise FileFormatError(
-                    f"{where} holds the unknown word {name[:60]!r}; known: {', '.join(sorted(known))}"
-                )
+                raise FileFormatError(f"{where} has the unknown entry {name[:60]!r}; known: {', '.join(sorted(known))}")
             self._check(item, known.get(name, {}), f"{place}.{name}" if place else name)
 
     def _check_list(self, value: list[Any], schema: Table, place: str) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plain documents as TOML 1.0, laid out to be read and edited: the standard library only reads it."""
+"""Plain documents as TOML 1.0, formatted for reading and editing: the standard library can only read TOML."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WIDTH = 110
 def toml_text(document: dict[str, Any]) -> str:
     """A document of strings, numbers, booleans, lists and tables as TOML; None entries of tables are left out.
 
-    Lists of tables become ``[[name]]``, tables ``[name]``; tables inside of those are written in one line.
+    Lists of tables become ``[[name]]``, tables ``[name]``; nested tables are written in one line.
     """
     lines: list[str] = []
     tables = {name: value for name, value in document.items() if _is_table_like(value)}
@@ -42,7 +42,7 @@ def _key(name: str) -> str:
 
 
 def _string(text: str) -> str:
-    # JSON's escapes are TOML's, except that TOML wants DEL escaped too.
+    # JSON's escapes are TOML's, except that TOML also requires an escape for DEL.
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
@@ -61,7 +61,7 @@ def _value(value: Any) -> str:
 
 
 def _list(items: list[str]) -> str:
-    """On one line where it fits, else filled lines; line breaks are allowed inside of brackets."""
+    """On one line if it fits, else filled lines; line breaks are allowed inside brackets."""
     short = "[" + ", ".join(items) + "]"
     if len(short) <= WIDTH or "\n" in short:
         return short

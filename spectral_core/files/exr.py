@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """EXR files written whole and read within limits, through the OpenEXR module.
 
-OpenEXR notices a full disk where a write fails, but not where its last buffer is flushed. A file that was written is
-therefore checked: every chunk that its offset tables name must lie within it ("OpenEXR File Layout", openexr.com).
+OpenEXR detects a full disk at a failing write, but not at the flush of its last buffer. A written file is therefore
+checked: every chunk in its offset tables must lie within it ("OpenEXR File Layout", openexr.com).
 """
 
 from __future__ import annotations
 
+import ctypes
+import importlib.metadata
+import importlib.util
 import struct
+import sys
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from spectral_core.errors import FileFormatError, MissingDependencyError
+from spectral_core.files.elf import calls_itself
 from spectral_core.files.guarded import open_regular, reading, require_room
 from spectral_core.files.whole import whole_file
 
@@ -20,12 +25,34 @@ _LINES_PER_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 
 
 
 def openexr() -> Any:
-    """The OpenEXR module. Raises MissingDependencyError where it is not installed."""
+    """The OpenEXR module. Raises MissingDependencyError if it is not installed, or would end the process."""
+    if "OpenEXR" not in sys.modules:
+        _require_own_functions()
     try:
         import OpenEXR
     except ImportError as error:
         raise MissingDependencyError.package("OpenEXR", "an EXR file", "render") from error
     return OpenEXR
+
+
+def _require_own_functions() -> None:
+    """Raise an error for a module that would call another version of OpenEXR in the process; see ``files.elf``."""
+    found = importlib.util.find_spec("OpenEXR")
+    if found is None or not sys.platform.startswith("linux"):
+        return
+    shared = getattr(ctypes.CDLL(None), "exr_get_library_version", None)
+    if shared is None or calls_itself(Path(str(found.origin))):
+        return
+    numbers = [ctypes.c_int() for _ in range(3)]
+    shared(*map(ctypes.byref, numbers), None)
+    version = ".".join(str(number.value) for number in numbers)
+    own = importlib.metadata.version("OpenEXR")
+    if own.split(".")[:2] != version.split(".")[:2]:
+        raise MissingDependencyError(
+            f"the Python module OpenEXR {own} cannot be used beside OpenEXR {version}, which this program shares with "
+            "all its modules: it would crash. Install the extension from its zip, whose OpenEXR calls itself, or "
+            f"OpenEXR {version.rsplit('.', 1)[0]} for this Python."
+        )
 
 
 def write_exr(path: Path, file: Any) -> None:
@@ -64,7 +91,7 @@ def read_exr(path: Path, what: str = "an EXR file") -> list[Any]:
 
 
 def exr_headers(path: Path, what: str = "an EXR file") -> list[dict[str, Any]]:
-    """Header of each part, without reading pixels. Raises as ``read_exr`` does."""
+    """Header of each part, without reading pixels. Raises the same errors as ``read_exr``."""
     module = openexr()
     open_regular(path).close()
     with reading(path, what):
@@ -72,7 +99,7 @@ def exr_headers(path: Path, what: str = "an EXR file") -> list[dict[str, Any]]:
 
 
 def require_whole_exr(path: Path) -> None:
-    """Raise FileFormatError where a scan line EXR file ends before its last chunk."""
+    """Raise FileFormatError if a scan line EXR file ends before its last chunk."""
     with open_regular(path) as stream:
         size = stream.seek(0, 2)
         stream.seek(0)
@@ -86,7 +113,7 @@ def require_whole_exr(path: Path) -> None:
                 for offset in struct.unpack(f"<{count}Q", stream.read(8 * count)):
                     _require_chunk(stream, offset + 4 * multipart, size)
         except (struct.error, KeyError) as error:
-            raise FileFormatError(f"{path} is cut: {error}") from error
+            raise FileFormatError(f"{path} is truncated: {error}") from error
 
 
 def _headers(stream: BinaryIO, multipart: bool) -> list[dict[str, bytes]]:

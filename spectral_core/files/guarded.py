@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one way to read a file from outside: regular files only, limited time and memory, one kind of error.
+"""The reader of all untrusted files: regular files only, limited time and memory, one type of error.
 
-A file may come from anybody. It may be a pipe that never ends, state a size that no memory holds, or nest its lists
-ten thousand deep. ``reading`` turns every failure of a reader into FileFormatError; the limits below keep a reader
+A file may be malicious. It may be a pipe that never ends, state a size that does not fit into memory, or nest its lists
+ten thousand deep. ``reading`` converts every failure of a reader to FileFormatError; the limits below keep a reader
 from running for minutes or filling the memory before it fails.
 """
 
@@ -19,17 +19,19 @@ from typing import BinaryIO
 from spectral_core.errors import FileFormatError, SpectralError
 
 MOST_TEXT_BYTES = 64 << 20
-"""Of a table of spectra, a palette in JSON or a file of swatches; a million samples fit several times."""
+"""Largest table of spectra, palette in JSON or file of swatches; a million samples fit several times."""
 MOST_TOML_BYTES = 4 << 20
-"""TOML is read by pure Python, about 2 MB in a second."""
+"""Largest TOML file; pure Python reads about 2 MB in a second."""
 MOST_HEADER_BYTES = 1 << 20
-"""Of the text in front of a volume's numbers."""
+"""Largest text header of a volume."""
 MOST_NAMES = 100_000
-"""Data files that one header may name."""
+"""Most data files of one header."""
 MOST_NESTING = 60
-"""Lists and tables inside each other; the documents here need seven."""
+"""Largest nesting of lists and tables; the documents here need seven."""
 MOST_EXPANSION, FREE_BYTES = 2000, 256 << 20
-"""From FREE_BYTES on, numbers may take so many times the size of their file. No packing of real data reaches it."""
+"""Above FREE_BYTES, numbers may take at most so many times the size of their file. No compression of real data reaches
+it.
+"""
 
 _CHUNK = 1 << 20
 _BRACKETS = re.compile(r'"(?:[^"\\\n]|\\.)*"|[\[{]|[\]}]')
@@ -39,8 +41,8 @@ _BRACKETS = re.compile(r'"(?:[^"\\\n]|\\.)*"|[\[{]|[\]}]')
 def reading(path: str | Path, what: str = "") -> Iterator[None]:
     """Convert any failure inside the block into an error of this project that names ``path``.
 
-    Errors of the tree pass as they are; all others become FileFormatError. A reader may therefore take a file at its
-    word and fail where the word was wrong.
+    Errors of this project's tree pass unchanged; all others become FileFormatError. A reader may therefore trust a file
+    and fail if the file was wrong.
 
     Parameters
     ----------
@@ -55,23 +57,23 @@ def reading(path: str | Path, what: str = "") -> Iterator[None]:
     except RecursionError as error:
         raise FileFormatError(f"{path}: its lists or tables are nested too deeply{expected}") from error
     except MemoryError as error:
-        raise FileFormatError(f"{path}: it asks for more memory than there is{expected}") from error
+        raise FileFormatError(f"{path}: it needs more memory than is available{expected}") from error
     except OSError as error:
         raise FileFormatError(f"{path} cannot be read: {error.strerror or error}{expected}") from error
     except Exception as error:
         reason = str(error) or type(error).__name__
-        raise FileFormatError(f"{path} is cut, damaged or of another kind: {_short(reason)}{expected}") from error
+        raise FileFormatError(f"{path} is truncated, damaged or of another type: {_short(reason)}{expected}") from error
 
 
 def open_regular(path: str | Path) -> BinaryIO:
     """Open a regular file for reading; a pipe, device or folder is refused without waiting for it.
 
-    Raises FileFormatError that says why.
+    Raises FileFormatError with the reason.
     """
     try:
-        # Without O_NONBLOCK, opening a pipe waits for somebody who writes to it.
+        # Without O_NONBLOCK, opening a pipe waits for a writer.
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    except (OSError, ValueError) as error:  # ValueError: a name that no file system takes
+    except (OSError, ValueError) as error:  # ValueError: an invalid file name
         raise FileFormatError(
             f"{path}: {getattr(error, 'strerror', None) or error}; expected a file that can be read"
         ) from error
@@ -82,19 +84,19 @@ def open_regular(path: str | Path) -> BinaryIO:
 
 
 def require_regular(path: str | Path) -> None:
-    """Raise FileFormatError where ``path`` cannot be opened as a regular file; for libraries that open it again."""
+    """Raise FileFormatError if ``path`` cannot be opened as a regular file; for libraries that open it again."""
     open_regular(path).close()
 
 
 def read_bytes(path: str | Path, most: int = MOST_TEXT_BYTES) -> bytes:
     """The bytes of a regular file of at most ``most`` bytes. Raises FileFormatError."""
     with open_regular(path) as stream:
-        # Python makes room for as much as is asked for; the size that the system states is 0 for files of /proc.
+        # Python allocates the requested size; the size that the system states is 0 for files of /proc.
         data = stream.read(min(os.fstat(stream.fileno()).st_size, most) + 1)
         while len(data) <= most and (more := stream.read(_CHUNK)):
             data += more
     if len(data) > most:
-        raise FileFormatError(f"{path} is larger than {most / 2**20:g} MiB, the most that is read of such a file")
+        raise FileFormatError(f"{path} is larger than {most / 2**20:g} MiB, the limit for such a file")
     return data
 
 
@@ -115,7 +117,7 @@ def read_text(path: str | Path, most: int = MOST_TEXT_BYTES) -> str:
 
 
 def header_lines(stream: BinaryIO, path: str | Path) -> Iterator[bytes]:
-    """Lines from where ``stream`` stands, together at most MOST_HEADER_BYTES. Raises FileFormatError beyond that."""
+    """Lines from the position of ``stream``, together at most MOST_HEADER_BYTES. Raises FileFormatError beyond that."""
     left = MOST_HEADER_BYTES
     while line := stream.readline(left + 1):
         left -= len(line)
@@ -125,7 +127,7 @@ def header_lines(stream: BinaryIO, path: str | Path) -> Iterator[bytes]:
 
 
 def require_shallow(text: str, path: str | Path) -> None:
-    """Raise FileFormatError where brackets outside of strings nest deeper than MOST_NESTING."""
+    """Raise FileFormatError if brackets outside of strings nest deeper than MOST_NESTING."""
     depth = 0
     for found in _BRACKETS.finditer(text):
         mark = found[0]
@@ -139,7 +141,7 @@ def require_shallow(text: str, path: str | Path) -> None:
 
 
 def require_room(needed: int, path: str | Path, *, held: int | None = None) -> None:
-    """Raise FileFormatError where ``needed`` bytes are more than this machine or this file can stand for.
+    """Raise FileFormatError if ``needed`` bytes exceed the memory of this machine or the length of this file.
 
     Parameters
     ----------
@@ -160,10 +162,10 @@ def require_room(needed: int, path: str | Path, *, held: int | None = None) -> N
 
 
 def half_of_memory() -> int:
-    """Half of this machine's memory in bytes: the most that one file may fill."""
+    """Half of this machine's memory in bytes: the limit of one file."""
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
-    except (AttributeError, ValueError, OSError):  # Windows does not tell
+    except (AttributeError, ValueError, OSError):  # Windows does not report it
         return 8 << 30
 
 

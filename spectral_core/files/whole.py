@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one way to write a file: whole, or not at all.
+"""The writer of all files: complete, or not at all.
 
 ::
 
     with whole_file(path) as unfinished:        # a new file with a random name beside ``path``
         library.write(str(unfinished))          # any writer that takes a path
 
-When the block ends, the new file is flushed to the disk, checked, and moved over ``path`` in one step. Whoever looks
-at ``path`` at any moment, also after a power cut, finds the earlier file or the new one. A block that fails leaves
-``path`` as it was. The next write into the same folder removes the leftovers of a killed process: an unfinished
-file is locked while its writer lives, and one that can be locked has no writer any more.
+When the block ends, the new file is flushed to the disk, checked, and moved over ``path`` in one step. Every reader of
+``path``, also after a power failure, finds the earlier file or the new one. A block that fails leaves ``path``
+unchanged. The next write into the same folder removes the leftovers of a killed process: an unfinished file is locked
+while its writer lives, and one that can be locked has no writer any more.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ except ImportError:  # Windows: an open file cannot be removed there, which serv
     fcntl = None  # type: ignore[assignment]
 
 _looked_through: dict[str, tuple[float, float]] = {}
-"""When each folder was last searched for leftovers, and how long that took, seconds."""
+"""Time of the last search of each folder for leftovers, and its duration in seconds."""
 _MARK = ".spectral-unfinished-"
 
 
@@ -40,7 +40,7 @@ _MARK = ".spectral-unfinished-"
 def whole_file(
     path: str | Path, *, check: Callable[[Path], object] | None = None, durable: bool = True
 ) -> Iterator[Path]:
-    """Give a new file beside ``path`` to write to, and move it to ``path`` when the block ends without an error.
+    """Yield a new file beside ``path`` to write to, and move it to ``path`` when the block ends without an error.
 
     Parameters
     ----------
@@ -78,20 +78,20 @@ def whole_file(
 
 
 def write_bytes(path: str | Path, data: bytes) -> None:
-    """Write ``data`` to ``path``, whole or not at all. Raises as ``whole_file`` does."""
+    """Write ``data`` to ``path``, whole or not at all. Raises the same errors as ``whole_file``."""
     with whole_file(path) as unfinished, unfinished.open("wb") as stream:
         stream.write(data)
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write ``text`` as UTF-8 to ``path``, whole or not at all. Raises as ``whole_file`` does."""
+    """Write ``text`` as UTF-8 to ``path``, whole or not at all. Raises the same errors as ``whole_file``."""
     write_bytes(path, text.encode("utf-8"))
 
 
 def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str) -> None:
-    """Refuse a path at which something else than ``kind`` lies.
+    """Raise an error if a file of another type than ``kind`` is at the path.
 
-    For paths that come from a document or a .blend file: its author may have named any file.
+    For paths in a document or a .blend file, whose author may have named any file.
 
     Parameters
     ----------
@@ -107,14 +107,14 @@ def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str
     target = Path(path)
     if os.path.lexists(target) and not (target.is_file() and is_own(target)):
         raise InvalidInputError(
-            f"{target} is there already and is no {kind}, so it is not replaced; choose another path, or remove it"
+            f"{target} exists already and is no {kind}, so it is not replaced; choose another path, or remove it"
         )
 
 
 def _require_replaceable(target: Path) -> None:
     if target.is_dir():
         raise InvalidInputError(f"{target} is a folder; name a file in it")
-    # A device or pipe, also behind a link such as /dev/stdout, would be replaced by a file for every other program.
+    # A device or pipe, also behind a link such as /dev/stdout, would be replaced by a file for every program.
     if target.exists() and not target.is_file():
         raise InvalidInputError(f"{target} is a device or a pipe; name a file")
 
@@ -137,7 +137,9 @@ class _Lock:
 
 
 def _create(target: Path) -> tuple[Path, _Lock]:
-    """Make a file that nobody could have prepared, locked, with the permissions of the one that it replaces."""
+    """Create a file that no other process could have prepared, locked, with the permissions of the one that it
+    replaces.
+    """
     for _ in range(100):
         unfinished = target.with_name(f"{_MARK}{secrets.token_hex(8)}{target.suffix[:16]}")
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
@@ -157,16 +159,16 @@ def _create(target: Path) -> tuple[Path, _Lock]:
 def _finish(unfinished: Path, lock: _Lock, target: Path, check: Callable[[Path], object] | None, durable: bool) -> None:
     """Flush to the disk, check, replace."""
     if durable:
-        with unfinished.open("rb+") as stream:  # a library may have put a file of its own there
+        with unfinished.open("rb+") as stream:  # a library may have created another file there
             os.fsync(stream.fileno())
     if unfinished.stat().st_size == 0 and check is not None:
-        raise FileWriteError(f"{target} could not be written: nothing arrived on the disk; is it full?")
+        raise FileWriteError(f"{target} could not be written: nothing was written to the disk; is it full?")
     if check is not None:
         try:
             check(unfinished)
-        except Exception as error:  # a reader may raise anything for half a file
+        except Exception as error:  # a reader may raise any error for an incomplete file
             raise FileWriteError(
-                f"{target} could not be written: what arrived on the disk is not whole; is it full? ({error})"
+                f"{target} could not be written: the file on the disk is incomplete; is the disk full? ({error})"
             ) from error
     if fcntl is None:
         lock.release()
@@ -176,7 +178,7 @@ def _finish(unfinished: Path, lock: _Lock, target: Path, check: Callable[[Path],
 
 
 def _flush_folder(folder: Path) -> None:
-    """Make the new name last through a power cut, where the system can."""
+    """Make the new name persistent through a power failure, if the system can."""
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:
@@ -191,17 +193,17 @@ def _told(target: Path) -> Iterator[None]:
     try:
         yield
     except (OSError, RuntimeError) as error:  # OpenEXR and OpenVDB raise RuntimeError
-        kept = "; the file that was there is as it was" if target.exists() else ""
+        kept = "; the earlier file is unchanged" if target.exists() else ""
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         if isinstance(error, FileNotFoundError) and not target.parent.is_dir():
-            reason = f"the folder {target.parent} does not exist; make it first"
+            reason = f"the folder {target.parent} does not exist; create it first"
         raise FileWriteError(f"{target} could not be written: {reason}{kept}") from error
 
 
 def _remove_leftovers(folder: Path) -> None:
     """Remove the unfinished files of processes that have ended.
 
-    Looking through a folder of a hundred thousand pictures before each write would take longer than writing: at most a
+    Searching a folder of a hundred thousand pictures before each write would take longer than writing: at most a
     twentieth of the time is spent on it.
     """
     start, (last, duration) = time.monotonic(), _looked_through.get(str(folder), (-math.inf, 0.0))

@@ -2,8 +2,8 @@
 """Sampling lattices with low-rate rotational dilation (thesis chapter 3): even points for any convex region.
 
 Usual calls: ``progressive_fill(region, count)`` for points, ``make_lattice(n, rate)`` for a lattice and
-``figures_of_merit(basis)`` for what it is good at. ``spectral_core.lattice.engine.LatticeEngine`` is the same as a
-SciPy sampler, ``plotting`` draws. How to choose and what to expect: docs/lattice.md.
+``figures_of_merit(basis)`` for its figures of merit. ``spectral_core.lattice.engine.LatticeEngine`` is the same as a
+SciPy sampler, ``plotting`` draws. Advice on the choice: docs/lattice.md.
 """
 
 from spectral_core.lattice.catalogue import CRITERIA, FrozenScales, frozen_scales, make_lattice

@@ -35,7 +35,7 @@ class FrozenScales:
     value: float
     """Second moment, packing radius or covering radius at unit density, by the criterion."""
     exact: bool
-    """Whether ``value`` is exact for these scales; else it is an estimate (see docs/lattice.md)."""
+    """True if ``value`` is exact for these scales; else it is an estimate (see docs/lattice.md)."""
 
 
 def make_lattice(
@@ -53,7 +53,7 @@ def make_lattice(
     similarity contains a reflection where they are better. Given ``middle`` (the coefficient C) or ``log_scales`` (r,),
     the companion lattice of that polynomial is built with these scales instead (S = I without them).
 
-    Raises InvalidInputError where no scales are frozen (n above 10, rates other than 2 and 3): build with
+    Raises InvalidInputError if no scales are frozen (n above 10, rates other than 2 and 3): build with
     criterion="unit", or search with ``optimize_packing`` or ``optimize_second_moment``.
     """
     if criterion not in (*CRITERIA, "unit"):
@@ -65,19 +65,20 @@ def make_lattice(
 
 
 def sampling_lattice(dimensions: int, rate: int = 2) -> Lattice:
-    """The lattice that points are drawn from where none is named: the largest packing radius that is frozen.
+    """Default lattice of points: the largest frozen packing radius.
 
-    Above MAX_FROZEN_DIMENSIONS, and for rates other than 2 and 3, that with unit scales: separation is then lower.
+    Above MAX_FROZEN_DIMENSIONS, and for rates other than 2 and 3, the lattice with unit scales: its separation is
+    smaller.
     """
     frozen = f"{dimensions},{rate}" in _table()
     return make_lattice(dimensions, rate, criterion="packing" if frozen else "unit")
 
 
 def frozen_scales(dimensions: int, rate: int, criterion: str, *, improper: bool = False) -> FrozenScales:
-    """The frozen class and scales of a criterion; InvalidInputError where none are shipped."""
+    """The frozen class and scales of a criterion; InvalidInputError if none are shipped."""
     if criterion not in CRITERIA:
         raise UnknownNameError.among("lattice criterion", str(criterion), CRITERIA)
-    CharacteristicPolynomial(dimensions, rate)  # says what is wrong with dimension or rate
+    CharacteristicPolynomial(dimensions, rate)  # raises for a wrong dimension or rate
     rows = _table().get(f"{dimensions},{rate}")
     if rows is None:
         raise InvalidInputError(
@@ -100,7 +101,9 @@ def _frozen_lattice(dimensions: int, rate: int, criterion: str, improper: bool) 
 
 
 def _widest_middle(dimensions: int, rate: int) -> int | None:
-    """The proper C of largest size and positive sign: with S = I it packs best, and it is never a plain grid."""
+    """The proper C of largest absolute value, positive: with S = I it has the best packing, and it is never a plain
+    grid.
+    """
     if dimensions % 2:
         return None
     return max(one.polynomial.middle for one in lattice_classes(dimensions, rate).classes)

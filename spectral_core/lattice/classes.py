@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Classes of integer dilations: which matrices K with a given polynomial are not merely a change of basis apart.
+"""Classes of integer dilations: matrices K with a given polynomial that differ by more than a change of basis.
 
 The thesis leaves this enumeration open. By Latimer, MacDuffee and Taussky the classes of integer matrices with an
 irreducible characteristic polynomial p, up to unimodular change of basis, are the classes of fractional ideals of
@@ -28,7 +28,7 @@ from spectral_core.lattice.polynomials import (
 
 @dataclass(frozen=True, order=True)
 class LatticeClass:
-    """One class of dilations: a polynomial, and which of its ideal classes (0 is that of the companion matrix)."""
+    """One class of dilations: a polynomial, and the number of its ideal class (0 is that of the companion matrix)."""
 
     polynomial: CharacteristicPolynomial
     index: int = 0
@@ -53,16 +53,16 @@ class LatticeClass:
 
 @dataclass(frozen=True)
 class Enumeration:
-    """All classes that are known for a dimension and rate, and whether these are all there are."""
+    """All known classes of a dimension and rate, and True if the list is complete."""
 
     classes: tuple[LatticeClass, ...]
     complete: bool
     reason: str
-    """Why the list is complete, or which cases are open."""
+    """Reason for the completeness of the list, or the open cases."""
 
 
 def lattice_classes(dimensions: int, rate: int, *, improper: bool | None = False) -> Enumeration:
-    """Known classes of dilations, with an honest statement whether the list is complete."""
+    """Known classes of dilations, and a statement on the completeness of the list."""
     polynomials = characteristic_polynomials(dimensions, rate, improper=improper)
     classes = tuple(LatticeClass(p, i) for p in polynomials for i in range(len(_extra_matrices(p)) + 1))
     if dimensions == 1:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Are two lattices the same up to rotation (congruent), and up to size (similar)? Decided, not only refuted.
+"""Decide if two lattices are equal up to rotation (congruent), and up to size (similar).
 
-The thesis compares sorted lists of lengths, which is necessary only. Here an isometry is searched for: images of the
-vectors of a reduced basis among vectors of equal length, with equal inner products (Plesken and Souvignier).
+The thesis compares sorted lists of lengths, a necessary condition only. This module searches for an isometry: images of
+the vectors of a reduced basis among vectors of equal length, with equal inner products (Plesken and Souvignier).
 """
 
 from __future__ import annotations
@@ -60,12 +60,12 @@ def isometry(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) ->
 
 
 def are_congruent(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) -> bool:
-    """Whether a rotation (or reflection) maps one lattice onto the other."""
+    """True if a rotation (or reflection) maps one lattice onto the other."""
     return isometry(first, second, tolerance=tolerance) is not None
 
 
 def are_similar(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) -> bool:
-    """Whether the lattices are congruent after scaling both to unit density."""
+    """True if the lattices are congruent after scaling both to unit density."""
     return are_congruent(*(_unit(checked_basis(b)) for b in (first, second)), tolerance=tolerance)
 
 

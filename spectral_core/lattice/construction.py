@@ -21,7 +21,7 @@ from spectral_core.lattice.polynomials import CharacteristicPolynomial
 from spectral_core.lattice.reduction import lll
 
 MAX_LOG_SCALE = 12.0
-"""Largest |log w|: scales repeat on a compact torus (multiplication by units), so nothing is lost by the limit.
+"""Largest |log w|: scales repeat on a compact torus (multiplication by units), so the limit excludes no lattice.
 
 At the limit figures of merit still keep about 10 of 16 digits."""
 
@@ -97,14 +97,14 @@ def build_lattice(
 ) -> Lattice:
     """Lattice of a class with log scales (r,), one per root; without them S = I.
 
-    Scales are shifted to Σ block size · log w = 0 (a common factor is only size). Raises InvalidInputError when
+    Scales are shifted to Σ block size · log w = 0 (a common factor is only size). Raises InvalidInputError if
     they are not finite, of another number, or above ``MAX_LOG_SCALE`` after the shift.
     """
     sizes = lattice_class.polynomial.block_sizes
     given = np.zeros(len(sizes)) if log_scales is None else log_scales
     logs = frozen_array("log_scales", given, (len(sizes),))
     shift = float(sizes @ logs) / float(sizes.sum())
-    if abs(shift) > 1e-11:  # scales that were shifted before, and stored, must give the same bits again
+    if abs(shift) > 1e-11:  # stored scales, which were shifted before, must give the same bits again
         logs = logs - shift
     if np.abs(logs).max() > MAX_LOG_SCALE * (1.0 + 1e-12):
         raise InvalidInputError(
@@ -124,7 +124,7 @@ def build_lattice(
 def class_of(
     dimensions: int, rate: int, middle: int | None = None, *, index: int = 0, improper: bool = False
 ) -> LatticeClass:
-    """The class with middle coefficient C = ``middle``; None where the dimension leaves no choice, else C = 0."""
+    """The class with middle coefficient C = ``middle``; None if the dimension allows no choice, else C = 0."""
     return LatticeClass(CharacteristicPolynomial(dimensions, rate, middle or 0, improper), index)
 
 
@@ -134,7 +134,7 @@ def all_lattices(dimensions: int, rate: int) -> tuple[Lattice, ...]:
 
 
 def embedding(lattice_class: LatticeClass) -> NDArray[np.float64]:
-    """Rows Re and Im of a left eigenvector of K per root, first component 1, (n, n): G with S = I, not normalised."""
+    """Rows Re and Im of a left eigenvector of K per root, first component 1, (n, n): G with S = I, not normalized."""
     vectors = left_eigenvectors(lattice_class)
     rows: list[NDArray[np.float64]] = []
     for vector, size in zip(vectors, lattice_class.polynomial.block_sizes, strict=True):

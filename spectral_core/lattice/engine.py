@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The progressive lattice as a ``scipy.stats.qmc`` engine, for SciPy, SALib and other users of such engines.
 
-Kept apart from the rest of the room because it imports scipy.stats, which takes most of a second.
+A separate module because it imports scipy.stats, which takes most of a second.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _SEED_NAME = "rng" if "rng" in inspect.signature(qmc.QMCEngine.__init__).paramet
 class LatticeEngine(qmc.QMCEngine):
     """Points of a rotated lattice in the unit cube, in progressive order.
 
-    The first ``points`` samples are exactly the lattice points in the cube, coarse levels first; drawing on refines
-    the lattice, and no sample ever moves. ``rng`` (or ``seed``, as SciPy named it before 1.15) is an integer, a
+    The first ``points`` samples are exactly the lattice points in the cube, coarse levels first; further draws refine
+    the lattice, and no sample ever moves. ``rng`` (or ``seed``, its name in SciPy before 1.15) is an integer, a
     Generator or None; ``reset`` returns to the same sequence. Unlike Sobol points these are made for separation, not
     for integration (see docs/lattice.md).
 

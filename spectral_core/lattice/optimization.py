@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scales S chosen for packing (exact vertex walk) or for the second moment (exact gradient), per lattice class.
 
-With w = s² the squared length of a lattice vector is linear in w. Packing therefore minimises the concave function
+With w = s² the squared length of a lattice vector is linear in w. Packing therefore minimizes the concave function
 Σ m_j log w_j over the convex set {w: no vector shorter than 1}: local optima are vertices of that polyhedron, where
 at least as many pairs of shortest vectors touch as there are scales (perfect forms). Linear programs with shortest
 vectors as cutting planes walk from vertex to vertex, exactly. The second moment is smooth almost everywhere; its
-gradient is the energy of the quantisation error per block, and it is stationary where the error is white (Zamir and
+gradient is the energy of the quantization error per block, and it is stationary where the error is white (Zamir and
 Feder 1996). Scales live on a compact torus, so many starts make either search global in practice, not in proof.
 """
 
@@ -30,12 +30,12 @@ class Search:
 
     lattice: Lattice
     value: float
-    """Packing radius, normalised second moment or covering radius of ``lattice``, by the search's own estimate."""
+    """Packing radius, normalized second moment or covering radius of ``lattice``, by the search's own estimate."""
     starts: int
     hits: int
-    """How many starts ended at ``value`` (relative 1e-6); one hit of many says: search longer."""
+    """Number of starts that ended at ``value`` (relative 1e-6); with one hit of many, search longer."""
     residual: float
-    """Optimality: largest change of log w that the last step still wanted (0 at an exact vertex)."""
+    """Optimality: largest change of log w in the last step (0 at an exact vertex)."""
 
 
 class _Weights:
@@ -87,7 +87,7 @@ def optimize_packing(
 
 
 def _walk_to_vertex(problem: _Weights, weights: Vector, pool: Vector) -> tuple[Vector, Vector]:
-    """Vertex with min |v|² = 1 where linearising Σ m log w no longer helps, and the enlarged pool of cuts."""
+    """Vertex with min |v|² = 1 where linearizing Σ m log w no longer helps, and the enlarged pool of cuts."""
     from scipy.optimize import linprog
 
     shortest, cuts = _short_rows(problem, weights)
@@ -101,7 +101,7 @@ def _walk_to_vertex(problem: _Weights, weights: Vector, pool: Vector) -> tuple[V
             raise SolveError(f"linear program of the packing search failed: {answer.message}")
         candidate = _polished(pool, answer.x)
         if candidate.max() > np.exp(2.0 * MAX_LOG_SCALE) * candidate.min():
-            return weights, pool  # the walk leaves the range of scales; units lead back, another start does too
+            return weights, pool  # the walk leaves the range of scales; another start does not
         shortest, cuts = _short_rows(problem, candidate)
         if shortest < 1.0 - 1e-9:
             pool = _merged(pool, cuts)
@@ -144,7 +144,7 @@ def _merged(pool: Vector, rows: Vector) -> Vector:
 def optimize_second_moment(
     lattice_class: LatticeClass, *, starts: int = 10, seed: int = 0, samples: int = 4096, initial: Vector | None = None
 ) -> Search:
-    """Scales of the least normalised second moment found from ``starts`` random starts (first ``initial``).
+    """Scales of the least normalized second moment found from ``starts`` random starts (first ``initial``).
 
     The moment is averaged over ``samples`` Sobol points of the lattice cell, the same for every scale, with its exact
     gradient there; 4096 of them choose scales that are about 2e-4 too optimistic, so the value is estimated again on
@@ -178,7 +178,7 @@ def optimize_second_moment(
 
 
 def moment_and_gradient(problem: _Weights, logs: Vector, points: Vector) -> tuple[float, Vector]:
-    """log of the normalised second moment over fixed points of the cell, and its exact gradient in log w.
+    """log of the normalized second moment over fixed points of the cell, and its exact gradient in log w.
 
     The gradient needs no derivative of the nearest vector: d E / d log w_j is the error energy of block j.
     """
@@ -190,7 +190,7 @@ def moment_and_gradient(problem: _Weights, logs: Vector, points: Vector) -> tupl
 
 
 def block_energies(basis: Vector, block_sizes: NDArray[np.int64], points: Vector) -> Vector:
-    """Mean squared quantisation error per block of coordinates, (r,), over cell points (N, n) in basis coordinates."""
+    """Mean squared quantization error per block of coordinates, (r,), over cell points (N, n) in basis coordinates."""
     change = lll(basis)
     reduced = basis @ change
     inverse = np.rint(np.linalg.inv(change.astype(np.float64)))
@@ -216,7 +216,7 @@ def cell_samples(dimensions: int, count: int, seed: int) -> Vector:
 def whiteness(lattice: Lattice, *, samples: int = 65536, seed: int = 1) -> float:
     """Largest relative deviation of a block's error energy per coordinate from the mean; 0 is white error.
 
-    Scales that minimise the second moment are stationary, which is whiteness between blocks (Zamir and Feder).
+    Scales that minimize the second moment are stationary, which is whiteness between blocks (Zamir and Feder).
     """
     sizes = lattice.polynomial.block_sizes
     points = cell_samples(lattice.dimensions, samples, seed)

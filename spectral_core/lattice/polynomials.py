@@ -138,7 +138,7 @@ def characteristic_polynomials(
 
 
 def has_square_factor(number: int) -> bool:
-    """Whether a square above 1 divides ``number``."""
+    """True if a square above 1 divides ``number``."""
     return any(number % (d * d) == 0 for d in range(2, math.isqrt(number) + 1))
 
 

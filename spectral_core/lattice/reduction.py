@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """LLL reduction, and all lattice vectors within a distance of many targets at once (Fincke and Pohst, in NumPy).
 
-The search runs level by level over all targets together, so that the inner loop is NumPy's, not Python's. Its work
-is the number of nodes, which is limited and stated; nothing here can hang.
+The search processes all targets together, level by level, so that the inner loop is in NumPy. Its work is the number of
+nodes, which is limited.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def lll(basis: Matrix) -> Integers:
     for _ in range(40):
         step = _lll_pass(basis @ total)
         reduced = basis @ (total @ step)
-        # Ties make a pass swap equal vectors for ever, so progress is measured on lengths, not on the matrix.
+        # Ties make a pass swap equal vectors forever, so progress is measured on lengths, not on the matrix.
         now = float(np.log(np.einsum("ij,ij->j", reduced, reduced)).sum())
         if not now < size - 1e-9:
             return total

@@ -33,7 +33,7 @@ def representative_spectra(
 
 
 def principal_components(spectra: ArrayLike, size: int) -> Array:
-    """The first ``size`` principal components of spectra (k, n), not centred on their mean: orthonormal (n, size)."""
+    """The first ``size`` principal components of spectra (k, n), not centered on their mean: orthonormal (n, size)."""
     stacked = frozen_array("spectra", spectra, (None, None))
     if not 1 <= size <= min(stacked.shape):
         raise InvalidInputError(

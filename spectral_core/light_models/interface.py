@@ -70,7 +70,7 @@ class LightModel(ABC):
 def values_on_grid(spectra: ArrayLike | Sequence[Spectrum], grid: SpectralGrid) -> Array:
     """Values (..., n) of arrays that are on the grid already, or of spectra sampled at its knots.
 
-    Raises InvalidInputError where an array's last axis does not fit the grid.
+    Raises InvalidInputError if an array's last axis does not fit the grid.
     """
     if isinstance(spectra, Sequence) and spectra and isinstance(spectra[0], Spectrum):
         return np.array([spectrum.at(grid.wavelengths_nm) for spectrum in spectra if isinstance(spectrum, Spectrum)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Node model: a surface is its reflectance at m wavelengths, a light the 3×m matrix that sums colors from them.
+"""Node model: a surface is its reflectance at m wavelengths, a light the 3×m matrix that computes colors from them.
 
 Products of reflectances are exact at the nodes, so errors do not grow with reflections; a lamp's lines cost nothing,
 since a light is integrated once, at 1 nm, into its matrix. The only approximation is the reflectance between the
@@ -60,7 +60,7 @@ class NodeModel(LightModel):
         training: ArrayLike | None = None,
         viewer: Observer | None = None,
     ) -> Self:
-        """Nodes for surfaces as they are found in the world.
+        """Nodes for natural surfaces.
 
         ``nodes``: how many (6 to 9), or their wavelengths in nm. ``grid``: 380 to 780 nm by 5 by default. ``training``:
         reflectances (r, n) on the grid to learn the interpolation from; the shipped statistics of 99 natural and
@@ -160,7 +160,7 @@ def _second_moments(scene: Array, further: Array) -> Array:
 
 
 def _greedy_nodes(moments: Array, visibility: Array, count: int) -> Array:
-    """Rising indices of ``count`` samples, each next one the sample that lowers the visible rest of ``moments`` most.
+    """Ascending indices of ``count`` samples, each the sample that lowers the visible remainder of ``moments`` most.
 
     ``visibility``: (n,) weight of an error at each sample. Regressing spectra with second moments C on sample j leaves
     C - C_j C_jᵀ / C_jj.
@@ -178,7 +178,7 @@ def _greedy_nodes(moments: Array, visibility: Array, count: int) -> Array:
 
 
 def _nearest_knots(nodes_nm: Array, grid: SpectralGrid) -> Array:
-    """Indices of the knots nearest to wavelengths. Raises InvalidInputError where two fall onto one."""
+    """Indices of the knots nearest to wavelengths. Raises InvalidInputError if two fall onto one."""
     _require_nodes(nodes_nm, grid)
     nearest = np.abs(grid.wavelengths_nm - nodes_nm[:, None]).argmin(axis=1)
     if np.unique(nearest).size < nearest.size:

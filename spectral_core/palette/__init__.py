@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lights and materials designed together, so that each material shows a wanted color under each light (thesis ch. 5).
 
-State the task as a ``PaletteProblem``, or take one of ``presets``; ``solve_palette`` returns a ``PaletteSolution``.
+State the task as a ``PaletteProblem``, or use one of ``presets``; ``solve_palette`` returns a ``PaletteSolution``.
 """
 
 from spectral_core.palette.live.session import LivePalette, PaletteSession

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Different answers to one palette: all meet the requests as well as the solution does, and differ elsewhere.
+"""Alternative solutions of one palette: all meet the requests as well as the first solution, and differ in other
+colors.
 
-Where requests leave reflectances free, one solution is one of many. The search finds those that differ most in color
-under the lights whose cells are free or ignored; if there are none, under other common lamps. For "distinct" cells the
-alternatives are the ends of the local searches.
+If the requests do not determine the reflectances, one solution is one of many. The search finds those that differ most
+in color under the lights whose cells are free or ignored; without such cells, under other common lamps. For "distinct"
+cells the alternatives are the results of the local searches.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance
 Array = NDArray[np.float64]
 
 TRIED = 20
-"""Directions of color in which each material is pushed; the answers farthest from each other are kept."""
+"""Directions of color in which each material is moved; the solutions farthest from each other are kept."""
 ROUGHEST = 0.12
-"""Second difference that no alternative exceeds between knots of 10 nm, unless the solution itself does."""
+"""Largest second difference of an alternative between knots of 10 nm, unless the solution itself exceeds it."""
 ELSEWHERE = ("A", "FL11", "HP1")
-"""Lamps under which alternatives differ where every light of the table is asked about."""
+"""Lamps under which alternatives differ if every light of the table has requests."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +55,7 @@ def alternatives(
     solution: PaletteSolution | None = None,
     seed: int = 0,
 ) -> tuple[Alternative, ...]:
-    """Find up to ``count`` different answers, the plain solution first.
+    """Find up to ``count`` different solutions, the plain solution first.
 
     Parameters
     ----------
@@ -77,13 +78,13 @@ def alternatives(
         ),
     )
     if not any(item.free for item in problem.reflectances):
-        raise InvalidInputError("every material is measured or locked, so there is one answer; unlock one")
+        raise InvalidInputError("every material is measured or locked, so there is only one solution; unlock one")
     if wants_distinct(problem):
         found = distinct_solutions(problem, starts=max(wanted, 6), seed=seed)
         return _chosen(list(found), wanted, [light.name for light in problem.lights])
     first = solution if solution is not None and not held else solve_palette(problem, explain=False)
     if not first.status.usable:
-        raise InvalidInputError(f"the palette has no answer to vary: {first.remedy}")
+        raise InvalidInputError(f"the palette has no solution to vary: {first.remedy}")
     rng = np.random.default_rng(seed)
     pushers = {i: _Pusher(first, i) for i, item in enumerate(problem.reflectances) if item.free}
     tried = [first]
@@ -95,7 +96,7 @@ def alternatives(
 
 
 class _Pusher:
-    """Moves one reflectance along a direction of color under the lights that are open, with what is asked held."""
+    """Moves one reflectance along a direction of color under the free lights; requested colors are held."""
 
     def __init__(self, solution: PaletteSolution, item: int) -> None:
         problem = solution.problem
@@ -121,26 +122,28 @@ class _Pusher:
         self.limit = max(ROUGHEST * min(step, 1.0) ** 2, float(own))
 
     def pushed(self, direction: Array) -> Array:
-        """Reflectance (n,) that goes far along ``direction`` (lights, 3) in CIELAB; the present one where none does."""
+        """Reflectance (n,) moved as far as possible along ``direction`` (lights, 3) in CIELAB; the present one if it
+        cannot move.
+        """
         import daqp
 
         size = self.values.size
-        pull = np.zeros(size)
+        linear = np.zeros(size)
         for rows, toward in zip(self.rows, direction, strict=True):
-            pull -= toward @ lab_jacobian_from_linear_rgb(np.maximum(rows @ self.values, 1e-3)) @ rows
-        pull *= 1e-1 / max(float(np.abs(pull).max()), 1e-12)
+            linear -= toward @ lab_jacobian_from_linear_rgb(np.maximum(rows @ self.values, 1e-3)) @ rows
+        linear *= 1e-1 / max(float(np.abs(linear).max()), 1e-12)
         hessian = 1e-3 * (self.second.T @ self.second) + 1e-5 * np.eye(size)
         color = self.held @ self.values
         upper = np.concatenate([np.ones(size), color, np.full(len(self.second), self.limit)])
         lower = np.concatenate([np.zeros(size), color, np.full(len(self.second), -self.limit)])
         sense = np.concatenate([np.zeros(size), np.full(len(color), 5), np.zeros(len(self.second))]).astype(np.int32)
         rows = np.ascontiguousarray(np.concatenate([self.held, self.second]))
-        found, _, status, _ = daqp.solve(hessian, pull - 1e-5 * self.values, rows, upper, lower, sense)
+        found, _, status, _ = daqp.solve(hessian, linear - 1e-5 * self.values, rows, upper, lower, sense)
         return np.clip(found, 0.0, 1.0) if status in (1, 2) else self.values
 
 
 def _with_reflectances(solution: PaletteSolution, values: Mapping[int, Array]) -> PaletteSolution:
-    """The solution with other reflectances; their colors are computed anew, the requests stay as they were met."""
+    """The solution with other reflectances; their colors are recomputed, the requests are still met."""
     problem = solution.problem
     made = list(solution.reflectances)
     actual = np.array(solution.actual_linear_rgb)
@@ -154,7 +157,7 @@ def _with_reflectances(solution: PaletteSolution, values: Mapping[int, Array]) -
 
 
 def _chosen(tried: Sequence[PaletteSolution], count: int, names: Sequence[str]) -> tuple[Alternative, ...]:
-    """The first, then always the one that is farthest from all that are chosen."""
+    """The first, then repeatedly the one that is farthest from all chosen ones."""
     labs = [_seen(solution, names) for solution in tried]
     differences = np.array([[float(delta_e_2000(a, b).max(initial=0.0)) for b in labs] for a in labs])
     chosen = [0]
@@ -162,7 +165,7 @@ def _chosen(tried: Sequence[PaletteSolution], count: int, names: Sequence[str]) 
         nearest = differences[:, chosen].min(axis=1)
         best = int(nearest.argmax())
         if nearest[best] < 0.5:
-            break  # the requests leave nothing more that an eye could tell apart
+            break  # the requests leave no further visible difference
         chosen.append(best)
     return tuple(Alternative(tried[k], float(differences[0, k]), tuple(names)) for k in chosen)
 

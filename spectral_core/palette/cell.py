@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class CellMode(StrEnum):
-    """Kinds of requests."""
+    """Types of requests."""
 
     FIXED = "fixed"
     FREE = "free"
@@ -37,9 +37,9 @@ class Cell:
     target: Array | None = None
     """FIXED: linear RGB (3,)."""
     others: tuple[CellIndex, ...] = ()
-    """SAME: the one cell to equal. CONSTANT: cells of the same row. DISTINCT: the cells to differ from."""
+    """SAME: the cell to equal. CONSTANT: cells of the same row. DISTINCT: the cells to differ from."""
     box: tuple[Array, Array] | None = None
-    """FREE, SAME, CONSTANT: least and greatest linear RGB, (3,) each, that the free color may take."""
+    """FREE, SAME, CONSTANT: least and greatest linear RGB, (3,) each, of the free color."""
     weight: float = 1.0
     exact: bool = False
     """An equality instead of a weighted least-squares row."""
@@ -100,7 +100,7 @@ class Cell:
         weight: float = 1.0,
         exact: bool = False,
     ) -> Self:
-        """The same color as cell ``other`` = (reflectance, light), which may be free itself (Eq. 5.15): a metamer."""
+        """The same color as cell ``other`` = (reflectance, light), which may itself be free (Eq. 5.15): a metamer."""
         return cls(CellMode.SAME, others=(other,), box=_box(box), weight=weight, exact=exact)
 
     @classmethod
@@ -110,7 +110,7 @@ class Cell:
 
     @classmethod
     def constant(cls, *others: CellIndex, weight: float = 1.0, exact: bool = False) -> Self:
-        """The color that this reflectance has in ``others``, cells of its own row: object color constancy."""
+        """The color of this reflectance in ``others``, cells of its row: object color constancy."""
         return cls(CellMode.CONSTANT, others=tuple(others), weight=weight, exact=exact)
 
     @classmethod
@@ -139,7 +139,7 @@ def _raw(values: ArrayLike) -> Array:
 
 
 def _box_end(name: str, values: ArrayLike) -> Array:
-    """An end of a box, (3,): any number or an infinity, which leaves that side open; never NaN."""
+    """An end of a box, (3,): any number, or infinity for an open side; never NaN."""
     try:
         end = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Color errors of cells as an artist reads them: each cell against its own request.
+"""Color errors of cells as an artist reads them: each cell against its request.
 
 A *fixed* or *black* cell is compared with its color, a *same* or *constant* cell with the cells that it refers to (the
 farthest one counts), a cell with a box with the nearest color in it. Cells that hold for several observers or variants
-of a light show the largest error over all of them.
+of a light have the largest error over all of them.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ class CellErrors:
     """Errors of all cells of a table."""
 
     target_linear_rgb: Array
-    """(R, L, 3): the color that the cell is compared with, for the first observer; NaN where nothing is asked."""
+    """(R, L, 3): the color that the cell is compared with, for the first observer; NaN without a request."""
     delta_e_2000: Array
-    """(R, L): largest ΔE2000 over observers and variants; NaN where nothing is asked."""
+    """(R, L): largest ΔE2000 over observers and variants; NaN without a request."""
     worst_pair_delta_e_2000: float
-    """Largest ΔE2000 between any two cells that are to look the same; 0 where there are none."""
+    """Largest ΔE2000 between any two cells with equal requested colors; 0 without such cells."""
 
     @property
     def largest(self) -> float:
-        """Largest error of any cell or pair; 0 where nothing is asked."""
+        """Largest error of any cell or pair; 0 without requests."""
         return max(float(np.nanmax(self.delta_e_2000, initial=0.0)), self.worst_pair_delta_e_2000)
 
 
@@ -72,7 +72,7 @@ Comparison = tuple[CellIndex, int, Array]
 
 
 def _comparisons(problem: PaletteProblem, requests: Requests, shown: Sequence[Array]) -> list[Comparison]:
-    """Everything that cells ask; comparisons of condition 0 come before the others of the same cell."""
+    """The requests of all cells; comparisons of condition 0 come before the others of the same cell."""
     found: list[Comparison] = [(target.cell, 0, target.color) for target in requests.targets]
     found += [(black.cell, number, black.color) for number in range(1, len(shown)) for black in requests.blacks]
     own = {target.cell for target in requests.targets}

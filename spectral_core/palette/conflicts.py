@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which cells conflict, from the multipliers of the last solve.
+"""The cells that conflict, from the multipliers of the last solve.
 
-With the active bounds held, the answer is a linear function of every row. Releasing cell j changes the error of i by
+With the active bounds fixed, the answer is a linear function of every row. Releasing cell j changes the error of i by
 
     Δe_i = M_ij (1/ω_j − M_jj)⁻¹ e_j      M = B K⁻¹ Bᵀ
 
 with K the block-arrow matrix of the last solve, B its color rows, and e_j the error of cell j, or its multiplier over
-its weight where it is exact. That takes a millisecond; solving again without each neighbor takes a second.
+its weight if it is exact. That takes a millisecond; solving again without each neighbor takes a second.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.requests import Requests, compiled_requests
+from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
-from spectral_core.palette.qp.arrow import CAP, Factors, median_weight, squared
+from spectral_core.palette.qp.answer import Answer
+from spectral_core.palette.qp.arrow import CAP, median_weight, regular_solve
 from spectral_core.palette.qp.elastic import softened
-from spectral_core.palette.qp.engine import Answer
 from spectral_core.palette.qp.feasibility import smallest_conflict
 from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import exact_error
@@ -35,24 +35,25 @@ Array = NDArray[np.float64]
 CELLS = 3
 """Missed cells that are explained, the worst first."""
 HELPS = 0.8
-"""A release is named where it brings the error to less than this share."""
+"""A release is reported if it reduces the error to less than this share."""
 LEAST_HELP = 1e-3
-"""ΔE2000 below which an error cannot be relieved."""
+"""ΔE2000 below which a release makes no difference."""
 NEAR = 1e-9
-"""Distance to a bound at which a sample is held there."""
+"""Distance to a bound at which a sample counts as fixed there."""
 
 
 def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
-    """For each of the worst missed cells, the cells whose release would help it, in order of help.
+    """For each of the worst missed cells, the cells whose release would reduce its error, best first.
 
-    Empty for a palette that is solved. The errors without a cell are predicted with the active bounds held.
+    Empty for a solved palette. The errors without a cell are predicted with the active bounds fixed.
     """
-    requests = compiled_requests(solution.problem)
-    missed = _missed(solution, requests)
-    if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or not missed or not _record(solution):
+    record = _record(solution)
+    if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or not record:
         return ()
+    requests = next(iter(record.values()))[0].view.requests
+    missed = _missed(solution, requests)
     relief: dict[CellIndex, dict[CellIndex, float]] = {cell: {} for cell in missed}
-    for side, (assembled, answer) in _record(solution).items():
+    for side, (assembled, answer) in record.items():
         if answer.values and np.all(np.isfinite(np.concatenate(answer.values))):
             responses = Responses.of(assembled, answer)
             for cell in missed:
@@ -76,7 +77,7 @@ def with_conflicts(solution: PaletteSolution) -> PaletteSolution:
 
 
 def _record(solution: PaletteSolution) -> dict[Side, tuple[Assembled, Answer]]:
-    """The last solve of each side; nothing for a solution that was read from a file."""
+    """The last solve of each side; empty for a solution from a file."""
     return {} if solution.state is None else solution.state.record or {}
 
 
@@ -93,7 +94,7 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
 
 
 def _missed(solution: PaletteSolution, requests: Requests) -> dict[CellIndex, float]:
-    """The cells that miss their requests most, with their errors; broken exact cells come first."""
+    """The cells with the largest errors, with these errors; missed exact cells come first."""
     broken = set(exact_error(requests, solution.actual_linear_rgb)[1])
     errors = solution.delta_e_2000
     cells = [(int(i), int(j)) for i, j in np.argwhere(np.isfinite(errors))]
@@ -110,11 +111,11 @@ class Responses:
     """M of the module's docstring, for the cells of the first condition on one side."""
 
     rows: dict[CellIndex, list[tuple[int, slice]]]
-    """Block and rows of each cell: a target and a link may both be there."""
+    """Block and rows of each cell: it may have a target and a link."""
     within: tuple[Array, ...]
     """(m, m) per block: response through the block itself."""
     through_colors: tuple[Array, ...]
-    """(m, q) per block: how each row pulls at the free colors."""
+    """(m, q) per block: gradient of each row by the free colors."""
     color_response: Array
     """(q, q): inverse of the colors' Schur complement."""
     errors: tuple[Array, ...]
@@ -126,25 +127,25 @@ class Responses:
 
     @classmethod
     def of(cls, assembled: Assembled, answer: Answer) -> Responses:
-        """Factor every block once more with its active bounds held, exact rows as heavy ones."""
+        """Factor every block once more with its active bounds held, exact rows as rows of large weight."""
         unit, _ = median_weight(assembled.quadratic)
-        # Where exact rows conflict the answer is that of this problem; else its exact rows move by next to nothing.
+        # If exact rows conflict, the answer is that of this problem; else its exact rows move by a negligible amount.
         quadratic = softened(assembled.quadratic, everything=True)
         count = quadratic.color_lower.size
         hessian = (quadratic.known_ties.T * (quadratic.known_weights / unit)) @ quadratic.known_ties
-        within, pulls, errors, weights = [], [], [], []
+        within, through, errors, weights = [], [], [], []
         rows: dict[CellIndex, list[tuple[int, slice]]] = {}
         for k, (block, value, force) in enumerate(zip(quadratic.blocks, answer.values, answer.forces, strict=True)):
             own = np.minimum(block.weights / unit, CAP)
-            soft = replace(block, weights=own * unit)
-            spectrum = squared(soft, unit, np.inf)
             free = (value > block.lower + NEAR) & (value < block.upper - NEAR)
-            factors = Factors(spectrum, spectrum.hessian, free)
-            responses = factors.solve(np.concatenate([block.rows, spectrum.ties]), np.zeros((0, 0)))[0]
-            by_rows, by_colors = responses[: len(block.rows)], responses[len(block.rows) :]
-            within.append(block.rows @ by_rows.T)
-            pulls.append(block.rows @ by_colors.T - block.ties)
-            hessian = hessian + spectrum.color_hessian - spectrum.ties @ by_colors.T
+            seen, tied = block.rows[:, free], own[:, None] * block.ties
+            curvature = (seen.T * own) @ seen + block.gram[free][:, free] / unit
+            # One solve for the rows themselves, and for how the free colors act through them.
+            solved = regular_solve(curvature, np.concatenate([seen.T, seen.T @ tied], axis=1))
+            by_colors = solved[:, len(own) :]
+            within.append(seen @ solved[:, : len(own)])
+            through.append(seen @ by_colors - block.ties)
+            hessian = hessian + tied.T @ block.ties - (tied.T @ seen) @ by_colors
             errors.append(force / unit / np.maximum(own, 1e-300))
             weights.append(own)
             for r, (condition, cell) in enumerate(block.keys):
@@ -154,7 +155,7 @@ class Responses:
         hessian = hessian + np.diag(np.where(held, 1e12, 1e-12 * max(float(np.abs(hessian).max(initial=0.0)), 1e-300)))
         inverse = np.linalg.inv(hessian) if count else np.zeros((0, 0))
         ties = tuple(block.ties for block in quadratic.blocks)
-        return cls(rows, tuple(within), tuple(pulls), inverse, tuple(errors), tuple(weights), ties)
+        return cls(rows, tuple(within), tuple(through), inverse, tuple(errors), tuple(weights), ties)
 
     def between(self, one: tuple[int, slice], other: tuple[int, slice]) -> Array:
         """M of two triples of rows, (3, 3)."""
@@ -162,26 +163,41 @@ class Responses:
         found = self.through_colors[k][rows] @ self.color_response @ self.through_colors[m][columns].T
         return found + self.within[k][rows, columns] if k == m else found
 
-    def moved(self, cell: CellIndex, released: CellIndex) -> Array:
-        """Change of a cell's color when another cell's request is dropped, (3,)."""
-        asked = self.rows[released]
-        ((k, rows), *more) = asked
-        if more:
-            joint = np.block([[self.between(a, b) for b in asked] for a in asked])
-            error = np.concatenate([self.errors[k][rows] for k, rows in asked])
-            weight = np.concatenate([self.weights[k][rows] for k, rows in asked])
-        else:  # nearly always; np.block alone takes longer than the 3×3 system
-            joint, error, weight = self.between(asked[0], asked[0]), self.errors[k][rows], self.weights[k][rows]
-        with np.errstate(divide="ignore"):
-            system = np.diag(1.0 / np.maximum(weight, 1e-12)) - joint
-        force = np.linalg.lstsq(system, error, rcond=1e-10)[0]
+    def moved(self, cell: CellIndex, released: Sequence[CellIndex]) -> Array:
+        """Change of a cell's color when another cell's request is dropped, (len(released), 3): of each by itself."""
         into = self.rows[cell][0]
-        if not more:
-            return np.asarray(self._color_between(into, asked[0]) @ force)
-        return np.hstack([self._color_between(into, b) for b in asked]) @ force
+        found = np.empty((len(released), 3))
+        # Cells of one request, nearly all, are solved together; one with a target and a link has six rows.
+        plain = [number for number, other in enumerate(released) if len(self.rows[other]) == 1]
+        rows = [self.rows[released[number]] for number in plain]
+        if plain:
+            found[plain] = self._moved(into, rows)
+        for number, other in enumerate(released):
+            if len(self.rows[other]) > 1:
+                found[number] = self._moved(into, [self.rows[other]])[0]
+        return found
+
+    def _moved(self, into: tuple[int, slice], released: Sequence[list[tuple[int, slice]]]) -> Array:
+        """The same for requests of equally many rows."""
+        systems, errors, towards = [], [], []
+        for asked in released:
+            if len(asked) == 1:  # np.block alone takes longer than the 3×3 system
+                ((k, rows),) = asked
+                joint, error, weight = self.between(asked[0], asked[0]), self.errors[k][rows], self.weights[k][rows]
+                towards.append(self._color_between(into, asked[0]))
+            else:
+                joint = np.block([[self.between(a, b) for b in asked] for a in asked])
+                error = np.concatenate([self.errors[k][rows] for k, rows in asked])
+                weight = np.concatenate([self.weights[k][rows] for k, rows in asked])
+                towards.append(np.hstack([self._color_between(into, b) for b in asked]))
+            systems.append(np.diag(1.0 / np.maximum(weight, 1e-12)) - joint)
+            errors.append(error)
+        # Where the released rows depend on each other, the least force that the equations leave.
+        forces = np.matmul(np.linalg.pinv(np.array(systems), rcond=1e-10), np.array(errors)[:, :, None])
+        return np.asarray(np.matmul(np.array(towards), forces)[:, :, 0])
 
     def _color_between(self, one: tuple[int, slice], other: tuple[int, slice]) -> Array:
-        """Like ``between``, for the color shown instead of its distance to a free color."""
+        """Like ``between``, for the color itself instead of its distance to a free color."""
         (k, rows), (m, columns) = one, other
         own = self.through_colors[k][rows] + self.ties[k][rows]
         found = own @ self.color_response @ self.through_colors[m][columns].T
@@ -191,24 +207,29 @@ class Responses:
 def _relief(
     solution: PaletteSolution, requests: Requests, side: Side, responses: Responses, cell: CellIndex
 ) -> dict[CellIndex, float]:
-    """ΔE2000 of a cell with each other cell of its spectrum, or of its group, released."""
+    """ΔE2000 of a cell after the release of each other cell of its spectrum or group."""
     if cell not in responses.rows:
         return {}
     problem = solution.problem
     group = next((set(group.members) for group in requests.groups if cell in group.members), set())
     axis = 0 if side == "reflectances" else 1
     others = [other for other in responses.rows if other != cell and (other[axis] == cell[axis] or other in group)]
+    if not others:
+        return {}
     target = next((each.color for each in requests.targets if each.cell == cell), None)
     pairs, owners = [], []
-    for other in others:
-        references = [at for at in _references(problem, cell, group) if at != other]
-        shown = solution.actual_linear_rgb[cell] + responses.moved(cell, other)
+    shown = solution.actual_linear_rgb[cell] + responses.moved(cell, others)
+    moved: dict[CellIndex, Array] = {}
+    for number, other in enumerate(others):
         if target is not None:
-            pairs.append((shown, target))
+            pairs.append((shown[number], target))
             owners.append(other)
-        for at in references:
-            moved = responses.moved(at, other) if at in responses.rows else 0.0
-            pairs.append((shown, solution.actual_linear_rgb[at] + moved))
+        for at in _references(problem, cell, group):
+            if at == other:
+                continue
+            if at in responses.rows and at not in moved:
+                moved[at] = responses.moved(at, others)
+            pairs.append((shown[number], solution.actual_linear_rgb[at] + (moved[at][number] if at in moved else 0.0)))
             owners.append(other)
     found = dict.fromkeys(others, 0.0)
     if pairs:
@@ -227,7 +248,7 @@ def _references(problem: PaletteProblem, cell: CellIndex, group: Iterable[CellIn
     return [] if asked.mode in (CellMode.FIXED, CellMode.BLACK) else [other for other in group if other != cell]
 
 
-# -- words -------------------------------------------------------------------------------------------------------------
+# -- texts -------------------------------------------------------------------------------------------------------------
 
 
 def _explained(solution: PaletteSolution, cell: CellIndex, error: float, relief: dict[CellIndex, float]) -> Conflict:
@@ -262,5 +283,5 @@ def _name(problem: PaletteProblem, cell: CellIndex) -> str:
 
 
 def _told_apart(names: list[str], index: int) -> str:
-    """A name in quotes, with its number where another one is called the same."""
+    """A name in quotes, with its number if another item has the same name."""
     return f"“{names[index]}”" + (f" ({index + 1})" if names.count(names[index]) > 1 else "")

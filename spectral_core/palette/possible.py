@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Possible? The colors that a cell of a palette can show, before a solve: the set, the nearest color, its obstacles.
+"""Colors that a cell of a palette can show, before a solve: the set, its nearest color, and the conflicting cells.
 
-Exact cells of the same row must hold; requests that are not exact may give way, and are not counted.
+Exact cells of the same row must hold; requests that are not exact may be missed, and are ignored.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ from spectral_core.spectra.spectrum import Illuminant
 Array = NDArray[np.float64]
 
 DIRECTIONS = 96
-"""In which the extent of a set with exact colors is found, for its picture; without any it costs nothing, so more."""
+"""Number of directions in which the extent of a set with exact colors is computed, for its picture; without exact
+colors more, as they cost little.
+"""
 MORE_DIRECTIONS = 1500
 SECTION_LIMIT = 110.0
 """A section shows a* and b* from minus this to plus this."""
@@ -31,7 +33,9 @@ SECTION_LIMIT = 110.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PossibleColors:
-    """Colors that cell ``index`` can show. ``held``: exact cells of its row; ``open``: cells that may miss."""
+    """Colors that cell ``index`` can show. ``held``: exact cells of its row; ``open``: cells that may miss their
+    targets.
+    """
 
     index: CellIndex
     reach: CellReach
@@ -46,23 +50,23 @@ class PossibleColors:
         return self.reach.nearest(linear_rgb)
 
     def in_the_way(self, nearest: NearestColor) -> tuple[tuple[CellIndex, float], ...]:
-        """Exact cells that keep the wanted color away, the strongest first, with their share of the conflict."""
+        """Exact cells that exclude the wanted color, the strongest first, with their share of the conflict."""
         total = float(nearest.in_the_way.sum())
         if nearest.reachable or total <= 0:
             return ()
-        shares = [(cell, float(pull) / total) for cell, pull in zip(self.held, nearest.in_the_way, strict=True)]
+        shares = [(cell, float(share) / total) for cell, share in zip(self.held, nearest.in_the_way, strict=True)]
         return tuple(sorted((each for each in shares if each[1] > 0.01), key=lambda each: -each[1]))
 
     def without(self, cell: CellIndex, linear_rgb: ArrayLike) -> float:
-        """ΔE2000 to a wanted color that is left where an exact cell of the row need not hold."""
+        """Remaining ΔE2000 to a wanted color if an exact cell of the row is released."""
         kept = [pair for place, pair in zip(self.held, self.exact, strict=True) if place != cell]
         return CellReach(self.light, self.reach.grid, kept, scale=None).nearest(linear_rgb).delta_e_2000
 
     def section(self, lightness: float, size: int = 64) -> NDArray[np.bool_]:
-        """Which colors of one L* are possible, (size, size): b* upward in rows, a* in columns, ±SECTION_LIMIT.
+        """Possible colors of one L*, (size, size): b* upward in rows, a* in columns, ±SECTION_LIMIT.
 
-        Bounded from outside by the set's extents in a number of directions, so that a color outside by a little may
-        count as inside; ``nearest`` is exact.
+        Bounded from outside by the set's extents in a number of directions, so that a color slightly outside may count
+        as inside; ``nearest`` is exact.
         """
         directions, extents = self._extents()
         colors = section_linear_rgb(lightness, size).reshape(-1, 3)
@@ -76,7 +80,8 @@ class PossibleColors:
         count = DIRECTIONS if self.held else MORE_DIRECTIONS
         z = 1 - (2 * np.arange(count) + 1) / count
         angle, around = np.pi * (1 + 5**0.5) * np.arange(count), np.sqrt(1 - z**2)
-        # Evenly over the sphere where the set is round: displays see a set that is long along gray.
+        # Even over the sphere after a transformation that makes the set round: displays have a set that is long along
+        # gray.
         directions = np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1)
         whitened = directions @ np.linalg.inv(np.linalg.cholesky(self.reach.matrix @ self.reach.matrix.T)).T
         whitened = whitened / np.linalg.norm(whitened, axis=1, keepdims=True)
@@ -135,7 +140,7 @@ def possible_colors(
 
 
 def _wanted(cell: Cell, place: CellIndex, actual: Array | None) -> Array:
-    """The color that an exact cell holds its material to."""
+    """The color that an exact cell requires of its material."""
     if cell.mode is CellMode.BLACK:
         return np.zeros(3)
     if cell.target is not None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Palettes to start from, one function each, all returning a ``PaletteProblem``.
+"""Palettes to start from: functions that return a ``PaletteProblem``.
 
-Colors are linear sRGB unless said otherwise. Every preset designs on 380 to 780 nm with linear interpolation, so that
+Colors are linear sRGB unless stated otherwise. Every preset designs on 380 to 780 nm with linear interpolation, so that
 the colors hold when rendered.
 """
 
@@ -48,8 +48,8 @@ def hidden_mark(
 ) -> PaletteProblem:
     """Two paints, "mark" and "ground", equal under ``conceal`` and far apart under ``reveal`` (section 5.4.3).
 
-    ``color``: color of both under ``conceal``, linear RGB. ``contrast``: how many times brighter the mark should be
-    than the ground under ``reveal``; what [0, 1] and the exact match leave of it is in the solution.
+    ``color``: color of both under ``conceal``, linear RGB. ``contrast``: wanted ratio of brightness between mark and
+    ground under ``reveal``; the solution contains the contrast that [0, 1] and the exact match allow.
     """
     grid = grid or design_grid(5.0)
     wanted = frozen_array("color", color, (3,))
@@ -93,10 +93,10 @@ def metamer_pair(
 def split_light(
     colors: ArrayLike = SPLIT_COLORS, *, luminance: float = 6.0, weight: float = 4.0, grid: SpectralGrid | None = None
 ) -> PaletteProblem:
-    """Five reflectances, one color under D65, three under a first designed light, five under a second (Figure 5.2).
+    """Five reflectances: one color under D65, three under a first designed light, five under a second (Figure 5.2).
 
     ``colors``: (5, 3), those under the last light; the others are their means. ``luminance``: of all lights, 6 in the
-    thesis, which is the room that narrow-band reflectances need. ``weight``: of the D65 cells.
+    thesis, as narrow-band reflectances need. ``weight``: of the D65 cells.
     """
     grid = grid or design_grid()
     last = frozen_array("colors", colors, (5, 3))
@@ -118,7 +118,8 @@ def color_constancy(
     changing: Sequence[ArrayLike] = ((0.35, 0.10, 0.08), (0.08, 0.16, 0.38)),
     grid: SpectralGrid | None = None,
 ) -> PaletteProblem:
-    """One material keeps its color under both lights, the other changes (Figure 5.6): a green block that stays green.
+    """One material keeps its color under both lights, the other changes (Figure 5.6): a green block with a constant
+    color.
 
     Daylight and a designed light; ``changing``: the second material's color under each.
     """
@@ -139,7 +140,8 @@ def xray_smoke(
     smoke_color: ArrayLike = (0.20, 0.32, 0.38),
     grid: SpectralGrid | None = None,
 ) -> PaletteProblem:
-    """A smoke that is black, and so not there, under two lights, and shows under a third (section 5.4.4, Figure 5.6).
+    """A smoke that is black, and therefore invisible, under two lights, and visible under a third (section 5.4.4,
+    Figure 5.6).
 
     All three lights are designed and look white by themselves; a solid keeps its color under all of them.
     """
@@ -165,10 +167,10 @@ def most_distinct(
     luminance: float = 2.0,
     grid: SpectralGrid | None = None,
 ) -> PaletteProblem:
-    """``count`` materials, exact metamers under one light and as different as possible from each other under another.
+    """``count`` materials, exact metamers under one light and as different as possible under another.
 
-    ``color``: their color under ``conceal``; None leaves it free. ``luminance``: of both lights; smooth reflectances
-    differ the more, the more room it leaves them below 1.
+    ``color``: their color under ``conceal``; None leaves it free. ``luminance``: of both lights; the larger it is, the
+    more smooth reflectances can differ below 1.
     """
     grid = grid or design_grid()
     if count < 2:

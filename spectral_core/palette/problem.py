@@ -2,8 +2,8 @@
 """The design problem of a palette: lights in columns, reflectances in rows, and a request in each cell.
 
 Colors are linear sRGB, relative to a perfect white under a light of luminance 1 (see ``spectral_core.spectra.observer
-.normalized``). A light of luminance 6 makes a reflectance of 1/6 as bright as white: the thesis' way (section 5.4.1)
-to leave reflectances room below 1.
+.normalized``). A light of luminance 6 makes a reflectance of 1/6 as bright as white: the method of the thesis (section
+5.4.1) to keep reflectances below 1.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaletteLight:
-    """A column: a measured light, or one to design from ``spectrum`` on, or amounts of ``primaries``."""
+    """A column: a measured light, one to design with ``spectrum`` as its start, or amounts of ``primaries``."""
 
     spectrum: Illuminant
     free: bool = False
@@ -85,13 +85,13 @@ class PaletteReflectance:
 
     @property
     def free(self) -> bool:
-        """Whether it is to be designed."""
+        """True if it is designed."""
         return self.spectrum is None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SubspaceCriterion:
-    """Weight ω_F of the error that a renderer makes which computes in the basis (Eqs. 5.10 to 5.12).
+    """Weight ω_F of the error of a renderer that computes in the basis (Eqs. 5.10 to 5.12).
 
     ``basis``: (n, m) on the palette's grid, Eq. 5.2. ``componentwise``: products by coefficient, as in the sharpened
     spectral factor model; else by the full matrix R of Eq. 5.7.
@@ -125,15 +125,17 @@ class PaletteProblem:
     subspace: SubspaceCriterion | None = None
     reflectance_bounds: tuple[float, float] = (0.0, 1.0)
     light_bounds: tuple[float, float] = (0.0, np.inf)
-    """Of light spectra, or of the amounts of primaries. Below 0 only for study: no lamp does it."""
+    """Bounds of light spectra, or of the amounts of primaries. Below 0 only for study, as no lamp emits negative
+    light.
+    """
     rounds: int = 1000
-    """At most this many rounds of reflectances and lights; they stop when nothing improves. 1 is the thesis' way."""
+    """Most rounds of reflectances and lights; they stop when nothing improves. The thesis uses 1."""
     scale_lights: bool = False
     """Brighten all lights by one factor until the reflectances fit below their bound (section 5.5)."""
     observers: tuple[str, ...] = (STANDARD,)
-    """The first one's colors are the targets; same, black and constant cells should hold for all."""
+    """The colors for the first observer are the targets; same, black and constant cells should hold for all."""
     robustness: Literal["soft", "worst_case"] = "soft"
-    """Further observers and variants: rows of least squares, or the largest of their errors made least."""
+    """Further observers and variants: rows of least squares, or minimization of the largest of their errors."""
     robust_weight: float = 1.0
     """Weight of their rows, relative to each cell's own."""
 
@@ -213,13 +215,13 @@ class PaletteProblem:
 
     def with_cells(self, cells: Mapping[CellIndex, Cell]) -> Self:
         """The same problem with some cells replaced. Raises InvalidInputError for cells outside the table."""
-        rows = [list(row) for row in self.cells]
+        rows = list(self.cells)
         for (i, j), cell in cells.items():
             if not (0 <= i < len(rows) and 0 <= j < len(self.lights)):
                 raise InvalidInputError(f"cell {(i, j)} is outside the table of {len(rows)}×{len(self.lights)} cells")
             self._check_cell(i, j, cell)
-            rows[i][j] = cell
+            rows[i] = (*rows[i][:j], cell, *rows[i][j + 1 :])
         # Everything else was checked when this problem was built; a drag makes sixty of them a second.
         changed = copy(self)
-        object.__setattr__(changed, "cells", tuple(map(tuple, rows)))
+        object.__setattr__(changed, "cells", tuple(rows))
         return changed

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Is this color possible? What one material can show under a light, given what it must show under others.
+"""Colors that one material can show under a light, given its exact colors under others.
 
-A reflectance between 0 and 1 that has exact colors under k lights can show a convex set of colors under one more light
-(a section of a zonotope, projected). Its extent in a direction is a linear program, in closed form without exact
-colors; the nearest color to a wanted one is a small quadratic program, whose multipliers name the colors in the way.
+The colors of a reflectance between 0 and 1 under one light, with exact colors under k other lights, are a convex set (a
+section of a zonotope, projected). Its extent in a direction is a linear program, in closed form without exact colors;
+its nearest color to a wanted one is a small quadratic program, whose multipliers identify the conflicting exact colors.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ _RIDGE = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearestColor:
-    """The reachable color (3,) nearest to a wanted one. ``reachable``: whether it is the wanted one.
+    """The reachable color (3,) nearest to a wanted one. ``reachable``: True if it equals the wanted one.
 
-    ``delta_e_2000``: the distance between them. ``reflectance``: (n,), one that shows it. ``in_the_way``: for each
-    exact color, how fast half the squared CIELAB distance falls if that color moves by one ΔE; the largest is the color
-    to relax.
+    ``delta_e_2000``: the distance between them. ``reflectance``: (n,), one with this color. ``in_the_way``: for each
+    exact color, the rate of decrease of half the squared CIELAB distance if that color moves by one ΔE; the largest is
+    the color to relax.
     """
 
     color: Array
@@ -54,7 +54,7 @@ class CellReach:
     light : the light asked about.
     grid : knots of the reflectance, n.
     exact : pairs of another light and the linear sRGB (3,) that the material has there exactly.
-    scale : luminance of a perfect white under every light; None where the lights are as bright as they are given.
+    scale : luminance of a perfect white under every light; None if the lights are as bright as they are given.
 
     Raises
     ------
@@ -75,7 +75,7 @@ class CellReach:
         )
         colors = [frozen_array("exact color", color, (3,)) for _, color in exact]
         self._colors = np.concatenate(colors) if colors else np.empty(0)
-        # Reflectances lie in [0, 1], and the exact colors are equalities (5 in DAQP's words).
+        # Reflectances lie in [0, 1], and the exact colors are equalities (sense 5 in DAQP).
         knots = grid.size
         self._upper = np.concatenate([np.ones(knots), self._colors])
         self._lower = np.concatenate([np.zeros(knots), self._colors])
@@ -86,7 +86,7 @@ class CellReach:
             )
 
     def extent(self, direction: ArrayLike) -> tuple[float, Array]:
-        """Largest ``direction · color`` over all reachable colors, and a color (3,) that has it."""
+        """Largest ``direction · color`` over all reachable colors, and a color (3,) that attains it."""
         toward = np.asarray(direction, dtype=np.float64)
         if not len(self._held):
             # Each wavelength reflects all or nothing: the extreme colors of an object (Schrödinger 1920).
@@ -111,7 +111,7 @@ class CellReach:
         target = frozen_array("wanted color", wanted, (3,))
         reflectance, _ = self._projected(np.eye(3), target)
         color = self.matrix @ reflectance
-        pull = np.zeros(len(self._colors) // 3)
+        slope = np.zeros(len(self._colors) // 3)
         reachable = bool(np.abs(color - target).max() <= EXACT)
         target_lab = lab_from_linear_rgb(target)
         lab = lab_from_linear_rgb(color)
@@ -119,7 +119,7 @@ class CellReach:
             multipliers = np.zeros(len(self._colors))
             least = np.inf
             here, lab_here = color, lab
-            # CIELAB is linearized at the answer so far. A full step may pass the minimum, so the best is kept.
+            # CIELAB is linearized at the present answer. A full step may pass the minimum, so the best is kept.
             for _ in range(LAB_STEPS):
                 metric = lab_jacobian_from_linear_rgb(here)
                 trial, forces = self._projected(metric, here + np.linalg.solve(metric, target_lab - lab_here))
@@ -130,12 +130,12 @@ class CellReach:
                     least, reflectance, multipliers, color, lab = distance, trial, forces, here, lab_here
                 if np.abs(here - before).max() < EXACT:
                     break
-            held = lab_jacobian_from_linear_rgb(self._colors.reshape(-1, 3)) if len(pull) else np.empty((0, 3, 3))
+            held = lab_jacobian_from_linear_rgb(self._colors.reshape(-1, 3)) if len(slope) else np.empty((0, 3, 3))
             # A multiplier is per unit of linear RGB; one ΔE is what the color's own Jacobian says it is.
             per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(held, multipliers.reshape(-1, 3), strict=True)]
-            pull = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
+            slope = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
             reachable = bool(np.abs(color - target).max() <= EXACT)
-        return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, pull)
+        return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, slope)
 
     def _projected(self, metric: Array, target: Array) -> tuple[Array, Array]:
         """Reflectance (n,) of the least |metric (M r - target)|², and the multipliers of the exact colors."""
@@ -146,7 +146,7 @@ class CellReach:
         # The ridge makes the program strictly convex; it moves a color by less than EXACT.
         hessian = rows.T @ rows + _RIDGE * size * np.eye(self.grid.size)
         linear = -rows.T @ (metric @ target)
-        # The solver writes into the senses, so it gets its own.
+        # The solver writes into the senses, so it gets a copy.
         found, _, status, info = daqp.solve(hessian, linear, self._held, self._upper, self._lower, self._sense.copy())
         if status not in (1, 2):
             raise SolveError(f"the nearest reachable color was not found (status {status}); loosen the exact colors")
@@ -154,7 +154,7 @@ class CellReach:
         return np.clip(found, 0.0, 1.0), multipliers
 
     def _extreme(self, direction: Array) -> Array | None:
-        """Reflectance (n,) that reaches farthest in ``direction`` with the exact colors, None where there is none."""
+        """Reflectance (n,) that reaches farthest in ``direction`` with the exact colors; None if there is none."""
         answer = linprog(
             -(direction @ self.matrix), A_eq=self._held, b_eq=self._colors, bounds=(0.0, 1.0), method="highs-ds"
         )
@@ -162,5 +162,5 @@ class CellReach:
 
 
 def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float | None) -> Array:
-    """Matrix (3, n) from a reflectance to linear sRGB under a light of luminance ``scale``; None: as it is."""
+    """Matrix (3, n) from a reflectance to linear sRGB under a light of luminance ``scale``; None: unscaled."""
     return RGB_FROM_XYZ @ xyz_from_product(light if scale is None else normalized(light, luminance=scale), grid)

@@ -28,11 +28,11 @@ Array = NDArray[np.float64]
 EXACT_LIMIT = 1e-6
 """Linear RGB by which an exact cell may be off."""
 WHITE_LIMIT = 1e-6
-"""Distance, relative to the white, within which primaries count as making it."""
+"""Distance, relative to the white, within which primaries count as reaching it."""
 
 
 def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteSolution:
-    """The solution that ``state`` is."""
+    """The solution of a ``state``."""
     problem, requests = builder.problem, builder.requests
     actual = state.colors()
     errors = state_errors(problem, requests, state)
@@ -80,7 +80,7 @@ def state_errors(problem: PaletteProblem, requests: Requests, state: PaletteStat
 
 
 def unreachable_whites(problem: PaletteProblem, state: PaletteState) -> list[int]:
-    """Designed lights whose white no amounts of their primaries can make."""
+    """Designed lights whose white no amounts of their primaries can reach."""
     from scipy.optimize import nnls
 
     found = []
@@ -105,7 +105,7 @@ def _white_remedy(problem: PaletteProblem, whites: list[int]) -> str:
 
 
 def invisible_lights(builder: Assembler, state: PaletteState) -> list[int]:
-    """Lights in whose column a color other than black is asked, but which show none on this grid."""
+    """Lights with requested colors other than black in their column that show no color on this grid."""
     sensed = np.abs(state.light_matrices()[0]).max(axis=(1, 2))
     asked = {t.cell[1] for t in builder.requests.targets if np.any(t.color)}
     return [j for j in sorted(asked) if sensed[j] < 1e-12]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The answer to a palette: spectra, colors, errors, and the checks that it passed."""
+"""The answer to a palette: spectra, colors, errors, and the results of its checks."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from spectral_core.spectra.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 VISIBLE_DELTA_E = 3.0
-"""ΔE2000 from which a cell counts as missed and is warned of."""
+"""ΔE2000 from which a cell counts as missed and gets a warning."""
 
 
 class PaletteStatus(StrEnum):
-    """How a solve ended. The first two are checked optima: neither reflectances nor lights alone can be better."""
+    """Status of a solve. The first two are checked optima: neither reflectances nor lights alone can be improved."""
 
     SOLVED = "solved"
     COMPROMISE = "compromise"
@@ -31,31 +31,31 @@ class PaletteStatus(StrEnum):
 
     @property
     def trusted(self) -> bool:
-        """Whether the answer passed the checks of optimality and bounds, and every exact cell holds."""
+        """True if the answer passed the checks of optimality and bounds, and every exact cell holds."""
         return self in (PaletteStatus.SOLVED, PaletteStatus.COMPROMISE)
 
     @property
     def usable(self) -> bool:
-        """Whether bounds and exact cells hold, and the colors shown are those of the spectra; perhaps not the best."""
+        """True if bounds and exact cells hold, and the colors belong to the spectra; the answer may not be optimal."""
         return self.trusted or self is PaletteStatus.IMPROVING
 
 
 REMEDIES = {
     PaletteStatus.SOLVED: "",
     PaletteStatus.COMPROMISE: (
-        "Some colors cannot all be had. Raise the weight of those that matter, free or ignore a conflicting cell, let "
-        "a light be designed too, brighten the lights, lower the smoothness, or use a finer grid."
+        "Some colors cannot be reached together. Raise the weight of those that matter, free or ignore a conflicting "
+        "cell, let a light be designed too, brighten the lights, lower the smoothness, or use a finer grid."
     ),
     PaletteStatus.EXACT_CONFLICT: (
         "Not all exact cells can hold at once; the closest compromise is shown. Make one of the conflicting cells not "
-        "exact, free a light or reflectance that they share, or drop what a light must look like."
+        "exact, free a light or reflectance that they share, or remove the white of a light."
     ),
     PaletteStatus.INVISIBLE: (
-        "A color is asked under a light that the eye does not see on this grid. Give the light power between 380 and "
+        "A target is under a light that is invisible on this grid. Give the light power between 380 and "
         "780 nm, or widen the grid."
     ),
     PaletteStatus.INACCURATE: (
-        "No solver gave an answer that passed the check; the best try is shown, do not rely on it. Bring weights and "
+        "No solver's solution passed the check; the best one is shown, but it is not reliable. Bring weights and "
         "light intensities nearer to each other, or add a little smoothness."
     ),
     PaletteStatus.IMPROVING: (
@@ -67,12 +67,12 @@ REMEDIES = {
 
 @dataclass(frozen=True, slots=True)
 class Conflict:
-    """A cell that misses its target, and the cell whose release would help it most."""
+    """A cell that misses its target, and the cell whose release would reduce its error most."""
 
     cell: CellIndex
     delta_e_2000: float
     relieved_by: tuple[CellIndex, ...]
-    """Cells in order of help; without the first one the error falls to ``delta_e_without``."""
+    """Cells, best release first; after the first release the error falls to ``delta_e_without``."""
     delta_e_without: float
     text: str
 
@@ -83,40 +83,40 @@ class PaletteSolution:
 
     problem: PaletteProblem
     illuminants: tuple[Spectrum, ...]
-    """``Illuminant`` each, unless negative values were asked for; measured ones on their own grid, scaled."""
+    """Each an ``Illuminant``, unless negative values were requested; measured ones on their own grid, scaled."""
     reflectances: tuple[Spectrum, ...]
-    """``Reflectance`` each, unless values outside [0, 1] were asked for."""
+    """Each a ``Reflectance``, unless values outside [0, 1] were requested."""
     target_linear_rgb: Array
-    """(R, L, 3): the color wanted; for same and constant cells that of the cell referred to; NaN where none is."""
+    """(R, L, 3): the target; for same and constant cells the color of the cell referred to; NaN without one."""
     actual_linear_rgb: Array
     """(R, L, 3), for the first observer."""
     delta_e_2000: Array
-    """(R, L): between them, the largest over all observers and variants; NaN where nothing is wanted."""
+    """(R, L): error of each cell, the largest over all observers and variants; NaN without a request."""
     residuals: dict[str, float]
     """Root mean square by criterion: "color" (linear RGB), "smoothness", "subspace", "robust"."""
     kkt_residual: float
     """Largest scaled violation of the optimality conditions of either side, at these spectra."""
     bound_violation: float
-    """How far any spectrum lies outside its bounds."""
+    """Largest distance of a spectrum outside its bounds."""
     status: PaletteStatus
     remedy: str
     rounds: int
     engines: tuple[str, ...]
     """Engines whose answers are in this solution, most used first."""
     notes: tuple[str, ...] = ()
-    """Deviations from the request, in words: capped weights, fallbacks, scaled lights."""
+    """Text on deviations from the request: capped weights, fallbacks, scaled lights."""
     conflicts: tuple[Conflict, ...] = ()
     light_scale: float = 1.0
     """Factor by which all lights were brightened (section 5.5)."""
     timings: dict[str, float] = field(default_factory=dict)
     """Seconds by stage."""
     amounts: tuple[Array | None, ...] = ()
-    """Per light the amounts of its primaries, None where it has none."""
+    """Per light the amounts of its primaries; None without primaries."""
     state: Any = field(default=None, repr=False)
-    """For the next solve's warm start; not part of the answer."""
+    """Warm start of the next solve; not part of the answer."""
 
     @property
     def max_delta_e_2000(self) -> float:
-        """Largest error of any cell, and of any pair of cells that are to look the same; 0 if nothing is asked."""
+        """Largest error of any cell, and of any pair of cells with equal requested colors; 0 without requests."""
         known = self.delta_e_2000[np.isfinite(self.delta_e_2000)]
         return max(float(known.max(initial=0.0)), self.residuals.get("worst_pair_delta_e_2000", 0.0))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """``solve_palette``: spectra that come as near to all cells as the bounds allow.
 
-One side alone is a convex problem and is solved once. Where lights are designed too, a few rounds bring both sides near
-each other, variable projection improves them together, and rounds finish it: until neither side alone can still improve
-anything, or the time budget ends.
+One side alone is a convex problem and is solved once. If lights are designed too, a few rounds bring both sides near
+each other, variable projection improves them together, and rounds finish the solve: until neither side alone can be
+improved any further, or the time budget ends.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def solve_palette(
 ) -> PaletteSolution:
     """Design the spectra of a palette.
 
-    Never raises for a hopeless target: the solution's ``status``, ``remedy`` and ``conflicts`` say so.
+    Never raises for an impossible target: the solution's ``status``, ``remedy`` and ``conflicts`` report it.
 
     Parameters
     ----------

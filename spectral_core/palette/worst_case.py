@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Robust cells as a worst case: the largest of their errors over observers and variants made least.
+"""Robust cells as a worst case: minimize the largest of their errors over observers and variants.
 
     minimize  F(x) + ½ N max_l e_l(x)²      with e_l the weighted error of robust row l, N rows in all
 
 is the largest, over shares μ ≥ 0 that sum to 1, of the soft problem F + ½ N Σ μ_l e_l² (both are convex, so the order
 of minimum and maximum does not matter). Lawson's iteration μ ← μ e / Σ μ e finds the shares by solving soft problems
-alone, and their difference to the maximum bounds what is left: no cone solver is needed. A test holds it to cvxpy's
-answer.
+alone, and their difference to the maximum bounds the remaining error: no cone solver is needed. A test compares it with
+cvxpy.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ TOLERANCE = 0.01
 ITERATIONS = 25
 """Updates in one half-round; the next one continues with the same shares."""
 FLOOR = 1e-6
-"""Least share of a row, so that one that was met early can come back."""
+"""Least share of a row, so that the share of a row that was met early can grow again."""
 
 
 @dataclass
 class Shares:
-    """How the robust weight is shared among rows; all 1 where it is not (least squares)."""
+    """Distribution of the robust weight among rows; all 1 for least squares."""
 
     of_row: dict[RowKey, float] = field(default_factory=dict)
 
@@ -42,7 +42,7 @@ class Shares:
         return float(np.sqrt(self.of_row.get(row, 1.0)))
 
     def moved(self, errors: dict[RowKey, float]) -> float:
-        """Lawson's update by the rows' errors; returns how far the largest is above the bound, relative."""
+        """Lawson's update by the rows' errors; returns the relative distance of the largest from the bound."""
         keys = sorted(errors)
         size = np.array([errors[key] for key in keys])
         share = np.array([self.of_row.get(key, 1.0) for key in keys])
@@ -58,8 +58,8 @@ class Shares:
 def worst_case_shares(solve: Callable[[], dict[RowKey, float]], shares: Shares) -> float | None:
     """Move the shares until the largest error is within TOLERANCE of its bound; ``solve`` returns the rows' errors.
 
-    Returns what is left of the difference, relative to the largest error; None where there are no robust rows. The last
-    call of ``solve`` is with the last but one shares, whose answer it is.
+    Returns the remaining difference relative to the largest error; None without robust rows. The last call of ``solve``
+    uses the last shares but one, to which the answer belongs.
     """
     left = None
     for _ in range(ITERATIONS):

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes the noise out of finished pictures, by Intel Open Image Denoise (the optional package ``pyoidn``).
+"""Denoise finished pictures with Intel Open Image Denoise (the optional package ``pyoidn``).
 
-The filter knows no negative numbers, and saturated colors have negative sRGB components: a picture with any goes
-through it as XYZ, which have none, each over its mean.
-What is one number for each pixel, such as a spectral band, is a gray picture to it.
+The filter expects numbers above 0, but saturated colors have negative sRGB components: such a picture is filtered as
+XYZ, each component divided by its mean. A single channel, such as a spectral band, is filtered as a gray picture.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ PACKAGE = "pyoidn"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guides:
-    """What the camera sees at first, which tells edges from noise.
+    """Albedo and normals at the first hit, by which the filter distinguishes edges from noise.
 
     ``albedo``: (height, width, 3) in [0, 1]. ``normal``: (height, width, 3), each component in [-1, 1].
     """
@@ -39,15 +38,15 @@ class Guides:
 
 
 def is_installed() -> bool:
-    """Whether there is a denoiser, without loading it."""
+    """True if a denoiser is installed; does not load it."""
     try:
         return importlib.util.find_spec(PACKAGE) is not None
-    except ValueError:  # what something has put into sys.modules in its place
+    except ValueError:  # some other module under this name in sys.modules
         return False
 
 
 def how_to_install() -> str:
-    """One sentence: what is missing, what it weighs and how to get it."""
+    """One sentence: the missing package, its size and how to install it."""
     python = sys.executable if "python" in sys.executable.lower() else "the Python that Blender carries"
     return (
         f"denoising needs the Python package {PACKAGE!r} (Open Image Denoise: 88 MB to download, 171 MB on disk), "
@@ -56,12 +55,12 @@ def how_to_install() -> str:
 
 
 def require_denoiser() -> Any:
-    """The package ``pyoidn``. Raises MissingDependencyError where it is absent or cannot be loaded."""
+    """The package ``pyoidn``. Raises MissingDependencyError if it is absent or cannot be loaded."""
     try:
         return importlib.import_module(PACKAGE)
     except ImportError as error:
         raise MissingDependencyError(how_to_install()) from error
-    except (OSError, RuntimeError) as error:  # its shared library
+    except (OSError, RuntimeError) as error:  # the shared library of the package
         raise MissingDependencyError(f"the package {PACKAGE!r} is installed and does not load: {error}") from error
 
 
@@ -98,7 +97,7 @@ def denoise(pixels: Pixels, guides: Guides | None = None) -> Pixels:
     if color.min() < 0.0:
         xyz = xyz_from_linear_rgb(color)
         mean = xyz.mean(axis=(0, 1))
-        scale = np.where(mean > 0.0, mean, 1.0)  # what is nearly gray is what the filter has learned from
+        scale = np.where(mean > 0.0, mean, 1.0)  # the filter was trained on pictures that are nearly gray
         result[..., :3] = linear_rgb_from_xyz(_filtered(xyz / scale, guides) * scale)
     else:
         result[..., :3] = _filtered(color, guides)
@@ -106,9 +105,10 @@ def denoise(pixels: Pixels, guides: Guides | None = None) -> Pixels:
 
 
 def denoise_planes(planes: Pixels, guides: Guides | None = None) -> Pixels:
-    """Denoise (height, width, n) numbers, none negative, such as spectral bands: each plane by itself, all alike.
+    """Denoise (height, width, n) numbers of at least 0, such as spectral bands: each plane by itself, with equal
+    settings.
 
-    Raises as ``denoise`` does.
+    Raises the same errors as ``denoise``.
     """
     if planes.ndim != 3 or not planes.size:
         raise InvalidInputError(f"the planes to denoise have shape {planes.shape}; expected (height, width, n)")
@@ -120,7 +120,7 @@ def denoise_planes(planes: Pixels, guides: Guides | None = None) -> Pixels:
 
 
 def _filtered(color: NDArray[Any], guides: Guides | None) -> Pixels:
-    """What the filter makes of (height, width, 3) finite numbers."""
+    """Output of the filter for (height, width, 3) finite numbers."""
     module = require_denoiser()
     extra: dict[str, Pixels] = {}
     if guides is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A scene on its way to a picture: loaded once, traced in passes."""
+"""A scene during rendering: loaded once, traced in passes."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
 
 DYES_IN_BANDS = (
-    "dyes send light out at other wavelengths than it comes at, so the stored bands hold for lamps of the spectra that "
+    "dyes emit light at other wavelengths than they absorb, so the stored bands hold for lamps of the spectra that "
     "they are recorded with; record Mixtures for any other"
 )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measure:
-    """What to measure beside the picture.
+    """Quantities to measure beside the picture.
 
     ``bands``: spectral channels (makes the transport spectral). ``groups``: one render per light group, all with the
     paths of the whole scene, so that they add up to it; a tuple of names renders those alone. ``sampling_lights``:
@@ -61,8 +61,8 @@ class Measure:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded:
-    """What a job has made of its scene, for a view that stays: the active ``mitsuba``, its ``scene`` with ways to its
-    objects, what paths need (``first_hit``, ``integrator``), and the ``wavelengths`` to draw, None in RGB transport.
+    """Parts of a job for a live view: the active ``mitsuba``, its ``scene`` with access to its objects, the tracers
+    (``first_hit``, ``integrator``), and the ``wavelengths`` to draw, None in RGB transport.
     """
 
     mitsuba: Any
@@ -74,7 +74,7 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TracedScene:
-    """A loaded scene for what traces it in a way of its own: ``unit``, its working units in one of the scene's."""
+    """A loaded scene for a tracer of its own; ``unit``: the renderer's working units per unit of the scene."""
 
     mitsuba: Any
     scene: Any
@@ -85,7 +85,7 @@ class TracedScene:
 
 
 class RenderJob:
-    """One scene under one plan. Raises RenderError where Mitsuba cannot load it."""
+    """One scene under one plan. Raises RenderError if Mitsuba cannot load it."""
 
     def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
         self.plan = plan
@@ -127,7 +127,7 @@ class RenderJob:
             self._first_hit = FirstHit(
                 self._mitsuba,
                 self._loaded.scene,
-                () if own_paths else self._loaded.hidden,  # our own paths know what the camera does not see
+                () if own_paths else self._loaded.hidden,  # the path integrator itself hides objects from the camera
                 self.scene.film.transparent,
                 self._loaded.background,
                 Tables(self._mitsuba, self._loaded.rules),
@@ -153,7 +153,9 @@ class RenderJob:
         return Loaded(self._mitsuba, self._loaded, self._first_hit, integrator, self._wavelengths)
 
     def _load_integrators(self, *, groups: bool) -> dict[str, Any]:
-        """By light group; the same one for all but where volumes have light of their own: the first group has it."""
+        """One integrator by light group. All groups share one, except where volumes emit light: the first group has
+        that light.
+        """
         surface = self._surface_integrator()
         names = (list(self._loaded.switches) if groups else []) or [""]
         if not self.scene.volumes:
@@ -173,10 +175,10 @@ class RenderJob:
         return {first: load(True)} | (dict.fromkeys(others, load(False)) if others else {})
 
     def _surface_integrator(self) -> Any:
-        """What follows light between surfaces and through media."""
+        """The integrator for light between surfaces and in media."""
         plan, limits = self.plan, self.scene.settings.light_paths
         white = float(white_light().values.mean()) if plan.is_spectral else 1.0
-        # bodies of our own lamps stand in no shadow ray's way
+        # shadow rays ignore the bodies of lamps in the light tables
         clear = plan.is_on("transparency") and (not self._loaded.lights or bool(take_inventory(self.scene).transparent))
         settings = PathSettings(plan.bounces, clear, limits, white)
         wanted = self.scene.settings.passes
@@ -189,12 +191,12 @@ class RenderJob:
 
     @property
     def tells_light_apart(self) -> bool:
-        """Whether shares of the light are booked while the picture is traced."""
+        """True if shares of the light are accumulated while the picture is traced."""
         return all(hasattr(integrator, "book_into") for integrator in self._integrators.values())
 
     @property
     def light_sums(self) -> Accumulator:
-        """The sums that shares of the light are read from."""
+        """Sums from which the shares of the light are read."""
         return next(iter(self._sums.values()))
 
     @property
@@ -204,21 +206,21 @@ class RenderJob:
 
     @property
     def unit(self) -> float:
-        """The renderer's units in one of the scene's."""
+        """The renderer's units per unit of the scene."""
         return self._unit
 
     def _lights(self) -> Any:
-        """Our own tables of lights, or Mitsuba's emitters."""
+        """The light tables, or Mitsuba's emitters."""
         return self._loaded.lights or MitsubaLights(self._mitsuba, self._loaded.scene)
 
     def chosen_pixels(self) -> ChosenPixels:
-        """What traces pixels of one's own choice, with all lights."""
+        """Tracer for chosen pixels, with all lights."""
         integrator = next(iter(self._integrators.values()))
         view = (self.scene.camera, self.scene.film)
         return ChosenPixels(self._mitsuba, view, self._wavelengths, self._first_hit, integrator)
 
     def guides(self) -> Guides | None:
-        """Albedo and normals for a denoiser; None where volumes or media stand before the surfaces."""
+        """Albedo and normals for a denoiser; None if volumes or media are in front of the surfaces."""
         if self.scene.volumes or self.plan.is_on("media"):
             return None
         try:
@@ -228,14 +230,14 @@ class RenderJob:
             raise RenderError(f"Mitsuba stopped while tracing albedo and normals: {error}") from error
 
     def traced_scene(self) -> TracedScene:
-        """What is loaded, for the plan's pilot."""
+        """The loaded scene, for the plan's pilot."""
         return TracedScene(
             self._mitsuba, self._loaded.scene, self._loaded.rules, self._lights(), self._first_hit, self._unit
         )
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What is rendered as something near to it, and samples that came out as no number."""
+        """Notes on features that are approximated, and on samples that were not finite."""
         lost = sum(sums.lost for sums in self._sums.values())
         if not lost:
             return self._notes
@@ -248,7 +250,7 @@ class RenderJob:
         return min(sums.samples for sums in self._sums.values())
 
     def trace(self, samples: int, should_stop: Callable[[], bool] | None = None) -> bool:
-        """Add ``samples`` per pixel; False where ``should_stop`` said so before all were traced."""
+        """Add ``samples`` per pixel; False if ``should_stop`` returned True before all were traced."""
         try:
             for group, sums in self._sums.items():
                 if self._loaded.switches:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motion blur: a picture of each moment with its share of the samples, added up.
 
-The moments are equal parts of the time that the shutter is open. Each is a scene that stands still, so motion of any
-kind is blurred alike: cameras, objects, deformed meshes. The kernels of one moment serve all.
+The moments are equal parts of the shutter's open time. Each is a scene without motion, so all kinds of motion are
+blurred the same way: cameras, objects, deformed meshes. All moments share their kernels.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def shares(samples: int, moments: int) -> list[int]:
 
 
 def in_order(moments: tuple[Moment, ...]) -> list[Moment]:
-    """The moments such that the first few already spread over the whole time: by the reversed bits of their number."""
+    """The moments in an order whose first few already cover the whole time: by the reversed bits of their number."""
     bits = max(1, (len(moments) - 1).bit_length())
     reversed_bits = [int(f"{k:0{bits}b}"[::-1], 2) for k in range(len(moments))]
     return [moment for _, moment in sorted(zip(reversed_bits, moments, strict=True), key=lambda pair: pair[0])]
@@ -42,7 +42,7 @@ def render_moving(
     on_progress: Callable[[Any], None] | None,
     should_stop: Callable[[], bool] | None,
 ) -> Any:
-    """Result of a scene with moments; ``render`` makes one of a scene that stands still, and is given those two."""
+    """Render a scene with moments; ``render`` renders one moment."""
     notes: list[Note] = []
     settings = scene.settings
     if is_asked(settings):
@@ -86,7 +86,7 @@ def _mean(first: Pixels, samples: int, second: Pixels, more: int) -> Pixels:
 
 
 def _joined(before: Any, samples: int, part: Any) -> Any:
-    """The result of what was traced before and of one moment more."""
+    """The result of several moments together with one more."""
 
     def mean(first: Any, second: Any) -> Any:
         if isinstance(first, dict):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures with their spectra in one EXR, in the published layout of Fichet, Pacanowski and Wilkie 2021.
+"""Pictures with spectra in one EXR, in the published layout of Fichet, Pacanowski and Wilkie 2021.
 
-"An OpenEXR layout for spectral images", JCGT 10(3): one channel per wavelength, ``S0.550,000000nm``, beside R, G, B
-and A for programs that know no spectra.
+"An OpenEXR layout for spectral images", JCGT 10(3): one channel per wavelength, ``S0.550,000000nm``, beside R, G, B and
+A for programs without support of spectra.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ def spectral_channel(wavelength_nm: float) -> str:
 def write_spectral_exr(path: Path, result: RenderResult) -> Path:
     """Write a render that measured bands; returns ``path``.
 
-    The bands' names must be their wavelengths in nm, as those of ``Bands.uniform`` are. Raises InvalidInputError for a
-    render without bands, MissingDependencyError without OpenEXR.
+    The bands' names must be their wavelengths in nm, as in ``Bands.uniform``. Raises InvalidInputError for a render
+    without bands, MissingDependencyError without OpenEXR.
     """
     if result.bands is None or result.band_pixels is None:
         raise InvalidInputError("this render measured no spectral bands; pass bands=Bands.uniform(...) when rendering")

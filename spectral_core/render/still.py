@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render a scene in this process: plan, load, trace in growing passes, report after each."""
+"""Render a scene in this process: plan, load, trace in growing passes, with a report after each."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.render.catching import with_catchers
 from spectral_core.render.cost.adaptive import Outcome
 from spectral_core.render.cost.asked import is_asked, render_asked, tightened
 from spectral_core.render.cost.model import Prediction
@@ -27,14 +28,14 @@ from spectral_core.spectra.spectrum import Spectrum
 Pixels = NDArray[np.float32]
 
 LONGEST_PASS_S = 10.0
-"""Passes that would take longer are split, so that the picture moves. Pixels do not depend on how."""
+"""Longer passes are split, so that the picture updates often. Pixels do not depend on the split."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Progress:
-    """A picture on its way: ``pixels`` (height, width, 4) so far, ``samples`` per pixel of ``total``, seconds.
+    """A picture in progress: ``pixels`` (height, width, 4) so far, ``samples`` per pixel of ``total``, seconds.
 
-    ``left_s``: seconds that the rest takes at the rate of the latest pass, None where that is not known.
+    ``left_s``: seconds for the rest at the rate of the latest pass, None if unknown.
     """
 
     pixels: Pixels
@@ -46,19 +47,17 @@ class Progress:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderResult:
-    """A picture.
+    """A rendered picture.
 
-    ``pixels``: (height, width, 4) float32, linear sRGB and coverage, row 0 at the bottom, color already multiplied
-    by coverage. ``samples`` per pixel and ``seconds`` it took; ``work``: seconds of the processor's cores together.
-    ``status``: "done" or "cancelled" (then the picture holds what was traced until then). ``notes``: what is shown as
-    something near to it. ``bands``: the spectral channels that were asked for, ``band_pixels``:
-    (height, width, n_bands) radiance per nm without exposure.
-    ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
-    ``prediction`` and ``outcome``: error and time as they were expected and as they came, where one was asked for.
-    ``denoised``: what has denoised it, and with which guides; "" where nothing has. ``passes``: those that the scene's
-    settings ask for, (height, width, channels) by the name that Cycles gives them, row 0 at the bottom; cryptomattes as
-    CryptoObject00, 01, …, light groups as Combined_ and their name. ``sample_counts``: (height, width) samples of each
-    pixel, None where all have as many.
+    ``pixels``: (height, width, 4) float32, linear sRGB and coverage, row 0 at the bottom, color premultiplied by
+    coverage. ``samples`` per pixel and ``seconds``; ``work``: seconds of processor time over all cores. ``status``:
+    "done" or "cancelled" (then the picture holds the samples so far). ``notes``: features that are approximated.
+    ``bands``: the requested spectral channels, ``band_pixels``: (height, width, n_bands) radiance per nm without
+    exposure. ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
+    ``prediction`` and ``outcome``: predicted and reached error and time, if one was requested. ``denoised``: name of
+    the denoiser and its guides; "" without denoising. ``passes``: those that the scene's settings request, (height,
+    width, channels) by Cycles' names, row 0 at the bottom; cryptomattes as CryptoObject00, 01, …, light groups as
+    Combined_ and their name. ``sample_counts``: (height, width) samples of each pixel, None if all are equal.
     """
 
     pixels: Pixels
@@ -81,7 +80,7 @@ class RenderResult:
 
     @property
     def header(self) -> dict[str, str]:
-        """What a file with this picture says about it: the plan, samples, time, what was predicted and reached."""
+        """Header of a file with this picture: the plan, samples, time, prediction and outcome."""
         entries = {
             **self.plan.header(),
             "spectral.samples": str(self.samples),
@@ -110,21 +109,29 @@ def render_scene(
     groups: bool | tuple[str, ...] = False,
     sampling_lights: Sequence[Spectrum] | None = None,
 ) -> RenderResult:
-    """Render ``scene`` here and now, with a picture after 1, 4, 16, 64, … samples.
+    """Render ``scene`` in this process, with a picture after 1, 4, 16, 64, … samples.
 
-    ``on_progress`` sees the picture after each pass; ``should_stop`` is asked between kernel launches; the others
-    are explained at ``Measure``. Raises InvalidInputError for a scene that cannot be rendered, RenderError where
-    Mitsuba fails, MissingDependencyError where the scene asks for a denoiser and there is none.
+    ``on_progress`` receives the picture after each pass; ``should_stop`` is called between kernel launches; ``Measure``
+    explains the others. Raises InvalidInputError for a scene that cannot be rendered, RenderError if Mitsuba fails,
+    MissingDependencyError if the scene requires a denoiser and there is none.
     """
-    if scene.moments:
+    measure = Measure(bands, groups, sampling_lights)
 
-        def instant(
-            still: Scene, show: Callable[[Progress], None], stop: Callable[[], bool] | None, plan: EffectPlan | None
-        ) -> RenderResult:
-            return _render_instant(still, show, stop, Measure(bands, groups, sampling_lights), plan)
+    def instant(
+        still: Scene,
+        show: Callable[[Progress], None] | None,
+        stop: Callable[[], bool] | None,
+        plan: EffectPlan | None = None,
+    ) -> RenderResult:
+        return _render_instant(still, show, stop, measure, plan)
 
-        return render_moving(scene, instant, on_progress, should_stop)
-    return _render_instant(scene, on_progress, should_stop, Measure(bands, groups, sampling_lights))
+    caught = with_catchers(instant)
+    made: RenderResult = (
+        render_moving(scene, caught, on_progress, should_stop)
+        if scene.moments
+        else caught(scene, on_progress, should_stop)
+    )
+    return made
 
 
 def _render_instant(
@@ -134,7 +141,7 @@ def _render_instant(
     measure: Measure,
     plan: EffectPlan | None = None,
 ) -> RenderResult:
-    """Render a scene that stands still; ``plan``: decisions that were made before."""
+    """Render a scene without motion; ``plan``: an existing plan."""
     meter = Meter()
     made = _traced(scene, on_progress, should_stop, measure, plan)
     return replace(made, work=meter.read().work)
@@ -147,15 +154,15 @@ def _traced(
     measure: Measure,
     plan: EffectPlan | None,
 ) -> RenderResult:
-    """The picture with its passes, denoised where that is asked for."""
+    """The picture with its passes, denoised if requested."""
     meter = Meter()
     start = meter.started
     bands, groups, sampling_lights = measure.bands, measure.groups, measure.sampling_lights
     if scene.settings.denoise:
-        require_denoiser()  # now, and not after an hour
+        require_denoiser()  # before the render instead of after an hour
     if bands is not None:
         scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
-    # a recording serves lights of any color and strength, whatever a pilot under those of today says
+    # a recording serves lights of any color and strength, so a pilot under the present lights does not apply
     is_recording = groups or bands is not None or sampling_lights is not None
     asked = is_asked(scene.settings)
     if asked and (groups or sampling_lights is not None):
@@ -198,7 +205,7 @@ def _traced(
 
 
 def _finished(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
-    """The result with its passes, denoised where the scene asks for that."""
+    """The result with its passes, denoised if the scene requests it."""
     wanted = job.scene.settings.passes
     denoised = _denoised(made, job, start)
     if wanted is None or made.status == "cancelled":
@@ -213,7 +220,7 @@ def _finished(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
 
 
 def _denoised(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
-    """The result, denoised where the scene asks for that: each group and band by itself, all with the same guides."""
+    """The result, denoised if the scene requests it: each group and band separately, all with the same guides."""
     if not job.scene.settings.denoise:
         return made
     if made.status == "cancelled":
@@ -224,7 +231,7 @@ def _denoised(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
     groups = {name: denoise(pixels, guides) for name, pixels in made.group_pixels.items()}
     group_bands = {name: denoise_planes(planes, guides) for name, planes in made.group_band_pixels.items()}
     pixels, bands = made.pixels, made.band_pixels
-    if groups:  # they still add up to the picture
+    if groups:  # the groups still add up to the picture
         pixels = pixels.copy()
         pixels[..., :3] = sum(group[..., :3] for group in groups.values())
     else:
@@ -250,7 +257,7 @@ def _asked(
     should_stop: Callable[[], bool] | None,
     bands: Bands | None,
 ) -> RenderResult:
-    """Render for an asked error or time."""
+    """Render to a requested error or time."""
 
     def on_round(pixels: Pixels, samples: float, expected: float) -> None:
         if on_progress is not None:
@@ -275,10 +282,10 @@ def _asked(
 
 
 def pass_sizes(samples: int, largest: int = 128) -> list[int]:
-    """1, 3, 12, 48, … samples up to ``largest`` per pass, ``samples`` in total: a picture early, few passes in all.
+    """1, 3, 12, 48, … samples up to ``largest`` per pass, ``samples`` in total: an early picture, few passes in all.
 
-    Each pass pays once for recording its kernel, a second or two with many materials; a last pass of less than half
-    the one before joins it.
+    Each pass records its kernel, a second or two with many materials; a last pass of less than half the previous one is
+    merged with it.
     """
     sizes, done = [1], 1
     while done < samples:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which Mitsuba renders: CUDA on request, else LLVM, whose library must be there and new enough.
+"""Choice of Mitsuba's variant: CUDA on request, else LLVM, whose library must be installed and new enough.
 
-Nothing here imports Mitsuba before the LLVM library is chosen: Dr.Jit loads whatever ``DRJIT_LIBLLVM_PATH`` names at
+Nothing here imports Mitsuba before the LLVM library is chosen: Dr.Jit loads the library in ``DRJIT_LIBLLVM_PATH`` at
 its first use, and LLVM older than 17 ends the process.
 """
 
@@ -21,7 +21,7 @@ NO_LLVM = f"rendering needs the LLVM library, version {OLDEST_LLVM} or newer, an
 
 @dataclass(frozen=True, slots=True)
 class Backend:
-    """What renders. ``variant``: Mitsuba's name for it. ``notes``: what a user should know about the choice."""
+    """Renderer on this machine. ``variant``: Mitsuba's name for it. ``notes``: remarks on the choice for the user."""
 
     variant: str
     notes: tuple[str, ...] = ()
@@ -31,8 +31,8 @@ class Backend:
 def choose_backend(transport: Transport, wanted: str | None = None) -> Backend:
     """Variant for a transport; ``wanted`` is None (the CPU), "llvm", "cuda" or a full variant name.
 
-    Raises InvalidInputError where ``wanted`` is unknown or contradicts ``transport``, MissingDependencyError where
-    this machine has no LLVM library to render with. A missing CUDA device is replaced by the CPU, and the notes say so.
+    Raises InvalidInputError if ``wanted`` is unknown or contradicts ``transport``, MissingDependencyError if this
+    machine has no LLVM library. A missing CUDA device is replaced by the CPU, with a note.
     """
     kind = (wanted or "llvm").lower()
     kind = next((name for name in ("cuda", "llvm") if kind == name or kind.startswith(f"{name}_")), "")
@@ -64,13 +64,14 @@ def _has_cuda() -> bool:
 
 
 def activate(backend: Backend) -> Any:
-    """Import Mitsuba with ``backend`` as the variant of this thread, our plugins registered; returns the module.
+    """Import Mitsuba with ``backend`` as the variant of this thread, and register our plugins; returns the module.
 
-    Raises MissingDependencyError without Mitsuba, RenderError where the variant cannot start.
+    Raises MissingDependencyError without Mitsuba, RenderError if the variant cannot start.
     """
     if backend.llvm_library and "DRJIT_LIBLLVM_PATH" not in os.environ:
         use_llvm(backend.llvm_library)
-    # Blender opens Mitsuba's libraries after its own; deep binding would give it Blender's copies of shared symbols.
+    # Blender loads Mitsuba's libraries after its own; deep binding would make them use Blender's copies of shared
+    # symbols.
     os.environ.setdefault("DRJIT_NO_RTLD_DEEPBIND", "1")
     mitsuba = _import("mitsuba")
     try:
@@ -95,9 +96,9 @@ def _import(name: str) -> Any:
 
 
 def describe_backend() -> dict[str, Any]:
-    """What rendering would use here, for a report: versions, LLVM library, variant, problems with their remedy.
+    """Report on the renderer of this machine: versions, LLVM library, variant, problems with their remedies.
 
-    Starts no renderer, so it is safe where starting one would fail.
+    Starts no renderer, so it is safe even if starting one would fail.
     """
     from importlib import metadata
 

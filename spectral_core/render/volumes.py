@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sampled volumes of a scene, shown by the integrator ``adaptive_volume`` around the one for surfaces."""
+"""Sampled volumes of a scene, rendered by the integrator ``adaptive_volume`` around the one for surfaces."""
 
 from __future__ import annotations
 
@@ -17,15 +17,17 @@ from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, integr
 from spectral_core.volume.view import View
 
 LIGHTING = ("even", "scene", "shadows")
-"""How lit materials are lit: evenly by white, by the scene's lights, or by these with shadows to and from surfaces."""
+"""Light of volumes with lit materials: even and white, the scene's lights, or these with shadows to and from
+surfaces.
+"""
 
 
 def volume_integrator(
     mitsuba: Any, scene: Scene, surface: Any, *, max_depth: int, spectral: bool, own_light: bool = True
 ) -> Any:
-    """The integrator for the volumes of ``scene`` before and among surfaces, whose light ``surface`` follows.
+    """The integrator for the volumes of ``scene`` in front of and among surfaces; ``surface`` integrates their light.
 
-    Steps are chosen for the scene's camera. ``own_light`` False leaves out what does not come from the scene's lights,
+    Steps are chosen for the scene's camera. ``own_light`` False omits light that does not come from the scene's lights,
     so that the shares of light groups add up to the picture.
     """
     register_integrator()
@@ -52,7 +54,7 @@ def volume_integrator(
 
 
 def view_of(camera: Camera, film: Film) -> View:
-    """The camera as the pilot rays of a volume know one: square pixels, no lens, no shift."""
+    """The camera for the pilot rays of a volume: square pixels, no lens, no shift."""
     frame = camera_frame(camera, film)
     matrix = np.eye(4)
     matrix[:3] = np.stack([-frame.right, frame.up, -frame.back, frame.origin], axis=1)
@@ -70,11 +72,11 @@ def _lighting(volume: VolumeObject) -> str:
 
 
 def _item(volume: VolumeObject, lighting: str, *, spectral: bool, own_light: bool) -> SceneVolume:
-    """The field with the gains that bring what it shows into the renderer's unit.
+    """The field with gains that convert its light to the renderer's unit.
 
-    Spectral radiance there is per nm, and its sum over the observer's ȳ is luminance. The volume room counts a flat
-    spectrum of 1 as luminance 1; in the renderer's unit that is 1 / ∑ȳ. What reflects the scene's light takes the unit
-    from the light.
+    The renderer's spectral radiance is per nm, and its sum over the observer's ȳ is luminance. ``spectral_core.volume``
+    counts a flat spectrum of 1 as luminance 1; in the renderer's unit that is 1 / ∑ȳ. Reflected light of the scene has
+    the light's unit.
     """
     unit = 1.0 / float(observer(STANDARD).cmfs[1].sum()) if spectral else 1.0
     own = unit if own_light else 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One scene, described once as plain frozen data: Blender fills it, a script may, a sweep sends it elsewhere."""
+"""One scene as plain frozen data: Blender or a script fills it, a sweep sends it to another process."""
 
 from spectral_core.scene.camera import Aperture, Camera, Film, Panorama
 from spectral_core.scene.fluorescent import Fluorescent
@@ -32,6 +32,7 @@ from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
+    FILM_THICKNESS_NM,
     IOR,
     LARGEST,
     AddSurface,
@@ -54,6 +55,7 @@ from spectral_core.scene.surface import (
 )
 
 __all__ = [
+    "FILM_THICKNESS_NM",
     "IOR",
     "LARGEST",
     "UNLIMITED_PATHS",

@@ -22,7 +22,9 @@ from spectral_core.spectra.observer import observer
 Array = NDArray[np.float64]
 
 ROWS, COLUMNS = 128, 64
-"""Elevations, closer toward the horizon, and azimuths from the sun to opposite of it, at which a sky is computed."""
+"""Numbers of elevations (denser toward the horizon) and of azimuths (from the sun to its opposite) of a computed
+sky.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +40,7 @@ class Atmosphere:
     ozone: float = 1.0
     turbidity: float = 2.2
     sun_direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """Preetham's alone."""
+    """Only for Preetham's sky."""
 
     @property
     def toward_sun(self) -> Array:
@@ -120,7 +122,7 @@ _RAYLEIGH = 1.13115e6 * _NM**-4.0
 _MIE = 2e-5
 _OZONE = 1e-9 * np.array([3.25, 5.85, 19.8, 73.1, 201, 404, 636, 967, 1548, 2090, 2461, 2736, 2151, 1591, 1124, 735,
                           465, 331, 225, 149, 168])  # fmt: skip
-"""Absorption per meter where ozone is densest."""
+"""Absorption per meter at the height of most ozone."""
 
 
 def _solar(nm: Array) -> Array:
@@ -222,7 +224,7 @@ def _coefficients(sky: Atmosphere, height: Array) -> tuple[Array, Array, Array]:
 
 
 def _transmittance(sky: Atmosphere, cosine: Array, height: Array) -> Array:
-    """Share (..., 4) that comes from the sun to a height, ``cosine`` to its zenith."""
+    """Transmittance (..., 4) from the sun to a height, at ``cosine`` to its zenith."""
     cosine, height = np.broadcast_arrays(np.asarray(cosine, float), np.asarray(height, float))
     radius = _EARTH + height
     length = -radius * cosine + np.sqrt(np.maximum((radius * cosine) ** 2 - radius**2 + (_EARTH + _THICKNESS) ** 2, 0))

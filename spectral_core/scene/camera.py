@@ -16,7 +16,7 @@ from spectral_core.scene.geometry import affine
 
 @dataclass(frozen=True, slots=True)
 class Aperture:
-    """Shape of the lens opening: ``blades`` corners (a circle below 3), turned, ``ratio`` times as high as wide."""
+    """Shape of the aperture: ``blades`` corners (a circle below 3), rotated, ``ratio`` times as high as wide."""
 
     blades: int = 0
     rotation_rad: float = 0.0
@@ -37,12 +37,12 @@ PANORAMAS = {
     "cube_face": 0,
     "cylinder": 4,
 }
-"""How many numbers each kind of panorama has."""
+"""Number of parameters of each kind of panorama."""
 
 
 @dataclass(frozen=True, slots=True)
 class Panorama:
-    """Which direction each place of the picture looks in, as Blender's panoramic cameras have it.
+    """View direction for each position in the picture, as in Blender's panoramic cameras.
 
     ``numbers`` by kind, angles in rad, lengths in mm: ``equirectangular``: least and largest longitude, least and
     largest latitude. ``fisheye_equidistant``: field of view. ``fisheye_equisolid``: lens, field of view, width and
@@ -68,11 +68,10 @@ class Panorama:
 class Camera:
     """Blender's camera: looks along its local -Z, +Y up.
 
-    ``field_of_view_rad``: full angle over the frame's larger side if ``sensor_fit`` is ``"auto"``, over its width or
-    height otherwise. ``orthographic_scale``: extent over that same side, in world units. ``shift``: fraction of that
-    same side by which the picture's center moves right and up. ``aperture_radius``: 0 for no depth of field.
-    ``panorama``: what a panoramic camera shows; its shift is a fraction of each side, its field of view that of its
-    middle.
+    ``field_of_view_rad``: full angle over the frame's larger side if ``sensor_fit`` is ``"auto"``, else over its width
+    or height. ``orthographic_scale``: extent over that same side, in world units. ``shift``: fraction of that same side
+    by which the picture's center moves right and up. ``aperture_radius``: 0 for no depth of field. ``panorama``:
+    projection of a panoramic camera; its shift is a fraction of each side, its field of view that of its center.
     """
 
     world_from_camera: NDArray[np.float64]
@@ -108,8 +107,8 @@ class Camera:
 class Film:
     """Size and sampling of the picture.
 
-    ``crop``: (left, bottom, width, height) in pixels of the full frame, y upwards, or None. ``samples`` per pixel.
-    ``pixel_aspect``: height of a pixel over its width. ``transparent``: surroundings are not seen by the camera.
+    ``crop``: (left, bottom, width, height) in pixels of the full frame, y upward, or None. ``samples`` per pixel.
+    ``pixel_aspect``: height of a pixel over its width. ``transparent``: the camera does not see the environment.
     ``filter_width``: full width of the pixel filter, in pixels. ``exposure``: factor on the linear picture.
     """
 
@@ -122,7 +121,7 @@ class Film:
     transparent: bool = False
     filter_width: float = 1.5
     exposure: float = 1.0
-    filter_kind: Literal["blackman_harris", "box"] = "blackman_harris"
+    filter_kind: Literal["blackman_harris", "gaussian", "box"] = "blackman_harris"
 
     def __post_init__(self) -> None:
         for name, value, most in (("width", self.width, 65536), ("height", self.height, 65536)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A matt surface with fluorescent dyes: it reflects, and sends light out at wavelengths other than it came at."""
+"""A diffuse surface with fluorescent dyes: it reflects light, and emits part of it at other wavelengths."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from spectral_core.spectra.upsample import upsampled
 Array = NDArray[np.float64]
 
 EXCITED_NM: Array = np.arange(300.0, 831.0)
-"""Where light can excite dyes: ultraviolet from 300 nm on, and all that is traced."""
+"""Wavelengths at which light can excite dyes: ultraviolet from 300 nm on, and all traced wavelengths."""
 EXCITED_NM.setflags(write=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fluorescent:
-    """Lambertian reflection of ``color``, and Lambertian light of ``dyes``, each in its amount (0 or more).
+    """Lambertian reflection of ``color``, and Lambertian emission of ``dyes``, each with its amount (0 or more).
 
-    Light of wavelength λ is taken in by ``amount · excitation(λ)`` of its power and sent out by the dye's emission.
-    Raises InvalidInputError where a color or spectrum and the dyes return more photons, or more power, than came: the
-    quantum yield is at most 1. A texture's colors are not checked.
+    Light of wavelength λ is absorbed by ``amount · excitation(λ)`` of its power and emitted with the dye's emission
+    density. Raises InvalidInputError if a color or spectrum and the dyes return more photons, or more power, than
+    arrive: the quantum yield is at most 1. A texture's colors are not checked.
     """
 
     color: Paint = field(default_factory=lambda: gray(0.5))
@@ -50,7 +50,9 @@ class Fluorescent:
 
     @classmethod
     def largest_share(cls, color: Paint, dyes: tuple[FluorescentDye, ...], amounts: tuple[float, ...]) -> float:
-        """Factor, at most 1, on amounts of dyes up to which a surface of ``color`` returns no more than comes."""
+        """Largest factor, at most 1, on amounts of dyes for which a surface of ``color`` returns no more than
+        arrives.
+        """
         sent_out = share_per_amount(dyes, EXCITED_NM) @ np.asarray(amounts, dtype=np.float64)
         room = 1.0 - cls(color).reflected(EXCITED_NM)
         excess = sent_out > room
@@ -58,11 +60,11 @@ class Fluorescent:
 
     @property
     def checks_energy(self) -> bool:
-        """Whether the color is one that ``require_energy`` was asked about."""
+        """True if the color is one that ``require_energy`` can check."""
         return isinstance(self.color, (Color, Spectrum))
 
     def reflected(self, wavelengths_nm: Array) -> Array:
-        """Reflectance at any wavelengths, as it is rendered; zeros for a texture, which has many."""
+        """Reflectance at any wavelengths, as it is rendered; zeros for a texture, whose reflectance varies."""
         if isinstance(self.color, Spectrum):
             return self.color.at(wavelengths_nm)
         if isinstance(self.color, Color):
@@ -71,7 +73,7 @@ class Fluorescent:
         return np.zeros(wavelengths_nm.shape)
 
     def sent_out(self, light: Spectrum, wavelengths_nm: Array) -> Array:
-        """What the dyes send out at any wavelengths under a light, per nm, in the unit of reflected light."""
+        """Emission of the dyes at any wavelengths under a light, per nm, in the unit of reflected light."""
         total = np.zeros(wavelengths_nm.shape)
         for dye, amount in zip(self.dyes, self.amounts, strict=True):
             power = dye.absorbed_power(light, dye.excitation.grid)

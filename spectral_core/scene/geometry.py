@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes, where they stand, and sampled volumes."""
+"""Meshes, their placement, and sampled volumes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spectral_core.scene.rays import Rays
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attribute:
-    """Values (v, 3) float32 per vertex, by the name that programs read: ``"generated"``, ``"attribute:…"``."""
+    """Values (v, 3) float32 per vertex, with the name for programs: ``"generated"``, ``"attribute:…"``."""
 
     name: str
     values: NDArray[np.float32]
@@ -48,7 +48,7 @@ class Mesh:
     attributes: tuple[Attribute, ...] = ()
 
     def __post_init__(self) -> None:
-        # asarray, not a copy: a million triangles pass here on every frame
+        # asarray, not a copy: every frame passes a million triangles through here
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         set_field("positions", _array(self, "positions", np.float32, 3))
         set_field("triangles", _array(self, "triangles", np.uint32, 3))
@@ -77,7 +77,7 @@ class Mesh:
 
 
 _boxes: weakref.WeakKeyDictionary[Mesh, NDArray[np.float64]] = weakref.WeakKeyDictionary()
-"""Boxes of meshes that were asked for: a live view asks for all of them after every edit."""
+"""Computed boxes of meshes: a live view needs all of them after every edit."""
 _CORNERS = np.array([(x, y, z) for y in (0, 1) for x in (0, 1) for z in (0, 1)])
 
 
@@ -112,11 +112,12 @@ def _array(mesh: Mesh, name: str, dtype: Any, width: int, length: int | None = N
 class Instance:
     """One placement of a mesh. ``world_from_object``: (4, 4). ``materials``: names, one per material slot of the mesh.
 
-    ``group``: the light group that its emission belongs to, "" for none. ``hidden_from``: kinds of rays that pass it
-    as if it were not there. ``is_holdout``: cuts a hole into what the camera sees. ``unlit_by``: names of lights that
-    do not light it; ``clear_for``: names of lights that it casts no shadow for. ``color`` (r, g, b, alpha), ``index``
-    and ``random`` in [0, 1]: what the Object Info node reads. ``attributes``: more that programs read of it, each a
-    name and three numbers or four. ``shown_as``, ``asset``: names in cryptomattes, where they are not ``name``.
+    ``group``: light group of its emission, "" for none. ``hidden_from``: types of rays that pass through it.
+    ``is_holdout``: True if it cuts a hole into the camera's view. ``unlit_by``: names of lights that do not illuminate
+    it; ``clear_for``: names of lights for which it casts no shadow. ``color`` (r, g, b, alpha), ``index`` and
+    ``random`` in [0, 1]: outputs of the Object Info node. ``attributes``: further values for programs, each a name with
+    three or four numbers. ``shown_as``, ``asset``: names in cryptomattes, if they differ from ``name``.
+    ``is_shadow_catcher``: True if the picture contains only its shadows.
     """
 
     name: str
@@ -134,6 +135,7 @@ class Instance:
     attributes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     shown_as: str = ""
     asset: str = ""
+    is_shadow_catcher: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_object", affine(f"instance {self.name!r}", self.world_from_object))
@@ -141,12 +143,12 @@ class Instance:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VolumeObject:
-    """A sampled scalar volume that is seen through a transfer function.
+    """A sampled scalar volume with a transfer function.
 
     ``data``: (nx, ny, nz), any integer or float type. ``world_from_index``: (4, 4), voxel centers to world space.
-    ``transfer``: a ``spectral_core.volume`` transfer function (not named here: scene stands below that room).
-    ``rule`` and ``quality`` (SNR of the picture in dB, 10 to 90): as ``spectral_core.volume`` defines them.
-    ``lighting``: one of ``spectral_core.render.volumes.LIGHTING``.
+    ``transfer``: a ``spectral_core.volume`` transfer function (not typed here, because ``scene`` does not import
+    ``volume``). ``rule`` and ``quality`` (SNR of the picture in dB, 10 to 90): as ``spectral_core.volume`` defines
+    them. ``lighting``: one of ``spectral_core.render.volumes.LIGHTING``.
     """
 
     name: str

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Trees of mixes and sums: their closures, the closures' weights, and everything that they hold."""
+"""Trees of mixes and sums: their closures, the closures' weights, and all of their values."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Weight:
 
     @property
     def constant(self) -> float:
-        """Product of the factors that are plain numbers, each held within [0, 1]."""
+        """Product of the factors that are plain numbers, each clipped to [0, 1]."""
         product = 1.0
         for value, complement in self.factors:
             if isinstance(value, (int, float)):
@@ -39,7 +39,7 @@ class Weight:
 
 
 def weighted_leaves(surface: Surface | None, weight: Weight = Weight()) -> Iterator[tuple[Weight, Closure]]:
-    """The closures that a surface is mixed and added from, with their weights; those of weight 0 are left out."""
+    """The closures of a surface's mixes and sums, with their weights; those of weight 0 are omitted."""
     stack: list[tuple[Weight, Surface | None]] = [(weight, surface)]
     while stack:  # no recursion: a tree may be thousands of mixes deep
         amount, item = stack.pop()
@@ -55,7 +55,7 @@ def weighted_leaves(surface: Surface | None, weight: Weight = Weight()) -> Itera
 
 
 def has_holes(scene: Any) -> bool:
-    """Whether a picture of a ``Scene`` may show nothing in places: a transparent film, or holdouts."""
+    """True if a picture of a ``Scene`` may have uncovered pixels: a transparent film, or holdouts."""
     if scene.film.transparent or any(instance.is_holdout for instance in scene.instances):
         return True
     return any(isinstance(leaf, Holdout) for material in scene.materials for leaf in leaves(material.surface))
@@ -73,7 +73,7 @@ def leaves(surface: Surface | None) -> Iterator[Closure]:
 
 
 def map_leaves(surface: Surface, change: Callable[[Closure], Surface]) -> Surface:
-    """The surface with every closure changed; the same object where nothing changes."""
+    """The surface with every closure changed; the same object if nothing changes."""
     if isinstance(surface, (MixSurface, AddSurface)):
         first, second = map_leaves(surface.first, change), map_leaves(surface.second, change)
         same = first is surface.first and second is surface.second

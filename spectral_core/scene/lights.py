@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights and surroundings, in Blender's units.
+"""Lights and the environment, in Blender's units.
 
 A light's ``color`` is a ``Color`` (that tints D65), a measured or designed ``Illuminant`` (normalized so that its
-luminance is that of a white light of the same power), or an image for surroundings. Local axes are Blender's: a
+luminance is that of a white light of the same power), or an image for the environment. Local axes are Blender's: a
 light shines along its -Z.
 """
 
@@ -27,7 +27,7 @@ LARGEST = 1e30
 
 @dataclass(frozen=True, slots=True)
 class Falloff:
-    """How strength changes with the distance d to the receiver, beside the inverse square: dᵖ · d² / (s + d²).
+    """Dependence of strength on the distance d to the receiver, beside the inverse square: dᵖ · d² / (s + d²).
 
     ``power``: p, 0 is physical, 1 and 2 are Blender's Linear and Constant. ``smooth``: s, softens the center.
     """
@@ -46,10 +46,10 @@ EVEN = Falloff()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Photometry:
-    """Strength by direction, as luminaires are measured (an IES file).
+    """Strength by direction, the data of measured luminaires (an IES file).
 
     ``vertical_rad``: (v,) angles from the light's -Z, increasing. ``horizontal_rad``: (h,) angles about it, increasing.
-    ``strength``: (h, v) factors; between the angles they are interpolated, below and beyond the vertical ones 0.
+    ``strength``: (h, v) factors, interpolated between the angles; 0 below and beyond the vertical ones.
     """
 
     vertical_rad: NDArray[np.float64]
@@ -73,15 +73,17 @@ class _Light:
     color: Paint = field(default_factory=lambda: gray(1.0))
     group: str = ""
     camera_visible: bool = False
-    """Whether the camera sees the light itself; mirrors always do. Blender's lights are not seen by default."""
+    """True if the camera sees the light itself; mirrors always do. The default is Blender's."""
     hidden_from: Rays = Rays.NONE
-    """Kinds of rays that the light does not shine along (other than the camera's)."""
+    """Types of rays that the light does not illuminate (other than the camera's)."""
     max_bounces: int = 1024
-    """Bounces after which the light no longer counts."""
+    """Number of bounces after which the light no longer counts."""
     casts_shadow: bool = True
     falloff: Falloff = EVEN
     is_planckian: bool = False
-    """Whether ``color`` is that of a black body, which three channels represent well."""
+    """True if ``color`` is that of a black body, which three channels represent well."""
+    is_in_footage: bool = True
+    """True if shadow catchers are lit by it already; what any other light adds to them is not in the picture."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_light", affine(f"light {self.name!r}", self.world_from_light))
@@ -97,14 +99,14 @@ _RANGES = (
     ("angle_rad", 0.0, 2 * np.pi), ("cone_angle_rad", 0.0, 2 * np.pi), ("blend", 0.0, 1.0),
     ("spread_rad", 0.0, 2 * np.pi), ("cone_scale", 1e-9, LARGEST),
 )  # fmt: skip
-"""Every number of a light with its range; NaN and infinity are outside of every range."""
+"""Every number of a light with its range; NaN and infinity are outside every range."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class PointLight(_Light):
-    """``power_w`` in watts as Blender means it: radiant intensity power / 4π, from a ball of ``radius``.
+    """``power_w`` in watts as defined by Blender: radiant intensity power / 4π, from a ball of ``radius``.
 
-    ``soft_falloff``: Blender's option, on by default: the ball lights like a disk that faces the receiver.
+    ``soft_falloff``: Blender's option, on by default: the ball illuminates like a disk that faces the receiver.
     """
 
     power_w: float = 10.0
@@ -117,7 +119,7 @@ class PointLight(_Light):
 class SpotLight(_Light):
     """A point light inside a cone: ``cone_angle_rad`` full angle, ``blend`` the soft share of it in [0, 1].
 
-    ``cone_scale``: of the light's own axes, which stretches the cone's cross-section to an ellipse.
+    ``cone_scale``: scale of the light's axes, which stretches the cone's cross-section to an ellipse.
     """
 
     power_w: float = 10.0
@@ -152,13 +154,12 @@ Light = PointLight | SpotLight | SunLight | AreaLight
 
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """Surroundings: ``color · strength`` as radiance from everywhere.
+    """The environment: ``color · strength`` as radiance from every direction.
 
-    An ImageTexture is an equirectangular environment, oriented as
-    Blender's Environment Texture node does without a mapping (+Z up), then turned by ``world_from_environment`` (4, 4).
-    ``hidden_from``: kinds of rays that it does not shine along. ``camera_view``: what the camera sees in its place,
-    where that differs from what lights the scene (its own ``camera_view`` counts for nothing). ``medium``: what fills
-    all space that no object fills.
+    An ImageTexture is an equirectangular environment, oriented as in Blender's Environment Texture node without a
+    mapping (+Z up), then rotated by ``world_from_environment`` (4, 4). ``hidden_from``: types of rays that it does not
+    illuminate. ``camera_view``: the environment that the camera sees, if it differs from the one that lights the scene
+    (its own ``camera_view`` is ignored). ``medium``: medium of all space outside of objects.
     """
 
     color: Paint = field(default_factory=lambda: Color(np.zeros(3)))
@@ -177,11 +178,11 @@ class World:
 
     @property
     def is_black(self) -> bool:
-        """Whether it sheds no light at all."""
+        """True if it emits no light."""
         dark = isinstance(self.color, Color) and not np.any(self.color.linear_rgb)
         return self.strength == 0 or dark
 
     @property
     def is_image(self) -> bool:
-        """Whether the light comes from an image."""
+        """True if the light comes from an image."""
         return isinstance(self.color, ImageTexture)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A scene under a light of one's choice: some of its lamps alone, or all of them with another spectrum."""
+"""A scene under a chosen light: some of its lamps alone, or all of them with another spectrum."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from spectral_core.spectra.spectrum import Illuminant, Spectrum
 Array = NDArray[np.float64]
 
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
-"""Cone responses of XYZ (Lam 1985), as CIECAM97s and ICC profiles use them."""
+"""Cone responses from XYZ (Lam 1985), as CIECAM97s and ICC profiles use them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """How a scene is looked at.
+    """Light and exposure for a view of a scene.
 
-    ``lamps``: names of the lights that shine alone, None for all; ``with_world``: whether the world shines with them.
-    ``group``: the light group that shines alone, None for all. ``spectrum``: what everything that shines has, None for
-    its own; tinted lamps and images keep their tint. ``exposure_stops``: brightness of the picture. ``adapts``: whether
-    an eye is used to ``spectrum``, so that white surfaces look white under it.
+    ``lamps``: names of the only lights that shine, None for all; ``with_world``: True if the world shines with them.
+    ``group``: the only light group that shines, None for all. ``spectrum``: spectrum of all emission, None for the
+    scene's own; tinted lamps and images keep their tint. ``exposure_stops``: brightness of the picture. ``adapts``:
+    True if the observer is adapted to ``spectrum``, so that white surfaces look white under it.
     """
 
     lamps: frozenset[str] | None = None
@@ -48,7 +48,7 @@ class Look:
 
     @property
     def is_plain(self) -> bool:
-        """Whether the scene is looked at as it is."""
+        """True if the look changes nothing."""
         return self.lamps is None and self.group is None and self.spectrum is None and self.exposure_stops == 0
 
     @property
@@ -59,7 +59,7 @@ class Look:
             return np.eye(3) * factor
         white = xyz_of(normalized(Illuminant("white", self.spectrum.grid, self.spectrum.values)))
         daylight = np.linalg.inv(RGB_FROM_XYZ) @ np.ones(3)
-        # a spectral line may give a cone response near or below 0, to which no eye adapts
+        # a spectral line may have a cone response near or below 0, for which no adaptation is defined
         seen, wanted = np.maximum(_BRADFORD @ white, 0.05), _BRADFORD @ daylight
         adapted = np.linalg.inv(_BRADFORD) @ np.diag(wanted / seen) @ _BRADFORD
         return np.asarray(RGB_FROM_XYZ @ adapted @ np.linalg.inv(RGB_FROM_XYZ) * factor)
@@ -77,7 +77,7 @@ class Look:
 
 
 def _alone(scene: Scene, shines: Any, *, world: bool, glows: Any) -> Scene:
-    """The lights of ``shines``, the world if wanted, and glowing objects of the groups of ``glows``."""
+    """The lights of ``shines``, the world if requested, and emissive objects of the groups of ``glows``."""
     found = {material.name: _dark(material) for material in scene.materials}
     dark = {name: made for name, made in found.items() if made is not None}
     names = {material.name for material in scene.materials}
@@ -107,7 +107,7 @@ def _dark_name(name: str, taken: set[str]) -> str:
 
 
 def _dark(material: Material) -> Material | None:
-    """The material without its glow, None where it has none."""
+    """The material without its emission; None if it has none."""
     if material.surface is None:
         return None
 
@@ -123,7 +123,7 @@ def _dark(material: Material) -> Material | None:
 
 
 def _shining(scene: Scene, spectrum: Spectrum) -> Scene:
-    """Everything that shines with another spectrum, as bright as before."""
+    """All emission with another spectrum, at unchanged brightness."""
     lights = tuple(replace(light, color=_lamp(light, spectrum)) for light in scene.lights)
     world = scene.world
     if isinstance(world.color, Spectrum):
@@ -133,5 +133,5 @@ def _shining(scene: Scene, spectrum: Spectrum) -> Scene:
 
 
 def _lamp(light: Light, spectrum: Spectrum) -> Any:
-    """The color of a lamp: one with a spectrum gets the other, a tinted one keeps its tint on it."""
+    """The color of a lamp: a spectrum is replaced, a tinted lamp keeps its tint."""
     return light.color if isinstance(light.color, Color) else spectrum

@@ -56,7 +56,7 @@ class ImageTexture:
 
     @property
     def shape_key(self) -> tuple[str, str, str, str]:
-        """Properties that a kernel depends on: how the pixels are read, not their values."""
+        """Properties that a kernel depends on: the way in which pixels are read, not their values."""
         return "image", self.color_space, self.extension, self.interpolation
 
 
@@ -70,9 +70,9 @@ class MixedPaint:
 
 
 Paint = Color | Spectrum | ImageTexture | SpectralImage | MixedPaint | Computed
-"""A color that varies with wavelength, with place, or with both."""
+"""A color that may vary with wavelength, with position, or with both."""
 Scalar = float | ImageTexture | Computed
-"""A plain number, or one per place (the mean of an image's color channels)."""
+"""A number, constant or varying with position (the mean of an image's color channels)."""
 
 
 def gray(value: float) -> Color:

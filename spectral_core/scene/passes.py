@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which passes a picture comes with, named as Cycles names them."""
+"""Passes of a picture, with the names of Cycles."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 
 LOBES = ("Diffuse", "Glossy", "Transmission")
-"""What the first surface does with light; a medium before it is Volume."""
+"""Lobes of the first surface; light of a medium before it is Volume."""
 DATA_PASSES = {
     "Depth": 1, "Mist": 1, "Position": 3, "Normal": 3, "UV": 3, "Object Index": 1, "Material Index": 1,
     "Diffuse Color": 3, "Glossy Color": 3, "Transmission Color": 3, "Denoising Normal": 3, "Denoising Albedo": 3,
     "Denoising Depth": 1,
 }  # fmt: skip
-"""What camera rays see, by name, with the number of channels."""
+"""Passes of the first hit of camera rays, by name, with the number of channels."""
 LIGHT_PASSES = (
     *(f"{lobe} {order}" for lobe in (*LOBES, "Volume") for order in ("Direct", "Indirect")), "Emission", "Environment",
 )  # fmt: skip
@@ -24,15 +24,15 @@ LIGHT_PASSES = (
 CRYPTOMATTES = ("CryptoObject", "CryptoMaterial", "CryptoAsset")
 OTHER_PASSES = {"Debug Sample Count": 1, "Noisy Image": 4}
 PASSES = (*DATA_PASSES, *LIGHT_PASSES, *CRYPTOMATTES, *OTHER_PASSES)
-"""Every pass but AOVs and light groups, which have names of their own."""
+"""Every pass except AOVs and light groups, whose names are chosen by the artist."""
 MOST_LEVELS = 16
 GROUP_PREFIX = "Combined_"
-"""Before the name of a light group."""
+"""Prefix of the name of a light group."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mist:
-    """Where mist begins, the distance over which it becomes full, and how: Blender's world settings."""
+    """Start of the mist, distance over which it becomes full, and its falloff: Blender's world settings."""
 
     start: float = 5.0
     depth: float = 25.0
@@ -41,11 +41,11 @@ class Mist:
 
 @dataclass(frozen=True, slots=True)
 class Passes:
-    """Passes to make beside the picture; only these are computed.
+    """Passes to render beside the picture; only these are computed.
 
-    ``names``: of ``PASSES``. ``aovs``: name and "VALUE" or "COLOR" of each output that materials write to.
-    ``light_groups``: names of groups whose light is wanted by itself. ``alpha_threshold``: surfaces that cover less of
-    what lies behind are looked through. ``levels``: ids that a cryptomatte keeps per pixel.
+    ``names``: of ``PASSES``. ``aovs``: name and "VALUE" or "COLOR" of each output of materials. ``light_groups``: names
+    of groups with a pass of their own. ``alpha_threshold``: surfaces of smaller coverage count as transparent.
+    ``levels``: ids per pixel in a cryptomatte.
     """
 
     names: tuple[str, ...] = ()
@@ -67,12 +67,12 @@ class Passes:
 
     @property
     def light(self) -> tuple[str, ...]:
-        """Names of the wanted passes that hold shares of the light."""
+        """Names of the requested passes that contain shares of the light."""
         return tuple(name for name in LIGHT_PASSES if name in self.names)
 
     @property
     def data(self) -> tuple[str, ...]:
-        """Names of what camera rays must see: what is wanted, and the colors that light passes are divided by."""
+        """Names of the passes of camera rays: the requested ones, and the colors by which light passes are divided."""
         lobes = {name.partition(" ")[0] for name in self.light} & set(LOBES)
         wanted = set(self.names) | {f"{lobe} Color" for lobe in lobes}
         if "Denoising Albedo" in wanted:
@@ -81,5 +81,5 @@ class Passes:
 
     @property
     def cryptomattes(self) -> tuple[str, ...]:
-        """Names of the wanted cryptomattes."""
+        """Names of the requested cryptomattes."""
         return tuple(name for name in CRYPTOMATTES if name in self.names)

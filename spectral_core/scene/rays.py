@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Kinds of rays, which of them meet an object or a light, and how long light is followed."""
+"""Types of rays, their visibility to objects and lights, and limits of paths."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from spectral_core.checks import require_range
 
 
 class Rays(IntFlag):
-    """Kind of a ray, given by how it left the last surface; a transparent surface does not change it."""
+    """Type of a ray, given by the direction in which it left the last surface; a transparent surface does not change
+    it.
+    """
 
     NONE = 0
     CAMERA = 1
@@ -27,12 +29,12 @@ UNLIMITED = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class LightPaths:
-    """Where paths end beside the plan's own count, as Cycles' settings of the same names say.
+    """Limits of paths beside the plan's number of bounces, as in Cycles' settings of the same names.
 
-    ``diffuse``, ``glossy``, ``transmission``, ``volume``: bounces of that kind. ``transparent``: surfaces that a
-    ray passes. ``clamp_direct``, ``clamp_indirect``: largest mean of a sample's channels, 0 for no limit; what is above
-    is lost.
-    ``reflective_caustics``, ``refractive_caustics``: whether what was scattered diffusely meets mirrors and glass.
+    ``diffuse``, ``glossy``, ``transmission``, ``volume``: bounces of that kind. ``transparent``: surfaces that a ray
+    passes. ``clamp_direct``, ``clamp_indirect``: largest mean of a sample's channels, 0 for no limit; larger values are
+    reduced to it. ``reflective_caustics``, ``refractive_caustics``: True if diffusely scattered rays may hit mirrors
+    and glass.
     """
 
     diffuse: int = UNLIMITED

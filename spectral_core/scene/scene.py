@@ -23,7 +23,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """Something a user must know about the scene, said once: ``subject`` is the name that the user knows."""
+    """A message for the user on the scene, once per subject: ``subject`` is a name that the user knows."""
 
     subject: str
     message: str
@@ -31,14 +31,13 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class RenderSettings:
-    """Decisions of the artist; ``None`` leaves a decision to the plan.
+    """The artist's decisions; ``None`` leaves a decision to the plan.
 
-    ``transport``: ``"rgb"`` or ``"spectral"``. ``max_bounces``: surface bounces after the first hit. ``overrides``:
-    plan decisions by name that the artist fixed. ``white``: spectrum that emitted colors tint, any scale; None is D65.
-    ``light_paths``: limits of the scene's own; ``scene_bounces``: its limit on all bounces, None for none.
-    ``target_error`` (mean ΔE2000 of the picture's noise) or ``time_budget_s``: what is sampled for
-    instead of a number of samples. ``denoise``: whether the finished picture is denoised. ``passes``: what is made
-    beside the picture, None for nothing.
+    ``transport``: ``"rgb"`` or ``"spectral"``. ``max_bounces``: surface bounces after the first hit. ``overrides``: the
+    artist's plan decisions by name. ``white``: spectrum that emitted colors tint, any scale; None is D65.
+    ``light_paths``: the scene's limits; ``scene_bounces``: its limit on all bounces, None for none. ``target_error``
+    (mean ΔE2000 of the picture's noise) or ``time_budget_s``: goal of sampling in place of a number of samples.
+    ``denoise``: True to denoise the finished picture. ``passes``: passes beside the picture, None for none.
     """
 
     transport: Literal["rgb", "spectral"] | None = None
@@ -57,10 +56,10 @@ class RenderSettings:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Scene:
-    """Everything that a picture depends on.
+    """All data that a picture depends on.
 
-    Names are unique per kind; instances refer to meshes and materials by name. ``moments``: equal shares of the time
-    that the shutter is open; empty where it opens for an instant.
+    Names are unique per type; instances refer to meshes and materials by name. ``moments``: equal shares of the time
+    that the shutter is open; empty for an instantaneous shutter.
     """
 
     camera: Camera
@@ -76,7 +75,7 @@ class Scene:
     moments: tuple[Moment, ...] = ()
 
     def at(self, moment: Moment) -> Scene:
-        """The scene as it stands at one of its moments."""
+        """The scene at one of its moments."""
         instances, meshes = merged(self.instances, moment.instances), merged(self.meshes, moment.meshes)
         return dataclasses.replace(self, camera=moment.camera, instances=instances, meshes=meshes, moments=())
 
@@ -90,12 +89,12 @@ class Scene:
         for instance in self.instances:
             if instance.mesh not in meshes:
                 raise InvalidInputError(
-                    f"instance {instance.name!r} shows mesh {instance.mesh!r}, which the scene lacks"
+                    f"instance {instance.name!r} shows mesh {instance.mesh!r}, which is not in the scene"
                 )
             missing = [name for name in instance.materials if name not in materials]
             if missing:
                 raise InvalidInputError(
-                    f"instance {instance.name!r} wears material {missing[0]!r}, which the scene lacks"
+                    f"instance {instance.name!r} has material {missing[0]!r}, which is not in the scene"
                 )
 
 

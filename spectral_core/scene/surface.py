@@ -15,9 +15,17 @@ from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.spectrum import Spectrum
 
 LARGEST = 1e38
-"""Beyond it nothing is left of a number in 32 bits."""
+"""Largest number of a closure; larger ones have no precision left in 32 bits."""
 IOR = (1e-3, 1000.0)
-"""Indices of refraction that a dielectric can have."""
+"""Range of the index of refraction of a dielectric."""
+FILM_THICKNESS_NM = (0.0, 1e6)
+"""Range of the thickness of a thin film."""
+_LIMITS = {
+    "ior": IOR,
+    "coat_ior": IOR,
+    "thin_film_ior": IOR,
+    "thin_film_thickness": FILM_THICKNESS_NM,
+}
 
 
 class _Numbers:
@@ -26,18 +34,20 @@ class _Numbers:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Raise InvalidInputError that names the first number that is NaN, infinite, or no index of refraction."""
+        """Raise InvalidInputError that names the first number that is NaN, infinite, or outside the range of an
+        index.
+        """
         names: tuple[str, ...] = type(self).__slots__
         for name in names:
             value = getattr(self, name)
             if isinstance(value, (int, float, np.number)):
-                least, most = IOR if name in ("ior", "coat_ior") else (-LARGEST, LARGEST)
+                least, most = _LIMITS.get(name, (-LARGEST, LARGEST))
                 require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Diffuse(_Numbers):
-    """Lambertian; Oren-Nayar where ``roughness`` is over 0."""
+    """Lambertian; Oren-Nayar if ``roughness`` is above 0."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
     roughness: Scalar = 0.0
@@ -48,8 +58,8 @@ class Diffuse(_Numbers):
 class Glossy(_Numbers):
     """Microfacet mirror (GGX, ``alpha = roughness²``) that reflects ``color`` at every angle.
 
-    ``multiple_scattering``: whether light that bounces between facets is kept (Blender's Multiscatter GGX) or lost.
-    Beckmann facets lose it, as in Cycles.
+    ``multiple_scattering``: True to keep light that bounces between facets (Blender's Multiscatter GGX). The
+    facets of Beckmann and of Ashikhmin and Shirley lose it, as in Cycles.
     """
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -58,13 +68,16 @@ class Glossy(_Numbers):
     anisotropy: Scalar = 0.0
     rotation: Scalar = 0.0
     tangent: Computed | None = None
-    distribution: Literal["ggx", "beckmann"] = "ggx"
+    distribution: Literal["ggx", "beckmann", "ashikhmin"] = "ggx"
     normal: Computed | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glass(_Numbers):
-    """Dielectric that reflects and refracts by Fresnel; ``ior`` a number, or a spectrum where it disperses."""
+    """Dielectric that reflects and refracts by Fresnel; ``ior`` is a number, or a spectrum for dispersion.
+
+    ``thin_film_thickness`` (nm; 0 for none) and ``thin_film_ior``: of a thin film on the surface, as in other closures.
+    """
 
     color: Paint = field(default_factory=lambda: gray(1.0))
     roughness: Scalar = 0.0
@@ -72,6 +85,8 @@ class Glass(_Numbers):
     normal: Computed | None = None
     reflects: bool = True
     multiple_scattering: bool = True
+    thin_film_thickness: Scalar = 0.0
+    thin_film_ior: Scalar = 1.33
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +110,11 @@ class Toon(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Metal(_Numbers):
-    """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021)."""
+    """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021).
+
+    ``physical``: Fresnel's equations in place of that model, with the index of refraction and extinction that ``color``
+    and ``edge_tint`` stand for by Gulbrandsen 2014.
+    """
 
     color: Paint = field(default_factory=lambda: gray(0.6))
     edge_tint: Paint = field(default_factory=lambda: gray(0.7))
@@ -105,18 +124,21 @@ class Metal(_Numbers):
     tangent: Computed | None = None
     multiple_scattering: bool = True
     normal: Computed | None = None
+    physical: bool = False
+    thin_film_thickness: Scalar = 0.0
+    thin_film_ior: Scalar = 1.33
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Transparent:
-    """Lets light through unbent, times ``color``."""
+    """Transmits light without refraction, times ``color``."""
 
     color: Paint = field(default_factory=lambda: gray(1.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheen(_Numbers):
-    """Fibers or dust that shine toward grazing angles; ``microfiber``: Blender's own model, else Ashikhmin's."""
+    """Fibers or dust that reflect toward grazing angles; ``microfiber``: Blender's own model, else Ashikhmin's."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
     roughness: Scalar = 0.5
@@ -126,7 +148,7 @@ class Sheen(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Holdout:
-    """Shows nothing; where the camera sees it, the picture has a hole."""
+    """Emits and scatters nothing; where the camera sees it, the picture is transparent."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,7 +161,7 @@ class Emission(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subsurface(_Numbers):
-    """Light walks below the surface: mean free paths go with ``radius`` (of red, green, blue) times ``scale``."""
+    """Subsurface scattering: mean free paths are proportional to ``radius`` (of red, green, blue) times ``scale``."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
     radius: tuple[float, float, float] = (1.0, 0.2, 0.1)
@@ -150,7 +172,7 @@ class Subsurface(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Principled(_Numbers):
-    """Blender's Principled BSDF, the part of it that is understood; the names are those of its sockets."""
+    """Blender's Principled BSDF with the inputs that are supported; the names are those of its sockets."""
 
     base_color: Paint = field(default_factory=lambda: gray(0.8))
     metallic: Scalar = 0.0
@@ -179,6 +201,8 @@ class Principled(_Numbers):
     normal: Computed | None = None
     emission_color: Paint = field(default_factory=lambda: Color((1.0, 1.0, 1.0)))  # type: ignore[arg-type]
     emission_strength: Scalar = 0.0
+    thin_film_thickness: Scalar = 0.0
+    thin_film_ior: Scalar = 1.33
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -235,7 +259,7 @@ class ScatteringMedium(_Numbers):
     lobes: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        _Numbers.__post_init__(self)  # slots make another class of this one, which super() would not know
+        _Numbers.__post_init__(self)  # slots create another class, which super() would not know
         require_range("ScatteringMedium density", self.density, 0.0, LARGEST)
         require_range("ScatteringMedium anisotropy", self.anisotropy, -1.0, 1.0)
         require_range("ScatteringMedium emission strength", self.emission_strength, 0.0, LARGEST)
@@ -247,9 +271,9 @@ class ScatteringMedium(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
-    """A named surface and, where light also travels inside, the medium in it. No surface: only the medium shows.
+    """A named surface with an optional medium inside. No surface: only the medium is visible.
 
-    ``index``: number for the pass Material Index. ``outputs``: what it writes to AOVs, by their name.
+    ``index``: number for the pass Material Index. ``outputs``: values for AOVs, by name.
     """
 
     name: str

@@ -46,7 +46,7 @@ def luminance_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
 
 
 def display_rgb_from_linear(linear_rgb: ArrayLike) -> Array:
-    """sRGB transfer curve (IEC 61966-2-1), odd about zero so that nothing outside the gamut is lost."""
+    """sRGB transfer curve (IEC 61966-2-1), odd about zero so that colors outside the gamut are kept."""
     linear = np.asarray(linear_rgb, dtype=np.float64)
     size = np.abs(linear)
     curved = 1.055 * np.power(np.maximum(size, 0.0031308), 1 / 2.4) - 0.055

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent dyes: spectra of what they take in and of what they send out, and how much light may come back.
+"""Fluorescent dyes: excitation and emission spectra, and the limit of the returned light.
 
-A surface with dyes is diag(S) + Σ a_k em_k ex_kᵀ (Donaldson 1954): what it reflects, and amounts a of dyes with an
-excitation spectrum ex (the share of the power at a wavelength that a unit amount takes in and sends out again) and an
+A surface with dyes is diag(S) + Σ a_k em_k ex_kᵀ (Donaldson 1954): its reflectance, and amounts a of dyes with an
+excitation spectrum ex (the share of the power at a wavelength that a unit amount absorbs and emits again) and an
 emission density em (its integral is 1). No photon becomes two (the quantum yield is at most 1), and no power is gained.
 """
 
@@ -23,7 +23,7 @@ from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 Array = NDArray[np.float64]
 
 ENERGY_SLACK = 1e-6
-"""How far past 1 a solver's rounding may take the light that a surface returns."""
+"""Tolerance above 1, for a solver's rounding, on the light that a surface returns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,14 +97,15 @@ class FluorescentDye:
         return self.excitation.at(grid.wavelengths_nm)
 
     def excitation_at(self, points: Array, grid: SpectralGrid) -> Array:
-        """Excitation as the design knows it on ``grid``, at any wavelengths (nm)."""
+        """Excitation on the design's ``grid``, evaluated at any wavelengths (nm)."""
         return np.interp(points, grid.wavelengths_nm, self.excitation_on(grid), left=0.0, right=0.0)
 
 
 def share_per_amount(dyes: Sequence[FluorescentDye], wavelengths_nm: Array) -> Array:
-    """(n, k): the larger of the shares of photons and of power at each wavelength that a unit amount sends out again.
+    """(n, k): the larger of the shares of photons and of power at each wavelength that a unit amount emits again.
 
-    A photon that is taken in at λ and sent out around λ' takes λ / λ' of its power along, so photons bind first.
+    A photon that is absorbed at λ and emitted around λ' keeps λ / λ' of its power, so the limit on photons is reached
+    first.
     """
     columns = [
         dye.excitation.at(wavelengths_nm) * np.maximum(1.0, dye.emission_mean_nm / wavelengths_nm) for dye in dyes
@@ -113,14 +114,14 @@ def share_per_amount(dyes: Sequence[FluorescentDye], wavelengths_nm: Array) -> A
 
 
 def require_energy(name: str, wavelengths_nm: Array, reflected: Array, sent_out: Array) -> None:
-    """Raise InvalidInputError where reflected light and ``share_per_amount @ amounts``, both (n,), exceed 1."""
+    """Raise InvalidInputError if reflected light and ``share_per_amount @ amounts``, both (n,), exceed 1."""
     total = reflected + sent_out
     worst = int(np.argmax(total))
     if total[worst] > 1 + ENERGY_SLACK:
         room = max(1.0 - float(reflected[worst]), 0.0) / max(float(sent_out[worst]), 1e-300)
         raise InvalidInputError(
             f"surface {name!r} returns {total[worst]:.4f} of the light at {wavelengths_nm[worst]:g} nm, reflected and "
-            "sent out by its dyes (counted in photons, as a quantum yield of at most 1 asks); expected at most 1: "
+            "emitted by its dyes (counted in photons, as a quantum yield of at most 1 requires); expected at most 1: "
             f"multiply the amounts of its dyes by {np.floor(room * 1e3) / 1e3:g}, or darken it there"
         )
 

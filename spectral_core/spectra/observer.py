@@ -47,7 +47,7 @@ def observer(name: str = "cie_1931_2deg") -> Observer:
 
 
 STANDARD = "cie_1931_2deg"
-"""The observer used where none is named; the one that sRGB and the renderer are defined with."""
+"""The default observer; sRGB and the renderer are defined with it."""
 
 
 def integration_points(*knots_nm: ArrayLike) -> tuple[Array, Array]:
@@ -124,7 +124,7 @@ def xyz_of(light: Spectrum, surface: Spectrum | None = None, viewer: Observer | 
 def normalized(light: Illuminant, viewer: Observer | None = None, luminance: float = 1.0) -> Illuminant:
     """The light scaled so that a perfect white under it has Y = ``luminance``, on the light's own grid.
 
-    Raises InvalidInputError where the light gives this observer no luminance at all.
+    Raises InvalidInputError if the light gives this observer no luminance at all.
     """
     total = float((xyz_from_spectrum(light.grid, viewer) @ light.values)[1])
     if total <= 0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Linear pictures as files, without Blender: 8-bit PNG for eyes, EXR (32-bit floats) and NumPy for numbers."""
+"""Linear pictures as files, without Blender: 8-bit PNG for display, EXR (32-bit floats) and NumPy for numbers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
 def require_ending(path: Path) -> Path:
-    """``path`` when a picture can be written under that name; else InvalidInputError."""
+    """``path`` if a picture can be written under that name; else raises InvalidInputError."""
     if path.suffix.lower() not in ENDINGS:
         raise InvalidInputError(f"cannot tell the picture format of {path.name!r}; end it with {', '.join(ENDINGS)}")
     return path
@@ -109,5 +109,5 @@ def _exr(linear_rgb: NDArray[Any]) -> Any:
 
 
 def has_exr() -> bool:
-    """Whether pictures can be stored as EXR."""
+    """True if pictures can be stored as EXR."""
     return find_spec("OpenEXR") is not None

@@ -18,7 +18,7 @@ from spectral_core.errors import GridMismatchError, InvalidInputError
 
 Interpolation = Literal["linear", "sampled"]
 MOST_KNOTS = 1_000_000
-"""More than any instrument resolves; a larger grid is a mistake in the unit."""
+"""Largest grid, more than any instrument resolves; a larger one is a mistake in the unit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,7 +113,7 @@ class SpectralGrid:
         return left, fraction, (points >= knots[0]) & (points <= knots[-1])
 
     def same_as(self, other: SpectralGrid) -> bool:
-        """Whether both grids have the same knots and interpolation."""
+        """True if both grids have the same knots and interpolation."""
         return self is other or (
             self.interpolation == other.interpolation
             and self.size == other.size
@@ -129,7 +129,7 @@ class SpectralGrid:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spectrum:
-    """Values on a grid. ``values``: shape (grid.size,); ``source``: where it came from, in words."""
+    """Values on a grid. ``values``: shape (grid.size,); ``source``: text on their origin."""
 
     name: str
     grid: SpectralGrid
@@ -211,7 +211,7 @@ class Reflectance(Spectrum):
     __slots__ = ()
 
     TOLERANCE = 1e-6
-    """How far past [0, 1] a value may lie, for a solver's rounding, before it is refused."""
+    """Tolerance of values outside [0, 1], for a solver's rounding, before they are refused."""
 
     def __post_init__(self) -> None:
         Spectrum.__post_init__(self)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one conversion from a color to a spectrum, for surfaces, volumes, lights and previews.
+"""Conversion from a color to a spectrum, for surfaces, volumes, lights and previews.
 
 A color in [0, 1] becomes the smooth reflectance of Jakob and Hanika 2019, "A Low-Dimensional Function Space for
 Efficient Spectral Upsampling": a sigmoid of a quadratic, with the coefficients that Mitsuba's renderer reads for its
@@ -72,7 +72,7 @@ def coefficients_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
 
 @cache
 def _table() -> tuple[Array, Array] | None:
-    """Lightness scale (n,) and coefficients (3, n, n, n, 3) by the largest channel; None where Mitsuba is not there."""
+    """Lightness scale (n,) and coefficients (3, n, n, n, 3) by the largest channel; None if Mitsuba is not there."""
     package = PathFinder.find_spec("mitsuba")  # not that of sys.modules, which an imported Mitsuba replaces
     folders = [] if package is None else list(package.submodule_search_locations or [])
     files = [path for folder in folders if (path := Path(folder) / "data" / "srgb.coeff").is_file()]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scalar field that every part of the volume package uses.
 
-Convention: ``data[i, j, k]`` is the value at the *centre* of voxel (i, j, k); the centre has index coordinates
+Convention: ``data[i, j, k]`` is the value at the *center* of voxel (i, j, k); the center has index coordinates
 (i, j, k), x first. A voxel is one unit wide, so the field fills the index box [-0.5, n - 0.5] on each axis. Between
-centres the field is trilinear; in the outer half voxel it keeps the value of the face (a texture's clamp). So a
+centers the field is trilinear; in the outer half voxel it keeps the value of the face (a texture's clamp). So a
 volume of a single slice is a slab one voxel thick, not nothing. ``world_from_index`` takes index coordinates to world
 coordinates and may scale, shear, rotate and mirror.
 """

@@ -16,7 +16,7 @@ from spectral_core.volume.transfer import TransferFunction
 
 @dataclass(frozen=True)
 class Stepping:
-    """How a march steps: rule, quadrature and the factor on the rule's steps (voxels, for `uniform`)."""
+    """Settings of a march: rule, quadrature and the factor on the rule's steps (voxels, for `uniform`)."""
 
     rule: Rule = "error"
     quadrature: Quadrature = "midpoint"
@@ -25,11 +25,11 @@ class Stepping:
 
 @dataclass(frozen=True, eq=False)
 class VolumeImage:
-    """The record of a march: enough for the picture under any light and with any palette.
+    """The record of a march: sufficient for the picture under any light and with any palette.
 
     ``amounts`` (height, width, K) float32, one channel per material; ``transmittance`` (height, width). ``samples``
-    counts steps with visible material, ``steps`` all iterations of the loop (None if not asked for); ``seconds`` is
-    the time of the march with the copy back.
+    counts steps with visible material, ``steps`` all iterations of the loop (None if not requested); ``seconds`` is the
+    time of the march with the copy back.
     """
 
     transfer: TransferFunction
@@ -41,7 +41,7 @@ class VolumeImage:
     steps: int | None = None
 
     def picture(self, light: ArrayLike | None = None, colors: ArrayLike | None = None) -> NDArray[np.float32]:
-        """Σ_k A_k·color_k: linear RGB or spectral radiance (height, width, 3 or wavelengths), without any ray.
+        """Σ_k A_k·color_k: linear RGB or spectral radiance (height, width, 3 or wavelengths), without tracing a ray.
 
         ``light`` (same length as a color) multiplies the lit materials' colors, ``colors`` (K, …) replaces them.
         """
@@ -51,7 +51,7 @@ class VolumeImage:
 def palette_matrix(
     transfer: TransferFunction, light: ArrayLike | None = None, colors: ArrayLike | None = None
 ) -> NDArray[np.float64]:
-    """Color of each material under ``light``, (K, channels); re-illumination and re-palette change only these."""
+    """Color of each material under ``light``, (K, channels); new lights and palettes change only these."""
     base = transfer.colors
     matrix = base.copy() if colors is None else np.array(frozen_array("colors", colors, base.shape))
     if light is not None:

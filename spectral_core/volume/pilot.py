@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pilot rays: a few thousand rays of a picture, marched finely once, that measure the error of every stepping.
 
-The error is the signal-to-noise ratio of the linear picture in dB, 10·log10(‖x‖²/‖x - y‖²) (thesis 4.2). What the
-rays state of the whole picture is as good as the share of its error that they meet. Where a function has hard edges, a
-few rays in a thousand carry nearly all of it; so a measurement comes with its standard error, and ``Pilot.denser``
-takes more rays, up to every pixel of the part of the picture that shows anything.
+The error is the signal-to-noise ratio of the linear picture in dB, 10·log10(‖x‖²/‖x - y‖²) (thesis 4.2). The rays
+estimate the whole picture as well as they sample its error. If a function has hard edges, a few rays in a thousand
+carry nearly all of it; so a measurement has a standard error, and ``Pilot.denser`` takes more rays, up to every pixel
+of the visible part of the picture.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class RayTracer(Protocol):
     types: Any
 
     def shown_corners(self, transfer: TransferFunction) -> Array:
-        """World corners (8, 3) of the part of the field that ``transfer`` shows."""
+        """World corners (8, 3) of the part of the field that is visible under ``transfer``."""
 
     def trace(
         self, view: View, transfer: TransferFunction, stepping: Stepping, pixels: tuple[Any, Any], limits: Limits
@@ -56,7 +56,7 @@ class RayTracer(Protocol):
 
 @dataclass(frozen=True)
 class Trial:
-    """A way of stepping tried on the pilot rays: SNR in dB, and samples and iterations of the loop per ray.
+    """A stepping tried on the pilot rays: SNR in dB, and samples and iterations of the loop per ray.
 
     ``spread`` is the standard error of the error energy relative to that energy: 0 if the rays are all pixels.
     ``iteration`` is the time of one iteration, in those of a uniform midpoint march.
@@ -131,7 +131,7 @@ class Pilot:
         return Pilot(self.renderer, self.view, self.transfer, self.quality_db, 4 * self.count)
 
     def try_out(self, stepping: Stepping) -> Trial:
-        """March the pilot rays with ``stepping``; each way once."""
+        """March the pilot rays with ``stepping``; each stepping once."""
         if stepping not in self._tried:
             colors, samples, steps = self._march(stepping)
             energies = np.sum((colors - self.reference) ** 2, axis=-1)
@@ -165,8 +165,8 @@ class Pilot:
     def solve(self, way: Stepping, quality_db: float, within_db: float, tries: int = 7) -> Trial:
         """The cheapest trial of ``way`` that reaches ``quality_db``; the one of greatest SNR if none does.
 
-        The scale is looked for by secant steps on dB against log scale, from the scale of ``way``, until a trial lies
-        at most ``within_db`` above the target. Trials that fell short are never the answer while one reached it.
+        The scale is found by secant steps on dB against log scale, from the scale of ``way``, until a trial lies at
+        most ``within_db`` above the target. Trials below the target are never the answer if one reached it.
         """
         trials = [self.try_out(way)]
         for _ in range(tries - 1):
@@ -221,7 +221,7 @@ def _next_log_scale(trials: list[Trial], target_db: float) -> float:
 
 
 def pilot_places(view: View, corners: Array, count: int) -> tuple[Array, Array, bool]:
-    """(x, y, whether they are all pixels) of pilot rays, in pixels, over the rectangle that ``corners`` project to.
+    """(x, y, True if they are all pixels) of pilot rays, in pixels, over the rectangle that ``corners`` project to.
 
     ``corners`` (n, 3) in world space. Where the rectangle has about ``count`` pixels or fewer, their centers are taken.
     """

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Quality before the picture: pilot rays find the step for a wanted error, and the cheapest way of stepping.
+"""Choice of step and stepping before the picture: pilot rays find the step for a wanted error, and the cheapest
+stepping.
 
-The one quality setting is the signal-to-noise ratio in dB of the linear picture. Each allowed way of stepping is tried
-on the pilot rays until its step reaches the target; of the ways that reach it the cheapest is taken. If none does,
-the one of greatest SNR is taken and the plan says so. `auto` leaves uniform midpoint steps only for a way that needs
+The single quality setting is the signal-to-noise ratio in dB of the linear picture. Each allowed stepping is tried on
+the pilot rays until its step reaches the target; of those that reach it, the cheapest is taken. If none does, the one
+of greatest SNR is taken and the plan reports it. `auto` replaces uniform midpoint steps only by a stepping that needs
 clearly fewer samples and clearly less time.
 """
 
@@ -25,7 +26,8 @@ from spectral_core.volume.view import View
 
 # `auto` leaves uniform only for at most this share of its samples, and of its time (whose prediction is rougher).
 _SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.9
-# Ways are compared within the first of these many dB above the target; the chosen one is refined to within the second.
+# Steppings are compared within the first of these many dB above the target; the chosen one is refined to within the
+# second.
 _COMPARED_DB, _CHOSEN_DB = 2.0, 0.3
 _SHORT_DB = 0.5  # dB below the target that still count as reached: no viewer can tell the difference
 # More rays are taken while the relative standard error of the error energy is above this, which is about 0.4 dB.
@@ -34,10 +36,10 @@ _SPREAD = 0.1
 
 @dataclass(frozen=True)
 class Plan:
-    """The chosen stepping, its error before rendering in dB, and every way that was tried at the wanted error.
+    """The chosen stepping, its error before rendering in dB, and every stepping that was tried at the wanted error.
 
-    ``interval_db`` holds the picture's SNR with 95 % confidence, as far as the pilot rays can tell. ``trials`` has one
-    entry per way, `uniform` with `midpoint` first where it was allowed.
+    ``interval_db`` contains the picture's SNR with 95 % confidence, as estimated from the pilot rays. ``trials`` has
+    one entry per stepping, `uniform` with `midpoint` first if it was allowed.
     """
 
     stepping: Stepping
@@ -49,7 +51,7 @@ class Plan:
 
     @property
     def is_reached(self) -> bool:
-        """Whether the wanted error is expected to be met."""
+        """True if the wanted error is expected to be met."""
         return self.estimate_db >= self.wanted_db - _SHORT_DB
 
     @property
@@ -89,11 +91,8 @@ def plan(
     rule, quadrature
         Fix what `auto` would choose.
 
-    Returns
-    -------
-    Plan
-        Its ``shortfall`` says so in words where no way reaches the target: float32 or the shortest step (0.01 voxel)
-        then sets the limit.
+    Returns ------- Plan Its ``shortfall`` is a message if no plan reaches the target: float32 or the shortest step
+    (0.01 voxel) then sets the limit.
 
     Raises
     ------
@@ -135,8 +134,8 @@ def _ways(rule: str, quadrature: str) -> list[Stepping]:
 def _choose(trials: tuple[Trial, ...], quality_db: float) -> Trial:
     """The cheapest trial that reaches the target and beats uniform midpoint clearly; the greatest SNR if none reaches.
 
-    Trials overshoot the target by different amounts up to ``_COMPARED_DB``; that much is taken off by the power law,
-    but no more, so that a way which reaches far too much is not believed to be cheap at less.
+    Trials overshoot the target by different amounts up to ``_COMPARED_DB``; that much is subtracted by the power law,
+    but no more, so that the cost of a stepping far above the target is not extrapolated.
     """
     reaching = [trial for trial in trials if trial.snr_db >= quality_db]
     if not reaching:

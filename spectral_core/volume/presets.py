@@ -24,7 +24,7 @@ def preset(name: str, volume: ScalarVolume, density: float = 1.0) -> TransferFun
 
 
 def _places(volume: ScalarVolume) -> tuple[np.ndarray, float]:
-    """Data values at 0, 0.1 … 1 of the range that holds all but the outliers, and one voxel's world length."""
+    """Data values at 0, 0.1 … 1 of the range without outliers, and one voxel's world length."""
     stride = max(1, round((volume.data.size / 2e6) ** (1 / 3)))
     some = _without_fill_values(np.sort(volume.data[::stride, ::stride, ::stride].astype(np.float64), axis=None))
     low, high = float(some[0]), float(np.percentile(some, 99.9))
@@ -38,8 +38,9 @@ def _places(volume: ScalarVolume) -> tuple[np.ndarray, float]:
 def _without_fill_values(values: np.ndarray) -> np.ndarray:
     """Sorted ``values`` without those at an end that mean "no data".
 
-    A value at either end is a fill value if the gap to the next one is ten times as wide as all the rest; once is
-    enough where it is one that file formats and instruments use for that (-9999, -32768, 1e20, …).
+    A value at either end is a fill value if the gap to the next one is ten times as wide as the range of the others. A
+    gap as wide as that range is sufficient for values that file formats and instruments use for missing data (-9999,
+    -32768, 1e20, …).
     """
     for _ in range(4):  # both ends, and a second kind of fill value behind each
         distinct = np.unique(values)
@@ -98,7 +99,7 @@ def opaque(volume: ScalarVolume) -> TransferFunction:
 
 
 def xray(volume: ScalarVolume) -> TransferFunction:
-    """Light in proportion to the value, none taken: a radiograph (thesis 5.4.4)."""
+    """Light in proportion to the value, without absorption: a radiograph (thesis 5.4.4)."""
     v, voxel = _places(volume)
     reach = 0.5 * max(volume.shape) * voxel
     glow = Material("x-ray", v[[1, 10]], np.zeros(2), np.array(_PALE), np.array([0.0, 1.0]) / reach, lit=False)
@@ -106,7 +107,9 @@ def xray(volume: ScalarVolume) -> TransferFunction:
 
 
 def edges(volume: ScalarVolume) -> TransferFunction:
-    """Two-dimensional: only where the value changes quickly, so boundaries show and interiors do not."""
+    """Two-dimensional: visible only where the value changes quickly, so boundaries are visible and interiors are
+    not.
+    """
     v, voxel = _places(volume)
     steep = float(np.percentile(gradient_magnitude(volume).data, 98)) or 1.0
     lower, upper = v[[0, 1, 5, 6]], v[[5, 6, 10]]

@@ -34,8 +34,8 @@ THESIS_WINDOW = 2  # voxels: the rank filter's reach, and the longest step of th
 class VolumeRenderer:
     """Renders one field; keeps on the device all data that do not depend on view or transfer function.
 
-    ``backend`` is ``llvm`` (the processor), ``cuda``, or a Dr.Jit array module. Raises MissingDependencyError where
-    Dr.Jit is absent.
+    ``backend`` is ``llvm`` (the processor), ``cuda``, or a Dr.Jit array module. Raises MissingDependencyError if Dr.Jit
+    is not installed.
     """
 
     def __init__(self, volume: ScalarVolume, backend: Any = "llvm") -> None:
@@ -64,13 +64,15 @@ class VolumeRenderer:
         return DeviceVolume(self.types, gradient_magnitude(self.volume))
 
     def prepare(self, transfer: TransferFunction) -> PreparedTransfer:
-        """Tables and grids for ``transfer``; the last one asked for is kept."""
+        """Tables and grids for ``transfer``; the last one is cached."""
         if self._prepared is None or self._prepared[0] is not transfer:
             self._prepared = (transfer, PreparedTransfer(self, transfer))
         return self._prepared[1]
 
     def shown_corners(self, transfer: TransferFunction) -> NDArray[np.float64]:
-        """World corners (8, 3) of the part of the field that ``transfer`` shows; of the whole field if none is."""
+        """World corners (8, 3) of the part of the field that is visible under ``transfer``; of the whole field if none
+        is.
+        """
         low, high = self.prepare(transfer).grid("error").grid.bounds(self.volume.shape)
         if low[0] > high[0]:
             return self.volume.corners_world
@@ -88,7 +90,7 @@ class VolumeRenderer:
     ) -> VolumeImage:
         """One ray through the middle of each pixel. Without ``stepping``, as ``plan(...)`` chooses for 50 dB.
 
-        A picture that others are held against takes ``REFERENCE`` for its limits.
+        Reference pictures use ``REFERENCE`` for their limits.
         """
         if stepping is None:
             chosen = plan(self, view, transfer)
@@ -101,9 +103,7 @@ class VolumeRenderer:
         x, y, order = _pixel_places(self.types, view.width, view.height)
         out = self._marched(view, transfer, stepping, (x, y), limits=limits, counts=counts)
         if counts:
-            dr.schedule(
-                out.samples, out.steps
-            )  # evaluated with the picture; evaluated later, each would repeat the march
+            dr.schedule(out.samples, out.steps)  # evaluated with the picture; a later evaluation would repeat the march
         channels = _image(self.types, [*out.amounts, out.transmittance], order).reshape(view.height, view.width, -1)
         seconds = time.perf_counter() - start
         samples, steps = (
@@ -182,7 +182,7 @@ def array_types(backend: str) -> Any:
 def _image(types: Any, channels: list[Any], order: Any) -> NDArray[np.float32]:
     """(pixels, channels): the values of ray i are at index ``order[i]``, where the marching kernel writes them.
 
-    One packet per pixel, filled up to a power of two: each further scatter to the same array would repeat the march.
+    One packet per pixel, padded to a power of two: each further scatter to the same array would repeat the march.
     """
     import drjit as dr
 
@@ -198,8 +198,8 @@ def _image(types: Any, channels: list[Any], order: Any) -> NDArray[np.float32]:
 def _pixel_places(types: Any, width: int, height: int) -> tuple[Any, Any, Any]:
     """x and y of all pixel centers and each pixel's number, on the device, in tiles of 4×4.
 
-    Sixteen rays march in step; those of a tile go through the same bricks longer than those of a row, which takes an
-    eighth off the time.
+    Sixteen rays march together; those of a tile share bricks longer than those of a row, which saves an eighth of the
+    time.
     """
     row, column = np.divmod(np.arange(width * height), width)
     order = np.lexsort((column % 4, row % 4, column // 4, row // 4))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Analytic sample fields: any size can be computed, and no file is shipped."""
+"""Analytic sample fields, computed at any size, so that no data file is needed."""
 
 from __future__ import annotations
 

@@ -112,12 +112,12 @@ class TransferFunction:
 
     @property
     def has_emission(self) -> bool:
-        """Whether some material has emission."""
+        """True if some material has emission."""
         return any(_emission(material).any() for material in self.materials)
 
     @property
     def uses_gradient(self) -> bool:
-        """Whether some material depends on the gradient magnitude too."""
+        """True if some material depends on the gradient magnitude too."""
         return any(material.gradient_values is not None for material in self.materials)
 
     def scaled(self, factor: float) -> TransferFunction:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cameras: where the rays of a picture start, in the index space of a field."""
+"""Cameras: rays of a picture in the index space of a field."""
 
 from __future__ import annotations
 
@@ -46,12 +46,14 @@ class View:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Equal for equal views: the key under which a plan is cached."""
+        """Key of a view under which a plan is cached; equal for equal views."""
         return self.world_from_camera.tobytes(), self.width, self.height, self.fov_deg, self.ortho_width
 
     @classmethod
     def looking(cls, origin: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1), **rest: Any) -> View:
-        """From ``origin`` towards ``target`` (3,), world units; ``up`` may not be parallel to that. Rest as fields."""
+        """From ``origin`` toward ``target`` (3,), world units; ``up`` must not be parallel to that direction. Rest as
+        fields.
+        """
         start = frozen_array("origin", origin, (3,))
         ahead = frozen_array("target", target, (3,)) - start
         side = np.cross(frozen_array("up", up, (3,)), ahead)
@@ -74,7 +76,7 @@ class View:
         zoom: float = 1.0,
         **rest: Any,
     ) -> View:
-        """Towards the middle of ``volume``, far enough to see its bounding sphere whole at ``zoom`` 1."""
+        """Toward the center of ``volume``, far enough to see its whole bounding sphere at ``zoom`` 1."""
         require_range("zoom", zoom, 1e-6, 1e6)
         corners = volume.corners_world
         middle = corners.mean(axis=0)
@@ -105,12 +107,12 @@ class View:
         return o, d / np.linalg.norm(d, axis=-1, keepdims=True)
 
     def index_rays(self, volume: ScalarVolume) -> tuple[Array, float]:
-        """Coefficients (3, 3, 3) of the rays in index space, and how far back they begin.
+        """Coefficients (3, 3, 3) of the rays in index space, and the distance by which they begin before the point.
 
         At picture coordinates (x, y) in pixels, point = c[0]·(1, x, y), direction = c[1]·(1, x, y), both in index
-        space, and c[2]·(1, x, y) is the direction's world vector; none is normalised. The point lies abreast of the
-        field's middle, not at the camera, so that float32 stays exact from any distance. A ray begins at
-        point - back·direction; an orthographic one has no beginning (infinite).
+        space, and c[2]·(1, x, y) is the direction's world vector; none is normalized. The point lies beside the field's
+        center, not at the camera, so that float32 stays exact from any distance. A ray begins at point -
+        back·direction; an orthographic one has no beginning (infinite).
         """
         middle = volume.corners_world.mean(axis=0)
         start, towards = self._affine(np.eye(4), middle)

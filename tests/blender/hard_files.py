@@ -55,7 +55,7 @@ def unknown_nodes(folder):
     made, tree, shader = material()
     noise, wave = tree.nodes.new("ShaderNodeTexGabor"), tree.nodes.new("ShaderNodeParticleInfo")
     tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
-    tree.links.new(wave.outputs[0], shader.inputs["Base Color"])
+    tree.links.new(wave.outputs["Random"], shader.inputs["Base Color"])
     tree.links.new(tree.nodes.new("ShaderNodeBevel").outputs[0], shader.inputs["Normal"])
     tree.links.new(tree.nodes.new("ShaderNodeLightPath").outputs[0], shader.inputs["Metallic"])
     plane(material=made)

@@ -87,5 +87,5 @@ def test_a_number_that_is_none_is_named_and_the_object_stays(build, translate, s
     build.plane(material=material)
     scene = translate()
     assert len(scene.instances) == 1
-    told = [note.message for note in scene.notes if "which no light can be computed from; 0 was used" in note.message]
+    told = [note.message for note in scene.notes if "which is not a finite number; 0 was used" in note.message]
     assert written and told

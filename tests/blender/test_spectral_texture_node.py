@@ -85,7 +85,7 @@ def test_a_color_node_works_on_its_picture(texture, node, translate):
     tree.links.new(node.outputs["Color"], inverted.inputs["Color"])
     tree.links.new(inverted.outputs["Color"], tree.nodes["shader"].inputs["Color"])
     scene = translate()
-    assert any("worked on its color instead" in note.message for note in scene.notes)
+    assert any("the node used its color instead" in note.message for note in scene.notes)
 
 
 def test_its_spectra_come_before_the_one_of_its_material(texture, node, translate):

@@ -149,7 +149,7 @@ def test_a_number_is_removed_and_nothing_is_cancelled_or_opened_before_a_run(sce
     assert len(scene.spectral.sweep.parameters) == 0
     with pytest.raises(RuntimeError, match="there is no parameter 0"):
         bpy.ops.spectral.sweep_remove(index=0)
-    with pytest.raises(RuntimeError, match="no sweep is on its way"):
+    with pytest.raises(RuntimeError, match="no sweep is running"):
         bpy.ops.spectral.sweep_cancel()
     with pytest.raises(RuntimeError, match="there is no sweep in"):
         bpy.ops.spectral.sweep_open(browse=False)

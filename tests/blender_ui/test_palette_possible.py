@@ -29,7 +29,7 @@ def test_an_impossible_color_is_named_drawn_and_replaced_by_the_nearest(blender,
     answer = palette.possible
     assert not answer.reachable
     assert "Not possible" in answer.words
-    assert "In the way: the exact color under" in answer.words
+    assert "Conflict: the exact color under" in answer.words
     picture = picture_of(blender.context.scene)
     assert picture.shape[2] == 4
     assert np.isfinite(picture).all()
@@ -42,7 +42,7 @@ def test_an_impossible_color_is_named_drawn_and_replaced_by_the_nearest(blender,
 
 
 def test_nothing_to_take_is_said(blender, palette) -> None:
-    with pytest.raises(RuntimeError, match="nothing was asked yet"):
+    with pytest.raises(RuntimeError, match="there is no question yet"):
         blender.ops.spectral.palette_take_nearest()
 
 

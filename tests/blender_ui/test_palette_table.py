@@ -54,7 +54,7 @@ def test_removing_takes_cells_and_references_with_it(blender, palette):
     assert modes(palette) == [["IGNORE", "IGNORE"]]
     blender.ops.spectral.palette_remove(side="LIGHT", index=1)
     assert modes(palette) == [["IGNORE"]]
-    with pytest.raises(RuntimeError, match="there is no light 5; the palette has 1"):
+    with pytest.raises(RuntimeError, match="there is no light 5; there are 1"):
         blender.ops.spectral.palette_remove(side="LIGHT", index=5)
 
 
@@ -125,7 +125,7 @@ def test_lamps_are_added_to_lists_and_removed(blender, palette):
 
 
 def test_selecting_outside_the_table_says_what_there_is(blender, palette):
-    with pytest.raises(RuntimeError, match="there is no material 7; the palette has 2"):
+    with pytest.raises(RuntimeError, match="there is no material 7; there are 2"):
         blender.ops.spectral.palette_select(row=7, column=0)
     assert (palette.active_row, palette.active_column) == (1, 1)
 

@@ -52,7 +52,7 @@ def test_two_images_become_a_texture_a_material_and_lamps(blender, design) -> No
     for light, wanted in zip(texture.lights, (first, second), strict=True):
         assert errors(texture, light, None, 0.05 + 0.85 * linear_from_display_rgb(wanted)) < 0.5
     assert "Both lights look white" in design.report
-    assert "Other eyes see tinted whites" in design.report
+    assert "Other observers see tinted whites" in design.report
     assert tuple(design.lost_1.size) == (SIZE, SIZE)
     lamps = [bpy.data.lights.new(name, "POINT") for name in ("one", "two")]
     design.lamp_1, design.lamp_2 = lamps

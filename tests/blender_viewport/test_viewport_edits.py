@@ -71,7 +71,7 @@ def whole(stage):
 
 
 def updated(stage, edit=lambda _stage: None):
-    """What Blender does after an edit: its handlers see the same list of updates as the view of an engine."""
+    """The calls that Blender makes after an edit: handlers receive the same list of updates as an engine's view."""
 
     def follow(_scene, depsgraph):
         stage.session.update(stage.context, depsgraph)
@@ -157,6 +157,41 @@ def test_views_look_through_what_blender_looks_through():
     low, high = window_of(flat, is_perspective=False)
     for corner, expected in ((low, (-1, -1)), (high, (1, 1))):
         assert (flat @ np.array([*corner, -3.0, 1.0]))[:2] == pytest.approx(expected)
+
+
+def test_a_panoramic_camera_fills_its_frame_in_the_view_as_in_f12(stage):
+    """The view is zoomed to the lower left half of the camera's frame, which is drawn as a lens of 50 mm would be."""
+    import bpy
+
+    from blender_addon.translate.camera import translate_camera
+    from blender_addon.translate.context import Translation
+    from blender_addon.translate.viewport.viewpoint import viewpoint_of
+
+    lens = bpy.data.cameras.new("Around")
+    lens.type, lens.panorama_type = "PANO", "FISHEYE_EQUIDISTANT"
+    lens.shift_x, lens.shift_y = 0.1, -0.2
+    lens.dof.use_dof, lens.dof.aperture_blades, lens.dof.aperture_ratio = True, 6, 1.5
+    eye = bpy.data.objects.new("Around", lens)
+    stage.scene.collection.objects.link(eye)
+    bpy.context.view_layer.update()
+    width, height = stage.scene.render.resolution_x, stage.scene.render.resolution_y
+    half = 18 / 50 * np.array([1.0, height / width])
+    low = (np.array([0.1, -0.2]) * 2 * half[0]) - half  # Blender shifts by shares of the larger side
+    scale, middle = 2 / half, low + half / 2
+    projection = np.diag([*scale, -1.0, 0.0])
+    projection[:2, 2], projection[3, 2] = middle * scale, -1.0
+    region = SimpleNamespace(
+        window_matrix=projection, view_matrix=np.eye(4), is_perspective=True, view_perspective="CAMERA"
+    )
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    seen = eye.evaluated_get(depsgraph)
+    view = viewpoint_of(region, stage.context.space_data, seen, depsgraph.scene_eval)
+    true = translate_camera(Translation.of(depsgraph, bpy.data), seen)
+    assert view.panorama == true.panorama
+    assert view.aperture == true.aperture
+    assert view.aperture.blades == 6
+    np.testing.assert_allclose(view.low, [0.1, -0.2], atol=1e-5)
+    np.testing.assert_allclose(view.high - view.low, 0.5, atol=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(4))

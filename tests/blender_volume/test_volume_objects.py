@@ -60,7 +60,7 @@ def test_size_and_place_follow_the_cursor(blender, ramp):
     corners = ScalarVolume("v", volume.data, volume.world_from_index).corners_world
     assert corners.mean(axis=0) == pytest.approx([1, 2, 3], abs=1e-5)
     assert np.ptp(corners, axis=0).max() == pytest.approx(2.0, rel=1e-6)
-    # Blender's box of the grid begins where ours does, half a voxel before the first centre; it ends at whole leaves
+    # Blender's box of the grid begins where ours does, half a voxel before the first center; it ends at whole leaves
     thing.data.grids.load()
     blender.context.view_layer.update()
     lowest = np.array(thing.matrix_world) @ [*thing.bound_box[0], 1.0]

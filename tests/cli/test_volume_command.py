@@ -19,7 +19,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "transfer"
 
 @pytest.fixture(scope="module")
 def blob(tmp_path_factory):
-    """A smooth blob of 24³ voxels, off centre."""
+    """A smooth blob of 24³ voxels, off center."""
     folder = tmp_path_factory.mktemp("blob")
     x, y, z = np.meshgrid(*[np.linspace(-1, 1, 24)] * 3, indexing="ij")
     values = np.exp(-4 * ((x - 0.2) ** 2 + (1.4 * y) ** 2 + z**2))

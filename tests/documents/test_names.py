@@ -59,7 +59,7 @@ def test_recordings_keep_any_name(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize("name", ["\x00", "a\x00b", "\ud800", "caf\udce9"])
 def test_what_no_file_can_hold_is_refused_before_any_work(name: str) -> None:
     light = illuminant("D65")
-    with pytest.raises(InvalidInputError, match="the name of a spectrum is .*, which no file can hold; rename it"):
+    with pytest.raises(InvalidInputError, match="the name of a spectrum is .*, which no file can store; rename it"):
         Spectrum(name, light.grid, light.values)
     with pytest.raises(InvalidInputError, match="the name of a reflectance is"):
         PaletteReflectance(name)

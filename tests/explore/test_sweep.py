@@ -160,7 +160,7 @@ def test_outcomes_of_a_killed_driver_are_taken_in_and_not_computed_again(tmp_pat
 
 def test_a_store_is_not_mixed_with_another_sweep(tmp_path: Path) -> None:
     opened(tmp_path).store.close()
-    with pytest.raises(InvalidInputError, match="another sweep: what it computes differ"):
+    with pytest.raises(InvalidInputError, match="another sweep: the computation differs"):
         opened(tmp_path, function="picture")
     full = tmp_path / "full.cdb"
     full.mkdir()
@@ -179,12 +179,13 @@ def test_two_drivers_do_not_run_one_sweep(tmp_path: Path) -> None:
 
 
 def test_pictures_are_stored_and_the_folder_moves(tmp_path: Path) -> None:
-    from spectral_core.explore.sweep.store import copy_portable
+    import shutil
 
     sweep = opened(tmp_path, function="picture", budget=6)
     with ThreadPoolExecutor(1) as threads:
         sweep.run(sweep.plan(), executor=threads)
-    moved = copy_portable(sweep.store, tmp_path / "elsewhere" / "copy")
+    moved = tmp_path / "elsewhere" / "copy.cdb"
+    shutil.copytree(sweep.store.folder, moved)
     assert check_folder(moved) == []
     columns, rows = read_csv(moved / "data.csv")
     assert columns[-2:] == ["FILE_linear", "FILE"] and len(rows) == 6

@@ -49,7 +49,7 @@ def test_a_failed_block_leaves_the_earlier_file(tmp_path: Path, failure: BaseExc
     assert (tmp_path / "a.txt").read_text() == "old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.txt"]
     if isinstance(failure, OSError):
-        assert "No space left on device; the file that was there is as it was" in str(caught.value)
+        assert "No space left on device; the earlier file is unchanged" in str(caught.value)
 
 
 def test_what_a_check_refuses_does_not_replace_the_earlier_file(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_what_a_check_refuses_does_not_replace_the_earlier_file(tmp_path: Path) 
         raise ValueError(f"{path.stat().st_size} bytes")
 
     with (
-        pytest.raises(FileWriteError, match=r"is not whole; is it full\? \(2 bytes\)"),
+        pytest.raises(FileWriteError, match=r"is incomplete; is the disk full\? \(2 bytes\)"),
         whole_file(tmp_path / "a.txt", check=refuse) as unfinished,
     ):
         unfinished.write_text("ne")
@@ -67,7 +67,7 @@ def test_what_a_check_refuses_does_not_replace_the_earlier_file(tmp_path: Path) 
 
 
 def test_an_absent_folder_and_a_folder_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(FileWriteError, match=r"the folder .*nowhere does not exist; make it first"):
+    with pytest.raises(FileWriteError, match=r"the folder .*nowhere does not exist; create it first"):
         write_bytes(tmp_path / "nowhere" / "a.txt", b"")
     with pytest.raises(InvalidInputError, match="is a folder"):
         write_bytes(tmp_path, b"")
@@ -113,7 +113,7 @@ def test_a_path_from_a_document_replaces_its_own_kind_alone(tmp_path: Path) -> N
     require_own_kind(tmp_path / "new", lambda path: False, "picture")
     (tmp_path / "old").write_text("x")
     require_own_kind(tmp_path / "old", lambda path: True, "picture")
-    with pytest.raises(InvalidInputError, match="is there already and is no picture"):
+    with pytest.raises(InvalidInputError, match="exists already and is no picture"):
         require_own_kind(tmp_path / "old", lambda path: False, "picture")
 
 

@@ -22,6 +22,7 @@ from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import (
+    Aperture,
     AreaLight,
     Camera,
     Color,
@@ -31,6 +32,7 @@ from spectral_core.scene import (
     Instance,
     Material,
     Mesh,
+    Panorama,
     PointLight,
     Principled,
     RenderSettings,
@@ -142,6 +144,14 @@ EDITS = {
     "orthographic": lambda s: replace(s, camera=replace(s.camera, kind="orthographic", orthographic_scale=8.0)),
     "shifted": lambda s: replace(s, camera=replace(s.camera, shift=(0.1, -0.05))),
     "depth of field": lambda s: replace(s, camera=replace(s.camera, aperture_radius=0.2, focus_distance=8.0)),
+    "blades": lambda s: replace(s, camera=replace(s.camera, aperture=Aperture(5, 0.3, 1.5))),
+    "panorama": lambda s: replace(
+        s, camera=replace(s.camera, kind="panoramic", panorama=Panorama("equirectangular", (-1.2, 1.4, -0.8, 0.6)))
+    ),
+    "fisheye": lambda s: replace(
+        s, camera=replace(s.camera, aperture_radius=0.0, panorama=Panorama("fisheye_equidistant", (2.6,)))
+    ),
+    "perspective again": lambda s: replace(s, camera=replace(s.camera, kind="perspective", panorama=None)),
     "mirrored": lambda s: with_place(s, "new name", flipped(at(-1, -2, 1.5))),
 }
 IN_PLACE = {

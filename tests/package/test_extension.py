@@ -30,6 +30,7 @@ scene.render.filepath = {picture!r}
 answer = {{
     "core": spectral_core.__file__,
     "llvm": find_llvm()[0] if sys.platform == "linux" else None,
+    "recipe": list(bpy.ops.spectral.recipe_find()),
     "status": str(solve_palette(presets.hidden_mark()).status),
     "rendered": list(bpy.ops.render.render(write_still=True)),
     "violations": [str(item) for item in getattr(addon_utils, "_extensions_warnings", {{}}).values()],
@@ -69,6 +70,7 @@ def test_zip_installs_solves_renders_and_leaves_nothing(package: Path, tmp_path:
 
     assert answer["core"].startswith(str(tmp_path / "profile"))
     assert answer["status"] == "solved"
+    assert answer["recipe"] == ["FINISHED"], "a lamp's color rendering is measured by what the zip carries"
     if sys.platform == "linux":
         assert answer["llvm"].startswith(str(tmp_path / "profile")), "the zip carries an LLVM, and it comes first"
     assert answer["rendered"] == ["FINISHED"]

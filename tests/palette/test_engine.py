@@ -16,11 +16,13 @@ from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.presets import split_light
 from spectral_core.palette.qp import engine as engine_module
+from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import by_piqp, nearest_miss
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import Engine, solve
 from spectral_core.palette.qp.feasibility import smallest_conflict
 from spectral_core.palette.qp.general import reflectances_by_cvxpy
+from spectral_core.palette.qp.interior_point import interior_point
 from spectral_core.palette.qp.optimality import Check, checked
 from spectral_core.palette.qp.quadratic import Quadratic
 
@@ -206,7 +208,7 @@ def test_nothing_is_called_solved_when_every_gear_lies(rng, monkeypatch):
     monkeypatch.setattr(Engine, "_sharpened", lambda self, *given: None)
     solution = solve_palette(coupled_palette(SIZE, rng), explain=False)
     assert solution.status == "inaccurate"
-    assert "do not rely on it" in solution.remedy
+    assert "is not reliable" in solution.remedy
     assert solution.kkt_residual > 1e-6
 
 
@@ -278,3 +280,18 @@ def test_what_was_once_called_right_and_was_not(seed):
 def test_a_step_that_color_boxes_cut_off_is_no_crash():
     """A hard case whose Newton step in the free colors was rounding: its slope was divided by zero."""
     assert solve_palette(hard_problem(188)[0], explain=False).status.value != "inaccurate"
+
+
+def test_the_interior_point_by_itself_ends_near_the_optimum(rng):
+    """No other method mends it here: colors that ask for reflectances of 0 and of 1 make both bounds active."""
+    problem = coupled_palette(SIZE, rng)
+    bright = {(0, 1): Cell.fixed((4.0, 4.0, 0.0)), (1, 2): Cell.fixed((0.0, 3.0, 5.0)), (2, 1): Cell.fixed((0, 0, 5))}
+    quadratic = side_of(problem.with_cells(bright)).quadratic
+    x, free = interior_point(Arrow(quadratic))
+    right = solve(quadratic)
+    best = quadratic.joined(right.colors, right.values)
+    low, high = best <= quadratic.lower + 1e-9, best >= quadratic.upper - 1e-9
+    assert low.sum() > 10 and high.sum() > 10
+    np.testing.assert_allclose(x, best, atol=1e-4)
+    # Of the bounds that it names as active nearly all are.
+    assert np.mean(free == ~(low | high)) > 0.97

@@ -287,4 +287,4 @@ def test_a_luminance_that_the_bounds_do_not_let_a_light_have_is_a_conflict():
     cells = ((Cell.fixed((0.45, 0.25, 0.18)),),)
     solution = solve_palette(PaletteProblem(GRID, (light,), (surface,), cells, light_bounds=(0.0, 1e-4)))
     assert solution.status == "exact_conflict"
-    assert "what a light must look like" in solution.remedy
+    assert "remove the white of a light" in solution.remedy

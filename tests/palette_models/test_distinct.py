@@ -181,7 +181,7 @@ def test_exact_cells_that_conflict_are_said() -> None:
     impossible = problem.with_cell((0, 0), red).with_cell((1, 0), Cell.fixed((5.0, 5.0, 5.0), exact=True))
     solution = solve_palette(impossible)
     assert not solution.status.trusted
-    assert "nothing was made distinct" in solution.notes[-1]
+    assert "no colors were made distinct" in solution.notes[-1]
 
 
 def test_what_cannot_be_asked() -> None:

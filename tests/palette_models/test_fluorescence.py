@@ -14,15 +14,13 @@ from spectral_core.palette.paint.fluorescence import (
     FluorescentSurface,
     color_from_light,
     color_from_surface,
-    energy_per_amount,
-    energy_rows,
     led,
 )
 from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
 from spectral_core.palette.presets import metamer_pair
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
-from spectral_core.spectra.fluorescence import FluorescentDye
+from spectral_core.spectra.fluorescence import FluorescentDye, share_per_amount
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 GRID = SpectralGrid.uniform(360, 780, 10)
@@ -55,7 +53,7 @@ def test_a_surface_without_dye_is_a_reflectance() -> None:
     np.testing.assert_allclose(
         plain.linear_rgb(D65), RGB_FROM_XYZ @ observer.xyz_of(D65, plain.reflectance), rtol=1e-12
     )
-    assert plain.returned_energy().max() == plain.reflectance.values.max()
+    np.testing.assert_array_equal(plain.bispectral_matrix(), np.diag(plain.reflectance.values))
 
 
 def test_the_blocks_of_both_sides_give_the_surface_s_color() -> None:
@@ -64,7 +62,6 @@ def test_the_blocks_of_both_sides_give_the_surface_s_color() -> None:
     np.testing.assert_allclose(color_from_surface(D65, (DYE,), GRID) @ unknowns, paint.linear_rgb(D65), rtol=1e-9)
     light = Illuminant("light", GRID, np.random.default_rng(2).uniform(size=GRID.size))
     np.testing.assert_allclose(color_from_light(paint, GRID) @ light.values, paint.linear_rgb(light), rtol=1e-9)
-    np.testing.assert_allclose(energy_rows((DYE,), GRID) @ unknowns, paint.returned_share(), rtol=1e-12)
 
 
 def test_the_bispectral_matrix_keeps_energy_and_only_lengthens_waves() -> None:
@@ -73,7 +70,8 @@ def test_the_bispectral_matrix_keeps_energy_and_only_lengthens_waves() -> None:
     dye = FluorescentDye.gaussian("far", 380, 560, widths_nm=(15, 15))
     paint = FluorescentSurface("paint", reflectance, (dye,), np.array([0.45]))
     matrix = paint.bispectral_matrix()
-    np.testing.assert_allclose(matrix.sum(axis=0), paint.returned_energy(), rtol=1e-9)
+    returned = reflectance.values + paint.amounts[0] * dye.excitation_on(fine)
+    np.testing.assert_allclose(matrix.sum(axis=0), returned, rtol=1e-9)
     assert matrix.sum(axis=0).max() <= 1 + 1e-9
     assert np.triu(matrix, 1).max() < 1e-6  # out at a shorter wavelength than in: only the bells' tails
     light = np.random.default_rng(0).uniform(size=fine.size)
@@ -122,7 +120,9 @@ def test_no_photon_becomes_two() -> None:
     line = np.where(nm == 405, 1.0, 0.0)
     photons = float((paint.bispectral_matrix() @ line) @ nm) / float(line @ nm)
     assert photons == pytest.approx(0.995, abs=1e-4)
-    with pytest.raises(InvalidInputError, match=r"quantum yield of at most 1 asks.*multiply the amounts .* by 0\.98"):
+    with pytest.raises(
+        InvalidInputError, match=r"quantum yield of at most 1 requires.*multiply the amounts .* by 0\.98"
+    ):
         FluorescentSurface("paint", black, (dye,), np.array([1.01 * most]))
 
 
@@ -157,7 +157,7 @@ def test_several_dyes_and_exact_cells() -> None:
     solution = solve_fluorescent(asked, {1: [DYE, red]})
     assert solution.surfaces[1].amounts.shape == (2,)
     assert solution.largest_returned_share <= 1 + 1e-9
-    assert energy_per_amount([DYE, red], GRID).shape == (GRID.size, 2)
+    assert share_per_amount((DYE, red), GRID.wavelengths_nm).shape == (GRID.size, 2)
     if solution.trusted:
         np.testing.assert_allclose(solution.actual_linear_rgb[1, 1], (0.6, 0.5, 0.0), atol=1e-6)
 

@@ -91,7 +91,7 @@ def test_broken_files(tmp_path: Path) -> None:
     path = tmp_path / "s.ase"
     write_swatches(path, SWATCHES)
     path.write_bytes(path.read_bytes()[:-10])
-    with pytest.raises(FileFormatError, match=r"s\.ase: the \.ase file is cut or edited near byte \d+"):
+    with pytest.raises(FileFormatError, match=r"s\.ase: the \.ase file is truncated or edited near byte \d+"):
         read_swatches(path)
     (tmp_path / "s.gpl").write_text("GIMP Palette\n255 0 zero red\n", encoding="utf-8")
     with pytest.raises(FileFormatError, match=r"s\.gpl, line 2: .*expected three numbers to 255 and a name"):

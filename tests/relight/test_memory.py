@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from spectral_core.render.relight import memory
+from spectral_core.render.relight.storage import MixtureStorage
 
 
 def test_file_caches_of_a_container_count_as_free(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -26,3 +28,23 @@ def test_a_container_without_a_limit_leaves_no_number(
         (tmp_path / "memory.max").write_text(limit)
     monkeypatch.setattr(memory, "Path", lambda *_: tmp_path)
     assert memory._of_container() is None
+
+
+def test_the_memory_of_a_machine_is_what_linux_says_is_available(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table = tmp_path / "meminfo"
+    table.write_text("MemTotal:       8000 kB\nMemFree:         100 kB\nMemAvailable:    3000 kB\n")
+    monkeypatch.setattr(memory, "Path", lambda *_: table)
+    assert memory._of_machine() == 3000 * 1024  # kB of /proc are 1024 bytes
+
+
+def test_the_stated_peak_is_in_megabytes() -> None:
+    """The picture once more as a session holds it, and never less than the stored bytes themselves."""
+    storage = MixtureStorage()
+    stored = storage.bytes_needed(3840, 2160, 8)
+    found = re.search(r"up to ([\d,]+) MB", memory.stated_peak(storage, 3840, 2160, 8))
+    assert found
+    stated = 1e6 * float(found[1].replace(",", ""))
+    assert abs(stated - memory.peak_bytes(storage, 3840, 2160, 8)) < 1e6
+    assert stated > stored

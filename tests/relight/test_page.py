@@ -135,6 +135,16 @@ def test_a_view_transform_is_its_table_between_the_nodes(rng: np.random.Generato
         ViewTransform.of_document({**steep().document(), "size": 20})
 
 
+def test_a_view_transform_of_two_nodes_is_trilinear_and_one_node_is_refused() -> None:
+    corners = np.stack(np.meshgrid([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], indexing="ij"), axis=-1)
+    found = ViewTransform("Least", corners[..., ::-1])
+    # At the nodes a table gives back what stands in it, here with red and blue exchanged.
+    least, most = nodes(2)
+    np.testing.assert_allclose(found.shown(np.array([[most, least, least]])), [[0.0, 0.0, 1.0]], atol=1e-6)
+    with pytest.raises(InvalidInputError, match="has 1 nodes per axis"):
+        ViewTransform("One", np.zeros((1, 1, 1, 3)))
+
+
 def test_the_page_tells_a_screen_reader_and_stays_within_its_dial(tmp_path: Path, rng) -> None:
     page = tmp_path / "dial.html"
     write_page(page, transport_of(rng.uniform(0, 1, (3, 3, 4, 4))))

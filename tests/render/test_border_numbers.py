@@ -104,12 +104,12 @@ def test_one_object_far_out_does_not_shrink_the_others():
         far = Instance("far", scene.meshes[1].name, matrix((0, 0, -distance)), ("ball",))
         result = render_scene(replace(scene, instances=(*scene.instances, far)))
         assert result.pixels[..., :3].mean() == pytest.approx(render_scene(scene).pixels[..., :3].mean(), rel=0.01)
-    assert any("32-bit numbers no longer" in note.message for note in result.notes)
+    assert any("32-bit numbers cannot" in note.message for note in result.notes)
 
 
 def test_what_is_too_small_for_numbers_is_named():
     notes = render_scene(scaled_scene(1e-14, Diffuse(gray(0.7)))).notes
-    assert any("32-bit numbers no longer" in note.message for note in notes)
+    assert any("32-bit numbers cannot" in note.message for note in notes)
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps that are asked along ways through fog: against the integral, against places where paths scatter, less noise."""
+"""Lights sampled along segments in media: against the integral, against scattering points alone, and their noise."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ CASES = {
 
 
 def _traced(scene, samples, *, along=True):
-    """The picture; with ``along`` False lights are asked from where paths scatter and nowhere else."""
+    """The picture; with ``along`` False lights are sampled from scattering points alone."""
     with pytest.MonkeyPatch.context() as patch:
         if not along:
             patch.setattr(in_media, "BY_ANGLE", 0.0)
@@ -142,7 +142,7 @@ def _traced(scene, samples, *, along=True):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_fog_has_the_light_of_places_where_paths_scatter(name):
+def test_the_limit_is_that_of_scattering_points(name):
     """Block by block the same within the noise."""
     ours, plain = _traced(CASES[name], 1024), _traced(CASES[name], 4096, along=False)
     assert ours.mean() == pytest.approx(plain.mean(), rel=0.01)
@@ -150,7 +150,7 @@ def test_fog_has_the_light_of_places_where_paths_scatter(name):
     np.testing.assert_allclose(*blocks, rtol=0.03, atol=0.01 * plain.mean())
 
 
-def test_asking_along_the_way_leaves_less_noise():
+def test_sampling_along_segments_has_less_noise():
     """A third of the squared error at most."""
     limit = _traced(CASES["balls"], 4096)
     seeds = [replace(CASES["balls"], film=replace(CASES["balls"].film, seed=seed)) for seed in (11, 12, 13, 14)]
@@ -160,7 +160,7 @@ def test_asking_along_the_way_leaves_less_noise():
     assert along < plain / 3
 
 
-def test_places_on_a_way_are_drawn_with_the_density_that_is_told():
+def test_points_on_a_segment_are_drawn_with_their_density():
     import drjit as dr
 
     from spectral_core.render.lights.stretch import Stretch

@@ -41,11 +41,11 @@ def test_kernel_is_hermitian():
 
 def test_kernel_applied_to_a_spectrum_is_the_spectrum_of_the_composition():
     """Eq. 4.7 against the FFT of g(f(x)) itself, for a Gaussian g with its closed-form spectrum."""
-    width, centre = 0.05, 0.4
+    width, center = 0.05, 0.4
     nu = np.linspace(-200, 200, 801)
-    spectrum = width * np.exp(-((width * nu) ** 2) / 2 - 1j * nu * centre)
+    spectrum = width * np.exp(-((width * nu) ** 2) / 2 - 1j * nu * center)
     kernel = frequency_transfer_kernel(THESIS_F, nu)
-    composed = np.exp(-((THESIS_F.values - centre) ** 2) / (2 * width**2))
+    composed = np.exp(-((THESIS_F.values - center) ** 2) / (2 * width**2))
     direct = np.fft.fftshift(np.fft.fft(composed)) * THESIS_F.spacing[0] / math.sqrt(2 * np.pi)
     assert np.abs(kernel.compose(spectrum) - direct).max() < 1e-10 * np.abs(direct).max()
 

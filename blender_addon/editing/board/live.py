@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The board while it runs: links to devices, a timer that moves numbers, motors, a recording of the motion."""
+"""The board while it runs: links to devices, a timer that changes numbers, motors, a recording of the motion."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Session:
     """A started board. ``links``: MIDI and OSC; ``events``: (seconds, target, position) of every move so far."""
 
     scene: int
-    """``session_uid``, which stays the same when the scene is renamed."""
+    """``session_uid``, which does not change when the scene is renamed."""
     board: Any
     links: list[Any] = field(default_factory=list)
     events: list[tuple[float, str, float]] = field(default_factory=list)
@@ -38,7 +38,7 @@ class Session:
 
     @property
     def osc_port(self) -> int | None:
-        """Port that OSC listens on, None where it does not."""
+        """Port of the OSC server, None without one."""
         return next((link.port for link in self.links if hasattr(link, "port")), None)
 
 
@@ -46,12 +46,12 @@ _session: Session | None = None
 
 
 def session() -> Session | None:
-    """The board that runs, None where none does."""
+    """The running board, None without one."""
     return _session
 
 
 def read(target: str) -> float:
-    """Present value of a target; 0 where the target was deleted; the row of its binding says so."""
+    """Present value of a target; 0 if the target was deleted, which the row of its binding reports."""
     from .paths import number_at
 
     try:
@@ -61,9 +61,9 @@ def read(target: str) -> float:
 
 
 def start(scene: Scene) -> tuple[Session, list[str]]:
-    """Open the devices that are connected and listen. Return the running board, and a sentence per device that failed.
+    """Open the connected devices and start. Return the running board, and a sentence per device that failed.
 
-    That nothing is there is no error.
+    It is no error if no device is connected.
     """
     from spectral_core.explore.board import Board
 
@@ -100,7 +100,7 @@ def _osc(settings: PropertyGroup, board: Board) -> Any:
 
 
 def rebind(scene: Scene) -> None:
-    """Give the running board the bindings that the scene stores."""
+    """Update the running board to the bindings of the scene."""
     from spectral_core.explore.board import Binding, Control
 
     if _session is None or not isinstance(scene, bpy.types.Scene) or scene.session_uid != _session.scene:
@@ -127,13 +127,13 @@ def rebind(scene: Scene) -> None:
 
 
 def follow_names(settings: PropertyGroup) -> bool:
-    """Update bindings and orders when their data-blocks are renamed; return whether any was."""
+    """Update bindings and orders when their data-blocks are renamed; True if any was."""
     from .paths import block_at, renamed
 
     changed = False
     for entry in settings.bindings:
         if entry.block is None:
-            with contextlib.suppress(InvalidInputError):  # deleted: the row says so
+            with contextlib.suppress(InvalidInputError):  # deleted: the row of the binding reports it
                 entry.block = block_at(entry.name)[0]
             continue
         before, now = entry.name, renamed(entry.name, entry.block)
@@ -176,7 +176,7 @@ def tick() -> float | None:
 
 
 def _tell_missing(scene: Scene, device: str | None) -> None:
-    """Say in the panel that a device is unplugged, and use it again once it is connected."""
+    """Report in the panel that a device is unplugged, and use it again once it is connected."""
     board = scene.spectral.board
     text = f"{device} is unplugged; it is used again once it is connected" if device else ""
     if device and board.status != text:
@@ -201,7 +201,7 @@ def _store_learned(scene: Scene, target: str) -> None:
             settings.bindings.remove(number)
     entry = settings.bindings.get(target) or settings.bindings.add()
     entry.name, entry.low, entry.high = target, learned.low, learned.high
-    entry.block = None  # found anew by its path
+    entry.block = None  # found again by its path
     entry.control = str(learned.control)
 
 
@@ -220,7 +220,7 @@ def _write(scene: Scene, change: Change) -> None:
 
 
 def recording() -> Any:
-    """Motion since the board was started. Raises InvalidInputError where nothing has moved."""
+    """Motion since the board was started. Raises InvalidInputError if nothing has moved."""
     from spectral_core.explore.board import Recording
 
     if _session is None or not _session.events:
@@ -249,17 +249,17 @@ def _before_load(*_: object) -> None:
 
 
 def _devices(_board: bpy.types.PropertyGroup) -> list[str]:
-    """Names of the MIDI devices that are connected."""
+    """Names of the connected MIDI devices."""
     from spectral_core.explore.board.midi import port_names
 
     try:
         return port_names()
     except SpectralError:
-        return []  # without mido; Start says so
+        return []  # without mido; Start reports it
 
 
 def register() -> None:
-    """Follow the bindings, and close devices when another file is opened."""
+    """Start listening to the bindings, and close devices when another file is opened."""
     hooks.listen(Topic.BOARD, lambda properties: rebind(properties.id_data))
     hooks.listen(Topic.BOARD_DEVICES, _devices)
     bpy.app.handlers.load_pre.append(_before_load)

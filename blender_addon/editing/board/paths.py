@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers of a .blend file by the text that Blender's "Copy Full Data Path" gives; nothing is evaluated."""
+"""Numbers of a .blend file by the text of Blender's "Copy Full Data Path"; the text is never evaluated."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FULL = re.compile(r"""bpy\.data\.(\w+)\[(?:"((?:[^"\\]|\\.)*)"|'((?:[^'\\]|\\.)
 _INDEXED = re.compile(r"(.*)\[(\d+)\]", re.S)
 _CUSTOM = re.compile(r'(.*)\["((?:[^"\\]|\\.)*)"\]', re.S)
 WIDEST = 1e5
-"""A soft limit past this is no range for a fader."""
+"""A soft limit beyond this is no range for a fader."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Number:
         return float(value if self.index is None else value[self.index])
 
     def write(self, value: float) -> None:
-        """Set it, as a hand on its slider would; a whole number is rounded."""
+        """Set it, like its slider; an integer is rounded."""
         whole = isinstance(self.element(), int)
         given: Any = round(value) if whole else value
         if self.index is not None:
@@ -48,12 +48,12 @@ class Number:
             setattr(self.owner, self.name, given)
 
     def element(self) -> Any:
-        """What it holds."""
+        """The value at the path."""
         value = self.owner[self.name] if self.is_custom else getattr(self.owner, self.name)
         return value if self.index is None else value[self.index]
 
     def range(self) -> tuple[float, float]:
-        """Its slider's range; twice its value where that has no end."""
+        """Range of its slider; twice its value if the slider is unbounded."""
         present = self.read()
         low, high = 0.0, max(1.0, 2 * abs(present))
         if not self.is_custom:
@@ -64,17 +64,17 @@ class Number:
 
 
 def number_at(path: str) -> Number:
-    """The number of a full data path. Raises InvalidInputError if the path leads nowhere or to no number."""
+    """The number at a full data path. Raises InvalidInputError if the path leads nowhere or to no number."""
     block, rest = block_at(path)
     found = place_in(block, rest)
     element = None if found is None else found.element()
     if found is None or not isinstance(element, (int, float)) or isinstance(element, bool):
-        raise InvalidInputError(f"{path!r} is not a number that a fader could move")
+        raise InvalidInputError(f"{path!r} is not a number that a fader can move")
     return found
 
 
 def block_at(path: str) -> tuple[ID, str]:
-    """The data-block at the start of a full data path, and the rest of it. Raises InvalidInputError where none is."""
+    """The data-block at the start of a full data path, and the rest of it. Raises InvalidInputError if none is."""
     full = _FULL.fullmatch(path.strip())
     blocks = getattr(bpy.data, full[1], None) if full else None
     if full is None or blocks is None or not hasattr(blocks, "get"):
@@ -89,7 +89,7 @@ def block_at(path: str) -> tuple[ID, str]:
 
 
 def place_in(block: ID, rest: str) -> Number | None:
-    """The property of a data-block at the rest of a full data path, of any kind; None where nothing can be set."""
+    """The property of a data-block at the rest of a full data path, of any type; None if nothing can be set."""
     rest = rest.removeprefix(".")
     indexed = _INDEXED.fullmatch(rest)
     place, index = (indexed[1], int(indexed[2])) if indexed else (rest, None)
@@ -121,13 +121,13 @@ def block_path(block: ID) -> str:
     while isinstance(node, ast.Attribute):
         node = node.value
     if not isinstance(node, ast.Subscript) or not isinstance(node.slice, ast.Constant):
-        raise InvalidInputError(f"{text} has no data path that a fader could keep")
+        raise InvalidInputError(f"{text} has no data path for a fader")
     name = str(node.slice.value).replace("\\", "\\\\").replace('"', '\\"')
     rest = text.encode()[node.end_col_offset :].decode()
     return f'{text.partition("[")[0]}["{name}"]{rest}'
 
 
 def renamed(path: str, block: ID) -> str:
-    """``path`` with the present name of the data-block that it begins with."""
+    """``path`` with the present name of its data-block."""
     full = _FULL.fullmatch(path.strip())
     return path if full is None else f"{block_path(block)}{full[4]}"

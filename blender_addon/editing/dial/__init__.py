@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light dial while it is turned: the recorded light in memory, and the lights that it represents."""
+"""The light dial in use: the recording in memory, and the lights of its groups."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether the scene is still the one that was recorded, part by part: the dial shows what has changed."""
+"""Test if the scene still equals the recorded one, part by part: the dial shows the changes."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ REST_SECONDS = 1.0
 SLOW_SECONDS = 0.5
 """A scene that takes longer to compare is compared only when the artist asks for it."""
 DIGITS = 12
-"""Of each part's hash: enough to tell an edit, short enough to be stored for thousands of objects."""
-EDITED_ELSEWHERE = "Something was edited since the recording; press Compare to see what"
+"""Digits of each part's hash: enough to detect an edit, short enough to be stored for thousands of objects."""
+EDITED_ELSEWHERE = "The scene was edited since the recording; press Compare to list the changes"
 NAMED = 3
-"""Changed parts that are named; the rest is counted."""
+"""Changed parts that are named; the others are counted."""
 SHOWN = (
     bpy.types.Object, bpy.types.Mesh, bpy.types.Curve, bpy.types.Light, bpy.types.Material, bpy.types.World,
     bpy.types.Camera, bpy.types.NodeTree, bpy.types.Volume, bpy.types.Collection,
@@ -36,11 +36,11 @@ _slow: set[int] = set()
 
 
 HIDDEN = "hidden"
-"""In place of the hash of a part that renders and that the viewport hides, so that it cannot be compared."""
+"""Value in place of the hash of a part that is rendered but hidden in the viewport, so that it cannot be compared."""
 
 
 def parts_of(scene: Scene) -> dict[str, str]:
-    """Name to hash of everything that the recorded light depends on, as the viewport has it now.
+    """Name to hash of everything that the recording depends on, as the viewport has it now.
 
     Parts that are hidden from renders do not count, whatever the viewport shows; HIDDEN stands for those that only
     the viewport hides.
@@ -71,7 +71,7 @@ def parts_of(scene: Scene) -> dict[str, str]:
 
 
 def _rendered(layer: LayerCollection) -> Iterator[Object]:
-    """Objects of a layer's collections that a render shows, whether the viewport does or not."""
+    """Objects of a layer's collections that a render shows, independent of the viewport."""
     if layer.exclude or layer.collection.hide_render:
         return
     yield from (each for each in layer.collection.objects if not each.hide_render)
@@ -80,7 +80,7 @@ def _rendered(layer: LayerCollection) -> Iterator[Object]:
 
 
 def _names(obj: Object) -> list[str]:
-    """Parts that an object is known by."""
+    """Names of an object's parts."""
     if obj.type == "LIGHT":
         return [f"light {obj.name_full!r}"]
     materials = [f"material {slot.material.name_full!r}" for slot in obj.material_slots if slot.material]
@@ -95,7 +95,7 @@ def remember_parts(scene: Scene, parts: dict[str, str]) -> None:
 
 
 def accept(scene: Scene, before: dict[str, str]) -> None:
-    """Take a change of the dial's own, made since ``before``, for recorded: Apply dims the lamps and nothing else."""
+    """Accept a change made by the dial itself since ``before`` as recorded: Apply dims the lamps and nothing else."""
     recorded = recorded_parts(scene)
     for name, now in parts_of(scene).items():
         if recorded.get(name) == before.get(name) and now != HIDDEN:
@@ -130,7 +130,7 @@ def compare(scene: Scene) -> str:
 
 
 def told(recorded: dict[str, str], now: dict[str, str]) -> str:
-    """The differences, in words."""
+    """Text on the differences."""
     found = [f"{name} was removed" for name, before in recorded.items() if name not in now and before != HIDDEN]
     found += [f"{name} was added" for name, after in now.items() if name not in recorded and after != HIDDEN]
     both = [name for name in recorded if HIDDEN not in (recorded[name], now.get(name, HIDDEN))]
@@ -160,12 +160,12 @@ def _after_update(scene: Scene, depsgraph: Depsgraph) -> None:
 
 
 def register() -> None:
-    """Watch the scene."""
+    """Start watching the scene."""
     bpy.app.handlers.depsgraph_update_post.append(_after_update)
 
 
 def unregister() -> None:
-    """Watch no more."""
+    """Stop watching the scene."""
     bpy.app.handlers.depsgraph_update_post.remove(_after_update)
     LIVE.cancel()
     _slow.clear()

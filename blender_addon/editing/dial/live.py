@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The transport in memory, and the picture that follows the dial: an image of its own, "Light Dial".
+"""The transport in memory, and the picture that follows the dial: the image "Light Dial".
 
-Without a window a change is answered at once; with one a timer answers all that came in the meantime together.
+Without a window a change is handled at once; with one a timer handles all changes since its last call together.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ DELAY_SECONDS = 0.005
 
 @dataclass
 class _Session:
-    """One scene's transport, as last read: ``stamp`` tells whether its file is still the same."""
+    """Transport of one scene as last read; ``stamp`` shows if its file is unchanged."""
 
     stamp: tuple[str, int, int]
     live: Any
@@ -39,11 +39,11 @@ class _Session:
 
 _sessions: dict[int, _Session] = {}
 _designed: dict[int, dict[str, tuple[Any, float]]] = {}
-"""By scene and bulb the spectrum that a palette has found for its lights, and a factor on their brightness."""
+"""By scene and bulb the spectrum of a palette's solution for its lights, and a factor on their brightness."""
 
 
 def design(scene: Scene, lights: dict[str, tuple[Any, float]]) -> bool:
-    """Let bulbs shine with spectra that are not applied yet, those alone; True where others did before."""
+    """Let only these bulbs show spectra that are not applied yet; True if others were shown before."""
     before = _designed.pop(scene.session_uid, {})
     if lights:
         _designed[scene.session_uid] = lights
@@ -51,7 +51,7 @@ def design(scene: Scene, lights: dict[str, tuple[Any, float]]) -> bool:
 
 
 def transport_path(dial: PropertyGroup) -> Path:
-    """Where the transport of a dial is kept."""
+    """File of a dial's transport."""
     if dial.filepath:
         return Path(bpy.path.abspath(dial.filepath))
     if bpy.data.filepath:
@@ -60,7 +60,7 @@ def transport_path(dial: PropertyGroup) -> Path:
 
 
 def shares_of(dial: PropertyGroup) -> np.ndarray:
-    """Share (n,) of each bulb by Eq. 6.1: they sum to 1, or are all zero where all bulbs are off."""
+    """Share (n,) of each bulb by Eq. 6.1: they sum to 1, or are all zero if all bulbs are off."""
     from spectral_core.render.relight.dial import dial_weights
 
     if not len(dial.bulbs):
@@ -75,10 +75,10 @@ def weights_of(dial: PropertyGroup) -> np.ndarray:
 
 
 def live_mix(scene: Scene) -> Any:
-    """The LiveMix of a scene's transport, read where it is not in memory, with the bulbs' lamps in it.
+    """The LiveMix of a scene's transport, read if it is not in memory, with the bulbs' lamps in it.
 
-    Raises FileFormatError for a file that is missing, cut, edited or of another scene, InvalidInputError where
-    nothing was recorded yet, or a lamp needs spectra that the storage does not keep.
+    Raises FileFormatError for a file that is missing, truncated, edited or of another scene, InvalidInputError if
+    nothing was recorded yet, or if a lamp needs spectra that the storage does not keep.
     """
     from spectral_core.render.relight.mix import LiveMix
     from spectral_core.render.relight.transport_file import read_transport
@@ -98,7 +98,7 @@ def live_mix(scene: Scene) -> Any:
 
 
 def _stamp(path: Path) -> tuple[str, int, int]:
-    """What tells a file from one that was written in its place."""
+    """Values that distinguish a file from a later one at the same path."""
     try:
         facts = path.stat()
     except OSError:
@@ -116,9 +116,9 @@ def _require_same_bulbs(dial: PropertyGroup, transport: Transport) -> None:
 
 
 def _assign_lamps(scene: Scene, session: _Session) -> None:
-    """Give each group the designed light or the lamp of its bulb, and its own spectrum back where it has none any more.
+    """Give each group the designed light or the lamp of its bulb, or its own spectrum back without one.
 
-    A lamp is known by its name, a designed light by its spectrum.
+    A lamp is identified by its name, a designed light by its spectrum.
     """
     from spectral_core.render.relight.mix import LiveMix
 
@@ -147,7 +147,7 @@ def remember(scene: Scene, transport: Transport) -> None:
 def show(scene: Scene) -> Any:
     """Relight now, and put the picture into the image "Light Dial"; returns it.
 
-    Raises what ``live_mix`` raises; ``dial.message`` holds the text then.
+    Raises the errors of ``live_mix``; ``dial.message`` holds the text then.
     """
     dial = scene.spectral.dial
     try:
@@ -165,7 +165,7 @@ def show(scene: Scene) -> Any:
 
 
 def uncover(scene: Scene) -> None:
-    """Take the picture away from the camera view until it is shown again."""
+    """Remove the picture from the camera view until it is shown again."""
     image = bpy.data.images.get(PICTURE)
     if image is not None:
         place(scene, image, over_camera=False)
@@ -185,13 +185,13 @@ def _store(pixels: np.ndarray) -> Any:
 
 
 def changed(scene: bpy.types.Scene) -> None:
-    """The dial was turned: the picture follows, where something is recorded."""
+    """Update the picture after a change of the dial, if there is a recording."""
     if isinstance(scene, bpy.types.Scene) and scene.spectral.dial.scene_hash:
         LIVE.request(scene)
 
 
 def _follow(scene: bpy.types.Scene) -> None:
-    with contextlib.suppress(SpectralError, OSError):  # dial.message says it
+    with contextlib.suppress(SpectralError, OSError):  # dial.message reports it
         show(scene)
     redraw_dial()
 
@@ -206,9 +206,9 @@ def redraw_dial() -> None:
 
 @bpy.app.handlers.persistent
 def _after_frame(scene: Scene | None, *_rest: object) -> None:
-    """A keyframed selector has moved. During a render this runs beside it, where no image may be written.
+    """A keyframed selector has moved. During a render this runs beside it, when no image may be written.
 
-    Without a window a transport is not read for it: a command that renders an animation has no use for that.
+    Without a window, a transport is not read for this: a command that renders an animation does not need it.
     """
     if scene is None or scene.animation_data is None or bpy.app.is_job_running("RENDER"):
         return
@@ -237,14 +237,14 @@ HANDLERS = {"frame_change_post": _after_frame, "undo_post": _after_undo, "redo_p
 
 
 def register() -> None:
-    """Follow frames, undo and files."""
+    """Start listening to frames, undo and files."""
     hooks.listen(Topic.DIAL, lambda properties: changed(properties.id_data))
     for name, handler in HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
-    """Follow no more, and give the memory back."""
+    """Stop listening, and free the memory."""
     for name, handler in HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(Topic.DIAL)

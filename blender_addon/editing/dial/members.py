@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which objects of a Blender scene shine in which light group, and how their brightness is written back."""
+"""Objects of a Blender scene by light group, and the writing of their brightness."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from ... import compat
 STRENGTH = {"EMISSION": "Strength", "BACKGROUND": "Strength", "BSDF_PRINCIPLED": "Emission Strength"}
 """Name of the socket with the strength of each type of node."""
 DIMMER = "Light Dial of "
-"""Start of the name of the node that dims a strength which other nodes compute."""
+"""Prefix of the name of the node that dims a strength computed by other nodes."""
 
 
 @dataclass(frozen=True)
 class Member:
-    """What ``SpectralDialMember`` stores; ``owner``: a lamp's or glowing mesh's Object, or a World."""
+    """Data of ``SpectralDialMember``; ``owner``: a lamp's or emissive mesh's Object, or a World."""
 
     group: str
     owner: Any
@@ -33,7 +33,7 @@ class Member:
 
 
 def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> list[Member]:
-    """Everything among ``objects`` and the scene's world that shines, by group. ``objects`` are originals.
+    """All light sources among ``objects`` and the scene's world, by group. ``objects`` are originals.
 
     Raises InvalidInputError for emission within a node group, whose strength cannot be set from outside.
     """
@@ -58,13 +58,13 @@ def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> 
 
 
 def group_count(scene: Scene, one_per_light: bool) -> int:
-    """How many bulbs a recording would have, quickly, for a panel."""
+    """Number of bulbs of a recording, fast enough for a panel."""
     shown = [each for each in scene.objects if not each.hide_render]
     return len({member.group for member in members_of(scene, shown, one_per_light)})
 
 
 def _glowing(owner: ID) -> list[tuple[str, float]]:
-    """Nodes of a material or world that shine, with their strength; 1 where other nodes make it."""
+    """Emissive nodes of a material or world, with their strength; 1 if other nodes compute it."""
     tree = None if owner is None else compat.node_tree(owner)
     found = []
     for node in () if tree is None else tree.nodes:
@@ -94,7 +94,7 @@ def _dimmer_value(tree: NodeTree, node: Node) -> float:
 
 
 def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> None:
-    """Keep members with the bulbs of their groups."""
+    """Store members with the bulbs of their groups."""
     for bulb in bulbs:
         bulb.members.clear()
         for member in members:
@@ -104,7 +104,7 @@ def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> None:
 
 
 def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndarray) -> int:
-    """Write base × weight to everything behind the bulbs; returns how many numbers were written.
+    """Write base × weight to everything behind the bulbs; returns the number of written values.
 
     A lamp or material that an object outside the group also uses is copied first. Raises InvalidInputError, before
     anything is written, for data that was deleted, is linked from another file, or cannot be dimmed separately.
@@ -113,7 +113,7 @@ def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndar
     for bulb, weight in zip(bulbs, weights, strict=True):
         if not len(bulb.members) and weight != 1:
             raise InvalidInputError(
-                f"nothing of this scene is known to shine as {bulb.name!r}: an instance of a light, or emission in a "
+                f"no light of this scene is known as {bulb.name!r}: an instance of a light, or emission in a "
                 "node group, cannot be dimmed by itself. Make it real, or give it a light group with the others"
             )
     for kept, _ in wanted:
@@ -130,13 +130,13 @@ def _require_writable(kept: PropertyGroup) -> None:
         raise InvalidInputError("a light behind the dial was deleted; record the transport again")
     block = block_of(kept)
     if block is None or (kept.node and kept.node not in compat.node_tree(block).nodes):
-        raise InvalidInputError(f"{owner.name!r} does not shine as it did when it was recorded; record it again")
+        raise InvalidInputError(f"{owner.name!r} has changed since it was recorded; record it again")
     if owner.library is not None or block.library is not None:
         raise InvalidInputError(f"{block.name!r} is linked from another file; make it local to dim it")
 
 
 def block_of(kept: PropertyGroup) -> ID | None:
-    """The data-block that holds the number: the lamp, the material in the slot, or the world."""
+    """The data-block of the number: the lamp, the material in the slot, or the world."""
     owner = kept.owner
     if isinstance(owner, bpy.types.World):
         return owner
@@ -163,7 +163,7 @@ def _keep_apart(wanted: list[tuple[PropertyGroup, float]]) -> None:
 
 
 def _users(owner: ID, slot: int) -> list[tuple[Any, int]]:
-    """All (object, slot) that show the same lamp or material."""
+    """All (object, slot) with the same lamp or material."""
     if slot < 0:
         return [(each, -1) for each in bpy.data.objects if each.data == owner.data]
     material = owner.material_slots[slot].material

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The relit picture where the artist looks: over the camera view, in any workspace, as the scene's view transform."""
+"""The relit picture in the artist's view: over the camera view, in any workspace, with the scene's view transform."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PICTURE = "Light Dial"
 
 
 def place(scene: Scene, image: Image, *, over_camera: bool) -> None:
-    """Show ``image`` in front of what the camera sees, as a background image of the camera, or take it away again."""
+    """Show ``image`` over the camera view, as a background image of the camera, or remove it."""
     if scene.camera is None or scene.camera.type != "CAMERA" or not compat.is_editable(scene.camera.data):
         return
     camera = scene.camera.data
@@ -29,7 +29,7 @@ def place(scene: Scene, image: Image, *, over_camera: bool) -> None:
 
 
 def look(context: Context, image: Image) -> bool:
-    """Show the picture on this screen: in an image editor, else through the camera. False where there is neither."""
+    """Show the picture on this screen: in an image editor, else through the camera. False if there is neither."""
     areas = context.screen.areas if context.screen else ()
     editor = next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
     if editor is not None:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Recording:
-    """A transport render. Everything it needs from Blender is read before it starts, so that a thread can run it."""
+    """A transport render. It reads all data from Blender before it starts, so that a thread can run it."""
 
     scene: Any
     storage: Any
@@ -38,7 +38,7 @@ class Recording:
     view: ViewTransform | None
     fingerprint: Any
     kept: Any = None
-    """The earlier transport of which only ``again`` is to be recorded; None where all is."""
+    """The earlier transport if only ``again`` is recorded; None for a complete recording."""
     again: tuple[str, ...] | None = None
     progress: float = 0.0
     stop: bool = False
@@ -48,7 +48,7 @@ class Recording:
 
     @classmethod
     def of(cls, context: Context, *, only_changed: bool = False) -> Recording:
-        """Translate the scene and find its lights and glowing objects, and which of them have changed."""
+        """Translate the scene and find its lights and emissive objects, and those that have changed."""
         from spectral_core.render.relight.groups import fingerprint
 
         dial, scene = context.scene.spectral.dial, _as_rendered(context)
@@ -61,7 +61,7 @@ class Recording:
         return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, now, kept, again)
 
     def run(self) -> None:
-        """Render; an error is kept for the waiting thread."""
+        """Render; an error is stored for the waiting thread."""
         from spectral_core.render.relight.dial import MOST_BULBS
         from spectral_core.render.relight.transport import record_transport
 
@@ -84,7 +84,7 @@ class Recording:
 
     @property
     def is_running(self) -> bool:
-        """Whether the render is under way."""
+        """True if the render is under way."""
         return self.thread is not None and self.thread.is_alive()
 
     def _note(self, progress: Progress) -> None:
@@ -92,12 +92,12 @@ class Recording:
 
 
 def _as_rendered(context: Context) -> SpectralScene:
-    """Translate the scene as F12 does, which the viewport may not show: a render that stops after translation."""
+    """Translate the scene for F12, which the viewport may not show: a render that stops after translation."""
     caught: list[Any] = []
 
     def catch(scene: SpectralScene) -> NoReturn:
         caught.append(scene)
-        raise RenderCancelled("only the scene was asked for")
+        raise RenderCancelled("only the scene was requested")
 
     render = context.scene.render
     engine, render.engine = render.engine, "SPECTRAL"
@@ -114,7 +114,7 @@ def _as_rendered(context: Context) -> SpectralScene:
 
 
 def _kept(scene: Scene, now: Any) -> tuple[Transport | None, tuple[str, ...] | None]:
-    """The present recording and the groups of it that changed; None for both where all must be recorded."""
+    """The present recording and its changed groups; None for both if all must be recorded."""
     from spectral_core.render.relight.groups import Fingerprint, changed_groups
 
     dial = scene.spectral.dial
@@ -122,7 +122,7 @@ def _kept(scene: Scene, now: Any) -> tuple[Transport | None, tuple[str, ...] | N
         before = json.loads(dial.recorded_groups or "null")
         again = changed_groups(Fingerprint(before["rest"], before["groups"]), now)
         kept = live.live_mix(scene).transport
-    except (ValueError, KeyError, TypeError, SpectralError, OSError):  # of an earlier version, or gone
+    except (ValueError, KeyError, TypeError, SpectralError, OSError):  # of an earlier version, or deleted
         return None, None
     if again is None or kept.storage.channel_names() != storage_of(dial).channel_names():
         return None, None

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The palette while it is edited: what changed is solved again, at once or when the artist rests."""
+"""The palette during editing: changes are solved at once, or when the artist pauses."""

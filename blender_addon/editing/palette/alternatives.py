@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Other answers to the palette: found by the core, kept in the file, taken as the solution by choice."""
+"""Alternative solutions of the palette: found by the core, stored in the file, selected by the artist."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from .solve import forget_solutions
 
 
 def find(scene: Scene, seed: int = 0) -> int:
-    """Look for different answers and keep them; returns how many. Raises InvalidInputError where nothing is free."""
+    """Find and store alternative solutions; returns their number. Raises InvalidInputError if nothing is free."""
     palette = scene.spectral.palette
     if palette.use_tints or any(len(material.dyes) for material in palette.materials):
-        raise InvalidInputError("alternatives are looked for without tints and dyes; switch them off")
+        raise InvalidInputError("alternatives do not support tints and dyes; switch them off")
     problem = palette_problem(palette)
     locked = {}
     for row, material in enumerate(palette.materials):
@@ -59,14 +59,16 @@ def find(scene: Scene, seed: int = 0) -> int:
 
 
 def take(scene: Scene, index: int) -> None:
-    """Make an answer the palette's solution: spectra, and the colors that the cells show."""
+    """Make an alternative the palette's solution: spectra, and the colors of the cells."""
     palette = scene.spectral.palette
     if not 0 <= index < len(palette.alternatives):
-        raise InvalidInputError(f"there is no answer {index}; there are {len(palette.alternatives)}, counted from 0")
+        raise InvalidInputError(
+            f"there is no alternative {index}; there are {len(palette.alternatives)}, counted from 0"
+        )
     spectra = json.loads(palette.alternatives[index].spectra)
     lights, _ = solved_state(palette)
     if lights is None:
-        raise InvalidInputError("the palette is not solved; solve it, and look for answers again")
+        raise InvalidInputError("the palette is not solved; solve it, and find alternatives again")
     for material in palette.materials:
         stored = spectra.get(str(material.uid))
         if stored is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The materials, lights and worlds that the table names, and whether they were renamed or deleted since."""
+"""The materials, lights and worlds in the table, and their renaming or deletion."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bpy.types import ID, PropertyGroup
 from ... import compat
 
 POINTERS = {"material": "materials", "light": "lights", "world": "worlds"}
-"""Property of a row or column, and where in ``bpy.data`` such data-blocks are."""
+"""Property of a row or column, and the collection of ``bpy.data`` with such data-blocks."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Fault:
 
 
 def bound(palette: PropertyGroup) -> Iterator[tuple[PropertyGroup, str, ID | None]]:
-    """Every row and column, with the name of each of its pointers and the data-block there."""
+    """Every row and column, with the name of each of its pointers and the data-block of that name."""
     for entry in (*palette.lights, *palette.materials):
         for pointer in POINTERS:
             if hasattr(entry, pointer):
@@ -35,7 +35,7 @@ def bound(palette: PropertyGroup) -> Iterator[tuple[PropertyGroup, str, ID | Non
 
 
 def faults(palette: PropertyGroup) -> list[Fault]:
-    """List the problems that the artist should know before Apply."""
+    """Problems to report to the artist before Apply."""
     found = []
     for entry, pointer, block in bound(palette):
         known = getattr(entry, f"{pointer}_name")
@@ -55,13 +55,13 @@ def faults(palette: PropertyGroup) -> list[Fault]:
 
 
 def _is_unused(palette: PropertyGroup, block: ID) -> bool:
-    """Whether the table alone keeps a data-block: an object that was deleted leaves its light behind."""
+    """True if only the table uses a data-block: a deleted object leaves its light behind."""
     own = sum(each == block for _, _, each in bound(palette))
     return block.users - bool(block.use_fake_user) <= own and not isinstance(block, bpy.types.Material)
 
 
 def mend(palette: PropertyGroup) -> list[str]:
-    """Follow new names, find data-blocks by their old names, and clear the rest; return a sentence for each change."""
+    """Update names, find data-blocks by their old names, and clear the rest; return a sentence for each change."""
     done = []
     for fault in faults(palette):
         entry, pointer = fault.entry, fault.pointer
@@ -82,5 +82,5 @@ def mend(palette: PropertyGroup) -> list[str]:
 
 
 def local_copy(block: ID) -> ID:
-    """A linked data-block made local; local objects that used it use the local one."""
+    """A linked data-block made local; local objects use the local one instead."""
     return block.make_local(clear_liboverride=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a change in the palette's panel to a new solution. Panels never solve: they show what was stored."""
+"""From a change in the palette's panel to a new solution. Panels never solve: they show stored results."""
 
 import bpy
 
@@ -12,14 +12,14 @@ from . import possible
 from .solve import finish_live, forget_solutions, solve_live
 
 DELAY_SECONDS = 0.02
-"""From an edit to its solution; edits in the meantime are solved together."""
+"""Time from an edit to its solution; further edits in this time are solved together."""
 REST_SECONDS = 0.3
-"""Without a further edit the solution is finished: all rounds, and which cells conflict."""
+"""Time without a further edit after which the solution is finished: all rounds, and the conflicts."""
 AREAS = ("VIEW_3D", "PROPERTIES", "NODE_EDITOR")
 
 
 def edited(properties: bpy.types.PropertyGroup) -> None:
-    """Answer a change of the palette: solve again where it is live, else mark its result as old."""
+    """Handle a change of the palette: solve again if it is live, else mark its result as outdated."""
     palette = properties.id_data.spectral.palette
     palette.is_stale = True
     if palette.live:
@@ -33,7 +33,7 @@ def _live_switched(palette: bpy.types.PropertyGroup) -> None:
 
 
 def _mode_changed(cell: bpy.types.PropertyGroup) -> None:
-    """Give a cell that refers to other cells the references that artists choose most often."""
+    """Give a cell that refers to other cells the most frequent references."""
     with paused():
         fill_references(cell)
     hooks.announce(Topic.PALETTE, cell)
@@ -60,7 +60,7 @@ LIVE = Deferred(_follow, _finish, delay_seconds=DELAY_SECONDS, rest_seconds=REST
 
 @bpy.app.handlers.persistent
 def _after_undo(scene: bpy.types.Scene | None, *_rest: object) -> None:
-    """Blender stores an undo step before the timer has solved, so a step may hold targets with older results."""
+    """Blender stores an undo step before the timer has solved, so a step may contain new targets with older results."""
     if scene is not None and scene.spectral.palette.live and len(scene.spectral.palette.materials):
         LIVE.request(scene)
 
@@ -81,7 +81,7 @@ LISTENERS = {
 
 
 def register() -> None:
-    """Follow edits, and solve again after undo and redo."""
+    """Start listening to edits, and solve again after undo and redo."""
     for topic, listener in LISTENERS.items():
         hooks.listen(topic, listener)
     for name, handler in HANDLERS.items():
@@ -89,7 +89,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Stop following edits, and forget those that wait."""
+    """Stop listening to edits, and drop pending ones."""
     for name, handler in HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(*LISTENERS)

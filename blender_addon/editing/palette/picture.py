@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the palette finds, in the picture while it is edited: re-lit where only lights change, else rendered anew.
+"""The palette's solution in the picture during editing: re-lit if only lights change, else rendered again.
 
 Radiance is linear in the spectrum of each light, at any number of bounces, so a recording shows new lights at once. It
-is not linear in a reflectance, whose light falls on other surfaces too: for those, Rendered viewports begin again.
+is not linear in a reflectance, whose light reaches other surfaces too: for those, Rendered viewports start again.
 """
 
 from __future__ import annotations
@@ -26,18 +26,20 @@ from .bindings import bound
 Shown = dict[int, tuple[Spectrum, float]]
 
 _shown: dict[int, Shown] = {}
-"""By scene, the spectra that are shown before they are applied. Not saved: a file that is opened shows what it has."""
+"""By scene, the spectra that are shown before they are applied. Not saved: an opened file shows its own spectra."""
 RELIT = "Re-lit from the recording"
 RENDERED = "Rendered anew"
 
 
 def shown_in(scene: Scene) -> Shown:
-    """Spectrum and factor on its power of each material, light and world that is not as applied, by session number."""
+    """Spectrum and power factor of each material, light and world that differs from the applied one, by session
+    number.
+    """
     return _shown.get(scene.session_uid, {})
 
 
 def follow(scene: Scene) -> None:
-    """Show what the palette has found; ``palette.picture`` says how."""
+    """Show the palette's solution; ``palette.picture`` selects how."""
     palette = scene.spectral.palette
     if not palette.in_viewport or palette.allow_negative or palette.status in ("", "inaccurate", "invisible"):
         forget(scene)
@@ -48,7 +50,7 @@ def follow(scene: Scene) -> None:
     if now.keys() == before.keys() and all(now[key] is before[key] for key in now):
         return
     _shown[scene.session_uid] = now
-    scene.update_tag()  # tells the viewports
+    scene.update_tag()  # notifies the viewports
     if not now:
         palette.picture = ""
         return
@@ -57,7 +59,7 @@ def follow(scene: Scene) -> None:
 
 
 def forget(scene: Scene) -> None:
-    """Show the scene as it is: after Apply, or where the palette is not to be shown."""
+    """Show the scene as it is: after Apply, or if the palette is not to be shown."""
     scene.spectral.palette.picture = ""
     if _shown.pop(scene.session_uid, None):
         scene.update_tag()
@@ -66,7 +68,7 @@ def forget(scene: Scene) -> None:
 
 
 def _found(palette: PropertyGroup) -> tuple[dict[int, ID], Shown]:
-    """What differs from what its material, light or world carries, by session number."""
+    """Spectra that differ from those of their material, light or world, by session number."""
     level = 2.0**palette.applied_exposure
     blocks: dict[int, ID] = {}
     found: Shown = {}
@@ -81,7 +83,7 @@ def _found(palette: PropertyGroup) -> tuple[dict[int, ID], Shown]:
 
 
 def _relight(scene: Scene, blocks: dict[ID, tuple[Spectrum, float]]) -> str:
-    """Re-light the recording; why that cannot be, "" where it was done."""
+    """Re-light the recording; the reason if that is impossible, "" if it was done."""
     why, lights = _bulbs(scene.spectral.dial, blocks)
     if not why:
         dial_live.design(scene, lights)
@@ -93,21 +95,21 @@ def _relight(scene: Scene, blocks: dict[ID, tuple[Spectrum, float]]) -> str:
     if why:
         dial_live.design(scene, {})
         if _is_rendered(scene):
-            dial_live.uncover(scene)  # it would hide the picture that is rendered anew
+            dial_live.uncover(scene)  # it would hide the rendered picture
     return why
 
 
 def _bulbs(
     dial: PropertyGroup, blocks: dict[ID, tuple[Spectrum, float]]
 ) -> tuple[str, dict[str, tuple[Spectrum, float]]]:
-    """Why a recording cannot show these spectra, and by bulb what it would shine with."""
+    """Reason why a recording cannot show these spectra, and the new light by bulb."""
     if not dial.scene_hash or not len(dial.bulbs):
         return "no light is recorded (Light Dial)", {}
     if dial.changes:
-        return "the scene is not as it was recorded", {}
+        return "the scene has changed since the recording", {}
     material = next((block for block in blocks if isinstance(block, bpy.types.Material)), None)
     if material is not None:
-        return f"{material.name} reflects other light onto what is around it", {}
+        return f"{material.name} reflects other light onto other objects", {}
     lights: dict[str, tuple[Spectrum, float]] = {}
     for block, (spectrum, strength) in blocks.items():
         bulbs = [bulb for bulb in dial.bulbs if any(block_of(member) == block for member in bulb.members)]
@@ -121,14 +123,14 @@ def _bulbs(
 
 
 def _is_rendered(scene: Scene) -> bool:
-    """Whether a 3D view shows the scene in Rendered mode by this engine."""
+    """True if a 3D view shows the scene in Rendered mode by this engine."""
     windows = bpy.context.window_manager.windows if scene.render.engine == "SPECTRAL" else ()
     areas = (area for window in windows if window.scene == scene for area in window.screen.areas)
     return any(area.type == "VIEW_3D" and area.spaces.active.shading.type == "RENDERED" for area in areas)
 
 
 def _switched(palette: PropertyGroup) -> None:
-    """The option was switched: show the last solution, or the scene as it is."""
+    """The option was changed: show the last solution, or the scene as it is."""
     if palette.status and not palette.is_stale:
         follow(palette.id_data)
 
@@ -139,13 +141,13 @@ def _after_load(*_: object) -> None:
 
 
 def register() -> None:
-    """Follow the option, and files."""
+    """Start listening to the option, and to files."""
     hooks.listen(Topic.PALETTE_PICTURE, _switched)
     bpy.app.handlers.load_post.append(_after_load)
 
 
 def unregister() -> None:
-    """Show nothing more."""
+    """Stop showing the solution."""
     bpy.app.handlers.load_post.remove(_after_load)
     hooks.ignore(Topic.PALETTE_PICTURE)
     _shown.clear()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Possible? The core's answer for the selected cell, kept for the panel, with a picture of the set."""
+"""Possible colors: the core's answer for the selected cell, stored for the panel, with a picture of the set."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from ..deferred import redraw
 SIZE = 96
 POLL_SECONDS = 0.05
 VISIBLE = 1.0
-"""ΔE2000 from which an eye sees a difference."""
+"""ΔE2000 from which a difference is visible."""
 _pictures: dict[int, NDArray[np.float32]] = {}
-"""Picture of the last answer by scene. Not saved: a file that is opened asks anew."""
+"""Picture of the last answer by scene. Not saved: an opened file computes it again."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked, read from the properties, so that a thread can answer. ``lights``: names of the columns."""
+    """The question, read from the properties, so that a thread can answer. ``lights``: names of the columns."""
 
     problem: PaletteProblem
     place: tuple[int, int]
@@ -44,7 +44,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """What the core says to a question."""
+    """The core's answer to a question."""
 
     question: Question
     found: NearestColor
@@ -53,12 +53,12 @@ class Answer:
 
 
 def ask(scene: Scene) -> PropertyGroup:
-    """Answer for the selected cell, and keep the answer. Raises InvalidInputError where nothing can be said."""
+    """Answer for the selected cell, and store the answer. Raises InvalidInputError if there is none."""
     return _keep(scene, answered(question_of(scene.spectral.palette)))
 
 
 def question_of(palette: PropertyGroup) -> Question:
-    """Ask about the selected cell. Raises InvalidInputError for a table that cannot be solved."""
+    """Question for the selected cell. Raises InvalidInputError for a table that cannot be solved."""
     row, column = palette.active_row, palette.active_column
     cell = palette.materials[row].cells[column]
     wanted = linear_from_display_rgb(cell.target if cell.mode == "FIXED" or not cell.has_result else cell.actual)
@@ -68,7 +68,7 @@ def question_of(palette: PropertyGroup) -> Question:
 
 
 def answered(question: Question) -> Answer:
-    """The answer; reads nothing of Blender. Raises InvalidInputError where nothing can be said."""
+    """The answer; reads nothing from Blender. Raises InvalidInputError if there is none."""
     lights, actual = question.state
     colors = possible_colors(question.problem, question.place, lights=lights, actual=actual)
     found = colors.nearest(question.wanted)
@@ -77,7 +77,7 @@ def answered(question: Question) -> Answer:
 
 
 def _keep(scene: Scene, known: Answer) -> PropertyGroup:
-    """Put an answer where the panel finds it."""
+    """Store an answer for the panel."""
     answer = scene.spectral.palette.possible
     answer.material_uid, answer.light_uid = known.question.uids
     answer.asked = np.clip(display_rgb_from_linear(known.question.wanted), 0, 1)
@@ -91,7 +91,7 @@ def _keep(scene: Scene, known: Answer) -> PropertyGroup:
 
 @dataclass
 class _Asking:
-    """The question that a thread answers; ``again``: another cell or color is asked for meanwhile."""
+    """A question in a thread; ``again``: another cell or color was selected since then."""
 
     scene: int
     answer: Future[Answer]
@@ -103,7 +103,9 @@ _asking: list[_Asking] = []
 
 
 def follow(scene: Scene) -> None:
-    """Answer for the selected cell on a thread, where the artist wants that; the panel shows it when it is there."""
+    """Answer for the selected cell on a thread, if the artist enabled that; the panel shows the answer when it is
+    ready.
+    """
     palette = scene.spectral.palette
     if bpy.app.background or not palette.possible_follows or not (len(palette.materials) and len(palette.lights)):
         return
@@ -112,7 +114,7 @@ def follow(scene: Scene) -> None:
         return
     try:
         question = question_of(palette)
-    except SpectralError:  # the palette's own message says it
+    except SpectralError:  # the palette's own message reports it
         return
     if not _thread:
         _thread.append(ThreadPoolExecutor(1, thread_name_prefix="possible"))
@@ -121,7 +123,7 @@ def follow(scene: Scene) -> None:
 
 
 def _collect() -> float | None:
-    """Take the answer of the thread, and ask again where something has changed meanwhile."""
+    """Store the answer of the thread, and start again if something has changed since then."""
     if not _asking or not _asking[0].answer.done():
         return POLL_SECONDS if _asking else None
     asked = _asking.pop()
@@ -139,7 +141,7 @@ def _collect() -> float | None:
 
 
 def stop() -> None:
-    """Wait for no answer any more."""
+    """Stop waiting for an answer."""
     _asking.clear()
     if bpy.app.timers.is_registered(_collect):
         bpy.app.timers.unregister(_collect)
@@ -148,7 +150,7 @@ def stop() -> None:
 
 
 def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArray[np.float64] | None]:
-    """Lights and colors of the last solution; None where there is none."""
+    """Lights and colors of the last solution; None if there is none."""
     if not palette.status or not all(cell.has_result for material in palette.materials for cell in material.cells):
         return None, None
     lights = []
@@ -164,7 +166,7 @@ def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArr
 def _words(
     lights: tuple[str, ...], colors: PossibleColors, found: NearestColor, wanted: NDArray[np.float64]
 ) -> list[str]:
-    """The answer for an artist."""
+    """Text of the answer."""
     if found.reachable:
         lines = ["Possible."]
     else:
@@ -172,12 +174,12 @@ def _words(
         for cell, _ in colors.in_the_way(found)[:2]:
             left = colors.without(cell, wanted)
             name = lights[cell[1]]
-            lines.append(f"In the way: the exact color under {name}. Without it ΔE {left:.1f} would be left.")
+            lines.append(f"Conflict: the exact color under {name}. Without it ΔE {left:.1f} would remain.")
         if CellReach(colors.light, colors.reach.grid, scale=None).nearest(wanted).delta_e_2000 > VISIBLE:
-            lines.append("No reflectance has it, whatever the other cells ask. More light or another lamp helps.")
+            lines.append("No reflectance has it, even without the other cells. More light or another lamp helps.")
     if colors.open:
         names = ", ".join(lights[column] for _, column in colors.open)
-        lines.append(f"Targets under {names} are not exact, so they may give way.")
+        lines.append(f"Targets under {names} are not exact, so they may be missed.")
     return lines
 
 
@@ -210,13 +212,13 @@ def picture_of(scene: Scene) -> NDArray[np.float32] | None:
 
 
 def take_nearest(scene: Scene) -> None:
-    """Make the nearest possible color the target of the cell that was asked about."""
+    """Make the nearest possible color the target of the answered cell."""
     palette = scene.spectral.palette
     answer = palette.possible
     rows = {material.uid: material for material in palette.materials}
     columns = {light.uid: column for column, light in enumerate(palette.lights)}
     if not answer.words or answer.material_uid not in rows or answer.light_uid not in columns:
-        raise InvalidInputError("nothing was asked yet; select a cell and press Possible?")
+        raise InvalidInputError("there is no question yet; select a cell and press Possible?")
     cell = rows[answer.material_uid].cells[columns[answer.light_uid]]
     cell.mode = "FIXED"
     cell.target = display_rgb_from_linear(np.maximum(answer.nearest_linear, 0.0))

@@ -10,20 +10,20 @@ from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteRef
 from spectral_core.spectra.spectrum import Spectrum
 
 _sessions: dict[int, Any] = {}
-"""Live session by scene. Not saved: a file that is opened starts a new one."""
+"""Live session by scene. Not saved: an opened file starts a new one."""
 
 TABLE = ("grid", "lights", "reflectances", "cells")
-"""Attributes of a problem that are compared entry by entry; every other attribute is compared as a whole."""
+"""Attributes of a problem that are compared entry by entry; all others are compared as a whole."""
 
 
 def live_solution(scene_uid: int, problem: PaletteProblem) -> PaletteSolution:
-    """The solution after the edit that led to ``problem``, from the last one on; quick, and perhaps not the last word.
+    """Quick solution after the edit that led to ``problem``, from the previous one; it may not be optimal yet.
 
-    Where lights are designed one round follows each edit; ``solve_palette`` from here on does the rest.
+    If lights are designed, one round follows each edit; ``solve_palette`` continues from this solution.
     """
     from spectral_core.palette.live.session import PaletteSession
 
-    session = _sessions.pop(scene_uid, None)  # an edit that fails leaves no half-edited session behind
+    session = _sessions.pop(scene_uid, None)  # an edit that fails leaves no partly edited session behind
     if session is None or not _same_table(session.problem, problem):
         session = PaletteSession(problem)
     else:
@@ -38,12 +38,12 @@ def live_solution(scene_uid: int, problem: PaletteProblem) -> PaletteSolution:
 
 
 def forget_sessions() -> None:
-    """Start anew at the next edit."""
+    """Start a new session at the next edit."""
     _sessions.clear()
 
 
 def _same_table(before: PaletteProblem, after: PaletteProblem) -> bool:
-    """Whether two problems have the same rows, columns and designed spectra, so that one solution fits both."""
+    """True if two problems have the same rows, columns and designed spectra, so that one solution fits both."""
 
     def shape(problem: PaletteProblem) -> tuple:
         lights = tuple((light.free, len(light.primaries)) for light in problem.lights)

@@ -17,7 +17,7 @@ from . import picture
 from .session import forget_sessions, live_solution
 
 _last: dict[int, PaletteSolution] = {}
-"""Last solution by scene, where the next one may start from. Not saved: a file that is opened starts anew."""
+"""Last solution by scene, a start for the next one. Not saved: an opened file starts without it."""
 
 
 def solve_scene(scene: Scene) -> PaletteSolution | None:
@@ -26,24 +26,25 @@ def solve_scene(scene: Scene) -> PaletteSolution | None:
 
 
 def solve_live(scene: Scene) -> PaletteSolution | None:
-    """Follow an edit at once: a few milliseconds for the usual table; tables that take seconds wait for the button."""
+    """Solve an edit at once: a few milliseconds for the usual table; tables that take seconds wait for the button."""
     palette = scene.spectral.palette
     if not len(palette.lights) or not len(palette.materials):
         return None
     if takes_seconds(palette):
-        palette.message = "This table takes some seconds to solve: press Solve"
+        if palette.is_stale:  # Solve may have been pressed since the edit
+            palette.message = "This table takes some seconds to solve: press Solve"
         return None
     return _solve(scene, lambda problem: live_solution(scene.session_uid, problem), finished=False)
 
 
 def finish_live(scene: Scene) -> PaletteSolution | None:
-    """Finish what ``solve_live`` leaves out for speed: all rounds, and the explanation of conflicts."""
+    """Finish the parts that ``solve_live`` omits for speed: all rounds, and the explanation of conflicts."""
     from spectral_core.palette import solve_palette
 
     palette = scene.spectral.palette
     if palette.is_stale or not palette.status or takes_seconds(palette):
         return None
-    # A common brightness is found anew: from a brightened solution it would only ever grow.
+    # A common brightness is computed anew: from a brightened solution it would only grow.
     before = None if palette.scale_lights else _last.get(scene.session_uid)
     return _solve(scene, lambda problem: solve_palette(problem, warm=before))
 
@@ -59,7 +60,7 @@ def _solve(
             palette.message = str(error)
             palette.is_stale = True
             return None
-        except Exception as error:  # a timer has nobody else to tell it to
+        except Exception as error:  # a timer cannot pass the error to a caller
             traceback.print_exc()
             palette.message = f"the solver failed unexpectedly ({type(error).__name__}: {error})"
             palette.is_stale = True
@@ -73,6 +74,6 @@ def _solve(
 
 
 def forget_solutions() -> None:
-    """Start anew at the next edit."""
+    """Start without a solution at the next edit."""
     _last.clear()
     forget_sessions()

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Rendered viewport: what each view shows, and the process that traces it."""
+"""The Rendered viewport: the pictures of each view, and the process that traces them."""

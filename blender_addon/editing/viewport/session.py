@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One 3D view in Rendered mode: edits go to the live renderer, its pictures come back."""
+"""One 3D view in Rendered mode: sends edits to the live renderer, and receives its pictures."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from spectral_core.scene.look import Look
 from ... import jobs
 from ...compat import working_space
 from ...properties.hooks import Topic, ignore, listen
-from ...translate.camera import filter_width_of
+from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Kept
 from ...translate.viewport.look import look_of
@@ -31,16 +31,17 @@ from ...translate.visibility import cycles_settings
 from ..palette.picture import shown_in
 
 FIRST_WAIT_S = 0.08
-"""How long a redraw waits for the first picture of a change, less what the change itself has taken: a later picture
-needs another redraw, but the interface must not stand still for 100 ms."""
+"""Largest wait of a redraw for the first picture of a change, minus the time of the change itself: a later picture
+needs another redraw, but the interface must not block for 100 ms.
+"""
 _names = itertools.count(1)
 
 
 @dataclass
 class _Stage:
-    """What several views of one scene share.
+    """Data that several views of one scene share.
 
-    ``users``: names of the views. ``moment``, ``designed``: frame and palette that ``kept`` is of.
+    ``users``: names of the views. ``moment``, ``designed``: frame and palette of ``kept``.
     """
 
     kept: Kept = field(default_factory=Kept)
@@ -49,7 +50,7 @@ class _Stage:
     designed: dict[int, Any] = field(default_factory=dict)
 
     def keep_up(self, depsgraph: Any) -> None:
-        """Forget what edits have touched, and everything where Blender does not tell what has changed."""
+        """Drop the parts that edits have changed, and all parts if Blender does not report the changes."""
         source = depsgraph.scene
         moment = (_epochs[0], source.frame_current, source.frame_subframe, working_space(bpy.data))
         if moment != self.moment:
@@ -63,14 +64,14 @@ class _Stage:
 
 _stages: dict[str, _Stage] = {}
 _epochs = [0]
-"""How often data was exchanged as a whole: by an undo, or by loading a file."""
+"""Number of complete exchanges of data, by an undo or by loading a file."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """What a side of a view draws: the latest picture, if there is one, and a word on trouble.
+    """Picture of a side of a view: the latest picture, if there is one, and a text on errors.
 
-    ``matrix``: (3, 3) from its linear sRGB to what is shown: exposure and adaptation of its look.
+    ``matrix``: (3, 3) from its linear sRGB to the display: exposure and adaptation of its look.
     """
 
     shown: Shown | None
@@ -92,7 +93,7 @@ class _Side:
 
 
 class ViewSession:
-    """The view of one engine. ``redraw``: asks Blender to draw it again; called from another thread."""
+    """The view of one engine. ``redraw``: requests a redraw from Blender; called from another thread."""
 
     def __init__(self, redraw: Callable[[], None]) -> None:
         self.name = f"view {next(_names)}"
@@ -104,11 +105,11 @@ class ViewSession:
 
     @property
     def link(self) -> LiveLink:
-        """The session's renderer."""
+        """The session's link to the renderer."""
         return jobs.live()
 
     def update(self, context: Any, depsgraph: Any) -> None:
-        """Send what an edit has changed. Called on the main thread, where alone the depsgraph may be read."""
+        """Send the changes of an edit. Called on the main thread, the only one that may read the depsgraph."""
         stage = self._enter(context, depsgraph)
         self._began = time.monotonic()
         _stages[stage].keep_up(depsgraph)
@@ -133,11 +134,11 @@ class ViewSession:
             side.is_changed |= self.link.show(self._stage_of(side), look.on(scene))
 
     def _stage_of(self, side: _Side) -> str:
-        """The left side of every view shows the same scene, the right side another."""
+        """The left sides of all views show one scene, the right sides another."""
         return f"{self._stage}.{side.name.rpartition('.')[2]}"
 
     def _enter(self, context: Any, depsgraph: Any) -> str:
-        """The stage of this view, which it shares with all that show the same objects."""
+        """The stage of this view, shared by all views with the same objects."""
         space = context.space_data
         is_local = space.local_view is not None or space.use_local_collections
         own = f"/{self.name}" if is_local else ""
@@ -158,15 +159,15 @@ class ViewSession:
 
         film = Film(
             960, 540, samples=1, seed=source.spectral.render.seed, transparent=source.render.film_transparent,
-            filter_width=filter_width_of(source.render),
+            **pixel_filter_of(source),
         )  # fmt: skip
-        camera = Camera(world_from_camera=np.eye(4))  # what a view looks through is asked for with each picture
+        camera = Camera(world_from_camera=np.eye(4))  # the camera of a view is part of each request for a picture
         return translate_scene(
             depsgraph, film=film, seen_from=camera, shows=shows, kept=stage.kept, designed=stage.designed
         )
 
     def look(self, context: Any, depsgraph: Any) -> list[Picture]:
-        """The pictures to draw now, from left to right; asks for new ones where anything has changed."""
+        """The pictures to draw now, from left to right; requests new ones if anything has changed."""
         if not self._stage:
             self.update(context, depsgraph)
         if self._trouble or not self._sides:
@@ -187,11 +188,11 @@ class ViewSession:
         return Picture(shown, is_current, self.link.trouble(side.name), side.look.picture_matrix)
 
     def _ask(self, side: _Side, context: Any, depsgraph: Any) -> bool:
-        """Ask for another picture of a side where it would differ from the last."""
+        """Request a new picture of a side if it would differ from the last."""
         space, region = context.space_data, context.region
         camera = space.camera if space.use_local_camera and space.camera else depsgraph.scene.camera
         seen = None if camera is None else camera.evaluated_get(depsgraph)
-        viewpoint = viewpoint_of(context.region_data, space, seen)
+        viewpoint = viewpoint_of(context.region_data, space, seen, depsgraph.scene_eval)
         exposure = float(cycles_settings(depsgraph.scene_eval, "film_exposure", 1.0))
         samples, stage = depsgraph.scene.spectral.viewport.samples, self._stage_of(side)
         key = (region.width, region.height, samples, exposure, stage)
@@ -207,7 +208,7 @@ class ViewSession:
         self._trouble = text
 
     def leave(self) -> None:
-        """Trace this view no more."""
+        """Stop tracing this view."""
         stage = _stages.get(self._stage)
         if stage is None:
             return
@@ -223,7 +224,7 @@ class ViewSession:
 
 @bpy.app.handlers.persistent
 def _exchanged(*_: object) -> None:
-    """An undo or a file gives other data under the same session numbers, and tells of no edit."""
+    """An undo or a file gives other data the same session numbers, without reporting an edit."""
     _epochs[0] += 1
 
 
@@ -231,14 +232,14 @@ EXCHANGES = ("undo_pre", "undo_post", "redo_pre", "redo_post", "load_pre", "load
 
 
 def register() -> None:
-    """Follow the viewport's settings, and undo."""
+    """Start listening to the viewport's settings, and to undo."""
     listen(Topic.VIEWPORT, redraw_all)
     for name in EXCHANGES:
         getattr(bpy.app.handlers, name).append(_exchanged)
 
 
 def unregister() -> None:
-    """Follow them no more."""
+    """Stop listening."""
     ignore(Topic.VIEWPORT)
     for name in EXCHANGES:
         getattr(bpy.app.handlers, name).remove(_exchanged)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Look for different answers to the palette, and take one of them."""
+"""Find alternative solutions of the palette, and select one of them."""
 
 import bpy
 from bpy.props import IntProperty
@@ -21,7 +21,7 @@ class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         count = alternatives.find(context.scene, self.seed)
         if count < 2:
-            self.report({"WARNING"}, "the targets leave one answer; ignore a cell or unlock a material for more")
+            self.report({"WARNING"}, "the targets allow only one solution; ignore a cell or unlock a material for more")
         else:
             self.report({"INFO"}, f"{count} different answers")
 

@@ -8,7 +8,7 @@ from bpy.types import Context, Event
 from ...properties.viewport import LOOKS
 
 GRIP_PIXELS = 12.0
-"""How near to the divider a press must be to take hold of it."""
+"""Largest distance of a press from the divider that starts a drag."""
 
 
 class SPECTRAL_OT_look_under(bpy.types.Operator):
@@ -65,7 +65,7 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """Only over a view that is split."""
+        """Only over a split view."""
         space = context.space_data
         return (
             context.engine == "SPECTRAL"
@@ -76,7 +76,7 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
         )
 
     def invoke(self, context: Context, event: Event) -> set[str]:
-        """Take hold of the divider, where the press is near it."""
+        """Start the drag if the press is near the divider."""
         region, settings = context.region, context.scene.spectral.viewport
         scale = context.preferences.system.ui_scale
         if region.type != "WINDOW" or abs(event.mouse_region_x - settings.divider * region.width) > GRIP_PIXELS * scale:
@@ -103,7 +103,7 @@ _keys: list = []
 
 
 def register() -> None:
-    """Register the operators, and the press that takes hold of a divider."""
+    """Register the operators, and the key map entry of the divider."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     manager = bpy.context.window_manager
@@ -114,7 +114,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take all of it away."""
+    """Remove all of them."""
     while _keys:
         keymap, item = _keys.pop()
         keymap.keymap_items.remove(item)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent dyes of the material that is selected in the palette, and of the active material of the scene."""
+"""Fluorescent dyes of the selected material of the palette, and of the active material of the scene."""
 
 import bpy
 from bpy.props import IntProperty
@@ -10,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 from ...editing.palette import live
 from ...properties.spectrum import tag
 from ...translate.spectra.stored import require_editable
-from ..common import UNDOABLE, palette_in, reporting
+from ..common import UNDOABLE, add_or_remove, palette_in, reporting
 from ..spectrum import carrier
 
 
@@ -20,7 +20,7 @@ class SPECTRAL_OT_palette_dye(bpy.types.Operator):
     bl_idname = "spectral.palette_dye"
     bl_label = "Add Dye"
     bl_options = UNDOABLE
-    index: IntProperty(name="Remove", default=-1, description="The dye to take away; -1 adds one")
+    index: IntProperty(name="Remove", default=-1, description="The dye to remove; -1 adds one")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -32,12 +32,7 @@ class SPECTRAL_OT_palette_dye(bpy.types.Operator):
             raise InvalidInputError(
                 f"{material.name!r} is measured, so no dye can be designed into it; set it to Designed"
             )
-        if self.index < 0:
-            material.dyes.add()
-        elif self.index < len(material.dyes):
-            material.dyes.remove(self.index)
-        else:
-            raise InvalidInputError(f"there is no dye {self.index}; there are {len(material.dyes)}, counted from 0")
+        add_or_remove(material.dyes, self.index, "dye")
         live.edited(palette)
 
 
@@ -47,7 +42,7 @@ class SPECTRAL_OT_material_dye(bpy.types.Operator):
     bl_idname = "spectral.material_dye"
     bl_label = "Add Dye"
     bl_options = UNDOABLE
-    index: IntProperty(name="Remove", default=-1, description="The dye to take away; -1 adds one")
+    index: IntProperty(name="Remove", default=-1, description="The dye to remove; -1 adds one")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -55,13 +50,7 @@ class SPECTRAL_OT_material_dye(bpy.types.Operator):
         if material is None:
             raise InvalidInputError("there is no active material to hold a dye; select an object with one")
         require_editable(material)
-        dyes = material.spectral.dyes
-        if self.index < 0:
-            dyes.add()
-        elif self.index < len(dyes):
-            dyes.remove(self.index)
-        else:
-            raise InvalidInputError(f"there is no dye {self.index}; there are {len(dyes)}, counted from 0")
+        add_or_remove(material.spectral.dyes, self.index, "dye")
         tag(material.spectral)
 
 

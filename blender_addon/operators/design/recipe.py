@@ -20,7 +20,7 @@ class SPECTRAL_OT_recipe_find(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         if not recipe.find(context.scene):
-            self.report({"WARNING"}, "what is asked cannot all be reached; this is the nearest")
+            self.report({"WARNING"}, "not all requirements can be reached; this is the nearest recipe")
 
 
 class SPECTRAL_OT_recipe_copy(bpy.types.Operator):
@@ -54,7 +54,7 @@ class SPECTRAL_OT_recipe_give(bpy.types.Operator):
             target = (active.data if active.type == "LIGHT" else None) if lamp else active.active_material
         if target is None:
             wanted = "a lamp" if lamp else "an object with a material"
-            raise InvalidInputError(f"select {wanted} that gets what the recipe makes")
+            raise InvalidInputError(f"select {wanted} that gets the spectrum of the recipe")
         recipe.give(context.scene, target)
         self.report({"INFO"}, f"{target.name} has it")
 

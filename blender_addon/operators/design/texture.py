@@ -14,7 +14,7 @@ from ...editing import texture_job
 from ...editing.deferred import redraw
 from ...properties.texture import NODE
 from ...translate.spectra.stored import store_spectrum
-from ..common import UNDOABLE, reporting
+from ..common import UNDOABLE, add_or_remove, reporting
 
 
 class SPECTRAL_OT_texture_design(bpy.types.Operator):
@@ -61,13 +61,7 @@ class SPECTRAL_OT_texture_wanted_color(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
-        rows = context.scene.spectral.texture.wanted_colors
-        if self.index < 0:
-            rows.add()
-        elif self.index < len(rows):
-            rows.remove(self.index)
-        else:
-            raise InvalidInputError(f"there is no wanted color {self.index}; there are {len(rows)}, counted from 0")
+        add_or_remove(context.scene.spectral.texture.wanted_colors, self.index, "wanted color")
 
 
 class SPECTRAL_OT_texture_material(bpy.types.Operator):
@@ -87,6 +81,8 @@ class SPECTRAL_OT_texture_material(bpy.types.Operator):
         node = tree.nodes.new(NODE)
         node.location, shader.location = (-400, 0), (-180, 0)
         node.filepath, node.extension = path, "EXTEND"
+        if node.message:
+            self.report({"WARNING"}, node.message)
         tree.links.new(node.outputs[0], shader.inputs["Color"])
         tree.links.new(shader.outputs[0], end.inputs["Surface"])
         target = context.object

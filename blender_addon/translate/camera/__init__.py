@@ -12,26 +12,26 @@ from spectral_core.scene import Aperture, Camera, Film
 
 from ..context import Translation
 from ..frames import rigid
-from ..ledger import note_changed
+from ..ledger import at_default, note_changed
 from ..visibility import cycles_settings
 from .panorama import MIDDLE_VIEW_RAD, panorama_of
 
 FITS = {"AUTO": "auto", "HORIZONTAL": "width", "VERTICAL": "height"}
 MILLIMETRE = 1e-3
 SPOT_RAD = np.pi / 4
-"""What Blender takes for the cone of a lamp that is no spot."""
+"""Blender's cone of a lamp that is no spot."""
 SPOT_RAD_OF_50_MM = 2 * np.arctan(16 / 50)
 
 
 def translate_camera(translation: Translation, camera: Any) -> Camera:
-    """Camera of an evaluated camera object. Raises InvalidInputError where the scene has none."""
+    """Camera of an evaluated camera object. Raises InvalidInputError if the scene has none."""
     if camera is None:
         raise InvalidInputError(
             f"the scene {translation.scene.name!r} has no camera; add one, or choose one in the scene properties"
         )
     matrix = np.asarray(camera.matrix_world, dtype=np.float64)
     if camera.type != "CAMERA":
-        # Cycles looks through a lamp as wide as its spot is, through anything else with a lens of 50 mm
+        # Cycles looks through a lamp with the angle of its spot, through any other object with a lens of 50 mm
         angle = getattr(camera.data, "spot_size", SPOT_RAD) if camera.type == "LIGHT" else SPOT_RAD_OF_50_MM
         view = 2 * np.arctan(18 / 16 * np.tan(angle / 2))
         return Camera(world_from_camera=rigid(matrix), field_of_view_rad=view, near=1e-5, far=1e5)
@@ -57,7 +57,7 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         focus_distance=max(_focus_distance(lens, matrix), near),
         near=near,
         far=max(lens.clip_end, near * 2),
-        aperture=_aperture(lens.dof),
+        aperture=aperture_of(lens.dof),
         panorama=shown,
     )
 
@@ -69,21 +69,21 @@ def lens_of(camera: Any) -> tuple[float, float]:
     return radius, max(_focus_distance(lens, matrix), 1e-6)
 
 
-def _aperture(dof: Any) -> Aperture:
-    """Shape of the lens opening where the camera has depth of field."""
+def aperture_of(dof: Any) -> Aperture:
+    """Shape of the aperture if the camera has depth of field."""
     if not dof.use_dof:
         return Aperture()
     return Aperture(int(dof.aperture_blades), float(dof.aperture_rotation), float(dof.aperture_ratio))
 
 
 def _lens_radius(lens: Any) -> float:
-    """Radius in scene units, as Cycles takes it: a lens in millimetres, an orthographic one of length 1."""
+    """Radius in scene units, as in Cycles: a lens in millimeters, an orthographic one of length 1."""
     length = 1.0 if lens.type == "ORTHO" else lens.lens * MILLIMETRE
     return float(length / (2 * max(lens.dof.aperture_fstop, 1e-5)))
 
 
 def _focus_distance(lens: Any, matrix: np.ndarray) -> float:
-    """Distance to the sharp plane: along the view to the object in focus, else as set."""
+    """Distance to the plane in focus: along the view to the object in focus, else as set."""
     target = lens.dof.focus_object
     if target is None:
         return float(lens.dof.focus_distance)
@@ -104,20 +104,32 @@ def translate_film(scene: Any, samples: int, seed: int) -> Film:
         crop=border_in_pixels(render, width, height),
         pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
         transparent=render.film_transparent,
-        filter_width=filter_width_of(render),
+        **pixel_filter_of(scene),
         exposure=float(cycles_settings(scene, "film_exposure", 1.0)),
     )
 
 
-def filter_width_of(render: Any) -> float:
-    """Full width of the Blackman-Harris filter, in pixels: twice Blender's Filter Size, in EEVEE as in Cycles."""
-    return 2.0 * float(np.clip(render.filter_size, 0.01, 10.0))
+def pixel_filter_of(scene: Any) -> dict[str, Any]:
+    """Kind and full width (pixels) of the film's filter: Cycles' own where it is changed, else the Filter Size.
+
+    Blender's sizes are half of the full width of a Blackman-Harris filter and a third of that of a Gaussian. A box is
+    one pixel wide.
+    """
+    size, kind = scene.render.filter_size, "BLACKMAN_HARRIS"
+    cycles = getattr(scene, "cycles", None)
+    if cycles is not None and not (at_default(cycles, "pixel_filter_type") and at_default(cycles, "filter_width")):
+        size, kind = cycles.filter_width, cycles.pixel_filter_type
+    if kind == "BOX":
+        return {"filter_kind": "box", "filter_width": 1.0}
+    widths = {"BLACKMAN_HARRIS": 2.0, "GAUSSIAN": 3.0}
+    return {"filter_kind": kind.lower(), "filter_width": widths[kind] * float(np.clip(size, 0.01, 10.0))}
 
 
 def border_in_pixels(render: Any, width: int, height: int) -> tuple[int, int, int, int] | None:
-    """(left, bottom, width, height) of the render border, None where the whole frame is meant.
+    """(left, bottom, width, height) of the render border, None for the whole frame.
 
-    Blender cuts both edges off to whole pixels (in 32-bit arithmetic). Raises InvalidInputError for an empty border.
+    Blender rounds both edges down to integer pixels (in 32-bit arithmetic). Raises InvalidInputError for an empty
+    border.
     """
     if not render.use_border:
         return None

@@ -20,18 +20,18 @@ from ..visibility import cycles_settings
 from . import translate_camera
 
 FEWEST, MOST = 8, 32
-"""Instants of a picture in which anything moves."""
+"""Least and largest number of instants of a picture with motion."""
 SAMPLES_PER_MOMENT = 4
-"""Fewer samples are not worth an instant of their own."""
+"""Least number of samples of an instant."""
 SHIFTS = {"START": 0.0, "CENTER": -0.5, "END": -1.0}
-"""When the shutter opens, in shares of the time that it is open, before or after the frame."""
+"""Opening time of the shutter relative to the frame, in shares of its open time."""
 
 
 def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[int, float], None]) -> Scene:
-    """The scene with its moments, where the render settings ask for motion blur and anything moves.
+    """The scene with its moments, if the render settings enable motion blur and anything moves.
 
-    ``camera``: in place of the scene's; ``frame_set``: moves ``depsgraph`` to a frame and a share of the next one.
-    Lamps, materials and surroundings stand still, as in Cycles.
+    ``camera``: replaces the scene's; ``frame_set``: moves ``depsgraph`` to a frame and a share of the next one. Lamps,
+    materials and the environment do not move, as in Cycles.
     """
     source = depsgraph.scene_eval
     render = source.render
@@ -57,7 +57,7 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
 
 
 def instants(render: Any, count: int) -> NDArray[np.float64]:
-    """Instants, in shares of the time that the shutter is open, that let in equal shares of the light."""
+    """Instants with equal shares of the light, in shares of the shutter's open time."""
     middles = (np.arange(count) + 0.5) / count
     mapping = getattr(render, "motion_blur_shutter_curve", None)
     if mapping is None:
@@ -72,7 +72,7 @@ def instants(render: Any, count: int) -> NDArray[np.float64]:
 
 
 def _standing(depsgraph: Any) -> dict[str, str]:
-    """Objects that the artist keeps from being blurred: by name ``"all"``, or ``"deformation"`` alone."""
+    """Objects without motion blur by the artist's choice: by name ``"all"``, or ``"deformation"`` alone."""
     found: dict[str, str] = {}
     for thing in depsgraph.objects:
         if not cycles_settings(thing.original, "use_motion_blur", True):
@@ -103,7 +103,7 @@ def _moment(
 def _changes(
     scene: Scene, found: Collected, standing: dict[str, str], lost: set[str]
 ) -> tuple[tuple[Instance, ...], tuple[Mesh, ...]]:
-    """Instances and meshes that are not where the frame has them."""
+    """Instances and meshes that differ from those of the frame."""
     now = {item.name: (item, thing.name_full) for item, thing in zip(found.instances, found.originals, strict=True)}
     shapes = {mesh.name: mesh for mesh in found.meshes.values() if mesh is not None}
     instances, frozen = [], set()

@@ -8,11 +8,11 @@ from typing import Any
 from spectral_core.scene import Panorama
 
 MIDDLE_VIEW_RAD = 1.57
-"""What a panorama's middle counts as where a picture's sharpness is judged: a quarter of a turn."""
+"""Angle of a panorama's center for which a picture's sharpness is judged: a quarter turn."""
 
 
 def panorama_of(lens: Any, render: Any) -> Panorama:
-    """What a camera of type Panoramic shows."""
+    """The projection of a camera of type Panoramic."""
     kind = lens.panorama_type
     if kind == "EQUIRECTANGULAR":
         edges = (lens.longitude_min, lens.longitude_max, lens.latitude_min, lens.latitude_max)
@@ -35,7 +35,7 @@ def panorama_of(lens: Any, render: Any) -> Panorama:
 
 
 def _sensor(lens: Any, render: Any) -> tuple[float, float]:
-    """Width and height in millimetres: one side as set, the other by the picture's proportions."""
+    """Width and height in millimeters: one side as set, the other by the picture's proportions."""
     width = render.resolution_x * render.pixel_aspect_x
     height = render.resolution_y * render.pixel_aspect_y
     fits_width = lens.sensor_fit == "HORIZONTAL" or (lens.sensor_fit == "AUTO" and width > height)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nothing is silent: every setting that Blender offers is read, has no effect on a picture, or is named in a note.
+"""The ledger: every setting of Blender is read, has no effect on a picture, or is named in a note.
 
-One TOML file per category, a table per Blender type: ``read`` (names whose values reach the scene, or that the
-translation itself names in a note), ``no_effect`` (names that change no picture), and ``noted``: name = what a user
-must know when the setting is not at its default. ``tests/blender/test_ledger.py`` walks Blender's own type
-information: a setting that stands in none of the three, such as a new Blender version's, fails it.
+One TOML file per category, a table per Blender type: ``read`` (names whose values are translated, or that the
+translation itself names in a note), ``no_effect`` (names that change no picture), and ``noted``: name = text for the
+user if the setting is not at its default. ``tests/blender/test_ledger.py`` walks Blender's own type information: a
+setting that is in none of the three, such as one of a new Blender version, fails it.
 """
 
 from __future__ import annotations
@@ -25,15 +25,16 @@ FOLDER = Path(__file__).parent
 MADE_WITH: dict[str, dict[str, Any]] = {
     "TexMapping": {"scale": (1.0,) * 3, "max": (1.0,) * 3, "mapping_x": "X", "mapping_y": "Y", "mapping_z": "Z"}
 }
-"""Values that Blender makes a struct with where its type information says something else."""
+"""Initial values of a struct that differ from its type information."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """What is known about the settings of one Blender type.
+    """Data on the settings of one Blender type.
 
-    ``noted``: name to message. ``harmless``: values beside the default that need no note. ``stand_in``: a node that is
-    named as a whole. Inputs of nodes are ``input:IDENTIFIER`` with ``_`` for a space; ``*`` stands for all names.
+    ``noted``: name to message. ``harmless``: values other than the default that need no note. ``stand_in``: True for a
+    node that is named as a whole. Inputs of nodes are ``input:IDENTIFIER`` with ``_`` for a space; ``*`` represents all
+    names.
     """
 
     read: frozenset[str]
@@ -43,7 +44,7 @@ class Entry:
     stand_in: bool
 
     def accounts_for(self, name: str) -> bool:
-        """Whether a setting is read, has no effect, or is noted."""
+        """True if a setting is read, has no effect, or is noted."""
         known = self.read | self.no_effect | frozenset(self.noted)
         return self.stand_in or "*" in known or name.replace(" ", "_") in known
 
@@ -65,7 +66,7 @@ def entries() -> dict[str, Entry]:
 
 
 def note_changed(translation: Translation, subject: str, item: Any) -> None:
-    """Name every noted setting of a Blender item (or struct) that is not at its default; None is no item."""
+    """Add a note for every noted setting of a Blender item (or struct) that is not at its default; None is no item."""
     if item is None:
         return
     entry = entries().get(item.bl_rna.identifier)
@@ -77,7 +78,7 @@ def note_changed(translation: Translation, subject: str, item: Any) -> None:
 
 
 def at_default(item: Any, name: str) -> bool:
-    """Whether a setting holds what Blender starts with; a struct where everything in it does."""
+    """True if a setting has its initial value; for a struct if all its settings do."""
     declared = item.bl_rna.properties[name]
     value = getattr(item, name)
     if declared.type == "POINTER":
@@ -102,7 +103,9 @@ def _settings(item: Any) -> Iterator[Any]:
 
 
 def note_nodes(translation: Translation, owner: str, tree: Any, seen: set[int] | None = None) -> None:
-    """Name the noted settings and inputs of every node of a tree, groups included, that is not at its default."""
+    """Add a note for the noted settings and inputs of every node of a tree, groups included, that are not at their
+    defaults.
+    """
     seen = set() if seen is None else seen
     if tree is None or tree.as_pointer() in seen:
         return
@@ -122,7 +125,7 @@ def note_nodes(translation: Translation, owner: str, tree: Any, seen: set[int] |
 
 
 def _is_still(socket: Any, node: Any) -> bool:
-    """Whether an input is neither linked nor set to anything but 0, which is where what is noted has no effect."""
+    """True if an input is not linked and 0, so that a noted feature has no effect."""
     if socket.is_linked:
         return False
     value = getattr(socket, "default_value", 0.0)
@@ -130,5 +133,5 @@ def _is_still(socket: Any, node: Any) -> bool:
 
 
 def _name(socket: Any) -> str:
-    """How an input is entered."""
+    """Name of an input in the ledger."""
     return f"input:{socket.identifier.replace(' ', '_')}"

@@ -24,9 +24,9 @@ CHUNK = 1 << 18
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """Directions (n, 3) that a world is seen along, and by what kind of ray: the camera's, or what lights the scene.
+    """Directions (n, 3) of a view of the world, and the type of its rays: the camera's, or those that light the scene.
 
-    ``swaps``: images in place of others, by their ``id``: a sky with its sun's disk in place of one without.
+    ``swaps``: replacements of images, by their ``id``: a sky with its sun's disk in place of one without.
     """
 
     directions: Array
@@ -71,7 +71,7 @@ class Look:
         return np.broadcast_to(found.reshape(len(found), -1), (len(directions), width))
 
     def sees(self, name: str) -> float:
-        """What the Light Path node tells of this look's rays; what lights the scene counts as met by matt surfaces."""
+        """Outputs of the Light Path node for this look's rays; rays that light the scene count as diffuse."""
         of_camera = ("ray:Is Camera Ray",)
         of_light = ("ray:Is Diffuse Ray", "ray:Is Reflection Ray", "ray:Ray Depth", "ray:Diffuse Depth")
         return float(name in (of_camera if self.camera else of_light))
@@ -97,6 +97,6 @@ def radiance(reader: Reader, place: Input, look: Look) -> Array:
         return np.asarray((1 - share) * first + share * second)
     if kind == "ADD_SHADER":
         return np.asarray(sum(radiance(reader, item, look) for item in places))
-    reader.note(f"the world's shader {source.label!r} is not understood; the first background in it was used")
+    reader.note(f"the world's shader {source.label!r} is not supported; the first background in it was used")
     places = [item for item in places if linked(item) is not None][:1]
     return radiance(reader, places[0], look) if places else np.zeros((len(look.directions), 3))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the color, temperature, spectrum and nodes of a lamp make of its light."""
+"""Light of a lamp from its color, temperature, spectrum and nodes."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ FALLOFF_POWERS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 
 
 EVEN = Falloff()
-"""What is physical: the inverse square alone."""
+"""The physical falloff: the inverse square alone."""
 
 
 @dataclass(frozen=True)
 class Shine:
-    """Color of a lamp's light, the factor on its power, and what shapes it."""
+    """Color of a lamp's light, the factor on its power, and its distribution."""
 
     color: Paint
     factor: float = 1.0
@@ -41,7 +41,7 @@ class Shine:
 
 
 def shine_of(translation: Translation, lamp: Any) -> Shine:
-    """Light of a lamp as its color, temperature, spectrum and nodes make it; its power is not among them."""
+    """Light of a lamp from its color, temperature, spectrum and nodes, without its power."""
     tint = translation.linear_rgb(lamp.color)
     nodes = _of_nodes(translation, lamp)
     spectrum = spectra.spectrum_of(translation, lamp)
@@ -62,7 +62,7 @@ def shine_of(translation: Translation, lamp: Any) -> Shine:
 
 
 def _of_nodes(translation: Translation, lamp: Any) -> Shine:
-    """What a lamp's node tree makes of its light: white of factor 1 where it has none."""
+    """Light of a lamp's node tree: white of factor 1 without nodes."""
     white = Shine(Color(np.ones(3)))
     tree = compat.node_tree(lamp)
     output = surface_output(tree, "OUTPUT_LIGHT") if tree is not None else None
@@ -78,7 +78,7 @@ def _of_nodes(translation: Translation, lamp: Any) -> Shine:
 
 
 def _shader(reader: Reader, source: Output, depth: int = 0) -> Shine | None:
-    """An Emission node, or several that are mixed by a number or added; None where it is something else."""
+    """An Emission node, or several that are mixed by a number or added; None for anything else."""
     node = source.node
     if node.type == "EMISSION":
         return _emission(reader, source)
@@ -129,7 +129,7 @@ def _strength(reader: Reader, place: Input | None) -> Shine:
     if kind == "TEX_IES":
         photometry = _luminaire(reader, source)
         if linked(source.input("Vector")) is not None:
-            reader.note(f"coordinates into {source.label!r} are not understood; its own axes are used")
+            reader.note(f"coordinates into {source.label!r} are not supported; its own axes are used")
         return replace(_strength(reader, source.input("Strength")), photometry=photometry)
     if kind == "MATH" and source.node.operation == "MULTIPLY":
         first, second = (_strength(reader, Input(socket, source.groups)) for socket in source.node.inputs[:2])
@@ -143,7 +143,7 @@ def _number(reader: Reader, source: Output, name: str) -> float:
 
 
 def _luminaire(reader: Reader, source: Output) -> Photometry | None:
-    """The table of an IES node, read from its text or file; None, with a note, where it cannot be read."""
+    """The table of an IES node, read from its text or file; None, with a note, if it cannot be read."""
     import bpy
 
     node = source.node

@@ -18,17 +18,17 @@ from ..visibility import cycles_settings, hidden_from
 from .light_nodes import shine_of
 
 LIGHT_RAYS = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
-"""Kinds of rays that a lamp may be hidden from beside the camera's; it blocks none."""
+"""Types of rays that a lamp may be hidden from, in addition to the camera's; it occludes none."""
 
 SMALLEST_SIZE = 1e-4
-"""Edge of an area light that has none: what it sends is kept, from as good as a point (or a line)."""
+"""Edge of an area light of size 0: its power is kept, emitted from a very small area."""
 
 
 def translate_light(translation: Translation, name: str, obj: Any, world_from_light: Any) -> Light | None:
-    """Light of an evaluated object that stands at ``world_from_light`` (4, 4); None where it sheds no light."""
+    """Light of an evaluated object at ``world_from_light`` (4, 4); None if it emits nothing."""
     lamp, matrix = obj.data, np.asarray(world_from_light, dtype=np.float64)
     if lamp.type == "AREA" and cycles_settings(lamp, "is_portal", False):
-        return None  # a portal only guides Cycles' sampling of the surroundings
+        return None  # a portal only guides Cycles' sampling of the environment
     for item in (lamp, getattr(lamp, "cycles", None)):
         note_changed(translation, name, item)
     note_nodes(translation, name, compat.node_tree(lamp))
@@ -37,15 +37,16 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
         return None
     if power < 0:
-        translation.note(name, "a light of negative power takes no light away here; it was left out")
+        translation.note(name, "a light of negative power is not supported; it was left out")
         return None
     shared: dict[str, Any] = {
         "name": name,
         "world_from_light": rigid(matrix),
         "color": color,
-        "group": obj.original.lightgroup,  # Blender does not tell the evaluated copy of a change
+        "group": obj.original.lightgroup,  # Blender does not notify the evaluated copy of a change
         "camera_visible": obj.visible_camera,
         "hidden_from": hidden_from(obj) & LIGHT_RAYS,
+        "is_in_footage": obj.is_shadow_catcher,
         "max_bounces": cycles_settings(lamp, "max_bounces", 1024),
         "casts_shadow": lamp.use_shadow,
         "is_planckian": shine.is_planckian,
@@ -57,7 +58,7 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
         shared["falloff"] = Falloff()
         return SunLight(**shared, irradiance=power * _sun_area(lamp), angle_rad=lamp.angle)
     if shine.photometry is not None and lamp.type == "AREA":
-        translation.note(name, "a measured luminaire on an area light is not understood; it shines evenly")
+        translation.note(name, "a measured luminaire on an area light is not supported; it shines evenly")
     if lamp.type == "AREA":
         return _area(translation, lamp, power, matrix, shared)
     radius = lamp.shadow_soft_size
@@ -77,7 +78,7 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
 
 
 def _sun_area(lamp: Any) -> float:
-    """Solid angle's projected area of a sun whose strength is its radiance; 1 where it is its irradiance."""
+    """Projected solid angle of a sun whose strength is its radiance; 1 if it is its irradiance."""
     if compat.light_is_normalized(lamp):
         return 1.0
     return float(np.pi * np.sin(lamp.angle / 2) ** 2)
@@ -86,7 +87,7 @@ def _sun_area(lamp: Any) -> float:
 def _area(
     translation: Translation, lamp: Any, power: float, matrix: NDArray[np.float64], shared: dict[str, Any]
 ) -> AreaLight:
-    """Area light: an object's scale stretches its extent, as in Cycles, and not its power."""
+    """Area light: an object's scale changes its extent, as in Cycles, and not its power."""
     stretch = np.linalg.norm(matrix[:3, :2], axis=0)
     width, height = lamp.size, (lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size)
     size = (float(width * stretch[0]), float(height * stretch[1]))

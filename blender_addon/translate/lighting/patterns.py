@@ -17,11 +17,11 @@ from .directions import Array, Look, radiance
 from .surroundings import Term, directions_of, environment_of, tells_camera_rays
 
 ROWS, MOST_ROWS = 512, 2048
-"""Rows of an environment that is drawn, and of one that images stand in."""
+"""Rows of a drawn environment, and of one with images."""
 
 
 def needs_directions(output: Any) -> bool:
-    """Whether a world is more than plain colors and environment images, mixed by plain numbers."""
+    """True if a world is more than plain colors and environment images, mixed by plain numbers."""
     return output is not None and _varies(linked(Input(output.inputs["Surface"])), 0)
 
 
@@ -40,7 +40,7 @@ def _varies(source: Output | None, depth: int) -> bool:
 
 
 PLAIN = ("RGB", "BLACKBODY", "WAVELENGTH", "CUSTOM GROUP")
-"""Nodes of one color or spectrum."""
+"""Nodes with a constant color or spectrum."""
 
 
 def _is_number(place: Input | None) -> bool:
@@ -49,7 +49,7 @@ def _is_number(place: Input | None) -> bool:
 
 
 def _is_placed_image(source: Output) -> bool:
-    """Whether a node is an environment image as it stands, or moved by a Mapping of plain numbers."""
+    """True if a node is an environment image without a mapping, or with a Mapping of plain numbers."""
     if source.node.type != "TEX_ENVIRONMENT":
         return False
     before = linked(source.input("Vector"))
@@ -66,7 +66,7 @@ def _is_placed_image(source: Output) -> bool:
 def surroundings(
     translation: Translation, world: Any, camera: Any, own: dict[str, Any]
 ) -> tuple[Term, Term, tuple[SunLight, ...]]:
-    """What lights the scene, what the camera sees, and the suns of the skies in a world."""
+    """The environment for the light in the scene, that for the camera, and the suns of the skies in a world."""
     from ... import compat
     from ..shading.tree import surface_output
 
@@ -77,7 +77,7 @@ def surroundings(
         reader.note("a volume in the world is left out")
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
-    radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree: what images are in it is known
+    radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree, after which its images are known
     heights = [image.pixels.shape[0] for image in reader.builder.images if id(image) not in reader.skies]
     rows = min(max([ROWS, *heights]), MOST_ROWS)
     grid = directions_of(rows)
@@ -102,7 +102,7 @@ def surroundings(
 
 
 def _sun(reader: Reader, place: Input, view: Array, image_id: int, name: str, own: dict[str, Any]) -> SunLight | None:
-    """The disk of a sky's sun as the nodes after it show it, as a light; None where nothing of it is seen."""
+    """The disk of a sky's sun as a light, after the following nodes; None if it is invisible."""
     image, atmosphere, angle, intensity = reader.skies[image_id]
     if angle <= 0 or intensity <= 0:
         return None

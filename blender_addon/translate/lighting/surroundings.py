@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Backgrounds added up: colors exactly, images on one grid of directions."""
+"""Sums of backgrounds: colors exactly, images on one grid of directions."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ..shading.reader import Reader
 from ..shading.tree import Input, Output, linked
 
 MOST_ROWS = 1024
-"""Rows of an environment that is drawn anew; twice as many columns."""
+"""Rows of a newly drawn environment; twice as many columns."""
 
 
 @dataclass(frozen=True)
 class Term:
-    """One background: its color or image, its strength, and how its image is turned into the world."""
+    """One background: its color or image, its strength, and the rotation of its image."""
 
     color: Paint
     strength: float = 1.0
@@ -29,7 +29,7 @@ class Term:
 
 
 def tells_camera_rays(source: Output | None, depth: int = 0) -> bool:
-    """Whether a tree asks what kind of ray it is seen by."""
+    """True if a tree depends on the type of ray."""
     if source is None or depth > 50:
         return False
     if source.node.type == "LIGHT_PATH":
@@ -38,14 +38,14 @@ def tells_camera_rays(source: Output | None, depth: int = 0) -> bool:
 
 
 def joined(reader: Reader, terms: list[Term]) -> Term:
-    """One background that is the sum of several."""
+    """The sum of several backgrounds as one."""
     terms = [term for term in terms if term.strength > 0]
     if not terms:
         return Term(Color(np.zeros(3)), 0.0)
     if len(terms) == 1:
         return terms[0]
     if any(isinstance(term.color, Spectrum) for term in terms):
-        reader.note("of several surroundings with spectra the strongest was used alone")
+        reader.note("of several backgrounds with spectra, only the strongest was used")
         return max(terms, key=lambda term: term.strength)
     plain = np.zeros(3)
     for term in terms:
@@ -64,7 +64,7 @@ def joined(reader: Reader, terms: list[Term]) -> Term:
 
 
 def resampled(image: ImageTexture, mapping: NDArray[np.float64], *, mirror_ball: bool = False) -> ImageTexture:
-    """An environment as it looks through an affine map (4, 4) of directions, or drawn as a mirror ball."""
+    """An environment after an affine map (4, 4) of directions, or as a mirror ball."""
     directions = directions_of(min(max(image.pixels.shape[0], 256), MOST_ROWS))
     mapped = directions @ mapping[:3, :3].T + mapping[:3, 3]
     return environment_of(image.name, _looked_up(image, mapped, mirror_ball=mirror_ball))

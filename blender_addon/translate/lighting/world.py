@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's world to surroundings of the scene."""
+"""Blender's world as the environment of the scene."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from .surroundings import Term, joined, resampled, tells_camera_rays
 
 
 def translate_world(translation: Translation, world: Any, camera: Any = None) -> tuple[World, tuple[SunLight, ...]]:
-    """Surroundings of a ``bpy.types.World``, and the suns of its skies; None is black, as in Blender.
+    """Environment of a ``bpy.types.World``, and the suns of its skies; None is black, as in Blender.
 
-    ``camera``: the scene's ``Camera``, whose space patterns may be drawn in.
+    ``camera``: the scene's ``Camera``, whose space patterns may use.
     """
     if world is None:
         return World(), ()
@@ -39,7 +39,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         note_changed(translation, world.name, item)
     note_nodes(translation, world.name, tree)
     own: dict[str, Any] = {
-        "group": getattr(world.original, "lightgroup", ""),  # Blender does not tell the evaluated copy of a change
+        "group": getattr(world.original, "lightgroup", ""),  # Blender does not notify the evaluated copy of a change
         "hidden_from": world_hidden_from(world) & ~Rays.SHADOW,
         "max_bounces": cycles_settings(world, "max_bounces", 1024),
     }
@@ -66,18 +66,18 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
 
 
 def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
-    """What surrounds the scene for the light in it, and for the camera."""
+    """The environment for the light in the scene, and for the camera."""
     output = surface_output(tree, "OUTPUT_WORLD")
     if output is None:
         return [], []
     source = linked(Input(output.inputs["Surface"]))
     light = _terms(reader, source, 1.0, camera=False)
-    # one that tells no rays apart is read once, so that both are the same
+    # a world that does not distinguish rays is read once, so that both are the same
     return light, _terms(reader, source, 1.0, camera=True) if tells_camera_rays(source) else light
 
 
 def _terms(reader: Reader, source: Output | None, weight: float, *, camera: bool) -> list[Term]:
-    """The backgrounds that a shader adds up, each with its weight in its strength."""
+    """The backgrounds in a shader's sum, each with its weight in its strength."""
     if source is None or weight == 0:
         return []
     kind = source.node.type
@@ -90,20 +90,23 @@ def _terms(reader: Reader, source: Output | None, weight: float, *, camera: bool
         share = min(max(share, 0.0), 1.0)
         weights = [weight * (1 - share), weight * share]
     elif kind != "ADD_SHADER":
-        reader.note(f"the world's shader {source.label!r} is not understood; the first background in it was used")
+        reader.note(f"the world's shader {source.label!r} is not supported; the first background in it was used")
         places = [place for place in places if linked(place) is not None][:1]
     found = (_terms(reader, linked(place), w, camera=camera) for place, w in zip(places, weights, strict=False))
     return [term for terms in found for term in terms]
 
 
 def _number(reader: Reader, place: Input | None, fallback: float, *, camera: bool) -> float:
-    """A number that may depend on the kind of ray: exact for the camera's own, else what diffuse light meets."""
+    """A number that may depend on the type of ray: exact for camera rays, else the value for diffuse rays."""
     source = linked(place)
     if source is None or source.node.type != "LIGHT_PATH":
         return reader.number(place, fallback)
     name = source.socket.name
     if name != "Is Camera Ray":
-        reader.note(f"{name!r} in the world tells rays apart that are one here; what lights matt surfaces was used")
+        reader.note(
+            f"{name!r} in the world depends on the type of ray, which is not supported here; the value for diffuse "
+            "surfaces was used"
+        )
     return float(name == "Is Camera Ray") if camera else float(name in ("Is Diffuse Ray", "Is Reflection Ray"))
 
 
@@ -122,7 +125,7 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
     else:
         color = gray(1.0) if place is None else reader.paint(place, gray(1.0))
     if isinstance(color, MixedPaint):
-        reader.note("two mixed colors or images surround the scene; their mean was used")
+        reader.note("the background is a mix of two colors or images; their mean was used")
         color = Color(np.broadcast_to(mean_color(reader.field(place)), (3,)))  # type: ignore[arg-type]
     if not isinstance(color, ImageTexture):
         return Term(color, strength)
@@ -139,21 +142,21 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
 
 
 def _mapping(reader: Reader, image: Output) -> NDArray[np.float64]:
-    """What the nodes before an environment image do to a direction: a (4, 4) affine map."""
+    """Affine map (4, 4) of directions by the nodes before an environment image."""
     source = linked(image.input("Vector"))
     if source is None:
         return np.eye(4)
     if source.node.type == "TEX_COORD":
         if source.socket.name not in ("Generated", "Normal", "Object"):
-            reader.note(f"the coordinates {source.socket.name!r} of the surroundings are not understood")
+            reader.note(f"the coordinates {source.socket.name!r} of the environment are not supported")
         return np.eye(4)
     if source.node.type != "MAPPING":
-        reader.note(f"{source.label!r} before the environment image is not understood")
+        reader.note(f"{source.label!r} before the environment image is not supported")
         return np.eye(4)
     return np.asarray(mapping_matrix(reader, source), dtype=np.float64)
 
 
 def _polar(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Nearest orthogonal matrix, and what is left: matrix = rotation @ stretch."""
+    """Nearest orthogonal matrix, and the rest: matrix = rotation @ stretch."""
     left, lengths, right = np.linalg.svd(matrix)
     return left @ right, right.T @ np.diag(lengths) @ right

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Solved spectra of the palette, given to materials, lights and worlds of the scene."""
+"""Solved spectra of the palette, applied to materials, lights and worlds of the scene."""
 
 import math
 from collections.abc import Iterator
@@ -20,16 +20,16 @@ DIFFUSE = {"BSDF_PRINCIPLED": "Base Color", "BSDF_DIFFUSE": "Color"}
 OTHER = dict.fromkeys(
     ("BSDF_GLOSSY", "BSDF_METALLIC", "BSDF_GLASS", "BSDF_TRANSLUCENT", "BSDF_TOON", "BSDF_TRANSPARENT"), "Color"
 ) | {"BSDF_METALLIC": "Base Color"}
-"""Inputs that the spectrum of a material stands for, by type of node: the second where a tree has none of the first."""
+"""Inputs that the spectrum of a material replaces, by type of node: the second if a tree has none of the first."""
 
 
 def level_of(palette: PropertyGroup) -> float:
-    """How many times brighter the palette's lights are than lights under which a perfect white is white."""
+    """Ratio of the brightness of the palette's lights to lights of luminance 1."""
     return float(palette.brightness * palette.light_scale)
 
 
 def store_result(target: ID, entry: PropertyGroup, *, level: float | None = None) -> None:
-    """Give ``target`` the solved spectrum of a row or column; a light also its brightness beside the other lights.
+    """Give ``target`` the solved spectrum of a row or column; a light also its brightness relative to the other lights.
 
     Parameters
     ----------
@@ -55,19 +55,19 @@ def store_result(target: ID, entry: PropertyGroup, *, level: float | None = None
 
 
 def designed(entry: PropertyGroup, level: float) -> tuple[Spectrum, float]:
-    """Solved spectrum of a row or column, and the factor on the power of a light that has it.
+    """Solved spectrum of a row or column, and the factor on the power of a light with it.
 
-    ``level``: brightness that is left to the camera's exposure. Raises InvalidInputError where nothing is solved.
+    ``level``: brightness that the camera's exposure contributes. Raises InvalidInputError if nothing is solved.
     """
     spectrum = carried_spectrum(entry, "result")
     return spectrum, float(xyz_of(spectrum)[1]) / level if kind_of(entry) == "illuminant" else 1.0
 
 
 def store_colors(target: ID) -> None:
-    """Give a material or light the color of the spectrum that it carries, which Solid mode and EEVEE show.
+    """Give a material or light the color of its spectrum, which Solid mode and EEVEE show.
 
-    A material has its color under D65; a light that of its own light, as bright as white. Inputs that nodes feed stay
-    as they are, and so do worlds. A color outside of sRGB becomes the nearest that has no channel below 0.
+    A material gets its color under D65; a light that of its own light, at the luminance of white. Linked inputs stay
+    unchanged, and so do worlds. A color outside of sRGB is replaced by the nearest without negative channels.
     """
     if not isinstance(target, (bpy.types.Light, bpy.types.Material)):
         return
@@ -100,7 +100,7 @@ def _main_colors(material: bpy.types.Material) -> Iterator[NodeSocket]:
 
 
 def expose(scene: Scene, level: float) -> None:
-    """Let the exposure of the view show the palette's colors; what an earlier call has added is taken back first."""
+    """Set the view's exposure for the palette's colors; the change of an earlier call is removed first."""
     palette, stops = scene.spectral.palette, math.log2(level)
     scene.view_settings.exposure += stops - palette.applied_exposure
     palette.applied_exposure = stops

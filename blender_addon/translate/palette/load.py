@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A palette problem (a preset, a file) laid out in the table, so that solving the table solves that problem."""
+"""A palette problem (a preset, a file) written to the table, so that solving the table solves that problem."""
 
 import numpy as np
 from bpy.types import PropertyGroup
@@ -17,9 +17,9 @@ from .table import add_lamp, add_light, add_material, clear, paused, set_referen
 
 
 def store_problem(palette: PropertyGroup, problem: PaletteProblem) -> list[str]:
-    """Replace the table by ``problem``; returns the losses, in words.
+    """Replace the table by ``problem``; returns a text on the losses.
 
-    Raises InvalidInputError, the table unchanged, if the problem has requests that the table cannot hold.
+    Raises InvalidInputError, with the table unchanged, if the problem has requests that the table cannot represent.
     """
     require_storable(problem)
     notes: list[str] = []
@@ -57,7 +57,7 @@ def _store_light(palette: PropertyGroup, light: PaletteLight, luminance: float) 
 
 
 def _store_lamp(spectral: PropertyGroup, spectrum: Illuminant) -> None:
-    """By its name where the catalogue has the very same spectrum, else by its values."""
+    """By its name if the catalogue has exactly this spectrum, else by its values."""
     if spectrum.name in catalogue.illuminant_names():
         known = catalogue.illuminant(spectrum.name)
         if known.grid.same_as(spectrum.grid):
@@ -84,6 +84,6 @@ def _store_cell(palette: PropertyGroup, place: tuple[int, int], asked: Cell) -> 
     if asked.weight > WEIGHT_LIMIT:
         return [
             f"{material.name} under {light.name}: weight {asked.weight:g} became {WEIGHT_LIMIT:g}, the most that "
-            "solvers bear; make the cell exact to have it for sure"
+            "solvers bear; make the cell exact to enforce it"
         ]
     return []

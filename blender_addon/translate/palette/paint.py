@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which way of solving a table's paints ask for: plain, with tints that match, or with fluorescent dyes."""
+"""Choice of the solver for a table's paints: plain, with matching tints, or with fluorescent dyes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Solver = Callable[[PaletteProblem], PaletteSolution]
 
 
 def solver_of(palette: PropertyGroup) -> Solver:
-    """What solves this table. Raises InvalidInputError where tints and dyes are asked for together."""
+    """The solver of this table. Raises InvalidInputError if it has both tints and dyes."""
     dyed = {row: material.dyes for row, material in enumerate(palette.materials) if len(material.dyes)}
     if dyed and palette.use_tints:
         raise InvalidInputError("tints and fluorescent dyes are not designed together; switch one of them off")

@@ -17,7 +17,7 @@ from .table import places, references
 
 
 def palette_problem(palette: PropertyGroup) -> PaletteProblem:
-    """The table as a problem. Raises InvalidInputError that names the row, column or cell at fault."""
+    """The table as a problem. Raises InvalidInputError that names the invalid row, column or cell."""
     if not len(palette.lights) or not len(palette.materials):
         raise InvalidInputError("the table is empty; add a light and a material, or choose a preset")
     settings = settings_of(palette)
@@ -30,7 +30,7 @@ def palette_problem(palette: PropertyGroup) -> PaletteProblem:
 
 
 def takes_seconds(palette: PropertyGroup) -> bool:
-    """Whether this table needs a solver that is too slow for every drag of a slider."""
+    """True if this table needs a solver that is too slow for dragging a slider."""
     several = len(palette.observers) > 1 or any(len(light.variants) for light in palette.lights)
     distinct = any(cell.mode == "DISTINCT" for _, cell in places(palette))
     paint = palette.use_tints or any(len(material.dyes) for material in palette.materials)
@@ -67,7 +67,7 @@ def _light(palette: PropertyGroup, light: PropertyGroup, grid: SpectralGrid) -> 
 
 
 def _on_grid(start: Illuminant, grid: SpectralGrid) -> Illuminant:
-    """The start of a design, averaged over cells so that no line is lost; unchanged if it is on this grid already."""
+    """The start of a design, averaged over cells so that no line is lost; unchanged if it is already on this grid."""
     known = start.grid.wavelengths_nm
     if known.size == grid.size and np.allclose(known, grid.wavelengths_nm, rtol=0, atol=1e-3):
         return Illuminant(start.name, grid, start.values, source=start.source)
@@ -97,7 +97,7 @@ def _cell(palette: PropertyGroup, material: PropertyGroup, column: int) -> Cell:
     others = references(palette, cell) if cell.mode in REFERRING else []
     if cell.mode in REFERRING and not others:
         raise InvalidInputError(
-            f"{material.name!r} under {palette.lights[column].name!r} refers to no other cell yet; choose which one"
+            f"{material.name!r} under {palette.lights[column].name!r} refers to no other cell yet; choose one"
         )
     box = None
     if cell.use_box and cell.mode in BOXED:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings of the whole table, by their one declaration ``PALETTE_FIELDS``, as the core states them and back."""
+"""Settings of the whole table, by their declaration ``PALETTE_FIELDS``, for the core and back."""
 
 from collections.abc import Callable
 from typing import Any
@@ -20,21 +20,21 @@ Values = dict[str, Any]
 
 
 def settings_of(palette: bpy.types.PropertyGroup) -> dict[str, Any]:
-    """Keyword arguments of PaletteProblem. Raises InvalidInputError for wavelengths that run backward."""
+    """Keyword arguments of PaletteProblem. Raises InvalidInputError for wavelengths in descending order."""
     values = {name: getattr(palette, name) for name in PALETTE_FIELDS}
     named = {core: name for name, field in PALETTE_FIELDS.items() for core in field.core}
     return {core: _READ[core](values) if core in _READ else values[name] for core, name in named.items()}
 
 
 def store_settings(palette: bpy.types.PropertyGroup, problem: PaletteProblem) -> None:
-    """Keep the settings of a problem; ``require_storable`` tells beforehand whether the table has a place for them."""
+    """Store the settings of a problem; ``require_storable`` checks beforehand that the table can represent them."""
     for name, field in PALETTE_FIELDS.items():
         stated = getattr(problem, field.core[0])
         setattr(palette, name, _STORED[name](stated) if name in _STORED else stated)
 
 
 def require_storable(problem: PaletteProblem) -> None:
-    """Raise InvalidInputError for a setting that the table has no place for."""
+    """Raise InvalidInputError for a setting that the table cannot represent."""
     grid = problem.grid
     steps = np.diff(grid.wavelengths_nm)
     if grid.interpolation != "linear" or np.ptp(steps) > 1e-6 * steps[0]:
@@ -45,19 +45,19 @@ def require_storable(problem: PaletteProblem) -> None:
     if bounds != PHYSICAL and any(ends != UNBOUNDED for ends in bounds.values()):
         raise InvalidInputError(
             f"this palette bounds reflectances by {problem.reflectance_bounds} and lights by {problem.light_bounds}; "
-            "the table knows physical spectra, or no bounds at all"
+            "the table supports physical spectra, or no bounds at all"
         )
     if problem.subspace is not None:
         raise InvalidInputError(
-            "this palette has a subspace criterion, which the table has no place for; use the library"
+            "this palette has a subspace criterion, which the table does not support; use the library"
         )
 
 
 def _grid(values: Values) -> SpectralGrid:
-    """The wavelengths that spectra are designed at."""
+    """The wavelengths of designed spectra."""
     first, last = values["grid_start"], values["grid_stop"]
     if last <= first:
-        raise InvalidInputError(f"the wavelengths run from {first:g} to {last:g} nm; the second must be larger")
+        raise InvalidInputError(f"the wavelengths are from {first:g} to {last:g} nm; the second must be larger")
     return SpectralGrid(np.linspace(first, last, values["grid_samples"]))
 
 

@@ -16,7 +16,7 @@ from .table import places
 def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finished: bool = True) -> None:
     """Write spectra, colors, errors and status of a solution into the properties that panels show.
 
-    ``finished``: whether conflicts were looked for; if not, those that are shown stay while targets are missed.
+    ``finished``: True if conflicts were searched; if not, the shown ones stay while targets are missed.
     """
     for light, spectrum in zip(palette.lights, solution.illuminants, strict=True):
         _store_result(light.result, spectrum, Illuminant)
@@ -43,13 +43,13 @@ def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finishe
 
 
 def _show_colors(cell: PropertyGroup) -> None:
-    """The colors of a result as a screen shows them."""
+    """The display colors of a result."""
     cell.actual_display = display_rgb_from_linear(cell.actual_linear)
     cell.wanted_display = display_rgb_from_linear(cell.wanted_linear)
 
 
 def show_stored_colors(palette: PropertyGroup) -> None:
-    """Give the results of a file from an earlier version, which kept linear colors only, their colors on the screen."""
+    """Compute the display colors of results in a file of an earlier version, which stored only linear colors."""
     for _, cell in places(palette):
         if cell.has_result and not any(cell.actual_display) and not any(cell.wanted_display):
             _show_colors(cell)
@@ -68,5 +68,5 @@ def _store_conflicts(palette: PropertyGroup, solution: PaletteSolution) -> None:
 
 
 def _store_result(result: PropertyGroup, spectrum: Spectrum, kind: type) -> None:
-    """Spectra outside of physics (asked for by "Unphysical Spectra") are kept for the curves, and not as a spectrum."""
+    """Spectra beyond physical limits ("Unphysical Spectra") are stored for the curves, and not as a spectrum."""
     store_spectrum(result, spectrum, physical=isinstance(spectrum, kind))

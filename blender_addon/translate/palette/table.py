@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rows, columns and cells of the palette table: adding, removing, finding, and the references of a cell.
 
-Cells refer to each other by lasting numbers, so that moving or renaming a row or column breaks nothing.
+Cells refer to each other by permanent numbers, so that moving or renaming a row or column keeps the references.
 """
 
 from collections.abc import Callable, Iterator
@@ -53,7 +53,7 @@ def _next_uid(palette: PropertyGroup) -> int:
 
 
 def add_light(palette: PropertyGroup, name: str = "Light") -> PropertyGroup:
-    """A new column at the right; its cells do not care yet."""
+    """A new column at the right; its cells have no request."""
     with paused():
         light = palette.lights.add()
         light.name = _unique(name, {each.name for each in palette.lights[:-1]})
@@ -67,7 +67,7 @@ def add_light(palette: PropertyGroup, name: str = "Light") -> PropertyGroup:
 
 
 def add_material(palette: PropertyGroup, name: str = "Material") -> PropertyGroup:
-    """A new row at the bottom; its cells do not care yet."""
+    """A new row at the bottom; its cells have no request."""
     with paused():
         material = palette.materials.add()
         material.name = _unique(name, {each.name for each in palette.materials[:-1]})
@@ -79,7 +79,7 @@ def add_material(palette: PropertyGroup, name: str = "Material") -> PropertyGrou
 
 
 def add_lamp(lamps: bpy_prop_collection, name: str) -> PropertyGroup:
-    """A new entry of a light's primaries or variants, without a spectrum yet."""
+    """A new entry of a light's primaries or variants, without a spectrum."""
     lamp = lamps.add()
     lamp.name = name
     lamp.spectral.kind = "ILLUMINANT"
@@ -87,7 +87,7 @@ def add_lamp(lamps: bpy_prop_collection, name: str) -> PropertyGroup:
 
 
 def remove_light(palette: PropertyGroup, column: int) -> None:
-    """Take a column away; cells that referred to it no longer do."""
+    """Remove a column; cells that referred to it no longer do."""
     uid = palette.lights[column].uid
     with paused():
         palette.lights.remove(column)
@@ -98,7 +98,7 @@ def remove_light(palette: PropertyGroup, column: int) -> None:
 
 
 def remove_material(palette: PropertyGroup, row: int) -> None:
-    """Take a row away; cells that referred to it no longer do."""
+    """Remove a row; cells that referred to it no longer do."""
     uid = palette.materials[row].uid
     with paused():
         palette.materials.remove(row)
@@ -116,7 +116,7 @@ def _forget(palette: PropertyGroup, gone: Callable[[PropertyGroup], bool]) -> No
 
 
 def move_light(palette: PropertyGroup, column: int, to: int) -> None:
-    """Move a column, its cells with it."""
+    """Move a column with its cells."""
     with paused():
         palette.lights.move(column, to)
         for material in palette.materials:
@@ -146,7 +146,7 @@ def clamp_active(palette: PropertyGroup) -> None:
 
 
 def active_cell(palette: PropertyGroup) -> PropertyGroup | None:
-    """The selected cell, None in an empty table."""
+    """The selected cell, None for an empty table."""
     if palette.active_row < len(palette.materials) and palette.active_column < len(palette.lights):
         return palette.materials[palette.active_row].cells[palette.active_column]
     return None
@@ -164,7 +164,7 @@ def references(palette: PropertyGroup, cell: PropertyGroup) -> list[Place]:
 
 
 def may_refer(palette: PropertyGroup, cell: PropertyGroup, other: Place) -> bool:
-    """Whether a cell of this mode may refer to the cell at ``other``."""
+    """True if a cell of this mode may refer to the cell at ``other``."""
     here = place_of(palette, cell)
     return other != here and (cell.mode != "CONSTANT" or other[0] == here[0])
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a material's AOV Output nodes write, for the AOVs that the view layer asks for."""
+"""Values of a material's AOV Output nodes, for the AOVs of the view layer."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .tree import Input
 
 
 def aov_outputs(reader: Reader, tree: Any) -> tuple[tuple[str, Paint | Scalar], ...]:
-    """Name and value of each AOV; of two nodes of one name the first. Nodes in groups are named in a note."""
+    """Name and value of each AOV; of two nodes with one name, the first. A note names nodes in groups."""
     if tree is None:
         return ()
     wanted = {aov.name: aov.type for aov in reader.translation.depsgraph.view_layer_eval.aovs if aov.is_valid}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Custom properties and settings that Attribute nodes read: of an object, of what instances it, of the view layer."""
+"""Custom properties and settings for Attribute nodes: of an object, of its instancer, of the view layer."""
 
 from __future__ import annotations
 
@@ -8,28 +8,70 @@ from typing import Any
 import numpy as np
 
 PREFIX = "object_attribute:"
+OF_STRANDS = ("HAIR", "POINT")
+"""Types of object that alone have these attributes: hair and points."""
 NOTHING = (0.0, 0.0, 0.0, 1.0)
-"""What Blender shows of an attribute that is not there."""
+"""Blender's value of a missing attribute."""
 
 
 def view_layer_attribute(depsgraph: Any, name: str) -> tuple[float, ...]:
-    """Value (r, g, b, alpha) of a view layer's attribute; where it has none, of the scene or the world."""
+    """Value (r, g, b, alpha) of a view layer's attribute; without one, that of the scene or the world."""
     scene = depsgraph.scene
     return _first((depsgraph.view_layer, scene, scene.world), name)
 
 
-def object_attributes(obj: Any, instance: Any, reads: frozenset[str]) -> tuple[tuple[str, tuple[float, ...]], ...]:
-    """What of an object's attributes its materials read, by the name that programs know it by."""
+def object_attributes(
+    obj: Any, instance: Any, reads: frozenset[str], frame: float
+) -> tuple[tuple[str, tuple[float, ...]], ...]:
+    """The attributes of an object that its materials read, by their names in programs; ``frame``: the current one."""
     found = []
     for read in sorted(reads):
         if not read.startswith(PREFIX):
             continue
         kind, _, name = read[len(PREFIX) :].partition(":")
+        if kind in OF_STRANDS:  # a mesh has no strands and no points: 0, as in Cycles
+            continue
+        if kind in ("INSTANCE", "PARTICLE"):
+            is_place = kind == "INSTANCE"
+            found.append((read, _of_instance(name, instance) if is_place else _of_particle(name, instance, frame)))
+            continue
         owners = [obj.original, getattr(obj.original, "data", None)]
         if kind == "INSTANCER" and instance.is_instance and instance.parent is not None:
             owners = [instance.parent.original, getattr(instance.parent.original, "data", None), *owners]
         found.append((read, _first(owners, name)))
     return tuple(found)
+
+
+def _of_instance(name: str, instance: Any) -> tuple[float, ...]:
+    """Coordinates of the position of an instance on its instancer; 0 for an object that is no instance, as in
+    Cycles.
+    """
+    if not instance.is_instance:
+        return NOTHING
+    if name == "UV":
+        return (*(float(part) for part in instance.uv), 0.0, 1.0)
+    return (*(0.5 * float(part) - 0.5 for part in instance.orco), 1.0)
+
+
+def _of_particle(name: str, instance: Any, frame: float) -> tuple[float, ...]:
+    """The outputs of Particle Info for an instance; for an object that is no particle, as in Cycles, those of particle
+    0 without a life.
+    """
+    system = instance.particle_system if instance.is_instance else None
+    index = int(instance.persistent_id[0]) if system is not None else 0
+    if name == "Random":
+        return (float(hashed_pair(index, 0) / 0xFFFFFFFF), 0.0, 0.0, 1.0)
+    if system is None or not 0 <= index < len(system.particles):
+        return NOTHING
+    particle = system.particles[index]
+    vectors = {"Location": "location", "Velocity": "velocity", "Angular Velocity": "angular_velocity"}
+    if name in vectors:
+        return (*(float(part) for part in getattr(particle, vectors[name])), 1.0)
+    numbers = {
+        "Index": float(index), "Age": frame - particle.birth_time, "Lifetime": float(particle.lifetime),
+        "Size": float(particle.size),
+    }  # fmt: skip
+    return (numbers.get(name, 0.0), 0.0, 0.0, 1.0)
 
 
 def _first(owners: Any, name: str) -> tuple[float, ...]:
@@ -49,7 +91,7 @@ def _first(owners: Any, name: str) -> tuple[float, ...]:
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:
-    """A property as (r, g, b, alpha); None where it is no number."""
+    """A property as (r, g, b, alpha); None if it is no number."""
     if isinstance(value, (bool, int, float)):
         flat = np.full(3, float(value))
     else:
@@ -62,3 +104,19 @@ def _numbers(value: Any) -> tuple[float, ...] | None:
     padded = np.array(NOTHING)
     padded[: flat.size] = flat
     return tuple(float(part) for part in padded)
+
+
+def hashed_pair(first: int, second: int) -> int:
+    """Jenkins' lookup3, its final mix, of two 32-bit words: the source of Cycles' random numbers of objects."""
+    start = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
+    a, b = (start + first) & 0xFFFFFFFF, (start + second) & 0xFFFFFFFF
+    c = start
+    for one, two, three in ((14, 11, 25), (16, 4, 14)):
+        c = ((c ^ b) - _rotated(b, one)) & 0xFFFFFFFF
+        a = ((a ^ c) - _rotated(c, two)) & 0xFFFFFFFF
+        b = ((b ^ a) - _rotated(a, three)) & 0xFFFFFFFF
+    return ((c ^ b) - _rotated(b, 24)) & 0xFFFFFFFF
+
+
+def _rotated(word: int, bits: int) -> int:
+    return ((word << bits) | (word >> (32 - bits))) & 0xFFFFFFFF

@@ -29,7 +29,7 @@ def _plain(reader: Reader, output: Output) -> Any:
 
 @evaluator("MIX", "MIX_RGB")
 def _mix(reader: Reader, output: Output) -> Any:
-    """Mix node, also the one before Blender 3.4 that old files bring along."""
+    """Mix node, also the version before Blender 3.4 in old files."""
     node = output.node
     if node.type == "MIX_RGB":
         names, data_type = ("Fac", "Color1", "Color2"), "RGBA"
@@ -57,7 +57,7 @@ def _mix(reader: Reader, output: Output) -> Any:
     if mode == "MIX" and not clamps:
         return reader.mix(factor, first, second)
     if mode not in CHANNELS and mode not in WHOLE:
-        reader.note(f"the blend mode {mode.title()!r} of {output.label!r} is not understood; the colors were mixed")
+        reader.note(f"the blend mode {mode.title()!r} of {output.label!r} is not supported; the colors were mixed")
         mode = "MIX"
     mixed = reader.emit("blend", factor, first, second, settings=(mode,))
     return reader.emit("clamped_color", mixed) if clamps else mixed
@@ -89,7 +89,7 @@ def _math(reader: Reader, output: Output) -> Any:
     inputs = [reader.as_value(reader.field(Input(socket, output.groups))) for socket in output.node.inputs][:3]
     inputs += [reader.literal(0.0)] * (3 - len(inputs))
     if output.node.operation not in MATH:
-        reader.note(f"the operation {output.node.operation.title()!r} of {output.label!r} is not understood")
+        reader.note(f"the operation {output.node.operation.title()!r} of {output.label!r} is not supported")
         return inputs[0]
     result = reader.emit("math", *inputs, settings=(output.node.operation,))
     return reader.emit("clamp", result, 0.0, 1.0, settings=("MINMAX",)) if output.node.use_clamp else result
@@ -105,7 +105,7 @@ def _vector_math(reader: Reader, output: Output) -> Any:
         number = reader.emit("vector_number", vectors[0], vectors[1], settings=(mode,))
         return number if output.socket.type == "VALUE" else reader.literal(np.zeros(3))
     if mode not in VECTOR_MATH:
-        reader.note(f"the operation {mode.title()!r} of {output.label!r} is not understood")
+        reader.note(f"the operation {mode.title()!r} of {output.label!r} is not supported")
         return vectors[0]
     scale = next((reader.as_value(reader.field(place)) for place in sockets if place.socket.type == "VALUE"), 0.0)
     result = reader.emit("vector_math", *vectors, scale, settings=(mode,))
@@ -163,7 +163,7 @@ def _map_range(reader: Reader, output: Output) -> Any:
 def _color_ramp(reader: Reader, output: Output) -> Any:
     ramp = output.node.color_ramp
     table = np.array([ramp.evaluate(position)[:] for position in np.linspace(0, 1, 256)])
-    if ramp.interpolation == "CONSTANT":  # fine enough that a step stays one
+    if ramp.interpolation == "CONSTANT":  # fine enough to represent a step
         table = np.array([ramp.evaluate(position)[:] for position in np.linspace(0, 1, 4096)])
     factor = reader.read(output, "Fac")
     if output.socket.name == "Alpha":
@@ -219,7 +219,7 @@ def _combine(reader: Reader, output: Output) -> Any:
 
 
 KELVIN = (800.0, 12000.0)
-"""Where Blender's own table of temperatures ends."""
+"""Range of Blender's own table of temperatures."""
 
 
 @cache
@@ -248,7 +248,7 @@ def _wavelength(reader: Reader, output: Output) -> Any:
 
 @evaluator("BLACKBODY")
 def _blackbody(reader: Reader, output: Output) -> Any:
-    """Planck's law itself, as an illuminant: it is normalized to the luminance of white wherever it is used."""
+    """Planck's law itself, as an illuminant: its users normalize it to the luminance of white."""
     value: Value = reader.read(output, "Temperature")
     if value.constant is None and reader.on_surface:
         low, high = KELVIN
@@ -257,12 +257,12 @@ def _blackbody(reader: Reader, output: Output) -> Any:
     kelvin = float(mean_color(value)[0])
     if value.constant is None:
         reader.note(f"{output.label!r}: a temperature that varies is shown with its mean")
-    return blackbody(min(max(kelvin, 800.0), 12000.0))  # where Blender's own table ends
+    return blackbody(min(max(kelvin, 800.0), 12000.0))  # the range of Blender's own table ends here
 
 
 @evaluator("LIGHT_PATH")
 def _light_path(reader: Reader, output: Output) -> Any:
-    """What kind of ray meets the surface."""
+    """Type of the ray that hits the surface."""
     name = output.socket.name
     if name == "Portal Depth":
         return 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nodes that read the point that is shaded: coordinates, geometry, attributes, view, normals."""
+"""Nodes that read the shaded point: coordinates, geometry, attributes, view, normals."""
 
 from __future__ import annotations
 
@@ -8,21 +8,25 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..mesh_measures import READ
 from .attributes import view_layer_attribute
 from .fields import Value
 from .reader import NEUTRAL, Reader, evaluator
 from .tree import Input, Output, linked
 
+MOST_PROBES = 16
+"""Rays that Ambient Occlusion or Bevel sends from one hit: samples of a pixel add to them, more cost time alone."""
+
 
 def normal_of(reader: Reader, place: Input | None) -> Value:
-    """A Normal socket: what is linked to it, else the surface's own normal."""
+    """A Normal socket: its link, else the surface's normal."""
     if place is None or linked(place) is None:
         return reader.point("normal")
     return reader.as_value(reader.field(place))
 
 
 def round_tangent(reader: Reader) -> Value:
-    """The direction along the surface that goes around the object's Z axis (Cycles' radial tangent)."""
+    """The tangential direction around the object's Z axis (Cycles' radial tangent)."""
     around = reader.emit("around_z", reader.point("generated"))
     around = reader.emit("transformed", around, settings=("NORMAL", "OBJECT", "WORLD"))
     return reader.emit("along_surface", around, reader.point("normal"))
@@ -31,6 +35,8 @@ def round_tangent(reader: Reader) -> Value:
 @evaluator("TEX_COORD")
 def _coordinates(reader: Reader, output: Output) -> Any:
     name = output.socket.name
+    if output.node.from_instancer and name in ("Generated", "UV"):
+        return reader.point(f"object_attribute:INSTANCE:{name}")
     if name in ("Generated", "UV", "Window"):
         return reader.point(name.lower())
     if name == "Normal":
@@ -53,6 +59,8 @@ def _coordinates(reader: Reader, output: Output) -> Any:
 
 @evaluator("UVMAP")
 def _uv_map(reader: Reader, output: Output) -> Any:
+    if output.node.from_instancer:
+        return reader.point("object_attribute:INSTANCE:UV")
     name = output.node.uv_map
     return reader.point(f"attribute:{name}" if name else "uv")
 
@@ -67,6 +75,11 @@ def _geometry(reader: Reader, output: Output) -> Any:
         return round_tangent(reader)
     if name == "Backfacing":
         return reader.point("backfacing", 1)
+    if name == "Parametric":
+        return reader.point("parametric")
+    measured = {"Pointiness": "pointiness", "Random Per Island": "island"}
+    if name in measured:
+        return reader.emit("component", reader.point(f"{READ}{measured[name]}"), settings=(0,))
     reader.note(f"{name!r} of {output.label!r} is not computed; {NEUTRAL} was used")
     return NEUTRAL
 
@@ -117,22 +130,57 @@ def _attribute(reader: Reader, output: Output) -> Any:
 
 
 def _component(output: Output, value: tuple[float, ...]) -> Any:
-    """What an output shows of an attribute that is the same everywhere, (r, g, b, alpha)."""
+    """Value of an output for a constant attribute, (r, g, b, alpha)."""
     if output.socket.name == "Alpha":
         return value[3]
     return float(np.mean(value[:3])) if output.socket.type == "VALUE" else np.array(value[:3])
 
 
-@evaluator("PARTICLE_INFO", "HAIR_INFO", "POINT_INFO", "VOLUME_INFO", "WIREFRAME", "BEVEL", "AMBIENT_OCCLUSION")
+@evaluator("AMBIENT_OCCLUSION")
+def _ambient_occlusion(reader: Reader, output: Output) -> Any:
+    node, place = output.node, output.input("Distance")
+    distance = reader.read(output, "Distance", 1.0)
+    if place is not None and linked(place) is None and output.value("Distance") == 0:  # then the world's own
+        world = reader.translation.scene.world
+        distance = reader.literal(0.0 if world is None else float(world.light_settings.distance))
+    settings = (min(int(node.samples), MOST_PROBES), bool(node.inside), bool(node.only_local))
+    share = reader.emit("occlusion", normal_of(reader, output.input("Normal")), distance, settings=settings)
+    if output.socket.type != "RGBA":
+        return share
+    return reader.emit("vector_math", reader.read(output, "Color", np.ones(3)), share, 0.0, 0.0, settings=("MULTIPLY",))
+
+
+@evaluator("BEVEL")
+def _bevel(reader: Reader, output: Output) -> Any:
+    normal, radius = reader.point("normal"), reader.read(output, "Radius", 0.05)
+    bent = reader.emit("bevel", normal, radius, settings=(min(int(output.node.samples), MOST_PROBES),))
+    place = output.input("Normal")
+    if place is None or linked(place) is None:
+        return bent
+    turn = reader.emit("vector_math", bent, normal, 0.0, 0.0, settings=("SUBTRACT",))
+    total = reader.emit("vector_math", normal_of(reader, place), turn, 0.0, 0.0, settings=("ADD",))
+    return reader.emit("normalize", total)
+
+
+@evaluator("WIREFRAME")
+def _wireframe(reader: Reader, output: Output) -> Any:
+    if output.node.use_pixel_size:
+        reader.note(f"{output.label!r}: a line that is measured in pixels is as wide as on a picture of 1080 rows")
+    settings = (bool(output.node.use_pixel_size),)
+    return reader.emit("wireframe", reader.read(output, "Size", 0.01), settings=settings)
+
+
+@evaluator("PARTICLE_INFO", "HAIR_INFO", "POINT_INFO")
+def _info(reader: Reader, output: Output) -> Any:
+    kind = output.node.type.partition("_")[0]
+    value = reader.point(f"object_attribute:{kind}:{output.socket.name}")
+    return value if output.socket.type in ("RGBA", "VECTOR") else reader.emit("component", value, settings=(0,))
+
+
+@evaluator("VOLUME_INFO")
 def _not_read(reader: Reader, output: Output) -> Any:
-    if output.node.type == "BEVEL":
-        reader.note(f"{output.label!r} is not simulated; edges stay sharp")
-        return normal_of(reader, output.input("Normal"))
-    if output.node.type == "AMBIENT_OCCLUSION":
-        reader.note(f"{output.label!r} is not simulated; everything counts as open")
-        return reader.read(output, "Color", np.ones(3)) if output.socket.type == "RGBA" else 1.0
-    reader.note(f"{output.label!r} is not read; a neutral gray was used")
-    return np.full(3, NEUTRAL) if output.socket.type in ("RGBA", "VECTOR") else NEUTRAL
+    reader.note(f"{output.label!r}: grids of smoke are not read; 0 was used, which is right where there is none")
+    return np.zeros(3) if output.socket.type in ("RGBA", "VECTOR") else 0.0
 
 
 @evaluator("TANGENT")
@@ -179,7 +227,7 @@ def _bump(reader: Reader, output: Output) -> Any:
 
 
 def _is_what_renders(uv_map: str, material: str) -> bool:
-    """Whether the UV map that renders has this name on every mesh that wears the material."""
+    """True if the UV map for rendering has this name on every mesh with the material."""
     wearers = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
     return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in wearers)
 
@@ -192,7 +240,7 @@ def _normal_map(reader: Reader, output: Output) -> Any:
         color = reader.emit("vector_math", color, np.array((1.0, -1.0, 1.0)), np.array((0.0, 1.0, 0.0)), 0.0,
                             settings=("MULTIPLY_ADD",))  # fmt: skip
     source = linked(output.input("Color"))
-    if source is not None and source.node.type != "TEX_IMAGE":  # computed normals lean further than baked ones
+    if source is not None and source.node.type != "TEX_IMAGE":  # computed normals are less steep than baked ones
         reader.note(f"{output.label!r}: where its normals lean far away from the surface it is brighter than in Cycles")
     if node.space == "TANGENT":
         if node.uv_map and not _is_what_renders(node.uv_map, reader.owner):
@@ -200,7 +248,7 @@ def _normal_map(reader: Reader, output: Output) -> Any:
         axes = reader.point("tangent"), reader.point("bitangent")
         return reader.emit("normal_map", color, strength, reader.point("normal"), *axes)
     direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
-    if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z point the other way
+    if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z have the opposite sign
         direction = reader.emit("vector_math", direction, np.array((1.0, -1, -1)), 0.0, 0.0, settings=("MULTIPLY",))
     if node.space.endswith("OBJECT"):
         direction = reader.emit("transformed", direction, settings=("NORMAL", "OBJECT", "WORLD"))
@@ -234,9 +282,9 @@ def _vector_displacement(reader: Reader, output: Output) -> Any:
 
 
 def raised_normal(reader: Reader, place: Input) -> Value | None:
-    """The normal of a surface that displacement raises, None where nothing is linked.
+    """The normal of a displaced surface; None if nothing is linked.
 
-    As in Cycles the surface is raised by what of the displacement points along its normal.
+    As in Cycles, the surface is displaced by the component along its normal.
     """
     if linked(place) is None:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a node tree's socket evaluates to: a result of the material's program, a spectrum, or two of them mixed."""
+"""Value of a node tree's socket: a result of the material's program, a spectrum, or a mix of two."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, eq=False)
 class Value:
-    """A result of a program under construction. ``kind``: of the socket, ``"VALUE"``, ``"RGBA"`` or ``"VECTOR"``."""
+    """A result of a program under construction. ``kind``: type of the socket, ``"VALUE"``, ``"RGBA"`` or
+    ``"VECTOR"``.
+    """
 
     builder: Builder
     register: int
@@ -31,21 +33,21 @@ class Value:
 
     @property
     def constant(self) -> Array | None:
-        """(1,) or (3,) where it does not vary, else None."""
+        """(1,) or (3,) if it does not vary, else None."""
         return self.builder.constant(self.register)
 
     def as_width(self, width: int) -> int:
-        """Its register as a number or as three; of colors the luminance, of vectors the mean, as in Blender."""
+        """Its register with one or three components; of colors the luminance, of vectors the mean, as in Blender."""
         return self.builder.as_width(self.register, width, is_color=self.kind != "VECTOR")
 
     def program(self, width: int) -> Program:
-        """What computes it."""
+        """The program that computes it."""
         return self.builder.program(self.as_width(width))
 
 
 @dataclass(frozen=True, eq=False)
 class Mixed:
-    """Two fields mixed by a number that may vary; ``builder``: of the program that the number belongs to."""
+    """Two fields mixed by a number that may vary; ``builder``: of the program that contains the number."""
 
     factor: Value
     first: Field
@@ -74,7 +76,7 @@ def scalar_of(field: Field) -> Scalar:
 
 
 def value_of(field: Field, builder: Builder | None = None) -> Value:
-    """The field as a result of a program; a spectrum takes part with its color."""
+    """The field as a result of a program; a spectrum is replaced by its color."""
     if isinstance(field, Value):
         return field
     if isinstance(field, (Spectrum, SpectralImage)):
@@ -110,7 +112,7 @@ def mean_color(field: Field | Paint | Scalar | Array) -> Array:
 
 
 def daylight_picture(field: SpectralImage) -> ImageTexture:
-    """What a spectral texture shows under D65, for nodes that compute with colors."""
+    """The colors of a spectral texture under D65, for nodes that compute with colors."""
     daylight = normalized(illuminant("D65"))
     pixels = np.clip(field.linear_rgb(daylight), 0.0, 1.0)
     return ImageTexture(field.name, pixels, "linear", field.extension, field.interpolation, field.uv_from_mesh_uv)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender images to pixels with a stated color space; an image that cannot be had is a Note, not magenta."""
+"""Blender images as pixels with a stated color space; a missing image gives a Note, not magenta."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from spectral_core.spectra.color import linear_from_display_rgb
 from ... import compat
 from ..context import Translation
 from ..ledger import note_changed
+from .image_files import frame_image, frame_of, tile_image, tiles_of
 
 Array = NDArray[Any]
 
@@ -32,14 +33,17 @@ NUMBER_SPACES = ("Non-Color", "Raw")
 def image_of_node(translation: Translation, node: Any, owner: str, channel: str = "Color") -> ImageTexture | None:
     """Image of an Image or Environment Texture node with the node's interpolation and extension.
 
-    ``owner``: whose node it is; ``channel``: its output, ``"Color"`` or ``"Alpha"`` (one raw channel). None, with a
-    Note, where there is no picture.
+    ``owner``: owner of the node; ``channel``: its output, ``"Color"`` or ``"Alpha"`` (one raw channel). None, with a
+    Note, without a picture.
     """
     image = node.image
     if image is None:
         translation.note(owner, f"{node.name!r} has no image; a neutral gray stands in for it")
         return None
-    texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(node))
+    if image.source == "SEQUENCE":
+        texture = _frame(translation, node, channel)
+    else:
+        texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(node))
     if texture is None:
         return None
     extension = EXTENSIONS.get(getattr(node, "extension", "REPEAT"), "repeat")
@@ -52,8 +56,57 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     return translation.images[key]
 
 
+def _frame(translation: Translation, node: Any, channel: str) -> ImageTexture | None:
+    """The file of a sequence that a node shows at the scene's frame."""
+    translation.reads_elsewhere = True  # the scene's frame
+    image, number = node.image, frame_of(node.image_user, int(translation.scene.frame_current))
+    key = (image.name_full, channel, alpha_is_read(node), number)
+    if key not in translation.images:
+        with frame_image(image, number) as found:
+            if found is None:
+                where = f"{image.filepath}, file {number}"
+                translation.note(image.name, f"the image could not be read ({where}); a neutral gray stands in for it")
+            texture = None if found is None else _read(translation, found, channel, alpha_is_read(node))
+        translation.images[key] = texture
+    return translation.images[key]
+
+
+def tiles_of_node(translation: Translation, node: Any, channel: str) -> list[tuple[tuple[int, ...], ImageTexture]]:
+    """Tiles of an Image Texture whose image is a UDIM set: those of one size stand one above the other in an image."""
+    image, reads_alpha = node.image, alpha_is_read(node)
+    groups: dict[Any, list[tuple[int, ImageTexture]]] = {}
+    for number in tiles_of(image):
+        key = (image.name_full, channel, reads_alpha, "tile", number)
+        if key not in translation.images:
+            with tile_image(image, number) as found:
+                made = None if found is None else _read(translation, found, channel, reads_alpha)
+            translation.images[key] = made
+        tile = translation.images[key]
+        if tile is None:
+            translation.note(image.name, f"tile {number} of this UDIM image could not be read; it is magenta")
+            continue
+        groups.setdefault((tile.pixels.shape, tile.pixels.dtype, tile.color_space), []).append((number, tile))
+    return [(tuple(n for n, _ in of), _stacked(translation, node, image.name, of, channel)) for of in groups.values()]
+
+
+def _stacked(
+    translation: Translation, node: Any, name: str, of: list[tuple[int, ImageTexture]], channel: str
+) -> ImageTexture:
+    """Tiles of one size as one image, made once per use."""
+    extension = EXTENSIONS.get(node.extension, "repeat")
+    interpolation: Literal["linear", "nearest", "cubic"] = INTERPOLATIONS.get(node.interpolation, "linear")
+    key = ("stacked", *(id(tile) for _, tile in of), extension, interpolation)
+    if key not in translation.images:
+        pixels = np.concatenate([tile.pixels for _, tile in of])
+        stacked = replace(of[0][1], name=f"{name} ({channel}, {len(of)} tiles)", pixels=pixels)
+        translation.images[key] = replace(stacked, extension=extension, interpolation=interpolation)
+    found = translation.images[key]
+    assert found is not None
+    return found
+
+
 def alpha_is_read(node: Any) -> bool:
-    """Whether anything is linked to the node's Alpha: Cycles then gives its color back undimmed by alpha."""
+    """True if anything is linked to the node's Alpha: its color is then not multiplied by alpha, as in Cycles."""
     socket = next((socket for socket in node.outputs if socket.name == "Alpha"), None)
     return socket is not None and bool(socket.is_linked)
 
@@ -61,9 +114,9 @@ def alpha_is_read(node: Any) -> bool:
 def read_image(
     translation: Translation, image: Any, channel: str = "Color", *, alpha_is_read: bool = True
 ) -> ImageTexture | None:
-    """Pixels of a ``bpy.types.Image``, read once per translation and use; None, with a Note, where it has none.
+    """Pixels of a ``bpy.types.Image``, read once per translation and use; None, with a Note, without pixels.
 
-    ``alpha_is_read``: whether the alpha is used too; where it is not, Cycles shows colors multiplied by it.
+    ``alpha_is_read``: True if the alpha is used too; otherwise colors are multiplied by it, as in Cycles.
     """
     key = (image.name_full, image.session_uid if hasattr(image, "session_uid") else 0, channel, alpha_is_read)
     if key not in translation.images:
@@ -79,9 +132,9 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         return None
     note_changed(translation, image.name, image)
     if image.source in ("SEQUENCE", "MOVIE"):
-        translation.note(image.name, "an image sequence or movie shows the frame that Blender has loaded")
+        translation.note(image.name, "this movie or sequence shows the frame that Blender has loaded")
     if image.source == "TILED":
-        translation.note(image.name, "of a tiled (UDIM) image only the first tile is used")
+        translation.note(image.name, "of this tiled (UDIM) image only the first tile is used")
     values = np.empty(len(image.pixels), dtype=np.float32)
     image.pixels.foreach_get(values)
     pixels = values.reshape(height, width, -1)
@@ -96,7 +149,7 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     space = image.colorspace_settings.name
     if has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES:
         colors = _associated(translation, image, colors, pixels[..., 3:4])
-        if alpha_is_read:  # stored multiplied and divided after filtering, as in Cycles
+        if alpha_is_read:  # stored premultiplied and divided after filtering, as in Cycles
             colors = np.concatenate([colors, pixels[..., 3:4]], axis=2)
             if image.is_float and np.any(pixels[..., 3] < 1):
                 translation.note(
@@ -109,7 +162,7 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
 
 def _associated(translation: Translation, image: Any, colors: Array, alpha: Array) -> Array:
     """Colors multiplied by alpha in the file's own encoding, as Cycles stores them."""
-    if image.is_float:  # float buffers come multiplied
+    if image.is_float:  # float buffers are premultiplied
         return colors
     if image.alpha_mode == "PREMUL" and image.packed_file is None and image.source == "FILE":
         # Blender divided the file's colors by alpha; Cycles reads the file itself, whose colors count as undivided
@@ -147,7 +200,7 @@ def _compact(values: Array, is_float: bool = False) -> Array:
 
 
 def linear_pixels(texture: ImageTexture) -> Array:
-    """Colors (h, w, 3) or numbers (h, w, 1), float32, with the display curve taken off."""
+    """Colors (h, w, 3) or numbers (h, w, 1), float32, without the display curve."""
     pixels = texture.pixels[..., :3] if texture.pixels.shape[2] >= 3 else texture.pixels[..., :1]
     if pixels.dtype == np.uint8:
         table = np.arange(256) / 255

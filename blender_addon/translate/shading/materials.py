@@ -23,12 +23,12 @@ from .surfaces import surface_of
 from .tree import Input, linked, surface_output
 
 NO_MATERIAL = Material("No material", Diffuse(gray(0.8)))
-"""What an object without a material wears, as in Cycles."""
+"""Material of an object without one, as in Cycles."""
 
 
 @dataclass(frozen=True)
 class TranslatedMaterial:
-    """A material, and what it reads from the mesh: ``"uv"``, ``"generated"``, ``"attribute:…"``."""
+    """A material, and its inputs from the mesh: ``"uv"``, ``"generated"``, ``"attribute:…"``."""
 
     material: Material
     reads: frozenset[str]
@@ -59,7 +59,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     medium = media.medium_of(reader, output) if output is not None else None
     surface: Surface | None
     if tree is None:
-        surface = Diffuse(Color(translation.linear_rgb(material.diffuse_color)))  # what the viewport shows
+        surface = Diffuse(Color(translation.linear_rgb(material.diffuse_color)))  # the viewport color
     elif output is None:
         reader.note("the material has no output node; it is black")
         surface = surface_of(reader, None)

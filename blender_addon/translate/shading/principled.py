@@ -10,16 +10,12 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from .fields import Value, paint_of
 from .reader import Reader
-from .shader_inputs import direction_at, ior, lobe_tangent, main_color, note_model, radius_of
+from .shader_inputs import direction_at, ior, lobe_tangent, main_color, note_model, radius_of, thin_film
 from .tree import Output, linked
-
-PRINCIPLED_UNUSED = {
-    "Thin Film Thickness": "its thin film is left out",
-}
 
 
 def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint:
-    """The color of what it emits, dimmed and tinted by the coat that lies above it."""
+    """The emission color, attenuated and tinted by the coat above it."""
     plain = reader.paint(output.input("Emission Color"), gray(1.0))
     if not is_coated:
         return plain
@@ -34,7 +30,7 @@ def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint
     weight, index = reader.read(output, "Coat Weight", 0.0), reader.read(output, "Coat IOR", 1.5)
     reflected = reader.emit("fresnel", index, normal, incoming, 0.0)
     clear = math("SUBTRACT", 1.0, math("MULTIPLY", weight, reflected))
-    # through the coat and out: its tint to the power of the way's length over its thickness
+    # through the coat: its tint to the power of the path's length over its thickness
     cosine = reader.emit("vector_number", normal, incoming, settings=("DOT_PRODUCT",))
     sine = math("SUBTRACT", 1.0, math("MULTIPLY", cosine, cosine))
     inner = math("SQRT", math("SUBTRACT", 1.0, math("DIVIDE", sine, math("MULTIPLY", index, index))))
@@ -47,10 +43,6 @@ def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint
 
 
 def principled(reader: Reader, output: Output) -> Surface:
-    for name, message in PRINCIPLED_UNUSED.items():
-        place = output.input(name)
-        if place is not None and (linked(place) is not None or np.any(np.asarray(place.default) != 0)):
-            reader.note(f"{output.label!r}: {message}")
     coat_normal = output.input("Coat Normal")
     normal = direction_at(reader, output, "Normal")
     scalar = lambda name, fallback: reader.scalar(output.input(name), fallback)  # noqa: E731
@@ -94,4 +86,5 @@ def principled(reader: Reader, output: Output) -> Surface:
         emission_color=_emission_color(reader, output, is_coated=coat_weight != 0) if lit else gray(1.0),
         emission_strength=strength,
         normal=normal,
+        **thin_film(reader, output),
     )

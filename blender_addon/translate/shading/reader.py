@@ -21,17 +21,17 @@ from .fields import Field, Mixed, Value, daylight_picture, mean_color, paint_of,
 from .tree import Input, Output
 
 NEUTRAL = 0.5
-"""Gray in place of a picture or pattern that is not available."""
+"""Gray in place of a missing picture or pattern."""
 MOST_NESTED = 2000
-"""Nodes in a row that are followed."""
+"""Most nodes in a chain."""
 
 
 @dataclass
 class Reader:
     """Reads the sockets of one material, light or world.
 
-    ``on_surface``: whether values may vary from place to place; a lamp gets means, with a Note.
-    ``shift``: where Bump samples its height, see ``vector_input``.
+    ``on_surface``: True if values may vary with position; a lamp gets means, with a Note. ``shift``: position of Bump's
+    height samples, see ``vector_input``.
     """
 
     translation: Translation
@@ -41,17 +41,17 @@ class Reader:
     shift: int = 0
     material_index: int = 0
     raised: Value | None = None
-    """The normal that displacement bends, in place of the surface's own; None where nothing does."""
+    """The normal of a displaced surface; None without displacement."""
     _known: dict[Any, Field] = field(default_factory=dict)
     _open: set[Any] = field(default_factory=set)
     skies: dict[int, tuple[ImageTexture, Atmosphere, float, float]] = field(default_factory=dict)
-    """Pictures of skies by their ``id``, with what they show, the angle of the sun's disk (0: none), its intensity."""
+    """Pictures of skies by their ``id``, with their settings, the angle of the sun's disk (0: none), its intensity."""
 
     def note(self, message: str) -> None:
-        """Tell the user something about the owner."""
+        """Add a note about the owner for the user."""
         self.translation.note(self.owner, message)
 
-    # what surfaces, lamps and worlds ask for
+    # interface for surfaces, lamps and worlds
 
     def paint(self, place: Input | None, fallback: Paint) -> Paint:
         """A socket as a color."""
@@ -67,25 +67,25 @@ class Reader:
         return value if self.on_surface else self.number(place, fallback)
 
     def number(self, place: Input | None, fallback: float) -> float:
-        """A socket as one number: of one that varies the mean, with a Note."""
+        """A socket as one number: the mean of a varying one, with a Note."""
         if place is None:
             return fallback
         value = scalar_of(self.field(place))
         if isinstance(value, float):
             return self._finite(value, place)
-        self.note(f"{place.node.name}: {place.socket.name} takes one number here, its mean was used")
+        self.note(f"{place.node.name}: {place.socket.name} supports one number only; its mean was used")
         return self._finite(float(mean_color(value)[0]), place)
 
     def _finite(self, value: float, place: Input) -> float:
-        """A number that a closure takes; 0 with a Note for one that is none."""
+        """A number for a closure; 0 with a Note for one that is not finite."""
         if abs(value) <= LARGEST:
             return value
         what = f"{place.node.name}: {place.socket.name} is {value:g}"
-        self.note(f"{what}, which no light can be computed from; 0 was used")
+        self.note(f"{what}, which is not a finite number; 0 was used")
         return 0.0
 
     def factor(self, place: Input | None, fallback: float) -> Scalar:
-        """Factor of a mix, held within [0, 1] as Blender does."""
+        """Factor of a mix, clipped to [0, 1] as in Blender."""
         if place is None:
             return fallback
         value = self.as_value(self.field(place))
@@ -96,11 +96,11 @@ class Reader:
         """A vector socket (3,) that does not vary."""
         value: Any = fallback if place is None else self.field(place)
         if isinstance(value, Value) and value.constant is None:
-            self.note("a texture mapping that itself varies is not understood; its mean was used")
+            self.note("a texture mapping that itself varies is not supported; its mean was used")
         return np.broadcast_to(mean_color(value), (3,))
 
     def _settled(self, paint: Paint, place: Input) -> Paint:
-        """A color as its owner can carry it."""
+        """A color in a form that its owner supports."""
         if self.on_surface or isinstance(paint, (Color, Spectrum)):
             return paint
         if isinstance(paint, MixedPaint):
@@ -108,7 +108,7 @@ class Reader:
         self.note(f"{place.node.name}: a color that varies from place to place is shown with its mean")
         return Color(np.broadcast_to(mean_color(paint), (3,)))
 
-    # what the nodes' evaluators ask for
+    # interface for the nodes' evaluators
 
     def field(self, place: Input) -> Field:
         """Value of a socket."""
@@ -161,17 +161,17 @@ class Reader:
         return Value(self.builder, register, "VALUE" if np.size(value) == 1 else "VECTOR")
 
     def as_value(self, found: Any) -> Value:
-        """A field or plain constant as a result of the program; a spectrum loses by it, with a Note."""
+        """A field or plain constant as a result of the program; a spectrum is replaced by its color, with a Note."""
         if isinstance(found, (float, int, tuple, np.ndarray)):
             return self.literal(found)
         if isinstance(found, (Spectrum, SpectralImage)) or (isinstance(found, Mixed) and _holds_spectrum(found)):
-            self.note("a spectrum goes through a math or color node: the node worked on its color instead")
+            self.note("a spectrum is the input of a math or color node: the node used its color instead")
         if isinstance(found, SpectralImage):
             return self.emit("image_color", self.point("uv"), settings=(False,), data=daylight_picture(found))
         return value_of(found, self.builder)
 
     def read(self, output: Output, name: str, fallback: Any = 0.0) -> Value:
-        """An input of a node, by identifier or name; ``fallback`` where this Blender's node has none such."""
+        """An input of a node, by identifier or name; ``fallback`` if this Blender's node has no such input."""
         place = output.input(name)
         return self.as_value(fallback if place is None else self.field(place))
 
@@ -185,7 +185,7 @@ class Reader:
         return Value(self.builder, register, "VALUE" if known.result == 1 else "RGBA")
 
     def point(self, name: str, width: int = 3) -> Value:
-        """Something of the point that is shaded."""
+        """A quantity of the shaded point."""
         if name == "normal" and self.raised is not None:
             return self.raised
         operation = "vector_input" if width == 3 else "number_input"
@@ -195,7 +195,7 @@ class Reader:
 
     @contextmanager
     def shifted(self, shift: int) -> Iterator[None]:
-        """Read everything a small step along the surface from here."""
+        """The same reader at a small step along the surface."""
         before, self.shift = self.shift, shift
         try:
             yield
@@ -203,15 +203,15 @@ class Reader:
             self.shift = before
 
     def unknown(self, output: Output) -> Field:
-        """Substitute for a node that is not supported: its own first color, else a neutral gray."""
-        self.note(f"the node {output.label!r} is not understood; a plain stand-in was used for it")
+        """Substitute for an unsupported node: its first color, else a neutral gray."""
+        self.note(f"the node {output.label!r} is not supported; a plain substitute was used")
         for socket in output.node.inputs:
             if socket.type == "RGBA":
                 return self.field(Input(socket, output.groups))
         return self.literal(np.full(3, NEUTRAL))
 
     def mix(self, factor: Value, first: Field, second: Field) -> Field:
-        """Two fields mixed: kept apart where one is a spectrum, else computed."""
+        """A mix of two fields: kept separate if one is a spectrum, else computed."""
         amount = self.builder.constant(factor.as_width(1))
         if amount is not None and amount[0] in (0.0, 1.0):
             return second if amount[0] else first
@@ -231,7 +231,7 @@ EVALUATORS: dict[str, Callable[[Reader, Output], Any]] = {}
 
 
 def evaluator(*kinds: str) -> Callable[[Callable[[Reader, Output], Any]], Callable[[Reader, Output], Any]]:
-    """Enter a function in EVALUATORS."""
+    """Register a function in EVALUATORS."""
 
     def enter(function: Callable[[Reader, Output], Any]) -> Callable[[Reader, Output], Any]:
         for kind in kinds:

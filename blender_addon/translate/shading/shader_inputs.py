@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several shader nodes have in common: main colors, normals, tangents, indices of refraction, colors of metals,
-radii.
-"""
+"""Common inputs of shader nodes: main colors, normals, tangents, indices of refraction, colors of metals, radii."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.scene import IOR, Color, Computed, Paint, Scalar, gray
+from spectral_core.scene import FILM_THICKNESS_NM, IOR, Color, Computed, Paint, Scalar, gray
 
 from .. import spectra
 from .coordinate_nodes import round_tangent
@@ -17,13 +15,13 @@ from .tree import Input, Output, linked
 
 
 def main_color(reader: Reader, output: Output, fallback: float, name: str = "Color") -> Paint:
-    """Main color of a shader node: the spectrum it carries, else its socket."""
+    """Main color of a shader node: its spectrum, else its socket."""
     spectrum = spectra.spectrum_of(reader.translation, output.node)
     return spectrum if spectrum is not None else reader.paint(output.input(name), gray(fallback))
 
 
 def direction_at(reader: Reader, output: Output, name: str) -> Computed | None:
-    """What is linked to a normal or tangent socket, None where nothing is."""
+    """The link of a normal or tangent socket; None if there is none."""
     place = output.input(name)
     if place is None or linked(place) is None:
         return Computed(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
@@ -32,7 +30,7 @@ def direction_at(reader: Reader, output: Output, name: str) -> Computed | None:
 
 
 def lobe_tangent(reader: Reader, output: Output, anisotropy: Scalar) -> Computed | None:
-    """Direction of an anisotropic lobe: what is linked, else around the object's Z axis, as in Cycles."""
+    """Direction of an anisotropic lobe: the link, else around the object's Z axis, as in Cycles."""
     if anisotropy == 0:
         return None
     return direction_at(reader, output, "Tangent") or Computed(round_tangent(reader).program(3))
@@ -52,21 +50,31 @@ def radius_of(reader: Reader, output: Output, name: str) -> tuple[float, float, 
 
 
 def ior(reader: Reader, place: Input | None, fallback: float) -> float:
-    """Index of refraction: one number, within what a dielectric can have."""
+    """Index of refraction: one number, within the range of a dielectric."""
     value = reader.number(place, fallback)
     return min(max(value, IOR[0]), IOR[1])
 
 
+def thin_film(reader: Reader, output: Output) -> dict[str, Scalar]:
+    """Thickness in nm and index of refraction of the film upon a surface; nothing where it is 0 everywhere."""
+    thickness = reader.scalar(output.input("Thin Film Thickness"), 0.0)
+    if isinstance(thickness, float) and thickness <= 0:
+        return {}
+    index = reader.scalar(output.input("Thin Film IOR"), 1.33)
+    held = (_held(value, limits) for value, limits in ((thickness, FILM_THICKNESS_NM), (index, IOR)))
+    return dict(zip(("thin_film_thickness", "thin_film_ior"), held, strict=True))
+
+
+def _held(value: Scalar, limits: tuple[float, float]) -> Scalar:
+    """A number within the limits that Blender's socket has as well; a texture is held at the hit."""
+    return min(max(value, limits[0]), limits[1]) if isinstance(value, float) else value
+
+
 def conductor_colors(index: np.ndarray, extinction: np.ndarray) -> tuple[Paint, Paint]:
-    """Colors facing and toward 82 degrees that stand for an index and extinction per channel."""
-
-    def reflectance(cosine: float) -> np.ndarray:
-        n2, k2, c2 = index**2, extinction**2, cosine**2
-        total = n2 + k2
-        across = (total - 2 * index * cosine + c2) / (total + 2 * index * cosine + c2)
-        along = (total * c2 - 2 * index * cosine + 1) / (total * c2 + 2 * index * cosine + 1)
-        return np.asarray((across + along) / 2)
-
-    facing, edge = reflectance(1.0), reflectance(1 / 7)
-    schlick = facing + (1 - facing) * (1 - 1 / 7) ** 5
-    return Color(facing), Color(np.clip(edge / np.maximum(schlick, 1e-6), 0, 1))
+    """Colors that represent an index and extinction per channel, by Gulbrandsen 2014: facing and edge."""
+    squared = np.square(extinction)
+    facing = np.clip((np.square(index - 1) + squared) / (np.square(index + 1) + squared), 0.0, 0.999)
+    root = np.sqrt(facing)
+    most, least = (1 + root) / (1 - root), (1 - facing) / (1 + facing)
+    edge = (most - index) / np.maximum(most - least, 1e-9)
+    return Color(facing), Color(np.clip(edge, 0.0, 1.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Textures that are read by direction: environment images and skies."""
+"""Textures by direction: environment images and skies."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from .texture_nodes import place_of
 from .tree import Output
 
 SKY_ROWS = 512
-"""Rows of the picture that a sky is drawn as."""
+"""Rows of the picture of a sky."""
 HOSEK_SHARE = 0.19
-"""How bright Cycles draws the sky of Hosek and Wilkie beside Preetham's."""
+"""Brightness of Cycles' sky of Hosek and Wilkie relative to Preetham's."""
 MODELS: dict[str, Any] = {
     "SINGLE_SCATTERING": "single", "NISHITA": "single", "MULTIPLE_SCATTERING": "multiple", "PREETHAM": "preetham",
     "HOSEK_WILKIE": "preetham",

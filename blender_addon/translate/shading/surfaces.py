@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shader nodes to surfaces: each node type to the closest closure that the scene data knows."""
+"""Shader nodes to surfaces: each node type to the closest closure of the scene data."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal
 
 from spectral_core.scene import (
     LARGEST,
@@ -30,21 +31,32 @@ from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (the node mod
 from .fields import scalar_of
 from .principled import principled
 from .reader import Reader
-from .shader_inputs import conductor_colors, direction_at, ior, lobe_tangent, main_color, note_model, radius_of
+from .shader_inputs import (
+    conductor_colors,
+    direction_at,
+    ior,
+    lobe_tangent,
+    main_color,
+    note_model,
+    radius_of,
+    thin_film,
+)
 from .tree import Input, Output, linked
 
+FACETS: dict[str, Literal["beckmann", "ashikhmin"]] = {"BECKMANN": "beckmann", "ASHIKHMIN_SHIRLEY": "ashikhmin"}
+"""Distributions of facets other than GGX."""
 BLACK = Diffuse(gray(0.0))
-"""What an empty shader socket shows: nothing is reflected."""
+"""Surface of an empty shader socket: nothing is reflected."""
 
 
 def surface_of(reader: Reader, place: Input | None) -> Surface:
-    """The surface that a shader socket is fed with; black where nothing feeds it, as in Cycles."""
+    """The surface at a shader socket; black without a link, as in Cycles."""
     source = linked(place)
     if source is None:
         return BLACK
     read = SURFACES.get(source.node.type)
     if read is None:
-        reader.note(f"the shader {source.label!r} is not understood; a plain diffuse surface was used for it")
+        reader.note(f"the shader {source.label!r} is not supported; a plain diffuse surface was used")
         return Diffuse(main_color(reader, source, 0.8) if source.input("Color") else gray(0.8))
     return read(reader, source)
 
@@ -69,8 +81,6 @@ def _roughness(reader: Reader, output: Output, fallback: float) -> Scalar:
 
 def _glossy(reader: Reader, output: Output) -> Surface:
     distribution = getattr(output.node, "distribution", "GGX")
-    if distribution == "ASHIKHMIN_SHIRLEY":
-        reader.note(f"{output.label!r}: Ashikhmin-Shirley is rendered as Beckmann, whose lobe is nearly the same")
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
     return Glossy(
         main_color(reader, output, 0.8),
@@ -79,7 +89,7 @@ def _glossy(reader: Reader, output: Output) -> Surface:
         anisotropy,
         reader.scalar(output.input("Rotation"), 0.0),
         lobe_tangent(reader, output, anisotropy),
-        "beckmann" if distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY") else "ggx",
+        FACETS.get(distribution, "ggx"),
         direction_at(reader, output, "Normal"),
     )
 
@@ -89,7 +99,8 @@ def _metallic(reader: Reader, output: Output) -> Surface:
     if getattr(node, "distribution", "") == "BECKMANN":
         reader.note(f"{output.label!r}: its distribution is replaced by GGX")
     color, edge = main_color(reader, output, 0.6, "Base Color"), reader.paint(output.input("Edge Tint"), gray(0.7))
-    if getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR":
+    physical = getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR"
+    if physical:
         index, extinction = (reader.vector(output.input(name), 1.0) for name in ("IOR", "Extinction"))
         color, edge = conductor_colors(index, extinction)
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
@@ -102,6 +113,8 @@ def _metallic(reader: Reader, output: Output) -> Surface:
         lobe_tangent(reader, output, anisotropy),
         getattr(node, "distribution", "") == "MULTI_GGX",
         direction_at(reader, output, "Normal"),
+        physical,
+        **thin_film(reader, output),
     )
 
 
@@ -111,7 +124,8 @@ def _glass(reader: Reader, output: Output) -> Surface:
     normal = direction_at(reader, output, "Normal")
     keeps_energy = not refracts_only and getattr(output.node, "distribution", "") == "MULTI_GGX"
     roughness = _roughness(reader, output, 0.0)
-    return Glass(main_color(reader, output, 1.0), roughness, index, normal, not refracts_only, keeps_energy)
+    color, film = main_color(reader, output, 1.0), thin_film(reader, output)
+    return Glass(color, roughness, index, normal, not refracts_only, keeps_energy, **film)
 
 
 def _transparent(reader: Reader, output: Output) -> Surface:

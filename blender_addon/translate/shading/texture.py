@@ -30,7 +30,7 @@ MOST_PREVIEW_SIDE = 1024
 def texture_of(node: Any) -> SpectralTexture:
     """The texture of a node's file.
 
-    Raises InvalidInputError where no file is chosen or there is none, FileFormatError where it is no spectral texture.
+    Raises InvalidInputError if no file is chosen or there is none, FileFormatError if it is no spectral texture.
     """
     if not node.filepath:
         raise InvalidInputError("no file is chosen; choose the texture.exr that `spectral-scene texture` wrote")
@@ -46,7 +46,7 @@ def _read(path: Path, _changed_ns: int) -> SpectralTexture:
 
 
 def spectral_image_of(node: Any) -> SpectralImage:
-    """The node as the renderer takes it. Raises as ``texture_of`` does."""
+    """The node for the renderer. Raises the same errors as ``texture_of``."""
     texture = texture_of(node)
     return SpectralImage(
         node.name,

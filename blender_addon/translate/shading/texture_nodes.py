@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texture nodes: images, and patterns that are computed where light meets the surface."""
+"""Texture nodes: images, and patterns that are computed at the hit point."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from spectral_core.errors import SpectralError
 
 from ...properties.texture import NODE
 from .fields import Value
-from .images import alpha_is_read, image_of_node
+from .images import alpha_is_read, image_of_node, tiles_of_node
 from .reader import NEUTRAL, Reader, evaluator
 from .texture import spectral_image_of
 from .tree import Output, linked
 
 
 def place_of(reader: Reader, output: Output, implicit: str) -> Value:
-    """Coordinates that a texture node reads: its Vector, else its implicit ones, through its Texture Mapping panel."""
+    """Coordinates of a texture node: its Vector, else its implicit ones, through its Texture Mapping panel."""
     source = output.input("Vector")
     if source is None or linked(source) is None:
         place = reader.point(implicit)
@@ -59,7 +59,7 @@ def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
 
 @evaluator("CUSTOM GROUP")
 def _spectral_texture(reader: Reader, output: Output) -> Any:
-    """Our own node; a node of another add-on is not understood."""
+    """The extension's own node; nodes of other add-ons are unsupported."""
     if output.node.bl_idname != NODE:
         return reader.unknown(output)
     try:
@@ -73,6 +73,8 @@ def _spectral_texture(reader: Reader, output: Output) -> Any:
 def _image(reader: Reader, output: Output) -> Any:
     node = output.node
     is_alpha = output.socket.name == "Alpha"
+    if node.image is not None and node.image.source == "TILED" and node.projection != "BOX":
+        return _tiled(reader, output)
     texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
     if texture is None:
         return 1.0 if is_alpha else np.full(3, NEUTRAL)
@@ -87,19 +89,34 @@ def _image(reader: Reader, output: Output) -> Any:
     if node.projection in ("SPHERE", "TUBE"):
         place = reader.emit("round_coordinates", place, settings=(node.projection,))
     found = reader.emit("image_color", place, settings=(unassociates,), data=texture)
-    return (
-        reader.emit("component", found, settings=(0,)) if is_alpha else found
-    )  # alpha comes as an image of one channel
+    return reader.emit("component", found, settings=(0,)) if is_alpha else found  # alpha is an image of one channel
+
+
+def _tiled(reader: Reader, output: Output) -> Any:
+    """A UDIM set: each tile where its coordinates are, magenta elsewhere, as in Cycles."""
+    node, is_alpha = output.node, output.socket.name == "Alpha"
+    place = place_of(reader, output, "uv")
+    if node.projection in ("SPHERE", "TUBE"):
+        place = reader.emit("round_coordinates", place, settings=(node.projection,))
+    groups = tiles_of_node(reader.translation, node, output.socket.name)
+    known = tuple(number for numbers, _ in groups for number in numbers)
+    outside = reader.emit("outside_tiles", place, settings=known)
+    total = reader.emit("vector_math", np.array((1.0, is_alpha, 1.0)), outside, 0.0, 0.0, settings=("MULTIPLY",))
+    for numbers, texture in groups:
+        unassociates = alpha_is_read(node) and texture.pixels.shape[2] == 4
+        part = reader.emit("image_tiles", place, settings=(unassociates, *numbers), data=texture)
+        total = reader.emit("vector_math", total, part, 0.0, 0.0, settings=("ADD",))
+    return reader.emit("component", total, settings=(0,)) if is_alpha else total
 
 
 def mapping_matrix(reader: Reader, mapping: Output) -> NDArray[np.float64]:
-    """Affine map (4, 4) that a Mapping node does to a point or direction."""
+    """Affine map (4, 4) of a point or direction by a Mapping node."""
     location = reader.vector(mapping.input("Location"), 0.0)
     turn = _rotation(reader.vector(mapping.input("Rotation"), 0.0))
     stretch = np.diag(reader.vector(mapping.input("Scale"), 1.0))
     kind = mapping.node.vector_type
     matrix = np.eye(4)
-    if kind == "TEXTURE":  # the texture itself is moved, so a point goes the other way
+    if kind == "TEXTURE":  # the texture itself is moved, so a point moves in the other direction
         scale = np.diag(stretch)
         inverse = np.diag(np.divide(1.0, scale, out=np.zeros(3), where=scale != 0)) @ turn.T
         matrix[:3, :3], matrix[:3, 3] = inverse, -inverse @ location
@@ -128,7 +145,7 @@ def _mapping(reader: Reader, output: Output) -> Any:
 
 
 MAPPING_INPUTS = (("Vector", np.zeros(3)), ("Location", np.zeros(3)), ("Rotation", np.zeros(3)), ("Scale", np.ones(3)))
-"""Inputs of the Mapping node; a kind of mapping without a location has no such socket."""
+"""Inputs of the Mapping node; a type of mapping without a location has no such socket."""
 
 
 def _dimensions(node: Any, attribute: str) -> str:
@@ -149,7 +166,7 @@ def _noise(reader: Reader, output: Output) -> Any:
 @evaluator("TEX_WHITE_NOISE")
 def _white_noise(reader: Reader, output: Output) -> Any:
     operation = "white_noise_color" if output.socket.type == "RGBA" else "white_noise"
-    place = reader.read(output, "Vector")  # unlike other textures it has no coordinates of its own
+    place = reader.read(output, "Vector")  # unlike other textures it has no implicit coordinates
     return reader.emit(
         operation, place, reader.read(output, "W"), settings=(_dimensions(output.node, "noise_dimensions"),)
     )

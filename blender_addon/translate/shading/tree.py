@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Walking a node tree backwards from a socket, through reroutes, muted nodes and node groups."""
+"""Walking a node tree backward from a socket, through reroutes, muted nodes and node groups."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 MOST_HOPS = 1000
-"""Longer chains are not walked: only a broken file holds one."""
+"""Longer chains are not followed: only a broken file contains one."""
 
 
 @dataclass(frozen=True)
 class Input:
-    """An input socket, and the group nodes that its node stands inside, outermost first."""
+    """An input socket, and the group nodes around its node, outermost first."""
 
     socket: Any
     groups: tuple[Any, ...] = ()
@@ -22,9 +22,9 @@ class Input:
         return self.socket.node
 
     def source(self) -> Output | Input:
-        """Its source: the output of a working node, or the input whose own value is used.
+        """Its source: the output of an active node, or the input whose own value is used.
 
-        What reroutes and muted nodes hold themselves is not used: an input behind them keeps its own value.
+        Values of reroutes and muted nodes are not used: an input behind them keeps its own value.
         """
         place: Input = self
         last_own = place
@@ -42,13 +42,13 @@ class Input:
 
     @property
     def default(self) -> Any:
-        """The value that the socket itself holds, None where its kind holds none."""
+        """The value of the socket itself; None if its type has none."""
         return getattr(self.socket, "default_value", None)
 
 
 @dataclass(frozen=True)
 class Output:
-    """An output socket of a node that does work, and the group nodes around it."""
+    """An output socket of an active node, and the group nodes around it."""
 
     socket: Any
     groups: tuple[Any, ...] = ()
@@ -58,11 +58,11 @@ class Output:
         return self.socket.node
 
     def input(self, name: str) -> Input | None:
-        """Input of this node by identifier, else by name; None where this Blender's node has none such."""
+        """Input of this node by identifier, else by name; None if this Blender's node has no such input."""
         return _named(self.node.inputs, name, self.groups)
 
     def value(self, name: str, fallback: Any = None) -> Any:
-        """Value of the input itself, also of a linked one; ``fallback`` where it does not exist."""
+        """Value of the input itself, even if it is linked; ``fallback`` if it does not exist."""
         found = self.input(name)
         return fallback if found is None or found.default is None else found.default
 
@@ -82,14 +82,14 @@ def _named(sockets: Any, name: str, groups: tuple[Any, ...]) -> Input | None:
 
 
 def _link(socket: Any) -> Any:
-    """The link that counts: an input has one at most, unless it is muted or broken."""
+    """The effective link: an input has at most one, unless it is muted or broken."""
     if not socket.is_linked:
         return None
     return next((link for link in socket.links if not link.is_muted and link.is_valid), None)
 
 
 def _through(socket: Any, groups: tuple[Any, ...]) -> Output | Input | None:
-    """The output itself where its node works, the input to go on from where it only passes on, None at a dead end."""
+    """The output itself if its node is active, the next input if it only passes data on, None at a dead end."""
     node = socket.node
     if node.mute and node.type != "REROUTE":
         inner = next((link for link in node.internal_links if link.to_socket == socket), None)
@@ -113,14 +113,14 @@ def output_nodes(tree: Any, kind: str) -> list[Any]:
 
 
 def surface_output(tree: Any, kind: str = "OUTPUT_MATERIAL") -> Any:
-    """The output node that this engine reads: Blender's choice among those for all engines and for Cycles."""
+    """The output node for this engine: Blender's choice among those for all engines and for Cycles."""
     found = [node for node in output_nodes(tree, kind) if getattr(node, "target", "ALL") in ("ALL", "CYCLES")]
     cycles_first = sorted(found, key=lambda node: getattr(node, "target", "ALL") != "CYCLES")
     return cycles_first[0] if cycles_first else None
 
 
 def linked(place: Input | None) -> Output | None:
-    """The output that feeds an input, None where nothing does."""
+    """The output linked to an input; None without a link."""
     if place is None:
         return None
     source = place.source()

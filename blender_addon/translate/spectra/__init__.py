@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spectra that materials, lights, worlds and nodes carry, as properties/spectrum.py stores them."""
+"""Spectra of materials, lights, worlds and nodes, as properties/spectrum.py stores them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from . import stored
 
 
 def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
-    """Spectrum of ``owner``, None where its color is meant; where it cannot be used, a Note says so."""
+    """Spectrum of ``owner``, None if its color is used; a Note explains a spectrum that cannot be used."""
     if (shown := _designed(translation, owner)) is not None:
         return shown[0]
     if getattr(owner, "spectral", None) is None or owner.spectral.source == "NONE":
@@ -27,13 +27,13 @@ def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
 
 
 def strength_of(translation: Translation, owner: Any) -> float:
-    """Factor on the power of a light or world of that spectrum."""
+    """Factor on the power of a light or world with its spectrum."""
     shown = _designed(translation, owner)
     return float(stored.strength_of(owner)) if shown is None else shown[1]
 
 
 def _designed(translation: Translation, owner: Any) -> tuple[Spectrum, float] | None:
-    """What a design shows in place of the spectrum that a data-block carries; nodes are not looked up."""
+    """The design's replacement of a data-block's spectrum; nodes are not searched."""
     if not translation.designed or not isinstance(owner, stored.OWNERS):
         return None
     return translation.designed.get(owner.original.session_uid)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a spectrum of a .blend comes from, without bpy: the shipped catalogue and files on disk."""
+"""Sources of spectra in a .blend, without bpy: the shipped catalogue and files on disk."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 KINDS: dict[str, type[Spectrum]] = {"illuminant": Illuminant, "reflectance": Reflectance}
 READ_AS: dict[str, Literal["illuminant", "reflectance"]] = {"illuminant": "illuminant", "reflectance": "reflectance"}
 BLACKBODIES = ("blackbody 1900", "blackbody 2700", "blackbody 3200", "blackbody 4000", "blackbody 5600")
-"""Candle, household bulb, studio tungsten, cool white and flash: shown as examples; any temperature may be typed."""
+"""Candle, household bulb, studio tungsten, cool white and flash, as examples; any temperature can be entered."""
 
 
 def names(kind: str) -> list[str]:
-    """Names to offer for ``"illuminant"`` or ``"reflectance"``, those that artists use first."""
+    """Names for ``"illuminant"`` or ``"reflectance"``, the most used ones first."""
     if kind == "reflectance":
         return catalogue.reflectance_names()
     return [*catalogue.ALIASES, *catalogue.illuminant_names(), *BLACKBODIES]
@@ -31,13 +31,13 @@ def named(kind: str, name: str) -> Spectrum:
 
 
 def from_file(kind: str, path: str, entry: str) -> tuple[Spectrum, list[str]]:
-    """The spectrum ``entry`` of a file (the only one where ``entry`` is empty), and the names of all in it."""
+    """The spectrum ``entry`` of a file (the only one if ``entry`` is empty), and the names of all in it."""
     from spectral_core.spectra.files import read_spectra
 
     if not path.strip():
         raise InvalidInputError("no file is chosen; pick a .csv, .spdx or .spd file with a measured spectrum")
     if not Path(path).is_file():
-        raise InvalidInputError(f"there is no file {path}; choose it again, or pack what you have with the values kept")
+        raise InvalidInputError(f"there is no file {path}; choose it again, or pack the file")
     spectra = read_spectra(path, kind=READ_AS[kind])
     known = [spectrum.name for spectrum in spectra]
     if entry and entry not in known:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spectra as the properties keep them, and as the core states them."""
+"""Spectra in properties, and as objects of the core."""
 
 import bpy
 import numpy as np
@@ -18,8 +18,8 @@ EMITTING_NODES = ("ShaderNodeEmission", "ShaderNodeBackground", "ShaderNodeBlack
 
 
 def owner_of(spectral: PropertyGroup) -> ID | Node | PropertyGroup:
-    """The material, light, world, node or palette entry whose ``spectral`` this is."""
-    if isinstance(spectral.id_data, bpy.types.NodeTree):  # Blender gives no path to what a node carries
+    """The material, light, world, node or palette entry with this ``spectral``."""
+    if isinstance(spectral.id_data, bpy.types.NodeTree):  # Blender has no path to the properties of a node
         return next(node for node in spectral.id_data.nodes if getattr(node, "spectral", None) == spectral)
     holder, _, _ = spectral.path_from_id().rpartition(".")
     return spectral.id_data.path_resolve(holder) if holder else spectral.id_data
@@ -37,7 +37,7 @@ def kind_of(owner: ID) -> str:
 
 
 def kind_in(spectral: PropertyGroup) -> str:
-    """kind_of() of the owner, without asking Blender for the path to it, which takes milliseconds on a scene."""
+    """kind_of() of the owner, without a query for its path, which takes milliseconds on a scene."""
     if spectral.kind != "OWNER":
         return spectral.kind.lower()
     block = spectral.id_data
@@ -45,12 +45,12 @@ def kind_in(spectral: PropertyGroup) -> str:
 
 
 def spectrum_of(owner: ID, attribute: str = "spectral") -> Spectrum | None:
-    """The Illuminant or Reflectance that ``owner`` carries, None where its color is meant.
+    """The Illuminant or Reflectance of ``owner``, None if its color is used.
 
-    ``owner``: a Material, Light, World or shader node, original or evaluated. On a material it stands for the main
-    color of the surface, on a node for that node's color; the node's comes before the material's. An illuminant is
-    relative: ``strength_of(owner)`` tells how bright. ``attribute``: where it is stored.
-    Raises InvalidInputError where a spectrum is asked for and none could be read; the message is fit to be shown.
+    ``owner``: a Material, Light, World or shader node, original or evaluated. On a material the spectrum replaces the
+    main color of the surface, on a node that node's color; the node's has precedence over the material's. An illuminant
+    is relative: ``strength_of(owner)`` is its brightness. ``attribute``: its property. Raises InvalidInputError if a
+    spectrum is selected but none could be read; the message can be shown to the artist.
     """
     spectral = getattr(owner, attribute, None)
     if spectral is None or spectral.source == "NONE":
@@ -61,7 +61,7 @@ def spectrum_of(owner: ID, attribute: str = "spectral") -> Spectrum | None:
 
 
 def carried_spectrum(owner: ID | Node | PropertyGroup, attribute: str = "spectral") -> Spectrum:
-    """The spectrum that ``owner`` carries. Raises InvalidInputError where it carries none."""
+    """The spectrum of ``owner``. Raises InvalidInputError if it has none."""
     spectrum = spectrum_of(owner, attribute)
     if spectrum is None:
         raise InvalidInputError(f"{owner.name!r} has no spectrum yet")
@@ -71,14 +71,14 @@ def carried_spectrum(owner: ID | Node | PropertyGroup, attribute: str = "spectra
 def strength_of(owner: ID) -> float:
     """Factor on the power of ``owner``, after its spectrum is normalized to the luminance of white.
 
-    1 but for designed lights: a design may ask for one light that is brighter than another.
+    1 except for designed lights: a design may require one light to be brighter than another.
     """
     spectral = getattr(owner, "spectral", None)
     return 1.0 if spectral is None or spectral.source == "NONE" else spectral.strength
 
 
 def stored_samples(spectral: PropertyGroup) -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths (n,) in nm and values (n,) as they are stored; both empty where nothing is."""
+    """Stored wavelengths (n,) in nm and values (n,); both empty if nothing is stored."""
     columns = np.empty((2, len(spectral.samples)), dtype=np.float32)
     spectral.samples.foreach_get("wavelength_nm", columns[0])
     spectral.samples.foreach_get("value", columns[1])
@@ -100,11 +100,11 @@ def store_spectrum(
     strength: float = 1.0,
     physical: bool = True,
 ) -> None:
-    """Keep ``spectrum`` in the .blend. ``source``: one of SOURCES.
+    """Store ``spectrum`` in the .blend. ``source``: one of SOURCES.
 
-    Raises InvalidInputError where its owner is linked, or where the spectrum is not what its owner can have: a
-    reflectance in [0, 1] or a light of no negative power. With ``physical`` False it is kept to be drawn, and reading
-    it with spectrum_of() raises.
+    Raises InvalidInputError if its owner is linked, or if the owner cannot have the spectrum: only a reflectance in [0,
+    1] or a light without negative power. With ``physical`` False it is stored for drawing only, and reading it with
+    spectrum_of() raises.
     """
     require_editable(spectral.id_data)
     expected = catalogue.KINDS[kind_in(spectral)]
@@ -118,17 +118,19 @@ def store_spectrum(
 
 
 def require_editable(block: ID) -> None:
-    """Raise InvalidInputError for linked data: Blender takes a change of it, and loses it when the file is saved."""
+    """Raise InvalidInputError for linked data: Blender accepts a change of them, but loses it when the file is
+    saved.
+    """
     if not compat.is_editable(block):
         source = block.library or block.override_library.reference.library
         raise InvalidInputError(
             f"{block.bl_rna.name.lower()} {block.name!r} is linked from {bpy.path.basename(source.filepath)} and can "
-            "keep no spectrum here; make it local, or apply with Make Linked Data Local"
+            "store no spectrum here; make it local, or apply with Make Linked Data Local"
         )
 
 
 def write_samples(spectral: PropertyGroup, spectrum: Spectrum) -> None:
-    """Keep the values of a spectrum, its name and its origin."""
+    """Store the values of a spectrum, its name and its source."""
     if len(spectral.samples) != spectrum.grid.size:
         spectral.samples.clear()
         for _ in range(spectrum.grid.size):

@@ -17,33 +17,32 @@ Array = NDArray[np.float64]
 SIDES = 6
 """Sides of a tube."""
 BETWEEN = 3
-"""Points between two of a strand's own, along a smooth curve through them."""
+"""Added points between two points of a strand, along a smooth curve through them."""
 MOST_TRIANGLES = 6_000_000
-"""Triangles of one object's hair or points; beyond it strands are straight between their points, then balls coarser."""
+"""Most triangles of one object's hair or points; beyond it strands are straight between their points, then balls
+coarser.
+"""
 DEFAULT_RADIUS = 0.01
-"""Blender's own where a point has none."""
+"""Blender's default radius of a point."""
 
 
 def curves_mesh(name: str, curves: Any) -> Mesh | None:
-    """Tubes of a ``bpy.types.Curves``, in the object's space; None where it has none."""
+    """Tubes of a ``bpy.types.Curves``, in the object's space; None if it has none."""
     count = len(curves.points)
     if count == 0:
         return None
     points = np.empty(count * 3, np.float32)
     curves.attributes["position"].data.foreach_get("vector", points)
-    radii = np.full(count, DEFAULT_RADIUS, np.float32)
-    found = curves.attributes.get("radius")
-    if found is not None and found.domain == "POINT" and found.data_type == "FLOAT":
-        found.data.foreach_get("value", radii)
+    radii = _radii(curves, count)
     lengths = np.empty(len(curves.curves), np.int32)
     curves.curves.foreach_get("points_length", lengths)
     return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths)
 
 
 def particle_mesh(name: str, obj: Any, system: Any, *, is_render: bool) -> Mesh | None:
-    """Tubes of a hair system of an evaluated object, in world space; None where it grows none.
+    """Tubes of a hair system of an evaluated object, in world space; None if it grows none.
 
-    ``is_render``: whether it was evaluated for a render, which has steps of its own.
+    ``is_render``: True if it was evaluated for a render, whose steps differ.
     """
     settings = system.settings
     count = len(system.particles) + len(system.child_particles)
@@ -72,7 +71,7 @@ def _ways(strand: Array) -> Array:
 
 
 def _thickness(along: Array, settings: Any) -> Array:
-    """Radius from root to tip, as the particle settings shape it."""
+    """Radius from root to tip, by the particle settings."""
     rest = 1.0 - along
     shape = float(settings.shape)
     if shape < 0:
@@ -85,7 +84,7 @@ def _thickness(along: Array, settings: Any) -> Array:
 
 
 def tubes(name: str, points: Array, radii: Array, lengths: NDArray[Any]) -> Mesh | None:
-    """Tubes around strands: points (n, 3), radii (n,), and how many points each strand has, one after another."""
+    """Tubes around strands: points (n, 3), radii (n,), and the number of points of each strand, one after another."""
     between = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
     vertices, normals, triangles, start = [], [], [], 0
     for strand, thickness in _by_length(points, radii, lengths):
@@ -109,7 +108,7 @@ def tubes(name: str, points: Array, radii: Array, lengths: NDArray[Any]) -> Mesh
 
 
 def _by_length(points: Array, radii: Array, lengths: NDArray[Any]) -> Iterator[tuple[Array, Array]]:
-    """Strands of equal numbers of points together: (count, k, 3) and (count, k)."""
+    """Strands grouped by their number of points: (count, k, 3) and (count, k)."""
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(int)
     for length in np.unique(lengths):
         if length > 1:
@@ -129,7 +128,7 @@ def _smooth(values: Array, between: int) -> Array:
 
 
 def _circles(strand: Array) -> Array:
-    """Unit vectors (count, k, SIDES, 3) around each point, across the strand, carried along without twist."""
+    """Unit vectors (count, k, SIDES, 3) around each point, perpendicular to the strand, transported without twist."""
     tangent = np.gradient(strand, axis=1)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-30)
     start = tangent[:, 0]
@@ -146,7 +145,7 @@ def _circles(strand: Array) -> Array:
 
 
 def _faces(count: int, rings: int) -> NDArray[np.int64]:
-    """Triangles of tubes whose vertices come ring by ring."""
+    """Triangles of tubes with vertices in rings."""
     side = np.arange(SIDES)
     ring = np.arange(rings - 1)[:, None] * SIDES
     a, b = ring + side, ring + (side + 1) % SIDES
@@ -154,17 +153,23 @@ def _faces(count: int, rings: int) -> NDArray[np.int64]:
     return np.asarray((np.arange(count)[:, None, None] * rings * SIDES + one).reshape(-1, 3))
 
 
+def _radii(data: Any, count: int) -> np.ndarray:
+    """Radii of the points of curves or of a cloud, meters in the object's space."""
+    radii = np.full(count, DEFAULT_RADIUS, np.float32)
+    found = data.attributes.get("radius")
+    if found is not None and found.domain == "POINT" and found.data_type == "FLOAT":
+        found.data.foreach_get("value", radii)
+    return radii
+
+
 def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> Mesh | None:
-    """Balls of a ``bpy.types.PointCloud``; ``reads``: attributes of its points that materials read."""
+    """Balls of a ``bpy.types.PointCloud``; ``reads``: attributes of its points that materials use."""
     count = len(cloud.points)
     if count == 0:
         return None
     places = np.empty(count * 3, np.float32)
     cloud.attributes["position"].data.foreach_get("vector", places)
-    radii = np.full(count, DEFAULT_RADIUS, np.float32)
-    found = cloud.attributes.get("radius")
-    if found is not None and found.data_type == "FLOAT":
-        found.data.foreach_get("value", radii)
+    radii = _radii(cloud, count)
     finer = next((k for k in (3, 2, 1) if count * 20 * 4**k <= MOST_TRIANGLES), 0)
     directions, faces = ball(finer)
     size = np.abs(radii.astype(np.float64))
@@ -198,7 +203,9 @@ def _point_attributes(cloud: Any, reads: frozenset[str], times: int) -> Iterator
 
 
 def ball(finer: int) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (v, 3) of a unit sphere and its triangles: an icosahedron, each face cut in four ``finer`` times."""
+    """Vertices (v, 3) of a unit sphere and its triangles: an icosahedron, each face divided into four ``finer``
+    times.
+    """
     golden = (1 + 5**0.5) / 2
     corners = [(-1, golden, 0), (1, golden, 0), (-1, -golden, 0), (1, -golden, 0)]
     vertices = np.array([np.roll(corner, shift) for shift in range(3) for corner in corners], dtype=np.float64)

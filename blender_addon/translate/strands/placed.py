@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hair and points in the scene: an instance for each, of a mesh of their own."""
+"""Hair and points in the scene: an instance for each, of its own mesh."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import numpy as np
 from spectral_core.scene import Instance, Mesh
 
 from ..meshes import READS_UV
-from ..shading.attributes import object_attributes
+from ..shading.attributes import OF_STRANDS, PREFIX, object_attributes
 from ..shading.materials import TranslatedMaterial
 from ..visibility import hidden_from
 from . import curves_mesh, particle_mesh, points_mesh
 
 
 def place_strands(found: Any, obj: Any, instance: Any, materials: list[TranslatedMaterial], random: float) -> None:
-    """Enter hair curves, or a cloud of points, into what a walk has ``found``."""
+    """Add hair curves, or a point cloud, to the ``found`` objects."""
     reads: frozenset[str] = frozenset().union(*(item.reads for item in materials))
     key = (obj.data.as_pointer(), reads)
     if key not in found.meshes:
@@ -30,11 +30,12 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
     if mesh is not None:
         _note_unread(found, obj, reads, mesh)
         _enter(found, obj, obj.name_full, mesh, materials, np.array(instance.matrix_world, dtype=np.float64))
-        found.instances[-1] = _with(found.instances[-1], random, object_attributes(obj, instance, reads))
+        attributes = object_attributes(obj, instance, reads, found.translation.scene.frame_current_final)
+        found.instances[-1] = _with(found.instances[-1], random, attributes)
 
 
-def place_hair(found: Any, obj: Any, worn: Callable[[Any], list[TranslatedMaterial]], is_render: bool) -> None:
-    """Enter the particle hair of an object, which is no object of its own, where the object itself stands."""
+def place_hair(found: Any, obj: Any, materials_of: Callable[[Any], list[TranslatedMaterial]], is_render: bool) -> None:
+    """Add the particle hair of an object, which is no separate object, at the object's position."""
     translation = found.translation
     for system in getattr(obj, "particle_systems", ()):
         settings = system.settings
@@ -49,7 +50,7 @@ def place_hair(found: Any, obj: Any, worn: Callable[[Any], list[TranslatedMateri
         mesh = particle_mesh(found.unique("mesh", name), obj, system, is_render=translation.depsgraph.mode == "RENDER")
         if mesh is None:
             continue
-        materials = worn(obj)
+        materials = materials_of(obj)
         material = materials[min(max(settings.material - 1, 0), len(materials) - 1)]
         found.meshes[name] = mesh
         _note_unread(found, obj, material.reads, mesh)
@@ -70,6 +71,7 @@ def _enter(found: Any, obj: Any, name: str, mesh: Mesh, materials: list[Translat
             bool(obj.is_holdout or original.holdout_get(view_layer=layer)),
             color=tuple(obj.color),
             index=int(obj.pass_index),
+            is_shadow_catcher=bool(obj.is_shadow_catcher),
         )
     )
 
@@ -79,9 +81,9 @@ def _with(instance: Instance, random: float, attributes: Any) -> Instance:
 
 
 def _note_unread(found: Any, obj: Any, reads: frozenset[str], mesh: Mesh) -> None:
-    """Name what materials read of hair or points and what they have not."""
+    """Note the attributes that materials read but hair or points do not have."""
     there = {attribute.name for attribute in mesh.attributes}
     for read in sorted(reads - there):
-        if read in READS_UV or read.startswith(("generated", "attribute")):
+        if read in READS_UV or read.startswith(("generated", "attribute", *(PREFIX + kind for kind in OF_STRANDS))):
             what = read.partition(":")[2] or read
             found.translation.note(obj.name, f"{what!r} of its hair or points is not translated; its materials read 0")

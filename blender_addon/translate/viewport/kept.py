@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of a translation serves the next one: everything that no edit has touched."""
+"""Parts of a translation that no edit has changed, for the next one."""
 
 from __future__ import annotations
 
@@ -16,12 +16,14 @@ Value = TypeVar("Value")
 KNOWN = frozenset(
     ("Object", "Mesh", "Material", "World", "Scene", "Camera", "PointLight", "SunLight", "SpotLight", "AreaLight")
 )
-"""Blender's names of data whose edits touch nothing but what was made from it. Any other edit drops all but meshes."""
+"""Blender's names of data whose edits affect only the parts made from them. Any other edit drops all parts except
+meshes.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """One kept piece. ``makers``: session numbers of what it was made from. ``state``: what else it depends on."""
+    """One kept part. ``makers``: session numbers of its sources. ``state``: other data that it depends on."""
 
     value: Any
     makers: frozenset[int]
@@ -31,11 +33,10 @@ class Part:
 
 @dataclass
 class Kept:
-    """Pieces of the translations of one viewport.
+    """Parts of the translations of one viewport.
 
-    ``meshes``: by evaluated data and what is read of it, each with the session numbers of what it was made from.
-    ``parts``: materials, objects, lamps and worlds, by their kind and session number. ``images``: as ``Translation``
-    has them.
+    ``meshes``: by evaluated data and the inputs read, each with the session numbers of its sources. ``parts``:
+    materials, objects, lamps and worlds, by type and session number. ``images``: as in ``Translation``.
     """
 
     meshes: dict[Any, tuple[Mesh | None, frozenset[int]]] = field(default_factory=dict)
@@ -43,13 +44,13 @@ class Kept:
     images: dict[Any, Any] = field(default_factory=dict)
 
     def clear(self) -> None:
-        """Drop everything, where nobody says what has changed: after an undo, or another frame."""
+        """Drop everything if the changes are unknown: after an undo, or in another frame."""
         self.meshes.clear()
         self.parts.clear()
         self.images.clear()
 
     def forget(self, updates: Iterable[Any]) -> None:
-        """Drop what the edits of a depsgraph have touched (``depsgraph.updates``)."""
+        """Drop the parts that the edits of a depsgraph affect (``depsgraph.updates``)."""
         touched: set[int] = set()
         reshaped: set[int] = set()
         for update in updates:
@@ -62,19 +63,19 @@ class Kept:
             if update.is_updated_geometry:
                 reshaped.add(block.session_uid)
             only_shading = update.is_updated_shading and not (update.is_updated_geometry or update.is_updated_transform)
-            if kind != "Object" or not only_shading:  # each material's edit lists all objects that it is on
+            if kind != "Object" or not only_shading:  # each material's edit lists all of its objects
                 touched.add(block.session_uid)
         self.drop(touched)
         if reshaped:
             self.meshes = {key: kept for key, kept in self.meshes.items() if not kept[1] & reshaped and kept[1]}
 
     def drop(self, makers: set[int]) -> None:
-        """Drop what was made from any of these (session numbers)."""
+        """Drop the parts made from any of these (session numbers)."""
         if makers:
             self.parts = {key: part for key, part in self.parts.items() if part.makers.isdisjoint(makers)}
 
     def mesh(self, key: Any, makers: frozenset[int], make: Callable[[], Mesh | None]) -> Mesh | None:
-        """The mesh of a key, made where none is kept."""
+        """The mesh of a key, created if none is kept."""
         if key not in self.meshes:
             self.meshes[key] = make(), makers
         return self.meshes[key][0]
@@ -88,9 +89,10 @@ def kept_or_made(
     state: Any,
     make: Callable[[], Value],
 ) -> Value:
-    """What ``make`` returns, with its notes; where nothing has changed since it was made, without making it.
+    """The result of ``make`` with its notes; the kept one if nothing has changed since then.
 
-    ``key``: kind and session number. ``state``: compared with what it was; for what Blender tells of no change.
+    ``key``: type and session number. ``state``: compared with its earlier value; for data whose changes Blender does
+    not report.
     """
     if kept is None:
         return make()

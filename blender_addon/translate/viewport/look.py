@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Under which light a scene is looked at: a light of the palette, a light group, a lamp of the catalogue."""
+"""The light of a view: a light of the palette, a light group, a lamp of the catalogue."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from spectral_core.spectra.spectrum import Spectrum
 from ..spectra import catalogue, stored
 
 PREVIEW_SAMPLES = 16
-"""Light paths per pixel of a preview: an icon is small, and a panel's picture is looked at for a second."""
+"""Samples per pixel of a preview: an icon is small, and a panel's picture is shown briefly."""
 
 
 def look_of(settings: Any, scene: Any) -> Look:
-    """The look that ``settings`` (a SpectralLook) name in a Blender scene.
+    """The look in ``settings`` (a SpectralLook) for a Blender scene.
 
-    Raises InvalidInputError or UnknownNameError, with a remedy, where what they name is not there.
+    Raises InvalidInputError or UnknownNameError, with a remedy, if a named item does not exist.
     """
     look = Look(exposure_stops=float(settings.exposure), adapts=bool(settings.adapts))
     if settings.kind == "LAMP":
@@ -35,7 +35,7 @@ def look_of(settings: Any, scene: Any) -> Look:
 
 
 def _under_column(look: Look, name: str, scene: Any) -> Look:
-    """The lamps that a light of the palette stands for, alone; all of them where it stands for none of its own."""
+    """Only the lamps of a light of the palette; all lamps if it has none."""
     columns = scene.spectral.palette.lights
     column = columns.get(name)
     if column is None:
@@ -49,12 +49,12 @@ def _under_column(look: Look, name: str, scene: Any) -> Look:
 
 
 def _spectrum_of(column: Any) -> Spectrum | None:
-    """What the palette has found for a light, else what it was given."""
+    """The palette's solution for a light, else its given spectrum."""
     return stored.spectrum_of(column, "result") or stored.spectrum_of(column)
 
 
 def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
-    """Names of the lamps that a column stands for, None where it stands for no lamp of its own."""
+    """Names of the lamps of a column; None if it has none."""
     if column.light is None:
         return None
     lamps = (obj for obj in scene.objects if obj.type == "LIGHT" and obj.data == column.light)
@@ -62,7 +62,7 @@ def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
 
 
 def preview_scene(scene: Scene, context: Any) -> Scene:
-    """A preview's scene with few samples, under the lamp that previews are looked at with."""
+    """A preview's scene with few samples, under the lamp for previews."""
     film, settings = replace(scene.film, samples=PREVIEW_SAMPLES), replace(scene.settings, denoise=False)
     scene = replace(scene, film=film, settings=settings, notes=())
     windows = context.window_manager.windows if context.window_manager else ()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a 3D viewport looks through: its own view, orthographic or in perspective, or a camera as it is zoomed there."""
+"""The camera of a 3D viewport: its own view, orthographic or in perspective, or a camera with the viewport's zoom."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 
 from spectral_core.render.live.view import Viewpoint
 
-from ..camera import lens_of
+from ..camera import aperture_of, lens_of
+from ..camera.panorama import panorama_of
 
 Array = NDArray[np.float64]
 
 
-def viewpoint_of(region_data: Any, space: Any, camera: Any) -> Viewpoint:
-    """The viewpoint of a ``RegionView3D`` of a 3D view; ``camera``: evaluated, the one it may look through, or None.
+def viewpoint_of(region_data: Any, space: Any, camera: Any, scene: Any) -> Viewpoint:
+    """The viewpoint of a ``RegionView3D`` of a 3D view; ``camera``: its evaluated camera, or None.
 
-    Lens, zoom, offset and shift are all in the view's matrices. Clipping and depth of field are the camera's where the
-    view looks through one.
+    ``scene``: evaluated, whose picture a panorama fills. Lens, zoom, offset and shift are all in the view's matrices.
+    Clipping, depth of field, blades and panorama are the camera's if the view uses one.
     """
     projection = np.array(region_data.window_matrix, dtype=np.float64)
     placed = np.linalg.inv(np.array(region_data.view_matrix, dtype=np.float64))
@@ -28,9 +29,27 @@ def viewpoint_of(region_data: Any, space: Any, camera: Any) -> Viewpoint:
     clips = camera.data if through_camera else space
     near, far = float(clips.clip_start), float(max(clips.clip_end, clips.clip_start * 2))
     if not region_data.is_perspective and not through_camera:
-        near = -far  # a view of its own without perspective begins behind its middle
-    radius, focus = lens_of(camera) if through_camera else (0.0, 1.0)
-    return Viewpoint(with_unit_axes(placed), low, high, bool(region_data.is_perspective), near, far, radius, focus)
+        near = -far  # an orthographic view without a camera begins behind its center
+    is_perspective, placed = bool(region_data.is_perspective), with_unit_axes(placed)
+    if not through_camera:
+        return Viewpoint(placed, low, high, is_perspective, near, far)
+    radius, focus = lens_of(camera)
+    aperture, panorama = aperture_of(camera.data.dof), None
+    if camera.data.type == "PANO":
+        panorama, is_perspective = panorama_of(camera.data, scene.render), False
+        low, high = shares_of_picture(camera.data, scene, low), shares_of_picture(camera.data, scene, high)
+    return Viewpoint(placed, low, high, is_perspective, near, far, radius, focus, aperture, panorama)
+
+
+def shares_of_picture(lens: Any, scene: Any, place: Array) -> Array:
+    """The position, in the picture of a camera that Blender draws there, of a point of the view at distance 1.
+
+    Blender draws a panoramic camera's frame as that of a camera in perspective with the same lens and shift.
+    """
+    corners = np.array([(corner[0] / -corner[2], corner[1] / -corner[2]) for corner in lens.view_frame(scene=scene)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    shares: Array = (place - low) / (high - low) + np.array([lens.shift_x, lens.shift_y])
+    return shares
 
 
 def window_of(projection: Array, *, is_perspective: bool) -> tuple[Array, Array]:
@@ -43,7 +62,7 @@ def window_of(projection: Array, *, is_perspective: bool) -> tuple[Array, Array]
 
 
 def with_unit_axes(matrix: Array) -> Array:
-    """The same directions and place, with axes of length 1."""
+    """The same directions and position, with axes of length 1."""
     result = np.eye(4)
     result[:3, :3] = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
     result[:3, 3] = matrix[:3, 3]

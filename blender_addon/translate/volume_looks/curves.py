@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials of a Volume's transfer function and their curves, kept in Float Curve nodes."""
+"""Materials of a Volume's transfer function and their curves, stored in Float Curve nodes."""
 
 import bpy
 import numpy as np
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 CURVES = ("density", "emission", "gradient")
 JUMP = 2e-6
-"""Curve widgets cannot hold two points at one place; closer than this they are a jump."""
+"""Curve widgets cannot hold two points at one position; a smaller distance is a jump."""
 
 
 def add_material(volume: Volume, name: str) -> PropertyGroup:
@@ -25,7 +25,7 @@ def add_material(volume: Volume, name: str) -> PropertyGroup:
 
 
 def remove_material(volume: Volume, index: int) -> None:
-    """Take a material and its curves away."""
+    """Remove a material and its curves."""
     settings = volume.spectral
     tree = settings.curves
     for which in CURVES:
@@ -38,13 +38,13 @@ def remove_material(volume: Volume, index: int) -> None:
 
 
 def clear(volume: Volume) -> None:
-    """Take all materials away."""
+    """Remove all materials."""
     while len(volume.spectral.materials):
         remove_material(volume, 0)
 
 
 def curve_node(volume: Volume, material: PropertyGroup, which: str) -> Node | None:
-    """The Float Curve node of a material's curve, None where it has none yet."""
+    """The Float Curve node of a material's curve; None without one."""
     tree = volume.spectral.curves
     return None if tree is None else tree.nodes.get(f"{material.uid} {which}")
 
@@ -77,7 +77,7 @@ def set_curve(volume: Volume, material: PropertyGroup, which: str, positions: Ar
 
 
 def curve_points(volume: Volume, material: PropertyGroup, which: str) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n,) and heights (n,) of a curve as straight lines; what an artist made round is sampled finely."""
+    """Positions (n,) and heights (n,) of a curve as straight lines; curved parts are sampled finely."""
     node = curve_node(volume, material, which)
     if node is None:
         return np.array([0.0, 1.0]), np.array([0.0, 1.0])
@@ -93,7 +93,7 @@ def curve_points(volume: Volume, material: PropertyGroup, which: str) -> tuple[n
 
 
 def _separated(x: np.ndarray) -> np.ndarray:
-    """Equal positions apart by half of JUMP, so that the widget keeps their order."""
+    """Equal positions separated by half of JUMP, so that the widget keeps their order."""
     apart = x.copy()
     for index in range(1, len(apart)):
         if apart[index] <= apart[index - 1]:

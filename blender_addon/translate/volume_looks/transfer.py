@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The transfer function of a Volume as the core states it, and back: in fractions of the data's range, per voxel."""
+"""The transfer function of a Volume for the core, and back: in fractions of the data's range, per voxel."""
 
 import numpy as np
 from bpy.types import PropertyGroup, Volume
@@ -16,7 +16,7 @@ from ..spectra.stored import require_editable, spectrum_of, store_spectrum
 from .curves import add_material, clear, curve_points, set_curve
 
 GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
-"""Wavelengths of a transfer function where any of its materials carries a spectrum."""
+"""Wavelengths of a transfer function with a spectrum in any of its materials."""
 
 
 Curve = tuple[np.ndarray, np.ndarray]
@@ -24,9 +24,9 @@ Curve = tuple[np.ndarray, np.ndarray]
 
 
 def stated_transfer(volume: Volume, rgb_from_working: np.ndarray | None = None) -> TransferDocument:
-    """The transfer function that a Volume carries. Raises InvalidInputError where it has no material.
+    """The transfer function of a Volume. Raises InvalidInputError without materials.
 
-    ``rgb_from_working``: (3, 3) from Blender's scene-linear colours to linear sRGB, the file's own by default.
+    ``rgb_from_working``: (3, 3) from Blender's scene-linear colors to linear sRGB, the file's own by default.
     """
     settings = volume.spectral
     if not len(settings.materials):
@@ -47,7 +47,7 @@ def stated_transfer(volume: Volume, rgb_from_working: np.ndarray | None = None) 
 
 
 def value_range(volume: Volume) -> tuple[float, float] | None:
-    """What fractions are of: the range of the data that the volume was imported with, None where that is not known."""
+    """The reference of fractions: the range of the imported data; None if unknown."""
     stored = volume.get(RANGE_KEY)
     return None if stored is None else (float(stored[0]), float(stored[1]))
 
@@ -82,7 +82,7 @@ def _on_one_axis(first: Curve, second: Curve) -> tuple[np.ndarray, np.ndarray, n
     doubled = [knot for knot in knots if np.sum(x == knot) > 1 or np.sum(u == knot) > 1]
     knots = np.sort(np.concatenate([knots, doubled]))
     left = np.zeros(len(knots), bool)
-    left[:-1] = knots[:-1] == knots[1:]  # the first of a pair stands for the value before the jump
+    left[:-1] = knots[:-1] == knots[1:]  # the first of a pair is the value before the jump
     return knots, _values_at(knots, left, x, y), _values_at(knots, left, u, v)
 
 
@@ -95,7 +95,7 @@ def _values_at(knots: np.ndarray, left: np.ndarray, x: np.ndarray, y: np.ndarray
 
 
 def store_transfer(volume: Volume, stated: TransferDocument) -> None:
-    """Replace the materials of a Volume. Raises InvalidInputError where they are not in fractions and voxels."""
+    """Replace the materials of a Volume. Raises InvalidInputError if they are not in fractions and voxels."""
     if (stated.values, stated.length) != ("fraction", "voxel"):
         raise InvalidInputError("a volume keeps fractions of its range, per voxel; fit the function to it first")
     require_editable(volume)
@@ -123,7 +123,7 @@ def _store(volume: Volume, material: Material, color: np.ndarray, wavelengths_nm
 
 
 def _store_curve(volume: Volume, entry: PropertyGroup, which: str, values: np.ndarray, heights: np.ndarray) -> float:
-    """Keep a curve with its top at 1; what that top stands for."""
+    """Store a curve scaled to a top of 1, and the value of the top."""
     top = float(heights.max())
     set_curve(volume, entry, which, values, heights / top if top > 0 else heights)
     return top

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spectra that a command line names: of the catalogue, or of a file."""
+"""Spectra named on a command line: from the catalogue, or from a file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def illuminant_named(word: str) -> Illuminant:
 
 
 def _from_file(word: str) -> Spectrum | None:
-    """The one spectrum that FILE, FILE@NAME or FILE:NAME names; None where there is no such file."""
+    """The one spectrum that FILE, FILE@NAME or FILE:NAME names; None if there is no such file."""
     from spectral_core.spectra.files import read_spectra
 
     for mark in ("@", ":"):

@@ -44,7 +44,7 @@ def make_writable() -> None:
     """Let both standard streams write any text: a character that the terminal's encoding lacks is replaced."""
     codecs.register_error(_NAME, _plain)
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a test or an embedding program may have put something else there
+        if hasattr(stream, "reconfigure"):  # a test or an embedding program may have replaced it
             with contextlib.suppress(OSError, ValueError):
                 stream.reconfigure(errors=_NAME)
 

@@ -66,7 +66,7 @@ def _row(
 
 
 def _stated(snr_db: float | None) -> str:
-    """A figure in words; without one the pictures are equal, at the shortest step that there is."""
+    """A figure as text; without one the pictures are equal, at the shortest possible step."""
     return "equal to it" if snr_db is None or not math.isfinite(snr_db) else f"{snr_db:6.1f} dB"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spectral embedding (R5; thesis 6.2.4) and clusters: rows of like outcome lie together."""
+"""Spectral embedding (R5; thesis 6.2.4) and clusters: rows of similar outcomes are near each other."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A Gaussian process over the unit cube, with a length scale per parameter: a sweep's prediction between its points.
 
-Kernel: s² exp(-Σ (xᵢ - yᵢ)² / 2lᵢ²) + noise (Rasmussen and Williams 2006, Eqs. 2.25, 2.26, 5.8). The scales are those
-of the largest marginal likelihood.
+Kernel: s² exp(-Σ (xᵢ - yᵢ)² / 2lᵢ²) + noise (Rasmussen and Williams 2006, Eqs. 2.25, 2.26, 5.8). The scales maximize
+the marginal likelihood.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class GaussianProcess:
 
     @classmethod
     def fit(cls, points: ArrayLike, values: ArrayLike, *, seed: int = 0) -> GaussianProcess:
-        """The process through values (m,) at points (m, n) of the unit cube; ``seed`` draws the starts of the fit."""
+        """The process fitted to values (m,) at points (m, n) of the unit cube; ``seed`` draws the starts of the fit."""
         x = np.array(frozen_array("points", points, (None, None)))
         y = np.array(frozen_array("values", values, (len(x),)))
         if not 3 <= len(x) <= MAX_ROWS:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensitivity on the sample at hand (R7): Sobol indices through a Gaussian process, with intervals.
+"""Sensitivity from an existing sample (R7): Sobol indices by a Gaussian process, with intervals.
 
-The estimators of a design of its own (Saltelli, Morris) would need new renders. Here a Gaussian process learns the
-rows that there are, and the indices are those of its mean, by Saltelli's and Jansen's estimators (Saltelli et al.
-2010, Table 2) on Sobol points. Intervals are percentiles over bootstrap samples of these points, widened by how much
-the indices differ between processes fitted to different parts of the rows.
+Estimators with a separate design (Saltelli, Morris) would need new renders. Here a Gaussian process is fitted to the
+existing rows, and the indices are those of its mean, by Saltelli's and Jansen's estimators (Saltelli et al. 2010, Table
+2) on Sobol points. Intervals are percentiles over bootstrap samples of these points, widened by the difference of the
+indices between processes fitted to different parts of the rows.
 """
 
 from __future__ import annotations

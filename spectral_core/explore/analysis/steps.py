@@ -107,7 +107,7 @@ def print_sensitivity(store: Store, name: str) -> list[dict[str, Any]]:
 
 
 def proposed_point(store: Store, name: str) -> dict[str, Any]:
-    """The point that is expected to lower a column most."""
+    """The point with the largest expected decrease of a column."""
     points, values = _known(store, name)
     where, _ = propose(points, values)
     return store.project.space.values(where)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which fader moves which number, and over what range."""
+"""Bindings of faders to numbers, with ranges."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Control:
 
     @property
     def step(self) -> float:
-        """Smallest difference of positions that this control can tell, as a share of its travel."""
+        """Smallest difference of positions that this control distinguishes, as a share of its travel."""
         return 1.0 / STEPS[self.kind]
 
 
@@ -59,8 +59,8 @@ class Control:
 class Binding:
     """A control moves ``target`` from ``low`` (fader down) to ``high`` (fader up).
 
-    ``target``: any name the owner of the numbers understands, such as a Blender data path. ``pick_up``: the control
-    does nothing until it has passed the target's present value, so that nothing jumps.
+    ``target``: a name that the owner of the numbers knows, such as a Blender data path. ``pick_up``: True to ignore the
+    control until it has passed the target's present value, so that the value does not jump.
     """
 
     control: Control
@@ -80,5 +80,5 @@ class Binding:
         return self.high if position >= 1 else self.low + (self.high - self.low) * max(position, 0.0)
 
     def position(self, value: float) -> float:
-        """Position in [0, 1] that shows ``value``; a value outside the range stands at the end nearest to it."""
+        """Position in [0, 1] of ``value``; a value outside the range has the position of the nearest end."""
         return min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The board itself: many messages in, the last value of each fader out, motors moved without a loop.
+"""The board: receives messages, keeps the last value of each fader, and moves motors without a feedback loop.
 
-No device is opened here: ``midi`` and ``osc`` call ``receive`` for each message. It may be called from any thread;
-The owner of the numbers calls ``poll`` once per drawn picture.
+No device is opened here: ``midi`` and ``osc`` call ``receive`` for each message, from any thread. The owner of the
+numbers calls ``poll`` once per drawn picture.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from spectral_core.explore.board.binding import PAIRED, Binding, Control
 from spectral_core.explore.board.order import Order
 
 TOUCH_SECONDS = 0.1
-"""A fader that moved this recently is being held, so its motor is not driven."""
+"""Time after a movement during which a fader counts as touched, so that its motor is not driven."""
 MOTOR_SECONDS = 1 / 60
 """Least time between two messages to one motor: messages hold states, and the last one is always sent."""
 ECHO_SECONDS = 0.15
-"""A message within this time of a motor command, and equal to it, is the motor's report of its arrival."""
+"""Time after a motor command in which an equal message counts as the motor's report of its arrival."""
 LEARN_TRAVEL = 0.05
-"""How far a control must travel before it is learned, because a resting hand trembles."""
+"""Least travel of a control before it is learned, because a resting hand trembles."""
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A target's new value; ``held_back`` if a partner's bound stopped it before the fader's value."""
+    """A target's new value; ``held_back`` if the limit of another target stopped it before the fader's value."""
 
     target: str
     value: float
@@ -36,27 +36,27 @@ class Change:
 
 @dataclass
 class _Fader:
-    """A bound control and two facts about it: where a hand last moved it, and where its motor was last sent."""
+    """A bound control, its last position by hand, and the last position sent to its motor."""
 
     binding: Binding
     hand: float | None = None
     touched: float = float("-inf")
-    """When ``hand`` was."""
+    """Time of ``hand``."""
     sent: float | None = None
     driven: float = float("-inf")
-    """When ``sent`` was."""
+    """Time of ``sent``."""
     caught: bool = False
-    """Pick-up: whether the fader holds the value. It is released when the value changes by other means."""
+    """Pick-up: True while the fader controls the value; False after the value changed by other means."""
     left_at: float | None = None
     """The value after this fader's last change, as its owner keeps it; None while that is not known."""
 
     @property
     def stands(self) -> float | None:
-        """Where the fader is: at the newer of the two facts; None before the first."""
+        """Position of the fader, the newer of the two; None before the first."""
         return self.sent if self.sent is not None and self.driven > self.touched else self.hand
 
     def is_echo(self, position: float, time: float) -> bool:
-        """Whether a message is the motor's own report."""
+        """True if a message is the motor's own report."""
         near = self.sent is not None and abs(self.sent - position) <= self.binding.control.step
         return near and 0 <= time - self.driven <= ECHO_SECONDS
 
@@ -67,8 +67,8 @@ class Board:
     def __init__(self, read: Callable[[str], float], has_motor: Callable[[Control], bool] | None = None) -> None:
         """Make a board without bindings.
 
-        ``read`` gives a target's present value; it is called inside ``poll`` and ``motors`` only. ``has_motor`` tells
-        whether a control can be moved from here; all can where None.
+        ``read`` returns a target's present value; it is called inside ``poll`` and ``motors`` only. ``has_motor``
+        returns True if a control has a motor; None means that all have one.
         """
         self._read = read
         self._has_motor = has_motor or (lambda control: True)
@@ -79,7 +79,7 @@ class Board:
         self._learning: str | None = None
         self._learn_start: dict[Control, float] = {}
         self.received = 0
-        """Messages so far; with ``Change`` counts it tells how many were merged."""
+        """Number of messages so far; the number of ``Change`` objects shows how many were merged."""
 
     @property
     def bindings(self) -> tuple[Binding, ...]:
@@ -87,7 +87,7 @@ class Board:
         return tuple(fader.binding for fader in self._faders.values())
 
     def bind(self, binding: Binding) -> None:
-        """Add a binding; one that the control had before is replaced."""
+        """Add a binding; it replaces an earlier one of the control."""
         self._faders[binding.control] = _Fader(binding)
 
     def unbind(self, control: Control) -> None:
@@ -100,7 +100,7 @@ class Board:
         return self._order.pairs
 
     def keep_ordered(self, lower: str, upper: str) -> None:
-        """From now on the target ``upper`` never goes below the target ``lower``: each stops at the other.
+        """Keep the target ``upper`` at or above the target ``lower``: each stops at the other.
 
         Pairs make chains: with a ≤ b and b ≤ c, all three stay in order. Raises InvalidInputError for a circle.
         """
@@ -114,17 +114,19 @@ class Board:
         self._order = order
 
     def learn(self, target: str) -> None:
-        """The next control that is moved becomes the one that moves ``target``."""
+        """Bind the next control that moves to ``target``."""
         with self._lock:
             self._learning, self._learn_start = target, {}
 
     @property
     def learning(self) -> str | None:
-        """Target that waits for a control to be moved; None where none does."""
+        """Target that waits for the next moved control; None without one."""
         return self._learning
 
     def receive(self, control: Control, position: float, time: float) -> None:
-        """A control stands at ``position`` in [0, 1]. Only the last message of each control is kept: none can queue."""
+        """Accept the position of a control in [0, 1]. Only the last message of each control is kept, so none can
+        queue.
+        """
         with self._lock:
             self.received += 1
             self._latest[control] = (min(1.0, max(0.0, position)), time)
@@ -132,9 +134,9 @@ class Board:
                 self._learn_start.setdefault(control, position)
 
     def poll(self, range_of: Callable[[str], tuple[float, float]] | None = None) -> tuple[Change, ...]:
-        """What has changed since the last poll, one entry per target, all faders that moved at once together.
+        """Changes since the last poll, one entry per target, with all faders that moved together.
 
-        ``range_of`` gives the range for a target that was learned; [0, 1] without it.
+        ``range_of`` returns the range of a learned target; [0, 1] without it.
         """
         self._settle()
         with self._lock:
@@ -153,9 +155,10 @@ class Board:
         )
 
     def motors(self, time: float) -> tuple[tuple[Control, float], ...]:
-        """Controls whose motor must move, with the position to send: where a target changed by other means.
+        """Motors to move, with their positions: those of targets that changed by other means.
 
-        A touched fader is left alone, and one that is already there gets no message, so no feedback loop can start.
+        A touched fader gets no message, and neither does one that is already in position, so no feedback loop can
+        start.
         """
         self._settle()
         to_send = []
@@ -200,14 +203,14 @@ class Board:
                 fader.left_at = fader.binding.position(self._read(fader.binding.target))
 
     def _counts(self, fader: _Fader, position: float, time: float) -> bool:
-        """Note a hand's movement; whether it moves the target, which under pick-up it must meet first."""
+        """Record a movement by hand; True if it changes the target, which under pick-up it must pass first."""
         before = fader.stands
         fader.hand, fader.touched = position, time
         if not fader.binding.pick_up:
             return True
         present, step = fader.binding.position(self._read(fader.binding.target)), fader.binding.control.step
         if fader.caught and fader.left_at is not None and abs(present - fader.left_at) > step:
-            fader.caught = False  # something else has moved the value: the fader would jump
+            fader.caught = False  # the value changed by other means: the fader would make it jump
         if not fader.caught:
             start = position if before is None else before
             fader.caught = min(start, position) - step <= present <= max(start, position) + step

@@ -22,8 +22,8 @@ LOOK_SECONDS = 2.0
 class Decoder:
     """MIDI messages to positions of controls.
 
-    Nothing tells whether controllers n and n + 32 are two faders of 7 bits or the halves of one of 14. So the second
-    half is decoded as both, and a board moves by whichever is bound.
+    Controllers n and n + 32 may be two faders of 7 bits or the halves of one of 14; the messages do not show it. So the
+    second half is decoded as both, and the board uses the one that is bound.
     """
 
     def __init__(self) -> None:
@@ -62,7 +62,7 @@ def encode(control: Control, position: float) -> list[Any]:
 
 
 def port_names() -> list[str]:
-    """Names of the MIDI inputs that are there; empty where there is no MIDI on this machine."""
+    """Names of the available MIDI inputs; empty if there is no MIDI on this machine."""
     try:
         return list(_mido().get_input_names())
     except (OSError, ImportError, SystemError):  # rtmidi raises SystemError where the system has no sequencer
@@ -70,26 +70,26 @@ def port_names() -> list[str]:
 
 
 class MidiLink:
-    """One input, and the output of the same name where there is one; found again after it was unplugged."""
+    """One input, and the output of the same name if there is one; reconnected after the device was unplugged."""
 
     def __init__(
         self, receive: Callable[[Control, float, float], None], *, port: Any = None, name: str | None = None,
         output: Any = None,
     ) -> None:  # fmt: skip
         """Open the ports. ``receive`` is ``Board.receive``; ``port`` and ``output`` are mido ports, or ``name`` says
-        which to open, None for the first. Raises SpectralError where there is no such device.
+        which to open, None for the first. Raises SpectralError if there is no such device.
         """
         self._receive, self._decoder = receive, Decoder()
         self._input, self._output = port, output
         self._name = ""
         self.missing: str | None = None
-        """Name of the device while it is unplugged; None while it is there."""
+        """Name of the device while it is unplugged; None while it is connected."""
         self._next_look = 0.0
         if port is None:
             self._open(_require_name(name))
 
     def pump(self) -> int:
-        """Hand all messages that wait to the board; how many there were. A device that is gone is no error."""
+        """Pass all waiting messages to the board; returns their number. A disconnected device is no error."""
         self._look_for_device(time.monotonic())
         if self._input is None:
             return 0
@@ -99,12 +99,12 @@ class MidiLink:
                 count += 1
                 for control, position in self._decoder.decode(message):
                     self._receive(control, position, time.monotonic())
-        except (OSError, ValueError, RuntimeError, SystemError):  # what mido's back ends raise on a port that is gone
+        except (OSError, ValueError, RuntimeError, SystemError):  # errors of mido's back ends for a disconnected port
             self._lose()
         return count
 
     def has_motor(self, control: Control) -> bool:
-        """Whether the device has an input of its own, by which a fader can be moved."""
+        """True if the device has an input of its own, by which a fader can be moved."""
         return self._output is not None and control.kind != "osc"
 
     def send(self, control: Control, position: float) -> None:
@@ -137,7 +137,7 @@ class MidiLink:
         self.missing = _device(self._name) or "the MIDI device"
 
     def _look_for_device(self, now: float) -> None:
-        """Every two seconds: a system tells nobody that a device was unplugged, its name only vanishes."""
+        """Check every two seconds: systems do not report an unplugged device, only its name disappears."""
         if not self._name or now < self._next_look:
             return
         self._next_look = now + LOOK_SECONDS
@@ -155,7 +155,7 @@ def _device(name: str) -> str:
 
 
 def _require_name(name: str | None) -> str:
-    _mido()  # where it is missing, that is what to say
+    _mido()  # its absence is the error to report
     names = port_names()
     if not names:
         raise SpectralError("no MIDI device is connected; connect one, or use OSC")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Targets that stay in order: each stops at its neighbors, in chains and trees."""
+"""Targets with a fixed order: each stops at its neighbors, in chains and trees."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Order:
     pairs: tuple[tuple[str, str], ...] = ()
 
     def with_pair(self, lower: str, upper: str) -> Order:
-        """The order with one more pair. Raises InvalidInputError where it would run in a circle."""
+        """The order with one more pair. Raises InvalidInputError if it would run in a circle."""
         if lower == upper:
             raise InvalidInputError(f"{lower!r} cannot bound itself; name a lower and an upper target")
         if lower in self._reached(upper, upwards=True):
@@ -24,8 +24,8 @@ class Order:
         return Order((*(pair for pair in self.pairs if pair != (lower, upper)), (lower, upper)))
 
     def held(self, wanted: Mapping[str, float], read: Callable[[str], float]) -> dict[str, float]:
-        """What each wanted value becomes. Targets that do not move hold the others back; of two that do, the upper
-        one wins. ``read`` gives the present value of a target that does not move.
+        """Limited values of targets. Targets that do not move limit the others; of two that move, the upper one has
+        precedence. ``read`` returns the present value of a target that does not move.
         """
         result: dict[str, float] = {}
         # From the top down, so that each finds its upper neighbors settled.

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """OSC in and out: tablets and programs send floats in [0, 1] to addresses, and get positions back.
 
-UDP loses messages under load, so each message is a state, never a step; ``Board.motors`` keeps it to 60 a
-second. For the same reason a bundle with a later time tag counts at once: a fader's state is never queued. Packets are
-read here, because python-osc sleeps until a time tag, and fills up numbers that are cut off; it sends.
+UDP loses messages under load, so each message is a state, never a step; ``Board.motors`` limits them to 60 a second.
+For the same reason a bundle with a later time tag is applied at once: a fader's state is never queued. Packets are
+decoded here, because python-osc waits until a time tag, and pads truncated numbers; python-osc only sends.
 """
 
 from __future__ import annotations
@@ -42,7 +42,9 @@ class OscLink:
                 raise InvalidInputError(f"the {word} is {number}; expected 0 to 65535, such as 9000")
         self._receive = receive
         self.ignored = 0
-        """Messages without a finite number, and packets that are no OSC: a board may send names and colors too."""
+        """Number of ignored messages: without a finite number, or packets that are no OSC; a board may send names and
+        colors too.
+        """
         link = self
 
         class Handler(socketserver.BaseRequestHandler):
@@ -63,7 +65,7 @@ class OscLink:
 
     @property
     def port(self) -> int:
-        """The port that is listened on."""
+        """The port of the server."""
         return int(self._server.server_address[1])
 
     def _take(self, packet: bytes) -> None:
@@ -77,11 +79,11 @@ class OscLink:
             self.ignored += 1
 
     def has_motor(self, control: Control) -> bool:
-        """Whether positions can be sent back to where the control is."""
+        """True if positions can be sent back to the control."""
         return self._client is not None and control.kind == "osc"
 
     def send(self, control: Control, position: float) -> None:
-        """Tell the board where a fader should stand; nothing happens without an address for feedback."""
+        """Send the position of a fader to the board; nothing happens without an address for feedback."""
         if self.has_motor(control):
             self._client.send_message(control.address, float(position))
 
@@ -115,7 +117,7 @@ def _elements(bundle: bytes) -> Iterator[bytes]:
     while place < len(bundle):
         (size,) = struct.unpack_from(">i", bundle, place)
         if not 0 < size <= len(bundle) - place - 4:
-            raise ValueError("an element of an OSC bundle is cut off")
+            raise ValueError("an element of an OSC bundle is truncated")
         yield bundle[place + 4 : place + 4 + size]
         place += 4 + size
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recorded fader motion, and how simultaneous it was (Eq. 6.2)."""
+"""Recorded fader motion, and its simultaneity (Eq. 6.2)."""
 
 from __future__ import annotations
 

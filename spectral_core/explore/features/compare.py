@@ -50,7 +50,7 @@ def feature_matrix(
     ----------
     columns : the table by column.
     names : which columns.
-    weights : by column; 1 where none is given.
+    weights : by column; 1 if none is given.
     """
     weights = weights or {}
     rows = []

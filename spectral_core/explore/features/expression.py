@@ -56,7 +56,7 @@ CONSTANTS = {"pi": np.pi, "e": np.e, "nan": np.nan, "inf": np.inf}
 
 
 def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | str | None]:
-    """Value of an expression at each row; None where it is no finite number.
+    """Value of an expression at each row; None if it is no finite number.
 
     Raises InvalidInputError for anything but arithmetic over the columns, UnknownNameError for a column that is not
     there.

@@ -58,7 +58,7 @@ def noise_level(luminance: NDArray[Any]) -> float:
 
 
 def difference_features(picture: Picture, reference: Picture, prefix: str = "") -> dict[str, float]:
-    """Distance of a picture to a reference of the same size.
+    """Differences of a picture from a reference of the same size.
 
     ``rmse`` over linear RGB; ``snr_db``: power of the reference over that of the difference; ``delta_e_mean`` and
     ``delta_e_p95``: CIEDE2000 per pixel; ``flip``: mean of FLIP (Andersson et al. 2020) by its authors' library, where
@@ -90,7 +90,7 @@ def delta_e_map(picture: Picture, reference: Picture) -> NDArray[np.float64]:
 
 
 def has_flip() -> bool:
-    """Whether FLIP's library is installed."""
+    """True if FLIP's library is installed."""
     from importlib.util import find_spec
 
     return find_spec("flip_evaluator") is not None

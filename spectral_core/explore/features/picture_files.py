@@ -18,7 +18,7 @@ MAX_PIXELS = 100_000_000
 
 
 def read_linear(path: Path) -> NDArray[np.float32]:
-    """Linear sRGB (height, width, 3) of an EXR, PNG, JPEG or .npy file, row 0 on top."""
+    """Linear sRGB (height, width, 3) of an EXR, PNG, JPEG or .npy file, row 0 at the top."""
     if path.suffix.lower() == ".npy":
         try:
             return _as_rgb(np.load(path, allow_pickle=False), path)

@@ -56,7 +56,7 @@ def table_of_store(store: Store) -> PageTable:
 
 
 def table_of_folder(folder: Path) -> PageTable:
-    """The table of any Cinema folder; its first columns of numbers are taken for parameters by no one."""
+    """The table of any Cinema folder; no column is assumed to be a parameter."""
     names, rows = read_csv(folder / "data.csv")
     columns = {name: [row[name] for row in rows] for name in names if name != "key"}
     keys = [str(row.get("key") or number) for number, row in enumerate(rows)]
@@ -112,7 +112,7 @@ def _packed(name: str, values: Sequence[Any], about: Mapping[str, Any]) -> dict[
 
 
 def _encoded(column: NDArray[Any], *, exact: bool) -> dict[str, Any]:
-    """32-bit floats where a reader of seven digits sees no difference, else 64-bit.
+    """32-bit floats if seven digits represent all values, else 64-bit.
 
     ``exact``: always 64-bit, so that a region drawn around points holds them.
     """
@@ -127,7 +127,7 @@ def _encoded(column: NDArray[Any], *, exact: bool) -> dict[str, Any]:
 
 
 def _thumbnails(table: PageTable, files: Sequence[str]) -> dict[str, Any] | None:
-    """Sprite sheets of small pictures, WebP in data addresses; None where there is nothing to show them from."""
+    """Sprite sheets of small pictures, WebP in data addresses; None if there is nothing to show them from."""
     if table.folder is None or not any(files) or len(files) > MOST_THUMBNAILS:
         return None
     from spectral_core.explore.features.picture_files import encode, read_display

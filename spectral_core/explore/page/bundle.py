@@ -48,7 +48,7 @@ def script() -> str:
 
 
 def _without_comments(text: str) -> str:
-    """Leave out whole lines that are comments: the page is read by browsers; readers have the modules."""
+    """The text without comment lines: browsers read the page, people read the modules."""
     text = re.sub(r"^\s*/\*\*.*?\*/\s*\n", "", text, flags=re.MULTILINE | re.DOTALL)
     return re.sub(r"^\s*//.*\n", "", text, flags=re.MULTILINE)
 

@@ -24,9 +24,9 @@ class LiveSweep:
     Parameters
     ----------
     store : the open store.
-    folder : where the sweep's file lies, for the compute node; None where points cannot be computed.
+    folder : where the sweep's file lies, for the compute node; None if points cannot be computed.
     workers : processes for renders.
-    apply : called with the parameters of a point, to set the open scene to it; None where there is none.
+    apply : called with the parameters of a point, to set the open scene to it; None if there is none.
     render : computes missing points and returns a message; None: child processes compute them.
     """
 
@@ -92,7 +92,7 @@ class LiveSweep:
             raise InvalidInputError("this sweep cannot be computed here; run it with spectral-scene sweep")
         node = compute_node(self.store.project.compute, self.store.project.space, self.folder)
         if not self._busy.acquire(blocking=False):
-            raise InvalidInputError(f"a run is on its way: {self._status}")
+            raise InvalidInputError(f"a run is in progress: {self._status}")
 
         def work() -> None:
             try:
@@ -149,5 +149,5 @@ class LiveSweep:
         return {"message": "the scene is set to this point"}
 
     def status(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """How far the run in the background is."""
+        """Progress of the run in the background."""
         return {"message": self._status or "nothing runs"}

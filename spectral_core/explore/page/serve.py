@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The live page: a server on 127.0.0.1 that answers only who holds its token, and only its own page.
+"""The live page: a server on 127.0.0.1 that answers only holders of its token, and only its own page.
 
 The token is in the fragment of the address, which a browser does not send. A request without it, from another
 origin or for another host is refused, so that no page of the web can reach the sweep through the browser.
@@ -47,7 +47,7 @@ class PageServer(ThreadingHTTPServer):
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """Names under which the page may ask."""
+        """Host names of valid requests."""
         return f"127.0.0.1:{self.server_port}", f"localhost:{self.server_port}"
 
 
@@ -108,7 +108,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._refuse(400, str(error) or f"the request cannot be carried out ({type(error).__name__})")
 
     def _own_host(self) -> bool:
-        """Whether the browser was told this very address: names that lead here (DNS rebinding) are refused."""
+        """True if the request names this address: other names that resolve to it (DNS rebinding) are refused."""
         return self.headers.get("Host", "") in self.server.hosts
 
     def _foreign_origin(self) -> bool:
@@ -164,7 +164,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *arguments: Any) -> None:
-        """Say nothing per request."""
+        """Do not log requests."""
 
 
 _GATE = """<!doctype html><meta charset="utf-8"><title>Exploration</title>
@@ -176,4 +176,4 @@ fetch("page", {method: "POST", headers: {"X-Explore-Token": token}, body: "{}"})
   document.open(); document.write(text); document.close();
 });
 </script>"""
-"""The page that anyone may load: it fetches the real one with the token of its address."""
+"""Public page that fetches the real one with the token in its address."""

@@ -24,7 +24,7 @@ def draw_matrix(path: Path, columns: Mapping[str, Sequence[Any]], names: Sequenc
     path : ends in .png, .svg or .pdf.
     columns : the table.
     names : variables, 2 to 12.
-    color : the variable that colors the points; none where empty.
+    color : the variable that colors the points; none if empty.
     """
     if not 2 <= len(names) <= 12:
         raise InvalidInputError(f"{len(names)} variables are named; a figure shows 2 to 12")
@@ -143,7 +143,7 @@ def draw_error_against_factors(
 
 
 def _norm(values: Any) -> str:
-    """Log where numbers span more than a factor of eight."""
+    """Logarithmic if numbers span more than a factor of eight."""
     return "log" if np.nanmin(values) > 0 and np.nanmax(values) > 8 * np.nanmin(values) else "linear"
 
 

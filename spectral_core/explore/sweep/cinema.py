@@ -19,7 +19,7 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.sweep.files import inside
 
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "'")
-"""An apostrophe too, so that the one that is added can be told from one that was there."""
+"""Includes the apostrophe, so that an added one can be distinguished from an original one."""
 MAX_CSV_BYTES = 1_000_000_000
 
 
@@ -49,7 +49,7 @@ def _cells(name: str, values: list[Any]) -> list[str]:
 
 
 def _float_cell(value: float) -> str:
-    """A float to the last bit, never to be taken for a whole number."""
+    """A float with all its digits, in a form that is never read as a whole number."""
     if math.isnan(value):
         return "NaN"
     text = repr(value)
@@ -57,7 +57,7 @@ def _float_cell(value: float) -> str:
 
 
 def _text_cell(text: str) -> str:
-    """A text that neither a spreadsheet runs nor a reader takes for a number."""
+    """A text that no spreadsheet executes and no reader interprets as a number."""
     harmless = text.replace("\0", "")
     return f"'{harmless}" if _needs_apostrophe(harmless) else harmless
 
@@ -78,12 +78,12 @@ def _quoted(cell: str) -> str:
 
 
 def is_file_column(name: str) -> bool:
-    """Whether a column holds paths of files."""
+    """True if a column holds paths of files."""
     return name.upper().startswith("FILE")
 
 
 def read_csv(path: Path) -> tuple[list[str], list[dict[str, float | str | None]]]:
-    """Columns and rows of a data.csv, numbers where a cell is one.
+    """Columns and rows of a data.csv; cells with numbers as numbers.
 
     Raises FileFormatError for a file that is no Cinema table, and for FILE paths that lead out of the folder.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Linear constraints as a reader writes them: ``2 * a + b <= 3``, ``log10(energy_w) >= 1``."""
+"""Linear constraints as text: ``2 * a + b <= 3``, ``log10(energy_w) >= 1``."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class LinearConstraint:
         return row, bound
 
     def holds(self, space: Space, values: dict[str, float]) -> bool:
-        """Whether values satisfy it."""
+        """True if values satisfy it."""
         total = sum(c * (math.log10(values[n]) if space[n].scale == "log" else values[n]) for n, c in self.coefficients)
         return total <= self.bound + 1e-12 * max(1.0, abs(self.bound))
 
@@ -118,6 +118,6 @@ def _known(name: str, space: Space, text: str) -> None:
     if name not in space.names:
         raise InvalidInputError(f"the constraint {text!r} names {name!r}; the parameters are {', '.join(space.names)}")
     if space[name].kind == "choice" and any(isinstance(choice, str) for choice in space[name].choices):
-        raise InvalidInputError(f"{name} chooses among texts, so it has no place in the constraint {text!r}")
+        raise InvalidInputError(f"{name} chooses among texts, so it cannot be in the constraint {text!r}")
     if space[name].kind == "choice":
         raise InvalidInputError(f"{name} chooses among values; make it an integer or real to constrain it")

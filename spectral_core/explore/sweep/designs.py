@@ -33,7 +33,7 @@ Point = dict[str, Value]
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """How a region is sampled. ``frame`` and ``shifts`` place the lattice; None until the first points are made."""
+    """Sampling of a region. ``frame`` and ``shifts`` place the lattice; None until the first points are made."""
 
     kind: DesignKind = "lattice"
     budget: int = 64
@@ -192,7 +192,7 @@ def _lattice_batches(region: Region, design: Design, most: int) -> Iterator[NDAr
         yield points.points[done:]
         done = len(points)
         if done > most * 64:
-            while True:  # whole numbers and choices are exhausted long before
+            while True:  # whole numbers and choices are exhausted long before that
                 yield np.empty((0, region.dimensions))
         points = points.refine()
 

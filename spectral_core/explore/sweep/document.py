@@ -27,7 +27,7 @@ MAX_BYTES = 50_000_000
 NodeFactory = Callable[[dict[str, Any], Space, Path], Any]
 _EXTRA: dict[str, NodeFactory] = {}
 PICTURED = ("scene", "blend", "volume")
-"""Kinds of compute nodes that render a picture and measure its features."""
+"""Types of compute nodes that render a picture and measure its features."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of a store: written whole, locks between processes, names that stay inside a folder."""
+"""Files of a store: atomic writes, locks between processes, names restricted to a folder."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,120}")
 
 
 def write_whole(path: Path, content: bytes | str, *, durable: bool = True) -> None:
-    """Write a file so that a reader sees the old content or the new, never a part.
+    """Write a file so that a reader sees the old content or the new one, never a part.
 
     ``durable``: also survive a power cut, which costs a wait for the disk.
     """
@@ -48,7 +48,7 @@ def json_text(value: Any) -> str:
 
 
 def inside(folder: Path, name: str) -> Path:
-    """The file of a folder that a table or a request names; InvalidInputError where it would lie elsewhere."""
+    """The file of a folder that a table or a request names; raises InvalidInputError if it lies elsewhere."""
     if not isinstance(name, str) or not name or "\0" in name or "\\" in name or Path(name).is_absolute():
         raise InvalidInputError(f"the file name {str(name)[:120]!r} is not a plain path inside {folder.name}")
     path = (folder / name).resolve()
@@ -66,7 +66,7 @@ def require_file_name(name: str) -> str:
 
 @contextmanager
 def file_lock(path: Path) -> Iterator[None]:
-    """Hold the lock of a file; other processes wait. The system releases it when this process ends, however it ends."""
+    """Hold the lock of a file; other processes wait. The system releases it at any end of this process."""
     handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
     try:
         _lock(handle)
@@ -77,7 +77,7 @@ def file_lock(path: Path) -> Iterator[None]:
 
 @contextmanager
 def only_holder(path: Path, what: str) -> Iterator[None]:
-    """Hold a lock that nobody else may hold meanwhile; InvalidInputError where somebody does."""
+    """Hold an exclusive lock; raises InvalidInputError if another process holds it."""
     handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
     try:
         try:

@@ -34,7 +34,7 @@ CREATE TABLE IF NOT EXISTS manual (
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One point as the ledger holds it. ``outcome`` and ``files`` are empty until it is done."""
+    """One point of the ledger. ``outcome`` and ``files`` are empty until it is done."""
 
     key: str
     ordinal: int
@@ -70,7 +70,7 @@ class Ledger:
             self._connection.close()
 
     def copy_to(self, path: Path) -> None:
-        """Write a copy that is consistent, also while the ledger is in use."""
+        """Write a consistent copy, also while the ledger is in use."""
         target = sqlite3.connect(path)
         try:
             with self._lock:
@@ -91,7 +91,7 @@ class Ledger:
             self._connection.execute("COMMIT")
 
     def add(self, points: Iterable[tuple[str, Mapping[str, Any]]]) -> int:
-        """Enter points that the ledger does not hold yet, in this order; returns how many were new."""
+        """Add points that are not yet in the ledger, in this order; returns the number of new ones."""
         with self.transaction() as database:
             start = database.execute("SELECT COALESCE(MAX(ordinal) + 1, 0) FROM points").fetchone()[0]
             new = 0
@@ -121,7 +121,7 @@ class Ledger:
             return dict(self._connection.execute("SELECT key, state FROM points").fetchall())
 
     def begin(self, key: str, worker: str) -> int:
-        """Note that an attempt starts; returns its number from 1."""
+        """Record the start of an attempt; returns its number from 1."""
         with self.transaction() as database:
             number = 1 + database.execute("SELECT COUNT(*) FROM attempts WHERE key = ?", (key,)).fetchone()[0]
             database.execute(
@@ -131,7 +131,7 @@ class Ledger:
             return int(number)
 
     def commit(self, key: str, outcome: Mapping[str, Any], files: Mapping[str, str], seconds: float) -> bool:
-        """Enter an outcome; the first one of a point counts. Returns whether this was it."""
+        """Store an outcome; only the first one of a point is stored. True if this was it."""
         with self.transaction() as database:
             cursor = database.execute(
                 "UPDATE points SET state = 'done', outcome = ?, files = ?, seconds = ?, reason = NULL "
@@ -144,7 +144,7 @@ class Ledger:
             return cursor.rowcount == 1
 
     def end_attempt(self, key: str, how: str, message: str) -> None:
-        """Note how the open attempt of a point ended: "failed", "killed" or "interrupted"."""
+        """Record the end of the open attempt of a point: "failed", "killed" or "interrupted"."""
         with self.transaction() as database:
             database.execute(
                 "UPDATE attempts SET ended = ?, how = ?, message = ? WHERE key = ? AND ended IS NULL",
@@ -172,7 +172,7 @@ class Ledger:
             database.execute("UPDATE points SET state = 'failed', reason = ? WHERE key = ?", (reason[-4000:], key))
 
     def retry_failed(self) -> int:
-        """Take points that were set aside up again; returns how many."""
+        """Reset points that were set aside; returns their number."""
         with self.transaction() as database:
             database.execute("DELETE FROM attempts WHERE key IN (SELECT key FROM points WHERE state = 'failed')")
             return database.execute(
@@ -180,7 +180,9 @@ class Ledger:
             ).rowcount
 
     def retry_killed(self) -> int:
-        """Take points up again that were set aside only because their workers were killed from outside."""
+        """Reset points that were set aside only because their workers were killed from outside; returns their
+        number.
+        """
         own_fault = "SELECT key FROM attempts WHERE how = 'failed'"
         with self.transaction() as database:
             found = database.execute(

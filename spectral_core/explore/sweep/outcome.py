@@ -46,7 +46,7 @@ class Outcome:
                 raise InvalidInputError(f"the value {name!r} is a whole number beyond 1e308, which no table holds")
 
     def beside(self, parameters: Mapping[str, Value]) -> Outcome:
-        """This outcome, where none of its values takes the column of a parameter that it differs from."""
+        """This outcome, if none of its values has the column name of a parameter with another value."""
         for name in parameters:
             if name in self.values and self.values[name] != parameters[name]:
                 raise InvalidInputError(
@@ -57,11 +57,11 @@ class Outcome:
 
 @runtime_checkable
 class ComputeNode(Protocol):
-    """The swept function. It is pickled to workers, and may keep data there between points."""
+    """The swept function. It is pickled for workers, and may keep data in them between points."""
 
     @property
     def fingerprint(self) -> str:
-        """Changes when the same parameters would compute to something else."""
+        """Hash that changes if the same parameters give another outcome."""
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
         """Compute one point."""
@@ -79,7 +79,7 @@ def worker_prelude(node: Any) -> str:
 
 
 def describe(node: Any) -> list[str]:
-    """What the plan says about a node: what stays between points, what is re-lit, what is rendered anew."""
+    """Text of the plan on a node: data that stay between points, points that are re-lit or rendered."""
     lines = getattr(node, "describe", None)
     return list(lines()) if lines is not None else [type(node).__name__]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parameters of a sweep: names with ranges, units, scales, and their map to the unit cube."""
+"""Parameters of a sweep: names with ranges, units, scales, and their mapping to the unit cube."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ Kind = Literal["real", "integer", "choice"]
 NAME_PATTERN = re.compile(r"[^\W\d]\w*", re.UNICODE)
 MAX_PARAMETERS = 64
 RESERVED_COLUMNS = ("key", "seconds", "nan", "inf", "infinity")
-"""Columns of every table, and words that readers of tables take for numbers."""
+"""Columns of every table, and words that readers of tables interpret as numbers."""
 
 
 def is_column_name(name: Any) -> bool:
-    """Whether a text may name a column: an identifier that is not reserved and does not announce files."""
+    """True if a text may name a column: an identifier that is not reserved and does not announce files."""
     return (
         isinstance(name, str)
         and NAME_PATTERN.fullmatch(name) is not None
@@ -34,7 +34,7 @@ def is_column_name(name: Any) -> bool:
 
 
 def is_finite(number: float) -> bool:
-    """Whether this is a number and finite as a float; a whole number of 400 digits is not."""
+    """True if this is a number and finite as a float; a whole number of 400 digits is not."""
     try:
         return math.isfinite(number)
     except (OverflowError, TypeError):
@@ -121,7 +121,7 @@ class Parameter:
             return self.choices[min(max(math.floor(unit * len(self.choices)), 0), len(self.choices) - 1)]
         if self.kind == "real":
             return float(self._from_unit(self.low, self.high, unit))
-        if self.scale == "log":  # each whole number owns the interval half a step around it
+        if self.scale == "log":  # the interval of each whole number extends half a step to both sides
             number = round(self._from_unit(self.low - 0.5, self.high + 0.5, unit))
         else:
             number = math.floor(self.low + unit * (self.high - self.low + 1))
@@ -141,7 +141,7 @@ class Parameter:
         return (number - self.low + 0.5) / (self.high - self.low + 1)
 
     def accepts(self, value: Value) -> bool:
-        """Whether a value lies in the range, or among the choices."""
+        """True if a value lies in the range, or among the choices."""
         if self.kind == "choice":
             return value in self.choices
         return not isinstance(value, str) and self.low <= value <= self.high
@@ -160,7 +160,7 @@ class Parameter:
             value = math.exp(math.log(low) + unit * (math.log(high) - math.log(low)))
         else:
             value = low + unit * (high - low)
-        # the exponential may round past the end of the range that its argument is inside of
+        # the exponential may round beyond the end of the range that contains its argument
         return min(max(value, low), high) if 0.0 <= unit <= 1.0 else value
 
     def _to_unit(self, low: float, high: float, value: float) -> float:
@@ -242,6 +242,6 @@ class Space:
 
     @property
     def combinations(self) -> int | None:
-        """Number of different points; None where a parameter is real."""
+        """Number of different points; None if a parameter is real."""
         counts = [parameter.count for parameter in self.parameters]
         return None if None in counts else math.prod(count for count in counts if count is not None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Warm workers: processes that stay, as a ``concurrent.futures`` executor that survives their deaths.
+"""Persistent worker processes as a ``concurrent.futures`` executor that survives their crashes.
 
 The standard library's process pool loses every task when one process dies. Here only the task of the dead process
 fails, with ``WorkerDied``, and a new process takes its place. A worker whose driver dies finishes and commits its
@@ -48,7 +48,7 @@ class WorkerDied(RenderError):
 
 
 class WorkerPool(Executor):
-    """Processes that stay warm between tasks.
+    """Worker processes that keep loaded data between tasks.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ class WorkerPool(Executor):
         return process
 
     def _started(self) -> _Process:
-        """A new process; one that is killed from outside while it starts had no task, so it is started again."""
+        """A new process; if it is killed from outside while it starts, it had no task and is started again."""
         for _ in range(MAX_STARTS - 1):
             try:
                 return _Process(self._command, self._threads)
@@ -169,8 +169,8 @@ class _Process:
     def __init__(self, command: Sequence[str], threads: int | None) -> None:
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
         self._ending = threading.Lock()
-        # Functions to sweep may lie where this process alone looks, such as beside a script. These folders come last,
-        # so that no file in them hides a library.
+        # Swept functions may be in folders that only this process searches, such as beside a script. These folders come
+        # last, so that no file in them hides a library.
         paths = [*child.trusted_path(), *(os.path.abspath(entry) for entry in sys.path)]  # noqa: PTH100
         environment = child.environment() | {child.PATH_VARIABLE: json.dumps(list(dict.fromkeys(paths)))}
         if threads is not None:
@@ -206,7 +206,7 @@ class _Process:
         return self.process.poll() is None
 
     def call(self, task: tuple[Any, ...]) -> tuple[bool, Any]:
-        """Send a task and wait for its answer; WorkerDied where the process ended."""
+        """Send a task and wait for its answer; raises WorkerDied if the process ended."""
         assert self.process.stdin is not None and self.process.stdout is not None
         try:
             send(self.process.stdin, task)  # type: ignore[arg-type]
@@ -232,7 +232,7 @@ class _Process:
         return ""
 
     def end(self) -> None:
-        """End the process and collect it; two threads may ask for it."""
+        """End the process and collect its status; two threads may call it."""
         with self._ending:
             self._end()
 

@@ -14,11 +14,11 @@ from spectral_core.render.process.messages import receive, send
 
 
 def main() -> None:
-    """Serve tasks. A driver that is gone is noticed after the task at hand, which is committed first."""
+    """Serve tasks. The end of the driver is detected after the present task, which is committed first."""
     faulthandler.enable()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the driver's to answer
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the driver handles Ctrl-C
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever a library prints goes to the log, not between the messages
+    os.dup2(2, 1)  # output of libraries goes to the log, not between the messages
     _limit_threads()
     answers.write(MARKER)
     answers.flush()
@@ -27,7 +27,7 @@ def main() -> None:
             function, arguments, options = receive(sys.stdin.buffer)
         except EOFError:
             return
-        except Exception as error:  # a task that cannot be unpickled: say so, the stream is at the next message
+        except Exception as error:  # a task that cannot be unpickled: report it; the stream is at the next message
             _answer(answers, False, _plain(error))
             continue
         try:
@@ -42,13 +42,13 @@ def _answer(answers: object, succeeded: bool, content: object) -> None:
     try:
         send(answers, (succeeded, content))  # type: ignore[arg-type]
     except (BrokenPipeError, OSError):
-        os._exit(0)  # the driver is gone; what was computed is committed
+        os._exit(0)  # the driver has ended; the computed outcome is committed
     except Exception as error:
         send(answers, (False, _plain(error)))  # type: ignore[arg-type]
 
 
 def _plain(error: Exception) -> Exception:
-    """The error where it survives a pickle, else one with its text."""
+    """The error if it can be pickled, else one with its text."""
     import traceback
 
     traceback.print_exc()

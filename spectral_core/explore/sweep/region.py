@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Regions of interest (R2): ranges, linear constraints and a p-norm ball over the parameters of a sweep.
 
-A region is written in values; ranges that it does not name are those of the sweep. ``in_unit_cube`` is the same
-region as the lattice sees it. ``transferred`` carries it to another sweep by parameter names.
+A region is stated in values; ranges that it does not name are those of the sweep. ``in_unit_cube`` is the same region
+in the coordinates of the lattice. ``transferred`` applies it to another sweep by parameter names.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class RegionOfInterest:
     name: str = ""
 
     def checked(self, space: Space) -> RegionOfInterest:
-        """This region, if it fits the parameters; else InvalidInputError names the misfit."""
+        """This region, after a check against the parameters; raises InvalidInputError that names the misfit."""
         for name, (low, high) in self.ranges.items():
             parameter = space[name]
             if parameter.kind == "choice":
@@ -80,7 +80,7 @@ class RegionOfInterest:
             if parameter.name in self.ranges:
                 ends = self.ranges[parameter.name]
                 if parameter.kind == "integer":
-                    half = 0.5 / (parameter.high - parameter.low + 1)  # a whole number owns its interval
+                    half = 0.5 / (parameter.high - parameter.low + 1)  # a whole number has an interval
                     first, last = (parameter.coordinate(float(v)) for v in (math.ceil(ends[0]), math.floor(ends[1])))
                     if parameter.scale == "log":
                         half = 1e-9
@@ -96,7 +96,7 @@ class RegionOfInterest:
         return region
 
     def contains(self, space: Space, values: Mapping[str, Value]) -> bool:
-        """Whether the point with these values lies in the region (ends included)."""
+        """True if the point with these values lies in the region (ends included)."""
         for parameter in space.parameters:
             value = values[parameter.name]
             if parameter.kind == "choice":
@@ -186,7 +186,7 @@ class RegionOfInterest:
 
 
 def bounding_region(space: Space, points: Sequence[Mapping[str, Value]], name: str = "") -> RegionOfInterest:
-    """The smallest ranges and choices that hold all points: a label drawn back into the input space."""
+    """The smallest ranges and choices that contain all points: the region of a label."""
     if not points:
         raise InvalidInputError("no point is given, so there is no region around them; select some first")
     ranges: dict[str, tuple[float, float]] = {}

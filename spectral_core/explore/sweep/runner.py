@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Running a sweep: pending points to an executor, outcomes to the ledger, failures retried once, then set aside.
 
-Any ``concurrent.futures`` executor will do: the store owns the truth, not the executor. Running again computes only
-what is missing, whatever ended the run before.
+Any ``concurrent.futures`` executor can be used, because the store owns the data, not the executor. Running again
+computes only missing points, whatever ended the run before.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ TABLE_EVERY_S = 15.0
 
 @dataclass(frozen=True, slots=True)
 class SweepProgress:
-    """How far a run is. ``seconds_left`` is None until a point is done."""
+    """Progress of a run. ``seconds_left`` is None until a point is done."""
 
     done: int
     failed: int
@@ -93,7 +93,7 @@ def run_sweep(
 
     if node.fingerprint != store.project.fingerprint:
         raise InvalidInputError(
-            "what is swept has changed since this folder was made, so its rows would not fit together; "
+            "the swept scene or program has changed since this folder was made, so its rows would not fit together; "
             "name another folder for the new sweep"
         )
     with only_holder(store.folder / "driver.lock", f"the sweep in {store.folder}"):
@@ -188,7 +188,7 @@ class _Run:
         except (BrokenProcessPool, CancelledError) as error:
             self.store.ledger.end_attempt(key, "interrupted", repr(error))
             raise RenderError(
-                f"the executor broke down ({error!r}); what was computed is safe, run the sweep again to go on"
+                f"the executor broke down ({error!r}); computed points are safe, run the sweep again to continue"
             ) from error
         except Exception as error:
             self._failed(key, error, getattr(future, "worker", None))
@@ -198,9 +198,9 @@ class _Run:
         self.report.computing_seconds += receipt.record["seconds"]
 
     def _failed(self, key: str, error: Exception, worker: int | None) -> None:
-        """Note a failure; again elsewhere, or set aside."""
+        """Record a failure; try again on another worker, or set the point aside."""
         spooled = self.store.folder / "outcome" / f"{key}.json"
-        if spooled.exists():  # it died after its commit: nothing is lost
+        if spooled.exists():  # it crashed after its commit: nothing is lost
             self.store.recover()
             self.report.computed += 1
             return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The store of a sweep (R8): a Cinema Spec D folder with a project file and a ledger, which owns the truth.
+"""The store of a sweep (R8): a Cinema Spec D folder with a project file and a ledger, which owns the data.
 
 ``NAME.cdb/``: ``data.csv`` and ``image/`` are for other programs; ``project.json`` holds parameters and design;
 ``ledger.sqlite`` holds every point and attempt. ``outcome/`` and ``lease/`` pass outcomes from workers to the ledger.
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import secrets
-import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,7 +27,7 @@ from spectral_core.explore.sweep.task import Receipt, StoreAddress, commit_files
 
 FORMAT, VERSION = "spectral-scene sweep project", 1
 TIMING_COLUMN = "seconds"
-"""The one column that is measured anew on every machine."""
+"""The column whose values depend on the machine."""
 
 
 @dataclass(slots=True)
@@ -69,7 +68,7 @@ class Project:
 
     @classmethod
     def from_dict(cls, plain: Any, name: str) -> Project:
-        """The project of a file; FileFormatError where it is none."""
+        """The project of a file; FileFormatError if it is none."""
         if not isinstance(plain, dict) or plain.get("format") != FORMAT:
             raise FileFormatError(f"{name} is no project of a sweep")
         if plain.get("version") != VERSION:
@@ -102,7 +101,7 @@ class Store:
 
     @classmethod
     def create(cls, folder: Path, project: Project) -> Store:
-        """A new store; InvalidInputError where the folder holds something else."""
+        """A new store; InvalidInputError if the folder holds something else."""
         folder = cdb_folder(folder)
         require_free(folder)
         project.region.checked(project.space)
@@ -115,7 +114,7 @@ class Store:
 
     @classmethod
     def open(cls, folder: Path) -> Store:
-        """An existing store. Raises FileFormatError where there is none."""
+        """An existing store. Raises FileFormatError if there is none."""
         folder = cdb_folder(folder)
         if not (folder / "project.json").is_file():
             raise FileFormatError(f"{folder} holds no sweep (no project.json)")
@@ -144,15 +143,15 @@ class Store:
         return point_key(self.project.fingerprint, point, self.project.seed)
 
     def enter(self, points: Iterable[Point]) -> int:
-        """Enter points into the ledger; those that it holds are left as they are. Returns how many are new."""
+        """Add points to the ledger; existing ones are unchanged. Returns the number of new points."""
         return self.ledger.add((self.key(point), point) for point in points)
 
     def known_points(self) -> list[Point]:
-        """Points that the ledger holds, failed ones excepted."""
+        """Points of the ledger, except failed ones."""
         return [row.parameters for row in self.ledger.rows() if row.state != "failed"]
 
     def take_in(self, receipt: Receipt) -> None:
-        """Enter a worker's outcome into the ledger, and its files where it could not write them."""
+        """Store a worker's outcome in the ledger, with its files if the worker could not write them."""
         if receipt.contents:
             with file_lock(self.folder / "lease" / receipt.key):
                 commit_files(self.folder, receipt.key, receipt.record, receipt.contents)
@@ -165,7 +164,7 @@ class Store:
         (self.folder / "lease" / key).unlink(missing_ok=True)
 
     def recover(self) -> int:
-        """Take in outcomes that workers committed and no driver entered; returns how many."""
+        """Store outcomes that workers committed but no driver stored; returns their number."""
         found = 0
         known = self.ledger.states()
         for path in sorted((self.folder / "outcome").glob("*.json")):
@@ -204,7 +203,7 @@ class Store:
         return path
 
     def derive(self, name: str, expression: str) -> None:
-        """Add a column computed from others; InvalidInputError where the expression is not safe or does not fit."""
+        """Add a column computed from others; InvalidInputError if the expression is not safe or does not fit."""
         require_column_name(name)
         table = self.columns()
         if name in table and name not in self.project.expressions:
@@ -244,25 +243,15 @@ def require_column_name(name: str) -> str:
 
 
 def cdb_folder(folder: Path) -> Path:
-    """The folder with the ending .cdb, by which Cinema's viewers know it."""
+    """The folder with the extension .cdb, by which Cinema's viewers recognize it."""
     path = Path(folder).expanduser()
     return path if path.suffix == ".cdb" else path.with_name(path.name + ".cdb")
 
 
 def require_free(folder: Path) -> None:
-    """Raise InvalidInputError where a new store would have to share its folder."""
+    """Raise InvalidInputError if the folder of a new store is not free."""
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
-
-
-def copy_portable(store: Store, target: Path) -> Path:
-    """A copy of a store that another machine opens: everything but locks and temporary files."""
-    target = cdb_folder(target)
-    store.write_table()
-    left_here = shutil.ignore_patterns("lease", ".spectral-unfinished-*", "ledger.sqlite*", "driver.lock")
-    shutil.copytree(store.folder, target, ignore=left_here)
-    store.ledger.copy_to(target / "ledger.sqlite")
-    return target
 
 
 def _environment() -> dict[str, str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sweep from its file to its table: opened or made, planned, extended, run, compared with its reference."""
+"""A sweep from its file to its table: opened or created, planned, extended, run, compared with its reference."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Sweep:
             self._fit()
         else:
             self.store = Store.create(place, document.project(self.node.fingerprint))
-        # where files that the document names are sought again, by a page that renders
+        # folder of the document's files, for a page that renders
         self.store.project.environment[DOCUMENT_FOLDER] = str(document.folder.resolve())
         self.store.save_project()
 
@@ -64,7 +64,7 @@ class Sweep:
                 if mine != theirs
                 else "its seed differs"
                 if document.seed != project.seed
-                else "what it computes differs, or a file that computes it has changed since"
+                else "the computation differs, or one of its files has changed"
             )
             raise InvalidInputError(
                 f"{self.store.folder} holds another sweep: {what}. Its rows do not fit; name another folder"
@@ -107,7 +107,7 @@ class Sweep:
         return SweepPlan(keys, new, reused, tuple(lines), None if each is None else each * new)
 
     def pending(self) -> SweepPlan:
-        """The points that the folder lists and lacks, whatever entered them; none is added."""
+        """The listed but missing points of the folder, whatever added them; none is added."""
         keys = tuple(row.key for row in self.store.ledger.rows("pending"))
         reused = len(self.store.ledger.rows("done"))
         return SweepPlan(keys, len(keys), reused, (f"{len(keys)} to compute, {reused} done already",), None)
@@ -122,7 +122,7 @@ class Sweep:
         should_stop: Callable[[], bool] | None = None,
         **options: Any,
     ) -> SweepReport:
-        """Compute what is missing, then compare with the reference where the document names one.
+        """Compute missing points, then compare with the reference if the document names one.
 
         Parameters
         ----------

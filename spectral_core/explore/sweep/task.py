@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One point on a worker: compute it, commit its files where the store can be reached, answer with a receipt.
+"""One point on a worker: compute it, commit its files if the store is reachable, answer with a receipt.
 
-The worker commits by itself, so that an outcome is never lost with the driver. A lock file per point, released by the
-system when its holder ends, keeps two workers off the same point; the second finds the first one's outcome.
+The worker itself commits, so that an outcome is never lost with the driver. A lock file per point, which the system
+releases at the end of its holder, keeps two workers off the same point; the second finds the first one's outcome.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MAX_WARM = 8
 
 @dataclass(frozen=True, slots=True)
 class StoreAddress:
-    """Where a store is, and its id: another machine may have another folder of the same name."""
+    """Folder of a store, and its id: another machine may have another folder of the same name."""
 
     folder: str
     store_id: str
@@ -34,7 +34,7 @@ class StoreAddress:
     """Also store linear pictures as EXR."""
 
     def reachable(self) -> bool:
-        """Whether this very store lies there, seen from this process."""
+        """True if this store is at that folder, seen from this process."""
         try:
             return json.loads((Path(self.folder) / "project.json").read_text("utf-8")).get("id") == self.store_id
         except (OSError, ValueError):
@@ -56,7 +56,7 @@ _nodes: dict[tuple[type, str, int], Any] = {}
 
 
 def _warm(node: Any) -> Any:
-    """The node of this process and thread that computes the same: each task brings a copy that has kept nothing yet."""
+    """The equivalent node of this process and thread: each task brings a copy without cached data."""
     address = (type(node), node.fingerprint, threading.get_ident())
     if address not in _nodes:
         if len(_nodes) >= MAX_WARM:
@@ -94,7 +94,7 @@ def compute_point(
 def commit_files(folder: Path, key: str, record: Mapping[str, Any], contents: Mapping[str, bytes]) -> None:
     """Write the files of an outcome, then the record that says it is complete."""
     for name, content in contents.items():
-        # pictures may be lost with the power, never torn: the record below is what waits for the disk
+        # a power failure may lose pictures, but never leave partial ones: the record below waits for the disk
         write_whole(folder / "image" / require_file_name(name), content, durable=False)
     write_whole(folder / "outcome" / f"{key}.json", json_text(record), durable=False)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a lattice and a region to points in a useful order: one algorithm, to be read in this order.
+"""From a lattice and a region to points in progressive order. Read the modules in this order.
 
 1. ``regions``: what may be filled, {x : A x <= b} within at most one ball.
 2. ``anchoring``: the region relative to a point inside it. Its gauge says how far it must grow to reach a point, and an
@@ -9,5 +9,5 @@
 5. ``filling``: exactly m points, by ranking points by gauge and scaling the frame between the m-th and the next.
 6. ``progressive``: the points in an order of which every prefix is even, and the refinement that moves none.
 
-What the rest of the program calls is ``progressive_fill(region, count)`` and ``ProgressivePoints.refine``.
+The rest of the program calls ``progressive_fill(region, count)`` and ``ProgressivePoints.refine``.
 """

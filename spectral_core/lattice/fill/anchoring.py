@@ -22,7 +22,7 @@ Matrix = NDArray[np.float64]
 THINNEST = 1e-7
 """Least accepted width relative to the largest: thinner regions have no interior in double precision."""
 MAX_ELLIPSOID_ROWS = 60
-"""Rows that the enclosing ellipsoid rests on at most (n (n + 1) / 2 suffice for the best one)."""
+"""Most rows that determine the enclosing ellipsoid (n (n + 1) / 2 suffice for the best one)."""
 MAX_TANGENTS = 200
 """Tangent planes tried to find a point inside a ball that half-spaces cut."""
 
@@ -44,7 +44,7 @@ class Anchored:
 
     def gauge(self, vectors: Matrix) -> Matrix:
         """g(v) of vectors (N, n) from the center, (N,); the region is g <= 1."""
-        # The gauge of an intersection is the largest of the gauges: each constraint alone says how far to grow.
+        # The gauge of an intersection is the largest of the gauges of its constraints.
         value = np.zeros(len(vectors))
         for start in range(0, len(self.rows), 64):  # in blocks, so that memory stays proportional to the vectors
             value = np.maximum(value, (vectors @ self.rows[start : start + 64].T).max(axis=1))
@@ -54,7 +54,7 @@ class Anchored:
 
 
 def anchor(region: Region) -> Anchored:
-    """Center, gauge and ellipsoid of a region; InvalidInputError when it is empty, flat, too thin or unbounded."""
+    """Center, gauge and ellipsoid of a region; InvalidInputError if it is empty, flat, too thin or unbounded."""
     if region.box_limits is not None:
         return _anchored_box(region, *region.box_limits)
     if region.norm_ball is not None and not len(region.rows):
@@ -88,7 +88,7 @@ def _anchored_general(region: Region) -> Anchored:
         outer = region.norm_ball.outer_rows()
         rows, bounds = np.concatenate([rows, outer[0]]), np.concatenate([bounds, outer[1]])
     _require_bounded(rows)
-    # Near the origin and of size 1, where the tolerances of the linear programs mean something.
+    # Near the origin and of size 1, for which the tolerances of the linear programs are made.
     shift = np.linalg.lstsq(rows, bounds, rcond=None)[0]
     bounds = bounds - rows @ shift
     size = float(np.abs(bounds).max()) or 1.0
@@ -122,8 +122,8 @@ def _anchored_general(region: Region) -> Anchored:
     if ball is None:
         return Anchored(region, where, scaled_rows / size, metric / size, middle * size, None)
     local = NormBall((ball.center - center) * size, ball.radii * size, ball.p)
-    # Two ellipsoids hold the region: one from its half-spaces, one from the ball that they cut. The smaller one leaves
-    # fewer partial choices to the search.
+    # Two ellipsoids contain the region: one from its half-spaces, one from the ball that they cut. The smaller one
+    # leaves fewer partial choices to the search.
     around_cap = cap_ellipsoid(local, scaled_rows / size)
     if np.linalg.slogdet(around_cap[0])[1] > np.linalg.slogdet(metric / size)[1]:  # the smaller ellipsoid
         return Anchored(region, where, scaled_rows / size, *around_cap, local)
@@ -135,7 +135,9 @@ def _rescaled(ball: NormBall | None, shift: Matrix, size: float) -> NormBall | N
 
 
 def _check_resolution(center: Matrix, half_widths: Matrix) -> None:
-    """Refuse axes far thinner than the widest, and regions in which neighboring doubles are a visible step."""
+    """Raise InvalidInputError for axes far thinner than the widest, and for regions in which neighboring doubles are
+    far apart.
+    """
     thinnest = int(np.argmin(half_widths))
     if half_widths[thinnest] < THINNEST * half_widths.max():
         raise InvalidInputError(
@@ -158,7 +160,7 @@ def _require_bounded(rows: Matrix) -> None:
     n = rows.shape[1]
     if len(rows) > n and np.linalg.matrix_rank(rows) == n:
         count = len(rows)
-        # Farkas: a direction in which no row grows exists exactly when no such combination does.
+        # Farkas: a direction in which no row grows exists exactly if there is no such combination.
         answer = linprog(np.ones(count), A_eq=rows.T, b_eq=np.zeros(n), bounds=(1.0, None), method="highs")
         if answer.status == 0:
             return
@@ -205,7 +207,7 @@ def _enclosing_ellipsoid(rows: Matrix) -> tuple[Matrix, Matrix]:
     weights = _optimal_weights(rows)
     used = np.argsort(-weights, kind="stable")[: min(len(rows), MAX_ELLIPSOID_ROWS)]
     used = used[weights[used] > 1e-3 * weights.max()]
-    if np.linalg.matrix_rank(rows[used]) < rows.shape[1]:  # the weights were cut too far: take all that were found
+    if np.linalg.matrix_rank(rows[used]) < rows.shape[1]:  # too many weights were removed: take all
         used = np.flatnonzero(weights > 0)
     weights, widths = weights[used], _opposite_widths(rows, used)
     # Completing the square of the weighted sum of products gives center and radius in closed form.
@@ -217,12 +219,12 @@ def _enclosing_ellipsoid(rows: Matrix) -> tuple[Matrix, Matrix]:
 
 
 def _optimal_weights(rows: Matrix) -> Matrix:
-    """Weights λ of rows that maximise det Σ λ row rowᵀ, Σ λ = 1 (Titterington's multiplicative steps, 300 of them)."""
+    """Weights λ of rows that maximize det Σ λ row rowᵀ, Σ λ = 1 (Titterington's multiplicative steps, 300 of them)."""
     n = rows.shape[1]
     weights = np.full(len(rows), 1.0 / len(rows))
     for _ in range(300):
         inverse = np.linalg.inv((rows * weights[:, None]).T @ rows)
-        # At the optimum no row that is used sticks out more than another: its gain is 1.
+        # At the optimum all rows that are used have the same gain, 1.
         gain = np.einsum("ij,jk,ik->i", rows, inverse, rows, optimize=True) / n
         weights = weights * gain
         weights /= weights.sum()

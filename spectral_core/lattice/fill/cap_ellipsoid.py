@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A small ellipsoid around the part of a ball that lies in half-spaces.
 
-A thin cap is flat along the cut and narrow across it: neither the ball nor the box around it tells that. The deep
-cuts of the ellipsoid method do (Grötschel, Lovász and Schrijver 1988, section 3.2): each takes the smallest ellipsoid
-around the part of the last one that a half-space leaves.
+A thin cap is flat along the cut and narrow across it, unlike the ball and the box around it. The deep cuts of the
+ellipsoid method adapt to it (Grötschel, Lovász and Schrijver 1988, section 3.2): each takes the smallest ellipsoid
+around the part of the last one in a half-space.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Matrix = NDArray[np.float64]
 
 MAX_CUTS = 400
 LEAST_GAIN = 1e-3
-"""Decrease of the logarithm of the volume below which another cut is not worth its time."""
+"""Decrease of the logarithm of the volume below which no further cut is made."""
 
 
 def cap_ellipsoid(ball: NormBall, rows: Matrix) -> tuple[Matrix, Matrix]:
@@ -43,7 +43,7 @@ def cap_ellipsoid(ball: NormBall, rows: Matrix) -> tuple[Matrix, Matrix]:
         middle = middle - (1.0 + n * depth) / (n + 1.0) * direction
         shape = growth * (shape - squeeze * np.outer(direction, direction))
         shape = 0.5 * (shape + shape.T)
-    # Enlarged slightly, because the rounding of many cuts could leave a part of the region outside.
+    # Enlarged slightly, because the rounding of many cuts could exclude a part of the region.
     factor = np.linalg.cholesky(shape * (1.0 + 1e-6))
     metric = np.linalg.solve(factor, np.diag(1.0 / scale))
     return metric, ball.center + scale * middle

@@ -39,7 +39,7 @@ _SLACK = 1e-9
 class Window:
     """The points ``offset + basis k`` (relative to the region's center) in a region grown by a gauge.
 
-    It keeps what it learns (cuts) from one search to the next; ``nodes`` and ``programs`` count the work so far.
+    It keeps its cuts from one search to the next; ``nodes`` and ``programs`` count the work so far.
     """
 
     def __init__(self, region: Anchored, basis: Matrix, offset: Matrix) -> None:
@@ -92,7 +92,7 @@ class Window:
         return np.asarray(found @ self._change.T)
 
     def _extended(self, chosen: Integers, level: int, limit: float, expected: float) -> Integers:
-        """Partial choices with one more coordinate, those dropped that cannot lie in the region."""
+        """Partial choices with one more coordinate, without those that cannot lie in the region."""
         r, known = self._r, self._coordinates(chosen, level + 1)
         base = self._start[level] + chosen @ r[level, level + 1 :]
         # Fincke and Pohst: the open coordinates have the part of the squared radius that the fixed ones leave.
@@ -109,7 +109,7 @@ class Window:
         counts = np.maximum(np.floor(last + _SLACK).astype(np.int64) - first + 1, 0)
         self._count_nodes(int(counts.sum()))
         parent = np.repeat(np.arange(len(chosen)), counts)
-        # All choices of all parents at once: an arange that starts anew for every parent.
+        # All choices of all parents at once: an arange that restarts for every parent.
         k = first[parent] + np.arange(len(parent)) - np.repeat(np.cumsum(counts) - counts, counts)
         extended = np.concatenate([k[:, None], chosen[parent]], axis=1)
         if level == 0:
@@ -148,7 +148,7 @@ class Window:
             # One program costs as much as a thousand tests, and its cut serves all partial choices.
             sample = rng.choice(len(chosen), _SAMPLE, replace=False)
             cuts = [cut for cut in (self._cut_at(known[i], level, limit) for i in sample) if cut is not None]
-            # Most of the sample has a completion: more cuts would find little to drop.
+            # Most of the sample has a completion: more cuts would exclude little.
             if len(cuts) < _SAMPLE // 4:
                 break
             new = np.array(cuts)
@@ -185,7 +185,7 @@ class Window:
 
 
 def _within_cuts(cuts: Matrix, known: Matrix, limit: float, low: Matrix, high: Matrix) -> tuple[Matrix, Matrix]:
-    """Interval of the next coordinate that all cuts leave; the first column of a cut belongs to it."""
+    """Interval of the next coordinate that all cuts allow; the first column of a cut belongs to it."""
     block = max(1, 4_000_000 // (len(known) + 1))
     for start in range(0, len(cuts), block):
         part = cuts[start : start + block]

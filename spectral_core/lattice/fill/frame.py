@@ -35,7 +35,7 @@ MAX_LEVEL = 64
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Where the points of a lattice lie: x = origin + spacing · U G K^-level k for integer k."""
+    """Positions of the points of a lattice: x = origin + spacing · U G K^-level k for integer k."""
 
     lattice: Lattice
     rotation: Matrix
@@ -68,7 +68,7 @@ class Frame:
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Frame:
-        """The frame that ``to_dict`` described; InvalidInputError where an entry is missing or wrong."""
+        """The frame that ``to_dict`` described; InvalidInputError if an entry is missing or wrong."""
         try:
             polynomial = CharacteristicPolynomial(
                 plain["dimensions"], plain["rate"], plain["middle"], bool(plain["improper"])
@@ -87,7 +87,7 @@ class Frame:
         return cls(lattice, rotation, spacing, origin)
 
     def same_as(self, other: Frame) -> bool:
-        """Whether both frames give the same points, to the bit."""
+        """True if both frames give the same points, to the bit."""
         return (
             self.lattice.lattice_class == other.lattice.lattice_class
             and np.array_equal(self.basis(), other.basis())
@@ -137,7 +137,7 @@ class Frame:
     def points_in(self, region: Region, level: int = 0) -> tuple[Matrix, Integers]:
         """All points of a level in a region: positions (N, n), coordinates (N, n), in the order of the search.
 
-        InvalidInputError when the region would hold more than ``MAX_POINTS``.
+        InvalidInputError if the region would hold more than ``MAX_POINTS``.
         """
         if not 0 <= level <= MAX_LEVEL:
             raise InvalidInputError(f"level is {level}; expected 0 to {MAX_LEVEL}")
@@ -179,7 +179,7 @@ def expected_count(region: Region, metric: Matrix, log_cell: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class CosetDigits:
-    """Which of the rate cosets of K Zⁿ an integer vector is in, and division by K; exact integers throughout.
+    """Cosets of K Zⁿ: the number of an integer vector's coset, and division by K; exact integers throughout.
 
     Zⁿ / K Zⁿ is cyclic for the dilations built here: ``functional`` mod rate tells the coset and ``step`` leads to
     the next one. For a companion matrix these are the constant coefficient and the first unit vector.

@@ -86,7 +86,7 @@ class Region:
         return self.rows.shape[1]
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether each point (N, n) satisfies every inequality in floating point, (N,)."""
+        """True if each point (N, n) satisfies every inequality in floating point, (N,)."""
         given = np.asarray(points, dtype=np.float64)
         if given.ndim != 2 or given.shape[1] != self.dimensions:
             raise InvalidInputError(f"points has shape {given.shape}; expected (N, {self.dimensions})")
@@ -132,7 +132,7 @@ class Region:
 
 
 def box(low: ArrayLike, high: ArrayLike) -> Region:
-    """The box low <= x <= high; both (n,). InvalidInputError when empty or flat."""
+    """The box low <= x <= high; both (n,). InvalidInputError if empty or flat."""
     lower = frozen_array("low", low, (None,))
     upper = frozen_array("high", high, (len(lower),))
     _check_dimensions(len(lower))

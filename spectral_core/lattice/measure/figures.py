@@ -47,7 +47,7 @@ class Bounds:
 
     @property
     def exact(self) -> bool:
-        """Whether lower and upper bound agree."""
+        """True if lower and upper bound agree."""
         return self.lower == self.upper
 
 
@@ -191,7 +191,7 @@ def theta_list(basis: ArrayLike, shells: int = 8) -> tuple[tuple[float, int], ..
 
 
 def best_known(dimensions: int) -> Matrix | None:
-    """Generator (columns, unit density) of a lattice that no known one of its dimension packs denser, n 2 to 8 and 10.
+    """Generator (columns, unit density) of a lattice of the densest known packing in its dimension, n 2 to 8 and 10.
 
     A2, D3, D4, D5, E6, E7, E8 and, for 10, D10+ (a good quantizer). None elsewhere.
     """

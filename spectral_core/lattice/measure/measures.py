@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How evenly points lie in the unit cube: distances, projections, discrepancy; and Latin projections.
+"""Evenness of points in the unit cube: distances, projections, discrepancy; and Latin projections.
 
-Lengths are in units of m^(-1/n), the edge of the cube that each of m points has to itself, so that designs of any
-size compare: for an endless lattice ``separation`` is its packing radius and ``mean_square`` its second moment.
+Lengths are in units of m^(-1/n), the edge of the cube of volume 1/m, so that designs of any size compare: for an
+unbounded lattice ``separation`` is its packing radius and ``mean_square`` its second moment.
 """
 
 from __future__ import annotations
@@ -89,18 +89,18 @@ def prefix_separations(points: ArrayLike, *, volume: float = 1.0) -> Matrix:
 def latinized(points: ArrayLike, low: ArrayLike | None = None, high: ArrayLike | None = None) -> Matrix:
     """Points of a box moved to perfect one-dimensional projections: each value becomes that of its rank, (m, n).
 
-    Price: separation drops by some percent, points no longer form a lattice, and a refinement does not keep them
-    (latinise at the finest planned level and use prefixes). Boxes only, unit cube by default. Discrepancy improves.
+    Drawback: separation drops by some percent, points no longer form a lattice, and a refinement does not keep them
+    (latinize at the finest planned level and use prefixes). Boxes only, unit cube by default. Discrepancy improves.
     """
     given = frozen_array("points", points, (None, None))
     m, n = given.shape
     lower = np.zeros(n) if low is None else frozen_array("low", low, (n,))
     upper = np.ones(n) if high is None else frozen_array("high", high, (n,))
     if not (upper > lower).all():
-        raise InvalidInputError("the box to latinise in has low >= high on an axis; expected low < high")
+        raise InvalidInputError("the box to latinize in has low >= high on an axis; expected low < high")
     outside = (given < lower) | (given > upper)
     if outside.any():
-        raise InvalidInputError(f"{int(outside.any(axis=1).sum())} of {m} points lie outside the box to latinise in")
+        raise InvalidInputError(f"{int(outside.any(axis=1).sum())} of {m} points lie outside the box to latinize in")
     ranks = np.argsort(np.argsort(given, axis=0, kind="stable"), axis=0, kind="stable")
     moved = lower + (ranks + 0.5) / max(m, 1) * (upper - lower)
     return np.asarray(moved, dtype=np.float64)
@@ -109,7 +109,7 @@ def latinized(points: ArrayLike, low: ArrayLike | None = None, high: ArrayLike |
 def worst_gap(points: Matrix) -> float:
     """Largest gap of the values on one axis, worst axis, times m, of points (m, n) in the unit cube; 1 is perfect."""
     ordered = np.sort(points, axis=0)
-    padded = np.concatenate([-ordered[:1], ordered, 2.0 - ordered[-1:]])  # mirrored: a margin counts twice
+    padded = np.concatenate([-ordered[:1], ordered, 2.0 - ordered[-1:]])  # mirrored, so a margin counts twice
     return float(np.diff(padded, axis=0).max() * len(points))
 
 

@@ -84,7 +84,7 @@ def _nested_cells(axis: Any, lattice: Lattice, extent: float = 3.2) -> None:
 
 
 def _spiral(plt: Any, rate: int) -> Any:
-    """Fig. 3.1: fractional dilations spiral every point to the point of the coarser level that it becomes."""
+    """Fig. 3.1: fractional dilations move every point along a spiral to its point of the coarser level."""
     lattice = distinct_planar_lattices(rate)[1]
     figure, axis = plt.subplots(figsize=(5.2, 5.4), constrained_layout=True)
     sites = _sites_within(lattice.generator, 3.5)
@@ -126,7 +126,7 @@ def _cell(plt: Any, rate: int) -> Any:
 
 
 def _radii(plt: Any, rate: int) -> Any:
-    """Fig. 3.5: packing radii by dimension, both rates, S = I against optimised scales and the densest known."""
+    """Fig. 3.5: packing radii by dimension, both rates, S = I against optimized scales and the densest known."""
     dimensions = np.arange(2, 11)
     figure, axis = plt.subplots(figsize=(7.2, 4.4), constrained_layout=True)
     axis.axhline(0.5, color=INK, linewidth=1.0, linestyle=":", label="Cartesian")
@@ -138,7 +138,7 @@ def _radii(plt: Any, rate: int) -> Any:
             max(packing(each.generator)[0] for each in all_lattices(int(n), one) if each.lattice_class.index == 0)
             for n in dimensions
         ]
-        axis.plot(dimensions, best, color=ACCENTS[number], marker="o", label=f"rate {one}, optimised scales")
+        axis.plot(dimensions, best, color=ACCENTS[number], marker="o", label=f"rate {one}, optimized scales")
         axis.plot(dimensions, plain, color=ACCENTS[number], marker=".", linestyle="--", label=f"rate {one}, S = I")
     axis.set(xlabel="dimensions n", ylabel="packing radius at unit density")
     axis.legend(frameon=False, fontsize=8, ncols=2)
@@ -147,7 +147,7 @@ def _radii(plt: Any, rate: int) -> Any:
 
 
 def _levels(plt: Any, rate: int) -> Any:
-    """A sweep of the unit square level by level: new points in color, older ones stay where they are."""
+    """A sweep of the unit square level by level: new points in color, older ones unchanged."""
     points = progressive_fill(unit_cube(2), 32 * rate, rate=rate, seed=4)
     steps = [points]
     for _ in range(3 if rate == 2 else 2):

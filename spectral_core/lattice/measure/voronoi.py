@@ -30,7 +30,7 @@ and a corner that is nearer to a facet lies on it. Frozen scales are exact far b
 
 
 def checked_basis(basis: ArrayLike) -> Matrix:
-    """LLL-reduced copy of a basis given as columns, (n, n); InvalidInputError when it is not square or singular."""
+    """LLL-reduced copy of a basis given as columns, (n, n); InvalidInputError if it is not square or singular."""
     given = frozen_array("basis", basis, (None, None))
     n = given.shape[0]
     if given.shape[1] != n or not 1 <= n <= 16:

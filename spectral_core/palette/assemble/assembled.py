@@ -23,7 +23,7 @@ class Assembled:
 
     side: Side
     items: tuple[int, ...]
-    """Which light or reflectance each block is."""
+    """Index of the light or reflectance of each block."""
     quadratic: Quadratic
     group_conditions: tuple[tuple[int, int], ...]
     """(group, condition) of each free color."""

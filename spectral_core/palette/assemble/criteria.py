@@ -15,16 +15,17 @@ Array = NDArray[np.float64]
 REFERENCE_STEP_NM = 10.0
 """Step at which the mended roughness equals the thesis' plain second differences.
 
-Lights enter their roughness as power per this step, as in the thesis, where a light of luminance 6 is about 0.5."""
+Lights enter their roughness as power per this step, as in the thesis, where a light of luminance 6 is about 0.5.
+"""
 
 
 def second_differences(grid: SpectralGrid, operator: str = "mended") -> Array:
     """Roughness matrix D (n, n) of Eq. 5.13; ||D @ values|| is the root mean square roughness.
 
-    ``"thesis"``: Toeplitz [-1, 2, -1] over 6·√n, the norm that its printed Figure 5.2 was computed with (the text says
-    √6·√n). Its first and last row hold the ends down to zero. ``"mended"``: the second derivative in units of
-    (10 nm)⁻², weighed by cell width, the spectrum mirrored at its ends: a constant costs nothing, and the value does
-    not depend on the grid.
+    ``"thesis"``: Toeplitz [-1, 2, -1] over 6·√n, the norm of the printed Figure 5.2 (the text says √6·√n). Its first
+    and last row hold the ends down to zero. ``"mended"``: the second derivative in units of (10 nm)⁻², weighted by cell
+    width, the spectrum mirrored at its ends: the roughness of a constant is 0, and the value does not depend on the
+    grid.
     """
     n = grid.size
     if operator == "thesis":
@@ -50,23 +51,23 @@ def subspace_color_matrices(criterion: SubspaceCriterion, known: Array, rgb_cmfs
     if criterion.componentwise:
         products = (known @ coefficients_from_values.T)[:, :, None] * coefficients_from_values
     else:
-        in_subspace = known @ coefficients_from_values.T @ basis.T  # B B⁺ E, what the subspace holds of it
+        in_subspace = known @ coefficients_from_values.T @ basis.T  # B B⁺ E, the projection on the subspace
         illumination = (coefficients_from_values * in_subspace[:, None, :]) @ basis  # R of Eq. 5.7
         products = illumination @ coefficients_from_values
     return (rgb_cmfs @ basis) @ products
 
 
 def subspace_errors(problem: PaletteProblem, known: Array, exact: Array, rgb_cmfs: Array) -> Array:
-    """F of Eq. 5.12, (k, 3, n): the exact color matrices less those of the subspace."""
+    """F of Eq. 5.12, (k, 3, n): the exact color matrices minus those of the subspace."""
     assert problem.subspace is not None
     return exact - subspace_color_matrices(problem.subspace, known, rgb_cmfs)
 
 
 def capped_weights(weights: Array, ratio: float) -> Array:
-    """Positive weights held within ``ratio`` of each other; zeros stay.
+    """Positive weights limited to ``ratio`` of each other; zeros stay.
 
-    Large ones come down to ``ratio`` times the lower median, then small ones rise: solvers of normal equations go
-    wrong, and say nothing, from a ratio of 1e4 on.
+    Large weights are reduced to ``ratio`` times the lower median, then small ones are raised: from a ratio of 1e4 on,
+    solvers of normal equations return wrong answers without a warning.
     """
     positive = np.sort(weights[weights > 0])
     if positive.size == 0 or positive[-1] <= ratio * positive[0]:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From light and reflectance to color, for several observers at once: the bilinear map under every palette.
+"""From light and reflectance to color, for several observers at once: the bilinear map of every palette.
 
-The same integrals as ``spectral_core.spectra.observer``: exact for spectra that are linear between their knots. Where
-both factors are designed on the palette's grid, only neighboring samples meet, so that three diagonals hold the map.
+The same integrals as ``spectral_core.spectra.observer``: exact for spectra that are linear between their knots. If both
+factors are designed on the palette's grid, only neighboring samples interact, so that three diagonals hold the map.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class ColorKernel:
         first = _equal_energy_luminance(self._viewers[0])
         self._scales = [first / _equal_energy_luminance(viewer) for viewer in self._viewers]
         self.bare = self.matrix_of(None)
-        """(O, 3, n): from a light on the grid to its own color."""
+        """(O, 3, n): from a light on the grid to its color."""
         if grid.interpolation == "sampled":
             points, weights = grid.wavelengths_nm, grid.cell_widths_nm
         else:
@@ -52,7 +52,8 @@ class ColorKernel:
                 for viewer, scale in zip(self._viewers, self._scales, strict=True)
             ]
         )
-        # A sample meets itself and the next one; on a sampled grid the hats are 1 at their own knot and 0 elsewhere.
+        # A sample interacts with itself and the next one; on a sampled grid the hats are 1 at their knot and 0
+        # elsewhere.
         self._own = stimuli @ hats**2  # (O, 3, n)
         self._next = stimuli @ (hats[:, :-1] * hats[:, 1:])  # (O, 3, n - 1)
 
@@ -76,7 +77,7 @@ class ColorKernel:
         return found.reshape(-1, n, n)
 
     def matrix_of(self, spectrum: Spectrum | None) -> Array:
-        """Color matrix (O, 3, n) of a factor on any grid of its own; None: 1 at every wavelength."""
+        """Color matrix (O, 3, n) of a factor on any grid; None: 1 at every wavelength."""
         return np.stack(
             [
                 scale * RGB_FROM_XYZ @ xyz_from_product(spectrum, self.grid, viewer)

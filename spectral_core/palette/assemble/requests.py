@@ -22,7 +22,7 @@ SMOOTHNESS_RANGE = (1e-6, 30.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """A cell that wants a color of its own."""
+    """A cell with a target."""
 
     cell: CellIndex
     color: Array
@@ -42,7 +42,7 @@ class Group:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A way of looking: an observer, and which variant of the lights (None: the lights themselves)."""
+    """A viewing condition: an observer, and a variant of the lights (None: the lights themselves)."""
 
     observer: int
     variant: int | None
@@ -54,10 +54,10 @@ class Requests:
 
     targets: tuple[Target, ...]
     blacks: tuple[Target, ...]
-    """Those targets that hold for every condition."""
+    """The targets that hold for every condition."""
     groups: tuple[Group, ...]
     conditions: tuple[Condition, ...]
-    """The first is the one that targets are seen in."""
+    """The first one is the condition of the targets."""
     smoothness: float
     weight_scale: float
     """Divisor of the weights."""
@@ -65,7 +65,7 @@ class Requests:
 
 
 def compiled_requests(problem: PaletteProblem) -> Requests:
-    """Read the cells. Raises InvalidInputError where a group's color boxes have no color in common."""
+    """Read the cells. Raises InvalidInputError if the color boxes of a group have no color in common."""
     index = [(i, j) for i in range(len(problem.reflectances)) for j in range(len(problem.lights))]
     weights = {at: problem.cells[at[0]][at[1]].weight for at in index if _weighs(problem.cells[at[0]][at[1]])}
     asked = np.array([*weights.values()])
@@ -76,7 +76,7 @@ def compiled_requests(problem: PaletteProblem) -> Requests:
             f"cell weights from {asked[asked > 0].min():g} to {asked.max():g} were brought within a ratio of "
             f"{WEIGHT_RATIO:g}, beyond which numbers lose accuracy; make a cell exact if it must hold"
         )
-    # The median, so that one weight that is dragged changes nothing else.
+    # The median, so that dragging one weight changes nothing else.
     positive = np.sort(capped[capped > 0])
     scale = float(positive[(positive.size - 1) // 2]) if positive.size else 1.0
     weights = dict(zip(weights, capped / scale, strict=True))
@@ -103,7 +103,7 @@ def compiled_requests(problem: PaletteProblem) -> Requests:
 
 
 def _weighs(cell: Cell) -> bool:
-    """Whether a cell asks for anything; one of weight 0 that need not be exact does not."""
+    """True if a cell has a request; a cell of weight 0 without an exact request has none."""
     if cell.weight == 0 and not cell.exact:
         return False
     return cell.mode not in (CellMode.IGNORE, CellMode.DISTINCT) and not (

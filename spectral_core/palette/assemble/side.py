@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one assembly: cells of a palette → the quadratic of one side, for batch and live solving.
+"""The assembly of one side: cells of a palette → its quadratic, for batch and live solving.
 
 Color is linear in either factor (Eq. 5.8), so reflectances under known lights and lights on known reflectances are
 assembled by the same code with the roles swapped. Conditions (observers, variants of lights), the perceptual metric and
@@ -58,7 +58,7 @@ class Assembler:
         self.requests = replace(self.requests, targets=tuple(self._targets.values()))
 
     def in_group(self, cell: CellIndex) -> bool:
-        """Whether a cell shares a free color."""
+        """True if a cell shares a free color."""
         return cell in self._members
 
     # -- one side ----------------------------------------------------------------------------------------------------
@@ -87,14 +87,8 @@ class Assembler:
         target = self._targets[cell]
         number = before.items.index(cell[0] if before.side == "reflectances" else cell[1])
         block = before.quadratic.blocks[number]
-        rows = slice(3 * block.keys.index((0, cell)), 3 * block.keys.index((0, cell)) + 3)
-        targets, weights = block.targets.copy(), block.weights.copy()
-        targets[rows] = target.color
-        weights[rows] = self.row_weight(target.weight, target.exact, 0, cell)
-        assert block.own_weights is not None
-        own = block.own_weights.copy()
-        own[rows] = target.weight**2 / COLOR_NORM**2
-        changed = replace(block, targets=targets, weights=weights, own_weights=own)
+        weight, own_weight = self.row_weight(target.weight, target.exact, 0, cell), target.weight**2 / COLOR_NORM**2
+        changed = block.with_request(block.keys.index((0, cell)), target.color, weight, own_weight)
         return replace(before, quadratic=before.quadratic.with_block(number, changed))
 
     def _columns(self, view: View) -> dict[tuple[int, int], int]:
@@ -107,13 +101,13 @@ class Assembler:
         return found
 
     def _group_applies(self, view: View, group: Group, condition: int) -> bool:
-        """Whether any member is unknown here, and looks different in this condition than in another already listed."""
+        """True if any member is unknown here, and has another color in this condition than in those listed before."""
         if condition and (len(group.members) < 2 or not any(view.sees(cell, condition) for cell in group.members)):
             return False
         return any(view.is_unknown(cell) for cell in group.members)
 
     def _rows(self, view: View, cell: CellIndex, columns: dict[tuple[int, int], int]) -> list[Row]:
-        """Everything that a cell asks of its unknown factor."""
+        """All rows of a cell over its unknown factor."""
         rows = []
         target = self._targets.get(cell)
         if target is not None:
@@ -136,7 +130,7 @@ class Assembler:
         return rows
 
     def row_weight(self, weight: float, exact: bool, condition: int, cell: CellIndex) -> float:
-        """Squared weight of a cell's rows. An exact cell is exact for the first observer; others ask for it softly."""
+        """Squared weight of a cell's rows. An exact cell is exact for the first observer and a soft row for others."""
         if condition == 0:
             return np.inf if exact else weight**2 / COLOR_NORM**2
         factor = self.problem.robust_weight * self.shares.factor((condition, cell))
@@ -247,7 +241,7 @@ class Assembler:
                 at[cell] = middle
         return lab_jacobian_from_linear_rgb(at) / LAB_UNIT
 
-    # -- what is left ------------------------------------------------------------------------------------------------
+    # -- residuals ---------------------------------------------------------------------------------------------------
 
     def color_rms(self, state: PaletteState) -> float:
         """Root mean square error of targets and group members, in linear RGB, for the first observer."""
@@ -270,7 +264,7 @@ class Assembler:
         return np.array(errors) if errors else None
 
     def subspace_errors(self, state: PaletteState) -> Array | None:
-        """Linear RGB (R, L, 3) by which the subspace misses each cell (Eq. 5.11); None where it is not asked."""
+        """Linear RGB (R, L, 3) by which the subspace misses each cell (Eq. 5.11); None without that criterion."""
         if self.problem.subspace is None:
             return None
         view = View(self.problem, self.requests, "reflectances", state, self.free_items("reflectances"), None)
@@ -284,7 +278,7 @@ class Assembler:
         )
 
     def robust_rows(self, assembled: Assembled, colors: Array, state: PaletteState) -> dict[RowKey, float]:
-        """Weighted error of every robust row of a side that was just solved; ``colors``: its free colors (G, 3)."""
+        """Weighted error of every robust row of a side after its solve; ``colors``: its free colors (G, 3)."""
         errors: dict[RowKey, float] = {}
         shown = [state.colors(condition) for condition in self.requests.conditions]
         for (number, condition), common in zip(assembled.group_conditions, colors, strict=True):

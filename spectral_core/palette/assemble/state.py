@@ -18,28 +18,28 @@ from spectral_core.spectra.spectrum import Illuminant
 Array = NDArray[np.float64]
 
 FIRST = Condition(0, None)
-"""The condition that targets are stated in."""
+"""The condition of the targets."""
 
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """Color matrices of everything that is not designed; computed once per problem."""
+    """Color matrices of all given spectra; computed once per problem."""
 
     lights: tuple[Array | None, ...]
-    """(V + 1, O, 3, n): a measured light and its variants; None where it is designed."""
+    """(V + 1, O, 3, n): a measured light and its variants; None if it is designed."""
     primaries: tuple[Array | None, ...]
-    """(p, O, 3, n): the primaries of a designed light; None where it has none."""
+    """(p, O, 3, n): the primaries of a designed light; None without primaries."""
     reflectances: tuple[Array | None, ...]
-    """(O, 3, n): a measured reflectance, acting on lights of the grid; None where it is designed."""
+    """(O, 3, n): a measured reflectance, acting on lights of the grid; None if it is designed."""
     both: dict[tuple[int, int], Array]
     """(V + 1 or p, O, 3): colors of measured reflectances under measured lights, or under each primary."""
     primary_colors: tuple[Array | None, ...]
-    """(p, 3): each primary's own color, for the first observer."""
+    """(p, 3): color of each primary, for the first observer."""
 
 
 @dataclass(frozen=True, eq=False)
 class PaletteState:
-    """Unknown values (None where a spectrum is given), and the common factor of all lights."""
+    """Unknown values (None for a given spectrum), and the common factor of all lights."""
 
     kernel: ColorKernel
     given: Given
@@ -51,7 +51,7 @@ class PaletteState:
     """The last solve of each side, from which conflicts are explained."""
 
     def light_matrices(self, variant: int | None = None) -> Array:
-        """(O, L, 3, n): color of a reflectance on the grid under each light; those without that variant as they are."""
+        """(O, L, 3, n): color of a reflectance on the grid under each light; lights without that variant unchanged."""
         found = np.empty((len(self.kernel.observers), len(self.lights), 3, self.kernel.grid.size))
         for j, values in enumerate(self.lights):
             known, primaries = self.given.lights[j], self.given.primaries[j]
@@ -88,7 +88,7 @@ class PaletteState:
         return np.moveaxis(shown, 0, 2)
 
     def colors(self, condition: Condition = FIRST, matrices: Array | None = None) -> Array:
-        """Linear RGB (R, L, 3) of every cell; ``matrices``: those of the lights, where they are at hand."""
+        """Linear RGB (R, L, 3) of every cell; ``matrices``: those of the lights, if already computed."""
         by_light = (self.light_matrices(condition.variant) if matrices is None else matrices)[condition.observer]
         designed = [values for values in self.reflectances if values is not None]
         if len(designed) == len(self.reflectances):
@@ -132,7 +132,7 @@ def _choice(known: Array, variant: int | None) -> int:
 
 
 def given_of(problem: PaletteProblem, kernel: ColorKernel) -> Given:
-    """Color matrices of everything that a problem gives."""
+    """Color matrices of all given spectra of a problem."""
 
     def stacked(spectra: tuple[Illuminant, ...]) -> Array:
         return np.stack([kernel.matrix_of(each) for each in spectra])
@@ -156,7 +156,7 @@ def given_of(problem: PaletteProblem, kernel: ColorKernel) -> Given:
 
 
 def initial_state(problem: PaletteProblem, warm: PaletteState | None = None) -> PaletteState:
-    """Start spectra: designed lights as given, reflectances mid grey; ``warm`` where its unknowns have its shape."""
+    """Start spectra: designed lights as given, reflectances mid gray; values of ``warm`` if their shapes are equal."""
     kernel = color_kernel(problem.grid, problem.observers)
     middle = np.clip(0.5, *problem.reflectance_bounds)
     lights = [_start_of(light) if light.free else None for light in problem.lights]
@@ -170,14 +170,14 @@ def initial_state(problem: PaletteProblem, warm: PaletteState | None = None) -> 
 
 
 def _start_of(light: PaletteLight) -> Array:
-    """Start values of a designed light: its spectrum, or the amounts of primaries that come nearest to it."""
+    """Start values of a designed light: its spectrum, or the amounts of primaries nearest to it."""
     if not light.primaries:
         return np.array(light.spectrum.values)
     from scipy.optimize import nnls
 
     knots = np.unique(np.concatenate([each.grid.wavelengths_nm for each in (light.spectrum, *light.primaries)]))
     amounts, _ = nnls(np.stack([each.at(knots) for each in light.primaries], axis=1), light.spectrum.at(knots))
-    # Every primary starts lit: a reflectance designed under an unlit one would not know of it.
+    # Every primary starts above 0: a reflectance designed under an unlit primary would not depend on it.
     return np.asarray(amounts + 0.01 * max(float(amounts.max(initial=0.0)), 1e-3))
 
 

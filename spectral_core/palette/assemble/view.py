@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One side of a palette as unknown, the other as known: the color matrices of cells, whichever way round."""
+"""One side of a palette as unknown, the other as known: the color matrices of cells, for either side."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ class Row:
     condition: int
     cell: CellIndex
     color: Array | None
-    """The target; None where the cell shares the free color ``column``."""
+    """The target; None if the cell shares the free color ``column``."""
     column: int | None
     weight: float
-    """Squared; infinite where it must hold."""
+    """Squared; infinite for an exact row."""
     own_weight: float
-    """Squared, whether it must hold or not."""
+    """Squared, for exact rows too."""
 
 
 class View:
-    """One side as unknown, the other as known: matrices of cells, whichever way round."""
+    """One side as unknown, the other as known: matrices of cells, for either side."""
 
     def __init__(
         self,
@@ -46,6 +46,7 @@ class View:
         metric: Array | None,
     ) -> None:
         self.side, self.state, self.metric = side, state, metric
+        self.requests = requests
         self._problem, self._conditions = problem, requests.conditions
         self._items = frozenset(items)
         self._axis = 0 if side == "reflectances" else 1
@@ -58,7 +59,7 @@ class View:
         return self._conditions[number]
 
     def is_unknown(self, cell: CellIndex) -> bool:
-        """Whether the cell's factor on this side is designed."""
+        """True if the cell's factor on this side is designed."""
         return cell[self._axis] in self._items
 
     def cells_of(self, item: int) -> list[CellIndex]:
@@ -68,12 +69,12 @@ class View:
         return [(i, item) for i in range(len(self._problem.reflectances))]
 
     def sees(self, cell: CellIndex, condition: int) -> bool:
-        """Whether a cell looks different under this condition: another observer's, or a variant that its light has."""
+        """True if a cell has another color under this condition: for another observer, or a variant of its light."""
         variant = self._conditions[condition].variant
         return variant is None or variant < len(self._problem.lights[cell[1]].variants)
 
     def has_primaries(self, item: int) -> bool:
-        """Whether an item is amounts of primaries."""
+        """True if an item consists of amounts of primaries."""
         return self.side == "lights" and self.state.given.primaries[item] is not None
 
     def size_of(self, item: int) -> int:
@@ -103,7 +104,7 @@ class View:
         return self._colors[condition]
 
     def bare_light(self, item: int) -> Array:
-        """Linear RGB (3, p) of a light by itself, from its unknowns."""
+        """Linear RGB (3, p) of a light itself, from its unknowns."""
         own = self.state.given.primary_colors[item]
         return self.state.kernel.bare[0] if own is None else own.T
 

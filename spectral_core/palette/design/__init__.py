@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the two convex sides to the whole palette: rounds, designed lights, and when to stop."""
+"""From the two convex sides to the whole palette: rounds, designed lights, and the criteria to stop."""

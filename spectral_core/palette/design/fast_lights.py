@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""φ of plain palettes in a few stacked products: targets only, one observer, nothing exact, nothing shared.
+"""φ of plain palettes in a few stacked products: targets only, one observer, no exact and no shared colors.
 
-Each reflectance is then a problem by itself, which daqp solves in microseconds; a thousand evaluations take a second.
+Each reflectance is then a separate problem, which daqp solves in microseconds; a thousand evaluations take a second.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class PlainPalette:
     """Constants of the design of lights."""
 
     weights: Array
-    """(R, L): squared weights of targets, 0 where none."""
+    """(R, L): squared weights of targets, 0 without a target."""
     targets: Array
     """(R, L, 3)."""
     reflectances: tuple[int, ...]
@@ -44,12 +44,12 @@ class PlainPalette:
         n = len(self.surface_gram)
         self._no_rows, self._no_sense = np.zeros((0, n)), np.zeros(n, dtype=np.int32)
         self._measured: Array | None = None
-        # Where each reflectance was at the last call: daqp starts from there, and needs fewer steps.
+        # The reflectances of the last call: daqp starts from them, and needs fewer steps.
         self._last = np.zeros((rows, n))
 
     @classmethod
     def of(cls, assembler: Assembler, *, perceptual: bool = False) -> Self | None:
-        """The arrays of a palette; None where it is not plain."""
+        """The arrays of a palette; None if it is not plain."""
         problem, requests = assembler.problem, assembler.requests
         plain = not requests.groups and len(requests.conditions) == 1 and not any(t.exact for t in requests.targets)
         if not plain or any(light.free and light.primaries for light in problem.lights):
@@ -60,7 +60,7 @@ class PlainPalette:
             weights[target.cell] = target.weight**2 / COLOR_NORM**2
             targets[target.cell] = target.color
         positive = weights[weights > 0]
-        # Normal equations of daqp lose digits past this; the engine's border rows do not.
+        # Beyond this the normal equations of daqp lose digits; the engine's border rows do not.
         if positive.size == 0 or positive.max() > CAP * positive.min():
             return None
         free = assembler.free_items("reflectances"), assembler.free_items("lights")
@@ -93,19 +93,19 @@ class PlainPalette:
                 errors.shape
             )
         own = surfaces[list(self.reflectances)]
-        pulled = lights @ self.light_gram
-        total = 0.5 * float(np.vdot(forces, errors) + np.vdot(own @ self.surface_gram, own) + np.vdot(pulled, lights))
+        rough = lights @ self.light_gram
+        total = 0.5 * float(np.vdot(forces, errors) + np.vdot(own @ self.surface_gram, own) + np.vdot(rough, lights))
         # ∂F/∂l of every light at once: forces (L, 3R) on the color matrices (3R, n) of the surfaces.
         by_surface = kernel.matrices(surfaces)[0]
         for i in given:
             by_surface[i] = _known(state.given.reflectances[i])[0]
-        pulls = forces.reshape(len(surfaces), -1, 3).transpose(1, 0, 2)[designed].reshape(len(designed), -1)
-        gradient = pulls @ by_surface.reshape(-1, n) + pulled
+        by_surfaces = forces.reshape(len(surfaces), -1, 3).transpose(1, 0, 2)[designed].reshape(len(designed), -1)
+        gradient = by_surfaces @ by_surface.reshape(-1, n) + rough
         found = state.with_values("reflectances", {i: surfaces[i] for i in self.reflectances})
         return total, gradient.ravel(), found
 
     def _light_matrices(self, state: PaletteState, lights: Array) -> Array:
-        """(L, 3, n), those of measured lights computed once."""
+        """(L, 3, n); those of measured lights are computed once."""
         designed = state.kernel.matrices(lights)[0]
         if len(lights) == len(state.lights):
             return designed
@@ -120,7 +120,7 @@ class PlainPalette:
         flat = by_light.reshape(-1, by_light.shape[2])
         found = np.zeros((len(self.targets), flat.shape[1]))
         if self.metric is not None:
-            # Every cell has a metric of its own, so that no two reflectances share their curvature.
+            # Every cell has its own metric, so that no two reflectances share their curvature.
             for i in self.reflectances:
                 rows = (self.metric[i] @ by_light).reshape(flat.shape)
                 weighted = rows.T * self._weights3[i]
@@ -128,13 +128,13 @@ class PlainPalette:
                 hessian = self._ridged(weighted @ rows + self.surface_gram)
                 found[i] = self._reflectance(i, hessian, -(weighted @ wanted))
             return found
-        pulls = -(self._weights3 * self._targets3) @ flat
+        linear = -(self._weights3 * self._targets3) @ flat
         before = None
         for i in self.reflectances:
             if before is None or not self._alike[i, before]:
                 hessian = self._ridged((flat.T * self._weights3[i]) @ flat + self.surface_gram)
                 before = i
-            found[i] = self._reflectance(i, hessian, pulls[i])
+            found[i] = self._reflectance(i, hessian, linear[i])
         return found
 
     @staticmethod
@@ -150,7 +150,7 @@ class PlainPalette:
         rows, sense = self._no_rows, self._no_sense
         x, _, flag, _ = daqp.solve(hessian, linear, rows, high, low, sense, primal_start=self._last[i])
         if flag <= 0 or not np.isfinite(x).all():
-            # A start that lies badly for this light; from nothing daqp has no such trouble.
+            # a start that is unsuitable for this light; a cold start of daqp has no such problem
             x, _, _, _ = daqp.solve(hessian, linear, rows, high, low, sense)
         if np.isfinite(x).all():
             self._last[i] = np.minimum(np.maximum(x, low), high)

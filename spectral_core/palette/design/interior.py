@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Both sides of a palette at once, by a primal-dual interior point for nonlinear least squares.
 
-Alternation and variable projection meet a kink wherever a bound of the other side becomes active, and creep from one to
-the next. Here all bounds act from afar through a barrier, and both sides move together (Wächter and Biegler 2006).
+Alternation and variable projection meet a kink wherever a bound of the other side becomes active, and advance slowly
+from one to the next. Here all bounds act through a barrier, and both sides move together (Wächter and Biegler 2006).
 
-Where colors can be met, the minimum lies along a curved valley: its floor is where colors are met, and smoothness, a
-million times weaker, slopes along it. Three measures make long steps possible there. The second derivatives hold the
-multipliers of the last step instead of the errors at hand. A step that leaves the floor is brought back to it by Newton
-corrections with the same factors. Damping, where it is needed, is measured in units of the roughness.
+If colors can be met, the minimum lies along a curved valley: on its floor all colors are met, and smoothness, with a
+weight a million times smaller, decreases along it. Three measures make long steps possible there. The second
+derivatives use the multipliers of the last step instead of the present errors. A step that leaves the floor is
+corrected by Newton steps with the same factors. Damping, if needed, is measured in units of the roughness.
 """
 
 from __future__ import annotations
@@ -28,31 +28,31 @@ LARGEST = 700
 ITERATIONS = 400
 """Most iterations; fifty to two hundred are usual."""
 INSIDE = 1e-3
-"""Distance from its bounds, relative to its size, at which each unknown begins."""
+"""Initial distance of each unknown from its bounds, relative to its size."""
 FIRST_BARRIER, SHRINK, LAST_BARRIER = 0.1, 0.2, 1e-9
 """All barriers together as a share of the objective: at the start, from one barrier to the next, and at the end."""
 CLOSE = 0.3
-"""Fall that a step promises, as a share of all barriers, at which the next barrier is taken."""
+"""Predicted decrease of a step, as a share of all barriers, at which the barrier is reduced."""
 BACKOFF = 0.995
-"""Share of the way to the nearest bound that a step may go."""
+"""Share of the distance to the nearest bound that a step may use."""
 NEAREST = 1e-3
-"""Least distance to a bound, as a share of the one that its multiplier says."""
+"""Least distance to a bound, as a share of the distance that follows from its multiplier."""
 ARMIJO, HALVINGS, CORRECTIONS = 1e-4, 4, 8
-"""Share of the promised fall that is asked of a step; how often it is halved, and how often brought back."""
+"""Required share of the predicted decrease of a step; numbers of halvings and of corrections."""
 CONTRACTION = 0.25
-"""Corrections go on while each leaves less than this share of the squared error."""
+"""Corrections continue while each reduces the squared error to less than this share."""
 ROUNDING = 1e-12
-"""Relative change of the objective that is rounding."""
+"""Relative change of the objective that counts as rounding."""
 SHORT = 0.1
-"""A step that was halved to less than this share asks for damping."""
+"""A step that was halved to less than this share causes damping."""
 DAMPING, MOST_DAMPING, LEAST = 1e-2, 1e12, 1e-12
-"""First and last damping, in units of the roughness; share of the mean curvature that counts as roughness besides."""
+"""First and last damping, in units of the roughness; share of the mean curvature that is added to the roughness."""
 EXACT_WEIGHTS = 1e1, 1e5
 """Weight of exact rows, relative to the median: at the start, and at the end."""
 
 
 def joint_descent(joint: Joint, out_of_time: Callable[[], bool]) -> Array:
-    """All unknowns near a local minimum of the whole palette, or where the time ended.
+    """All unknowns near a local minimum of the whole palette, or at the end of the time budget.
 
     Parameters
     ----------
@@ -72,13 +72,13 @@ class _Step:
     by_lower: Array
     by_upper: Array
     fall: float
-    """By how much it lowers the barrier function, to first order."""
+    """Decrease of the barrier function, to first order."""
     reach: float
-    """Share of it that stays within bounds."""
+    """Share of the step that stays within bounds."""
 
 
 class _Descent:
-    """Works in scaled unknowns: lights have any unit."""
+    """Uses scaled unknowns, because lights have any unit."""
 
     def __init__(self, joint: Joint) -> None:
         self._joint, start = joint, joint.start
@@ -95,14 +95,14 @@ class _Descent:
         below, above = self._distances(self._x)
         self._lower = np.where(self._has_low, self._barrier / below, 0.0)
         self._upper = np.where(self._has_high, self._barrier / above, 0.0)
-        # Damping beside the roughness: it fixes the directions that no color depends on.
+        # Damping beside the roughness: it determines the directions that no color depends on.
         roughness = [float(np.diagonal(gram).mean()) for gram in joint.grams]
         self._stiffness = np.full(start.size, roughness[0])
         self._stiffness[middle:] = unit**2 * roughness[1]
         self._factor = np.zeros((0, 0))
 
     def run(self, out_of_time: Callable[[], bool]) -> Array:
-        """Newton steps until the barrier is nothing."""
+        """Newton steps until the barrier is negligible."""
         joint = self._joint
         bending = None
         for _ in range(ITERATIONS):
@@ -151,7 +151,9 @@ class _Descent:
         return np.where(self._fixed, self._low, x)
 
     def _away(self, x: Array) -> Array:
-        """A little off bounds that are far nearer than their multipliers say: the barrier would be all slope there."""
+        """Moved away from bounds that are far nearer than their multipliers say: the barrier's slope would be extreme
+        there.
+        """
         with np.errstate(divide="ignore"):
             nearest = [
                 np.minimum(NEAREST * self._barrier / multipliers, NEAREST) for multipliers in (self._lower, self._upper)
@@ -160,7 +162,7 @@ class _Descent:
         return np.where(self._has_high, np.minimum(x, self._high - nearest[1]), x)
 
     def _distances(self, x: Array) -> tuple[Array, Array]:
-        """Distances to both bounds; 1 where there is none."""
+        """Distances to both bounds; 1 without a bound."""
         below = np.where(self._has_low, x - np.where(self._has_low, self._low, 0.0), 1.0)
         above = np.where(self._has_high, np.where(self._has_high, self._high, 0.0) - x, 1.0)
         return below, above
@@ -209,7 +211,7 @@ class _Descent:
         return step
 
     def _along(self, step: _Step, slopes: Slopes, left: Array, goal: Array, exact: float) -> tuple[Array, float] | None:
-        """A point along the step that is low enough, and the share of the step; None where there is none near."""
+        """A point along the step that is low enough, and the share of the step; None if there is none near."""
         here = self._value(self._x, exact)
         reach = step.reach
         for _ in range(HALVINGS):
@@ -235,7 +237,7 @@ class _Descent:
                 break
             before = size
             # The slopes are those of the factors: others would have parts that only the roughness holds.
-            back = self._solved(-joint.pulled(weights * off, slopes) * self._size)
+            back = self._solved(-joint.gradient_of(weights * off, slopes) * self._size)
             below, above = self._distances(trial)
             back = np.where(self._has_low, np.maximum(back, -0.5 * below), back)
             trial = trial + np.where(self._has_high, np.minimum(back, 0.5 * above), back)

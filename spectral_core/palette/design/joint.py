@@ -2,7 +2,8 @@
 """The whole palette as one sum of squares in all its unknowns: free colors, reflectances and lights together.
 
 A color is bilinear in reflectance and light, so that the second derivatives are known: products of slopes on the
-diagonal, and across, for each cell, its force times the constant map of the kernel. Exact cells stand as heavy ones.
+diagonal, and across, for each cell, its force times the constant map of the kernel. Exact cells stand as cells of large
+weight.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class Joint:
     start: Array
     rows: Rows
     known: tuple[Array, Array, Array]
-    """Ties, targets and weights of colors that nothing designed shows."""
+    """Ties, targets and weights of colors that depend on no designed spectrum."""
     grams: tuple[Array, Array]
     """Squared roughness of a reflectance and of a light."""
     unit: float
@@ -49,7 +50,7 @@ class Joint:
 
     @classmethod
     def of(cls, assembler: Assembler, state: PaletteState, *, perceptual: bool) -> Joint | None:
-        """The rows around a state; None where lights are mixed from primaries or must look white."""
+        """The rows around a state; None if lights are mixed from primaries or must look white."""
         sides = [assembler.assembled(side, state, perceptual=perceptual) for side in ("reflectances", "lights")]
         problem = assembler.problem
         extra = any(len(block.rows) > 3 * len(block.keys) for side in sides for block in side.quadratic.blocks)
@@ -126,7 +127,7 @@ class Joint:
         return total / 2
 
     def left(self, x: Array) -> Array:
-        """What each row leaves, unweighted, (m, 3)."""
+        """Residual of each row, unweighted, (m, 3)."""
         return self.slopes(x)[0] - self.rows.targets - self.rows.ties @ x[: self.colors]
 
     def linear(self, step: Array, slopes: Slopes) -> Array:
@@ -142,7 +143,7 @@ class Joint:
             found[own] += np.matmul(sloped[own], values[owner[own]][:, :, None])[:, :, 0]
         return found
 
-    def pulled(self, forces: Array, slopes: Slopes) -> Array:
+    def gradient_of(self, forces: Array, slopes: Slopes) -> Array:
         """Gradient (N,) that forces (m, 3) on the rows have at x."""
         _, by_surface, by_light = slopes
         n, q = self.grid_size, self.colors
@@ -158,19 +159,11 @@ class Joint:
     def derivatives(
         self, x: Array, slopes: Slopes, exact_weight: float, bending: Array | None = None
     ) -> tuple[float, Array, Array, Array]:
-        """Objective, gradient (N,), Hessian (N, N), and what each row leaves, (m, 3).
+        """Objective, gradient (N,), Hessian (N, N), and the residual of each row, (m, 3).
 
-        Parameters
-        ----------
-        x
-            All unknowns, (N,).
-        slopes
-            ``slopes`` at x.
-        exact_weight
-            Weight of exact rows, relative to the median.
-        bending
-            The forces (m, 3) that stand in the Hessian; None for those of x. Multipliers of the last step tell better
-            what curvature there is along a valley than what a point beside its floor leaves.
+        Parameters ---------- x All unknowns, (N,). slopes ``slopes`` at x. exact_weight Weight of exact rows, relative
+        to the median. bending The forces (m, 3) in the Hessian; None for those of x. Along a valley the multipliers of
+        the last step predict the curvature better than the errors of a point beside the valley's floor.
         """
         shown, by_surface, by_light = slopes
         colors, surfaces, lights = self.split(x)
@@ -183,14 +176,14 @@ class Joint:
         sides = ((self.rows.surface_of, by_surface, surfaces, self.grams[0], q),
                  (self.rows.light_of, by_light, lights, self.grams[1], q + n * len(surfaces)))  # fmt: skip
         for owner, sloped, values, gram, begin in sides:
-            pulled = values @ gram
-            total += float(np.vdot(pulled, values))
+            rough = values @ gram
+            total += float(np.vdot(rough, values))
             for k in range(len(values)):
                 mine, at = np.flatnonzero(owner == k), slice(begin + k * n, begin + (k + 1) * n)
                 rows = sloped[mine].reshape(-1, n)
                 weighted = np.repeat(weights[mine], 3)[:, None] * rows
                 hessian[at, at] = weighted.T @ rows + gram
-                gradient[at] = forces[mine].ravel() @ rows + pulled[k]
+                gradient[at] = forces[mine].ravel() @ rows + rough[k]
                 if q:
                     across = -(weighted.T @ self.rows.ties[mine].reshape(3 * mine.size, q))
                     hessian[at, :q], hessian[:q, at] = across, across.T
@@ -198,12 +191,12 @@ class Joint:
             ties = self.rows.ties.reshape(forces.size, q)
             hessian[:q, :q] = (ties.T * np.repeat(weights, 3)) @ ties
             gradient[:q] = -(forces.ravel() @ ties)
-            more, targets, heavy = self.known
+            more, targets, of_known = self.known
             if len(more):
                 rest = targets + more @ colors
-                total += float(heavy @ rest**2)
-                hessian[:q, :q] += (more.T * heavy) @ more
-                gradient[:q] += more.T @ (heavy * rest)
+                total += float(of_known @ rest**2)
+                hessian[:q, :q] += (more.T * of_known) @ more
+                gradient[:q] += more.T @ (of_known * rest)
         self._across(hessian, weights, forces if bending is None else bending, by_surface, by_light)
         return total / 2, gradient, hessian, left
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The rows of a palette in which both sides are unknown, read from the two sides' own assemblies."""
+"""The rows of a palette with both sides unknown, collected from the assemblies of both sides."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ Columns = Mapping[tuple[int, int], int]
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Every color that is asked for, three numbers each, with the unknowns that it depends on."""
+    """Every requested color, three numbers each, with the unknowns that it depends on."""
 
     surface_of: Index
-    """(m,): number of each row's designed reflectance; -1 where it is given."""
+    """(m,): index of each row's designed reflectance; -1 if it is given."""
     light_of: Index
     observer_of: Index
     surface_slopes: Array
-    """(m, 3, n): color by reflectance where the light is given; 0 elsewhere."""
+    """(m, 3, n): slope of the color by reflectance if the light is given; else 0."""
     light_slopes: Array
-    """(m, 3, n): color by light where the reflectance is given; 0 elsewhere."""
+    """(m, 3, n): slope of the color by light if the reflectance is given; else 0."""
     metric: Array
     """(m, 3, 3): factor of each row's color."""
     targets: Array
@@ -43,7 +43,7 @@ class Rows:
 
 
 def collected(surfaces: Assembled, lights: Assembled, columns: Columns, n: int) -> Rows:
-    """The rows of both sides; those that both have, once."""
+    """The rows of both sides; common rows once."""
     found: dict[tuple[RowKey, int], _Row] = {}
     items = surfaces.items, lights.items
     for axis, side in enumerate((surfaces, lights)):
@@ -57,7 +57,7 @@ def collected(surfaces: Assembled, lights: Assembled, columns: Columns, n: int) 
         np.array([row.owners[0] for row in rows], dtype=np.intp),
         np.array([row.owners[1] for row in rows], dtype=np.intp),
         np.array([row.observer for row in rows], dtype=np.intp),
-        np.array([row.slopes[0] for row in rows]).reshape(len(rows), 3, n),  # also where nothing is asked for
+        np.array([row.slopes[0] for row in rows]).reshape(len(rows), 3, n),  # also without requests
         np.array([row.slopes[1] for row in rows]).reshape(len(rows), 3, n),
         np.array([row.metric for row in rows]).reshape(len(rows), 3, 3),
         np.array([row.target for row in rows]).reshape(len(rows), 3),
@@ -82,7 +82,7 @@ class _Row:
 
 
 def _tied(side: Assembled, block: Block, r: int, columns: Columns) -> tuple[Array, int]:
-    """How a row depends on the free colors of both sides, and on which; -1 for a target."""
+    """Slopes of a row by the free colors of both sides, and its free color; -1 for a target."""
     rows = slice(3 * r, 3 * r + 3)
     ties = np.zeros((3, 3 * len(columns)))
     tied = np.flatnonzero(block.ties[rows].any(axis=0))
@@ -119,7 +119,7 @@ def _row(
 def known_colors(
     assembler: Assembler, state: PaletteState, columns: Columns, boxes: Array
 ) -> tuple[Array, Array, Array]:
-    """Ties, targets and weights of group members of which nothing is designed; exact ones fix the group's color."""
+    """Ties, targets and weights of group members without designed factors; exact ones fix the group's color."""
     problem, requests = assembler.problem, assembler.requests
     ties, targets, weights = [np.zeros((0, 3 * len(columns)))], [np.zeros(0)], [np.zeros(0)]
     for (number, condition), column in columns.items():

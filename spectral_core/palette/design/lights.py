@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lights designed together with reflectances, by variable projection (Golub and Pereyra 1973).
 
-Given the lights l, the best reflectances r(l) are a convex problem. What is left is φ(l) = min over r of F(r, l), whose
-gradient is ∂F/∂l at r(l) (the envelope theorem), so that L-BFGS-B within the bounds of the lights finds in tens of
-milliseconds what alternating between the sides takes thousands of rounds for. φ is not convex: if the given
-lights do not meet the targets at once, a short race between several starts chooses the one to continue.
+Given the lights l, the best reflectances r(l) are a convex problem. There remains φ(l) = min over r of F(r, l), whose
+gradient is ∂F/∂l at r(l) (the envelope theorem), so that L-BFGS-B within the bounds of the lights takes tens of
+milliseconds for a result that needs thousands of rounds by alternation. φ is not convex: if the given lights do not
+meet the targets at once, a short race between several starts selects the one to continue.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ MOST_ITERATIONS = 10_000
 
 
 EVALUATIONS = 5
-"""Evaluations of φ between two looks at the clock."""
+"""Evaluations of φ between two checks of the time."""
 
 
 class _OutOfTime(Exception):
-    """Raised out of L-BFGS-B when the budget ends."""
+    """Raised inside L-BFGS-B at the end of the time budget."""
 
 
 @dataclass(eq=False)
@@ -57,10 +57,10 @@ class _Found:
 
 
 def outer_side(problem: PaletteProblem, requests: Requests) -> Side | None:
-    """The side that L-BFGS-B moves, the other one being solved for; None where neither way applies.
+    """The side that L-BFGS-B moves, while the other is solved; None if neither way applies.
 
     Only bounds may restrict the outer side. Lights that must look white, or exact cells of measured reflectances under
-    them, are therefore solved for, and reflectances are moved instead.
+    them, therefore make the lights the inner side, and reflectances the outer one.
     """
     several = len(problem.observers) > 1 or any(light.variants for light in problem.lights)
     if problem.subspace is not None or (problem.robustness == "worst_case" and several):
@@ -86,19 +86,19 @@ class LightDescent:
         self._items = assembler.free_items(outer)
         values = [known(getattr(state, outer)[j]) for j in self._items]
         self._ends = np.cumsum([each.size for each in values])[:-1]
-        # Lights have any unit; L-BFGS-B's first step wants numbers near 1.
+        # Lights have any unit; the first step of L-BFGS-B needs numbers near 1.
         self._unit = max(float(np.mean(np.abs(np.concatenate(values)))), 1e-12)
         perceptual = assembler.problem.match == "perceptual"
         plain = PlainPalette.of(assembler, perceptual=perceptual) if outer == "lights" else None
         self._phi: Callable[[PaletteState], tuple[float, Array, PaletteState]]
         self._phi = plain.objective if plain is not None else Projected(assembler, outer).objective
         self.plain = plain is not None
-        """Whether φ takes a fraction of a millisecond."""
+        """True if φ takes a fraction of a millisecond."""
 
     def raced(self, state: PaletteState, budget: Budget, share: float) -> PaletteState:
         """The best state after a short race of several starts; the winner continues until a share of the budget.
 
-        There is no race where ``state`` meets the colors soon.
+        There is no race if ``state`` soon reaches the colors.
         """
         end = (1.0 - share) * budget.seconds
         best = self.down(state, budget, RACE_SHARE * budget.seconds)
@@ -122,12 +122,12 @@ class LightDescent:
         from scipy.optimize import minimize
 
         floor = budget.left - seconds
-        # L-BFGS-B compares falls of less than 1 with 1: the objective is given in units of its present size.
+        # L-BFGS-B compares decreases below 1 with 1: the objective is divided by its present size.
         size = max(self._phi(state)[0], 1e-300)
         best = _Found(state, np.inf)
 
         def phi(scaled: Array) -> tuple[float, Array]:
-            # Asking for processor time costs as much as a tenth of an evaluation.
+            # Reading the processor time takes a tenth of an evaluation.
             late = self.evaluations % EVALUATIONS == 0 and budget.left <= max(floor, 0.0)
             if late and np.isfinite(best.objective):
                 raise _OutOfTime
@@ -156,7 +156,7 @@ class LightDescent:
         return state.with_values(self._outer, dict(zip(self._items, np.split(values, self._ends), strict=True)))
 
     def scattered(self, state: PaletteState, rng: np.random.Generator) -> PaletteState:
-        """The outer side drawn anew sample by sample, each spectrum as strong on average as it was."""
+        """The outer side drawn at random sample by sample, each spectrum with its previous mean."""
         problem = self.assembler.problem
         low, high = problem.light_bounds if self._outer == "lights" else problem.reflectance_bounds
         values = {}

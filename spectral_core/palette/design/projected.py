@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""φ of any palette: the least sum of squares that is left when one side, the inner one, is solved for.
+"""φ of any palette: the least sum of squares after the inner side is solved.
 
 Value and gradient come from the engine's answer (the envelope theorem).
 """
@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import Block, RowKey
-from spectral_core.palette.qp.engine import Answer, Engine
+from spectral_core.palette.qp.engine import Engine
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ class Projected:
 
 
 def _exact_forces(inner: Assembled, outer: Assembled, answer: Answer) -> list[Array]:
-    """Multipliers of exact rows on the outer side: an exact cell pulls there as hard as on the inner side."""
+    """Multipliers of exact rows on the outer side: an exact cell has the same multiplier there as on the inner side."""
     multipliers: dict[RowKey, Array] = {}
     for block, force in zip(inner.quadratic.blocks, answer.forces, strict=True):
         for r, key in enumerate(block.keys):
@@ -76,7 +77,7 @@ def _strain(inner: Assembled, answer: Answer) -> float:
 def _beside(inner: Assembled, outer: Assembled, x: Array) -> float:
     """Terms that the outer side adds to the inner side's objective: its roughness, and rows that the inner side lacks.
 
-    Those are targets on given inner factors, and groups in which no inner factor is designed.
+    These are targets on given inner factors, and groups without designed inner factors.
     """
     colors, values = outer.quadratic.split(x)
     axis = 0 if inner.side == "reflectances" else 1
@@ -97,7 +98,7 @@ def _beside(inner: Assembled, outer: Assembled, x: Array) -> float:
 
 
 def _column(block: Block, r: int) -> int | None:
-    """Number of the free color that the rows of a cell are tied to; None for a target."""
+    """Index of the free color that the rows of a cell are tied to; None for a target."""
     tied = np.flatnonzero(block.ties[3 * r])
     return int(tied[0]) // 3 if tied.size else None
 

@@ -16,24 +16,26 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import RowKey
-from spectral_core.palette.qp.engine import Answer, Engine
+from spectral_core.palette.qp.engine import Engine
 from spectral_core.palette.qp.optimality import PERFECT, Check
 from spectral_core.palette.worst_case import worst_case_shares
 
 Array = NDArray[np.float64]
 
 SETTLED = 7e-7
-"""Fall of a side's objective, relative to its own, when it alone is solved again, at which a palette counts as optimal:
-a millionth, less what the solver that measures it leaves."""
+"""Relative decrease of a side's objective when it alone is solved again, below which a palette counts as optimal: a
+millionth, minus the tolerance of the solver that measures it.
+"""
 NOTHING = 1e-16
 """Objective that is 0 but for rounding."""
 PATIENCE = 3.0
-"""A budget counts processor seconds; on a busy machine it ends at this many times as much by the clock."""
+"""A budget counts processor seconds; on a busy machine it ends after this many times as much elapsed time."""
 
 
 class Budget:
-    """Seconds that a solve may take: processor time of this thread, or PATIENCE times that by the clock."""
+    """Time budget of a solve in seconds: processor time of this thread, or PATIENCE times that in elapsed time."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
@@ -47,7 +49,7 @@ class Budget:
 
     @property
     def spent(self) -> bool:
-        """Whether nothing is left."""
+        """True if no time is left."""
         return self.left <= 0
 
 
@@ -62,11 +64,11 @@ class SolveTrace:
     sides: dict[Side, tuple[Assembled, Answer]] = field(default_factory=dict)
     """The joint check's own solves, at the returned point."""
     settled: bool = True
-    """Whether neither side alone could still lower the objective."""
+    """True if neither side alone could still lower the objective."""
     joint: Check = PERFECT
     """The KKT check of both sides at the returned point."""
     worst_case_left: float | None = None
-    """By how much the largest robust error may still exceed the least possible, relative; None where not asked."""
+    """Relative distance of the largest robust error from its least possible value; None if not requested."""
     timings: dict[str, float] = field(default_factory=dict)
 
     def add(self, side: Side, answer: Answer, seconds: float) -> None:
@@ -86,7 +88,7 @@ class Rounds:
         self.sides: list[Side] = [side for side in sides if assembler.free_items(side)]
         self.engines: dict[Side, Engine] = {side: Engine() for side in self.sides}
         self._moves: dict[Side, tuple[float, float]] = {}
-        """By how much each side's objective fell in the last round, and to what."""
+        """Decrease of each side's objective in the last round, and its value."""
 
     def solve(self, side: Side, state: PaletteState, *, perceptual: bool = False) -> PaletteState:
         """One side: the new state. The worst case over observers takes several solves."""
@@ -131,7 +133,7 @@ class Rounds:
         for side in self.sides:
             assembled = self.assembler.assembled(side, state, perceptual=perceptual)
             answer = self.engines[side].solve(assembled.quadratic)
-            # Each side by its own measure: rough lights must not hide a gain of the reflectances.
+            # Each side by its own measure: the roughness of lights must not hide a decrease of the reflectances.
             settled = settled and _is_nothing(*gain(assembled, answer, state))
             joint = joint | answer.check
             self.trace.answers[side] = answer
@@ -139,7 +141,7 @@ class Rounds:
         self.trace.joint, self.trace.settled = joint, settled
 
     def settled(self, state: PaletteState, *, perceptual: bool = False) -> bool:
-        """Whether the last round changed nothing, and the joint check agrees."""
+        """True if the last round changed nothing, and the joint check agrees."""
         if not all(_is_nothing(*move) for move in self._moves.values()):
             return False
         self.check(state, perceptual=perceptual)
@@ -151,7 +153,7 @@ def _is_nothing(fall: float, least: float) -> bool:
 
 
 def gain(assembled: Assembled, answer: Answer, state: PaletteState) -> tuple[float, float]:
-    """By how much an answer's objective is below that of ``state``, and the answer's objective."""
+    """Decrease of the objective from ``state`` to an answer, and the answer's objective."""
     quadratic = assembled.quadratic
     values = [getattr(state, assembled.side)[item] for item in assembled.items]
     here = quadratic.objective(quadratic.joined(quadratic.best_colors(values), values))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights and reflectances improved together: which method, from which starts, for how long.
+"""Joint design of lights and reflectances: choice of method, starts and time.
 
-The joint interior point is the usual way. Many plain targets have many local minima: there a race of short descents by
-variable projection, whose steps cost a fraction of a millisecond, chooses where it begins. Palettes that are too large
-for it, or whose lights are mixed from primaries or must look white, are left to variable projection.
+The joint interior point is the usual method. Many plain targets have many local minima: there a race of short descents
+by variable projection, whose steps cost a fraction of a millisecond, selects the start. Palettes that are too large for
+it, or whose lights are mixed from primaries or must look white, use variable projection.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from spectral_core.palette.design.lights import GOOD_RMS, STARTS, LightDescent, 
 from spectral_core.palette.design.rounds import Budget, Rounds
 
 FIRST_SHARE = 0.6
-"""Share of the time budget that the first start has, where others may follow."""
+"""Share of the time budget of the first start, if others may follow."""
 LEAST_SHARE = 0.05
 """Share of the time budget below which no other start is begun."""
 EXACT_WEIGHT = 1e5
@@ -26,20 +26,11 @@ EXACT_WEIGHT = 1e5
 
 
 def improved(rounds: Rounds, state: PaletteState, budget: Budget, *, perceptual: bool, race: bool) -> PaletteState:
-    """The state with both sides improved together until nothing falls any more, or the budget ends.
+    """The state with both sides improved together until nothing decreases any more, or the budget ends.
 
-    Parameters
-    ----------
-    rounds
-        The two sides; their assembler says what is asked.
-    state
-        Where to begin.
-    budget
-        When to stop.
-    perceptual
-        Whether errors are in CIELAB, linearized at ``state``.
-    race
-        Whether other starts than ``state`` may be tried.
+    Parameters ---------- rounds The two sides; their assembler holds the requests. state The start. budget The limit of
+    time and rounds. perceptual True if errors are in CIELAB, linearized at ``state``. race True if other starts than
+    ``state`` may be tried.
     """
     assembler = rounds.assembler
     problem = assembler.problem
@@ -63,14 +54,14 @@ def improved(rounds: Rounds, state: PaletteState, budget: Budget, *, perceptual:
             break
         begin = descent.solved(descent.scattered(state, rng))
         found, objective = _descended(rounds, begin, budget, LEAST_SHARE * budget.seconds, perceptual=perceptual)
-        # Stopped by the budget, it would only continue to improve.
+        # Stopped by the budget, the descent would only continue.
         if objective < least and budget.left > LEAST_SHARE * budget.seconds:
             best, least = found, objective
     return best
 
 
 def _fits(assembler: Assembler) -> bool:
-    """Whether the joint interior point is fast for a palette, as far as its size says."""
+    """True if the joint interior point is fast for a palette of this size."""
     items = len(assembler.free_items("reflectances")) + len(assembler.free_items("lights"))
     several = assembler.problem.robustness == "worst_case" and len(assembler.requests.conditions) > 1
     return items * assembler.problem.grid.size <= LARGEST and not several
@@ -79,7 +70,7 @@ def _fits(assembler: Assembler) -> bool:
 def _descended(
     rounds: Rounds, state: PaletteState, budget: Budget, floor: float, *, perceptual: bool
 ) -> tuple[PaletteState, float]:
-    """The state after the joint descent, and its objective; the state itself where there is none."""
+    """The state after the joint descent, and its objective; the state itself if there is no joint descent."""
     joint = Joint.of(rounds.assembler, state, perceptual=perceptual)
     if joint is None:
         return state, np.inf

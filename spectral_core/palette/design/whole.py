@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The whole palette: rounds first, lights by variable projection, rounds again until the joint check is content."""
+"""The whole palette: rounds first, lights by variable projection, rounds again until the joint check passes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spectral_core.palette.qp.engine import Engine
 LEAD = 3
 """Rounds before variable projection, and rounds in linear RGB before CIELAB is linearized."""
 PERCEPTUAL_ROUNDS = 12
-"""Rounds with a fixed reflectance or light side after which the linearized metric is taken to have settled."""
+"""Rounds with a fixed reflectance or light side after which the linearized metric counts as settled."""
 SECONDS = 2.0
 """Time budget of a solve that designs lights and reflectances together."""
 
@@ -37,7 +37,7 @@ def brightened_to_fit(assembler: Assembler, state: PaletteState, trace: SolveTra
 
 
 def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool) -> PaletteState:
-    """Improve a state as far as its problem, its number of rounds and a budget allow; then check it jointly."""
+    """Improve a state within the limits of its problem, number of rounds and budget; then check it jointly."""
     problem = rounds.assembler.problem
     perceptual = problem.match == "perceptual"
     both = len(rounds.sides) == 2

@@ -22,15 +22,16 @@ UNIT_WORTH = 0.5 * 0.01**2 / 3
 NUDGE = 1e-4
 """Step of the differences that give the slope of ΔE2000, in CIELAB."""
 NOISE = 1e-2
-"""ΔE2000 below which two colors count as one; they are then parted in a random direction."""
+"""ΔE2000 below which two colors count as one; they are then separated in a random direction."""
 
 
 @dataclass(frozen=True, eq=False)
 class DistinctCells:
-    """Cells that should differ, and how their colors follow from the unknowns.
+    """Cells that should differ, and their colors as functions of the unknowns.
 
     ``matrices``: (C, 3, N) and ``offsets``: (C, 3) with color = matrix @ x + offset; ``pairs``: (P, 2) indices of
-    cells; ``lower``, ``upper``: (C, 3) linear RGB that a cell keeps to; ``worth``: of one unit of the least ΔE2000.
+    cells; ``lower``, ``upper``: (C, 3) linear RGB bounds of each cell; ``worth``: weight of one unit of the least
+    ΔE2000.
     """
 
     cells: tuple[CellIndex, ...]
@@ -69,7 +70,7 @@ class DistinctCells:
 
 
 def wants_distinct(problem: PaletteProblem) -> bool:
-    """Whether there is anything to make distinct: a pair of cells of which one has a reflectance to design."""
+    """True if a pair of distinct cells has a reflectance to design."""
     return any(problem.reflectances[i].free for pair in distinct_pairs(problem) for i, _ in pair)
 
 
@@ -84,7 +85,7 @@ def distinct_pairs(problem: PaletteProblem) -> list[tuple[CellIndex, CellIndex]]
 
 
 def least_difference(solution: PaletteSolution) -> float:
-    """Least ΔE2000 over the pairs of cells that should differ; inf where there are none."""
+    """Least ΔE2000 over the pairs of cells that should differ; inf without such pairs."""
     lab = lab_from_linear_rgb(solution.actual_linear_rgb)
     return min((float(delta_e_2000(lab[a], lab[b])) for a, b in distinct_pairs(solution.problem)), default=np.inf)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colors as different as possible: "distinct" cells, by a sequence of convex programmes (section 5.5.1).
+"""Colors as different as possible: "distinct" cells, by a sequence of convex programs (section 5.5.1).
 
-The least ΔE2000 over pairs of cells is to be made largest, under all that the other cells ask: exact metamers, bounds,
+The least ΔE2000 over pairs of cells is maximized under all requests of the other cells: exact metamers, bounds,
 smoothness, and the display's gamut. Distances are not concave, so each step linearizes ΔE2000 of every pair around the
 present colors and solves
 
@@ -34,7 +34,7 @@ from spectral_core.palette.design.whole import SECONDS, designed
 from spectral_core.palette.distinct.cells import DistinctCells, distinct_cells, least_difference
 from spectral_core.palette.distinct.step import Step, StepAnswer, solve_step
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.qp.engine import Answer
+from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.optimality import Check
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import reported
@@ -45,16 +45,16 @@ Array = NDArray[np.float64]
 
 STARTS = 6
 GAMUTS = ("all colors within the gamut", "common colors out of the gamut", "colors out of the gamut")
-"""What is tried in turn where a measured surface or an exact color forces another one out of what a display shows."""
+"""Gamuts to try in turn if a measured surface or an exact color forces another color out of the display's gamut."""
 APART = 1.0
 """ΔE2000 from which distinct cells count as different at all."""
 FIRST_RADIUS, LAST_RADIUS, LARGEST_RADIUS = 20.0, 0.05, 60.0
-"""Of the trust region δ, in CIELAB."""
+"""Radii of the trust region δ, in CIELAB."""
 SETTLED = 1e-3
 """ΔE2000 by which a step must improve for another to follow."""
 RIDGE = 1e-4
 """On every unknown, in ΔE2000: free colors have no other curvature."""
-START_PULL = 100.0
+START_SLOPE = 100.0
 """ΔE2000 per unit of linear RGB with which a start is drawn along its directions."""
 
 
@@ -68,10 +68,10 @@ def solve_distinct(
 ) -> PaletteSolution:
     """The palette with its "distinct" cells as different as possible (``residuals["least_delta_e_2000"]``).
 
-    ``starts``: local searches, the best of which is kept: 6 by default, none where ``warm`` has distinct colors
-    already; with ``warm`` one more begins at its spectra. ``engine``: ``"piqp"``, or ``"cvxpy"``, the same step stated
-    for a general solver. Free lights are designed for the other cells first, then held. Raises InvalidInputError where
-    no cell with a free reflectance is "distinct".
+    ``starts``: local searches, the best of which is kept: 6 by default, none if ``warm`` has distinct colors already;
+    with ``warm`` one more begins at its spectra. ``engine``: ``"piqp"``, or ``"cvxpy"``, the same step for a general
+    solver. Free lights are designed for the other cells first, then held. Raises InvalidInputError if no cell with a
+    free reflectance is "distinct".
     """
     return distinct_solutions(problem, starts=starts, seed=seed, warm=warm, engine=engine)[0]
 
@@ -84,7 +84,7 @@ def distinct_solutions(
     warm: PaletteSolution | None = None,
     engine: str = "piqp",
 ) -> tuple[PaletteSolution, ...]:
-    """The ends of all local searches of ``solve_distinct``, the best first; one solution where nothing was found."""
+    """The results of all local searches of ``solve_distinct``, the best first; one solution if nothing was found."""
     started = perf_counter()
     requests = compiled_requests(problem)
     builder = Assembler(problem, requests)
@@ -96,7 +96,7 @@ def distinct_solutions(
     if warm is None:
         state = _others_first(builder, state, trace)
     if any(answer.infeasible or not answer.check.passed for answer in trace.answers.values()):
-        trace.notes.append("the cells beside the distinct ones cannot be met, so nothing was made distinct")
+        trace.notes.append("the cells beside the distinct ones cannot be met, so no colors were made distinct")
         return (_reported(builder, state, trace, apart=False),)
     phase = builder.assembled("reflectances", state, perceptual=problem.match == "perceptual")
     cells = distinct_cells(builder, state, phase)
@@ -104,7 +104,7 @@ def distinct_solutions(
     found, gamut = _searched(phase.quadratic, cells, engine, (starts, seed, given))
     if not found:
         state = state if warm is None else _others_first(builder, state, trace)
-        trace.notes.append("the distinct cells cannot be met together with the others, so nothing was made distinct")
+        trace.notes.append("the distinct cells cannot be met together with the others, so no colors were made distinct")
         return (_reported(builder, state, trace, apart=False),)
     if gamut != GAMUTS[0]:
         trace.notes.append(f"{gamut}: the display's gamut cannot be kept together with what the other cells ask")
@@ -128,7 +128,7 @@ def distinct_solutions(
 
 
 def _reported(builder: Assembler, state: PaletteState, trace: SolveTrace, *, apart: bool) -> PaletteSolution:
-    """The solution, not called solved where the distinct cells are not even visibly apart."""
+    """The solution; its status is not "solved" if the distinct cells are not visibly different."""
     solution = reported(builder, state, trace)
     if apart or solution.status is not PaletteStatus.SOLVED:
         return solution
@@ -138,7 +138,7 @@ def _reported(builder: Assembler, state: PaletteState, trace: SolveTrace, *, apa
 def _searched(
     linked: Quadratic, cells: DistinctCells, engine: str, begin: tuple[int, int, Array | None]
 ) -> tuple[list[Found], str]:
-    """Local optima from a number of starts, a seed, and given spectra, in the strictest gamut that can be kept."""
+    """Local optima from a number of starts, a seed, and given spectra, in the strictest possible gamut."""
     starts, seed, given = begin
     for gamut in GAMUTS:
         search = _Search(linked, cells, engine, gamut)
@@ -158,13 +158,13 @@ def _known(values: Array | None) -> Array:
 
 
 def _coincide(problem: PaletteProblem, warm: PaletteSolution) -> bool:
-    """Whether an earlier solution is no start here: of another shape, or its distinct colors are still one."""
+    """True if an earlier solution cannot be a start: its shape differs, or its distinct colors are still equal."""
     shape = (len(problem.reflectances), len(problem.lights), 3)
     return warm.actual_linear_rgb.shape != shape or least_difference(replace(warm, problem=problem)) < APART
 
 
 def _others_first(builder: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteState:
-    """Requests of the other cells, lights included, and whether they can be met at all."""
+    """Requests of the other cells, lights included, and True if they can be met at all."""
     if builder.free_items("lights"):
         state = designed(Rounds(builder, trace), state, Budget(SECONDS), race=False)
         trace.notes.append("the lights were designed for the other cells, then held while colors were made distinct")
@@ -175,7 +175,9 @@ def _others_first(builder: Assembler, state: PaletteState, trace: SolveTrace) ->
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One local search's end: ``merit`` is the least ΔE2000 less what the other criteria cost, in its unit."""
+    """The result of one local search: ``merit`` is the least ΔE2000 minus the cost of the other criteria, in its
+    unit.
+    """
 
     x: Array
     least: float
@@ -191,16 +193,16 @@ class _Search:
         rows, target = linked.least_squares()
         # Everything is divided by κ, so that t weighs 1.
         self._hessian = sparse.csc_matrix(rows.T @ rows) / cells.worth
-        self._pull = np.asarray(rows.T @ target) / cells.worth
+        self._linear = np.asarray(rows.T @ target) / cells.worth
         self._target_cost = 0.5 * float(target @ target) / cells.worth
         self._base = self._own_step()
 
     def start(self, rng: np.random.Generator) -> StepAnswer:
-        """Unknowns that spread the cells along random directions, as far as the other criteria let them."""
+        """Unknowns that spread the cells along random directions, as far as the other criteria allow."""
         directions = rng.normal(size=(len(self._cells.cells), 3))
         directions -= directions.mean(axis=0)
-        pull = START_PULL * np.einsum("ck,ckn->n", directions, self._cells.matrices)
-        return self._solve(replace(self._base, linear=self._base.linear - pull))
+        linear = START_SLOPE * np.einsum("ck,ckn->n", directions, self._cells.matrices)
+        return self._solve(replace(self._base, linear=self._base.linear - linear))
 
     def nearest(self, values: Array) -> StepAnswer:
         """Feasible unknowns near given spectra, which are behind the free colors in x."""
@@ -231,7 +233,7 @@ class _Search:
 
     def _cost(self, x: Array) -> float:
         """½ ||M x − y||² in units of ΔE2000."""
-        return float(0.5 * x @ (self._hessian @ x) - self._pull @ x) + self._target_cost
+        return float(0.5 * x @ (self._hessian @ x) - self._linear @ x) + self._target_cost
 
     def _merit(self, x: Array) -> float:
         return float(self._cells.differences(self._cells.colors(x)).min()) - self._cost(x)
@@ -240,7 +242,7 @@ class _Search:
         return solve_step(step, self._engine)
 
     def _own_step(self) -> Step:
-        """The palette's own criteria, and the gamut: of distinct cells, and of free common colors."""
+        """The palette's criteria, and the gamut: of distinct cells, and of free common colors."""
         cells, linked = self._cells, self._linked
         size = linked.size
         own = sparse.csc_matrix(cells.matrices.reshape(-1, size))
@@ -250,7 +252,7 @@ class _Search:
         free = free & (self._gamut != GAMUTS[2])
         return Step(
             hessian=self._hessian + RIDGE * sparse.identity(size, format="csc"),
-            linear=-self._pull,
+            linear=-self._linear,
             equality=sparse.csc_matrix(equality),
             equality_target=equality_target,
             rows=own[free],

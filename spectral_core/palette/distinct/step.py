@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One convex step of the search for distinct colors: a quadratic programme, by piqp or stated in cvxpy."""
+"""One convex step of the search for distinct colors: a quadratic program, by piqp or stated in cvxpy."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from spectral_core.palette.qp.optimality import Check
 Array = NDArray[np.float64]
 
 FAR = 1e30
-"""Stands for infinity where a solver wants a number."""
+"""Large number in place of infinity for solvers that need one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class StepAnswer:
 
     @property
     def feasible(self) -> bool:
-        """Whether x keeps to equalities and limits, optimal or not."""
+        """True if x satisfies equalities and limits, optimal or not."""
         return self.check.equality <= Check.LIMIT
 
 
@@ -79,7 +79,7 @@ def solve_step(step: Step, engine: str = "piqp") -> StepAnswer:
     if not np.all(np.isfinite(x)):
         count = x.size - int(step.least)
         return StepAnswer(np.clip(np.zeros(count), step.lower[:count], step.upper[:count]), -np.inf, _FAILED)
-    x = np.clip(x, step.lower, step.upper)  # rounding only: the check sees what it cost
+    x = np.clip(x, step.lower, step.upper)  # rounding only: the check includes its effect
     check = _checked(step, x, multipliers)
     return StepAnswer(x[:-1], float(x[-1]), check) if step.least else StepAnswer(x, 0.0, check)
 
@@ -109,7 +109,7 @@ def _piqp(step: Step) -> tuple[Array, Multipliers]:
 
 
 def _cvxpy(step: Step) -> tuple[Array, Multipliers]:
-    """The step as it is written down: the oracle of the test, and a way to other solvers."""
+    """The step in cvxpy: the oracle of the test, and an interface to other solvers."""
     try:
         import cvxpy
     except ImportError as error:
@@ -139,7 +139,7 @@ def _checked(step: Step, x: Array, multipliers: Multipliers) -> Check:
     """Projected-gradient residual of the Lagrangian, scaled; limits and equalities."""
     parts = (step.hessian @ x, step.linear, step.equality.T @ multipliers[0], step.rows.T @ multipliers[1])
     gradient = sum(parts)
-    # The natural size of the gradient is that of the parts which cancel in it.
+    # The natural size of the gradient is that of its terms, which cancel.
     scale = max(1.0, float(step.hessian.diagonal().max()), *(float(np.abs(part).max()) for part in parts))
     moved = np.clip(x - gradient / scale, step.lower, step.upper)
     kkt = float(np.abs(x - moved)[: x.size - int(step.least)].max(initial=0.0))

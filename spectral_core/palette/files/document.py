@@ -85,7 +85,7 @@ def problem_of(document: dict[str, Any], folder: Path) -> PaletteProblem:
 
 
 def _require_bounded(document: dict[str, Any], grid: SpectralGrid) -> None:
-    """A few thousand short names may span a table that no memory holds."""
+    """A few thousand short names may define a table that does not fit into memory."""
     rows, columns = len(document["reflectances"]), len(document["lights"])
     if rows * columns > MOST_CELLS or (rows + columns) * grid.size > MOST_SAMPLES:
         raise FileFormatError(
@@ -128,7 +128,7 @@ def _decoded_settings(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def _encoded_bound(end: float) -> float | str:
-    """Infinity as a word: JSON has no number for it."""
+    """Infinity as a string: JSON has no number for it."""
     return float(end) if np.isfinite(end) else "inf" if end > 0 else "-inf"
 
 
@@ -156,7 +156,7 @@ def _decoded_light(table: dict[str, Any], grid: SpectralGrid, files: SpectrumFil
     free = table.get("free", False)
     primaries = tuple(light_of(each) for each in table.get("primaries", ()))
     if free and not primaries and not spectrum.grid.same_as(grid):
-        # A measured lamp as the start of a design: its values at the design's own knots.
+        # A measured lamp as the start of a design: its values at the design's knots.
         spectrum = spectrum.resampled(grid, average=True)
     if "name" in table:
         spectrum = Illuminant(table["name"], spectrum.grid, spectrum.values, source=spectrum.source)
@@ -183,7 +183,7 @@ def _decoded_reflectance(table: dict[str, Any], grid: SpectralGrid, files: Spect
 
 
 Names = tuple[list[str], list[str]]
-"""Of the reflectances, and of the lights."""
+"""Names of the reflectances, and of the lights."""
 
 
 def _encoded_cell(cell: Cell, at: CellIndex, names: Names) -> dict[str, Any]:
@@ -217,7 +217,7 @@ def _decoded_cell(table: dict[str, Any], names: Names) -> tuple[CellIndex, Cell]
 
 
 def _encoded_place(at: CellIndex, names: Names) -> list[str | int]:
-    """[reflectance, light] by name, by number where a name stands for several."""
+    """[reflectance, light] by name, by number if several share a name."""
     return [known[index] if known.count(known[index]) == 1 else index for index, known in zip(at, names, strict=True)]
 
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``PaletteSolution`` as a plain document and back: spectra, colors, errors, status. Not the solver's warm state."""
+"""``PaletteSolution`` as a plain document and back: spectra, colors, errors, status. Without the solver's warm
+state.
+"""
 
 from __future__ import annotations
 
@@ -26,11 +28,11 @@ PLAIN = tuple(
     for each in fields(PaletteSolution)
     if each.name not in (*ARRAYS, *SPECTRA, *NOT_STORED, "conflicts", "amounts", "status")
 )
-"""Numbers, texts and tables of them, stored as they are."""
+"""Numbers, texts and tables of them, stored unchanged."""
 
 
 def solution_document(solution: PaletteSolution) -> dict[str, Any]:
-    """The solution as strings, numbers, lists and tables; "nothing wanted" (NaN) as None."""
+    """The solution as strings, numbers, lists and tables; NaN (no request) as None."""
     grid = solution.problem.grid
     document: dict[str, Any] = {"format": FORMAT, "version": VERSION, "status": str(solution.status)}
     document |= {name: _plain(getattr(solution, name)) for name in PLAIN}

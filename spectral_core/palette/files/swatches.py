@@ -25,12 +25,12 @@ from spectral_core.spectra.color import display_rgb_from_linear, linear_from_dis
 
 ASE_COLOR, ASE_GROUP, ASE_GROUP_END = 0x0001, 0xC001, 0xC002
 GAMUT_SLACK = 1e-6
-"""How far past [0, 1] a color may round."""
+"""Distance from [0, 1] that counts as rounding of a color."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Swatch:
-    """A named color. ``linear_rgb``: (3,), linear sRGB; ``group``: such as the light it is seen under."""
+    """A named color. ``linear_rgb``: (3,), linear sRGB; ``group``: for example its light."""
 
     name: str
     linear_rgb: NDArray[np.float64]
@@ -52,8 +52,8 @@ def swatches_of(solution: PaletteSolution) -> list[Swatch]:
 def write_swatches(path: str | Path, swatches: Sequence[Swatch], *, clip: bool = False) -> tuple[str, ...]:
     """Write ``.ase`` or ``.gpl``; returns the names of colors that were moved into the gamut.
 
-    Painting programs hold what a screen shows. ``clip`` moves each channel of other colors to the nearest end; without
-    it they raise InvalidInputError.
+    Painting programs store display colors. ``clip`` moves each channel of other colors to the nearest end; without it
+    they raise InvalidInputError.
     """
     file = Path(path)
     writers = {".ase": _ase_bytes, ".gpl": _gpl_bytes}
@@ -127,7 +127,7 @@ def _read_ase(file: Path, data: bytes) -> list[Swatch]:
                     swatches.append(Swatch(name, _ase_color(file, name, content[2 + 2 * letters :]), group))
     except (struct.error, UnicodeDecodeError) as error:
         raise FileFormatError(
-            f"{file}: the .ase file is cut or edited near byte {at} ({error}); export it anew"
+            f"{file}: the .ase file is truncated or edited near byte {at} ({error}); export it anew"
         ) from error
     return swatches
 

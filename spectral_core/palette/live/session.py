@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A palette that answers while it is edited: assembled once, solved again from where it was after every change."""
+"""A palette that is solved after every edit: assembled once, then solved again from its last solution."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from spectral_core.palette.solve import solve_palette
 Array = NDArray[np.float64]
 
 FIRST_SECONDS = 0.5
-"""Time budget of the solve with which a session begins."""
+"""Time budget of the first solve of a session."""
 TARGET_MODES = (CellMode.FIXED, CellMode.BLACK)
 
 
 @dataclass(frozen=True, eq=False)
 class LivePalette:
-    """The answer to one edit. Spectra are in ``state``; errors are computed when they are looked at."""
+    """The answer to one edit. Spectra are in ``state``; errors are computed on access."""
 
     problem: PaletteProblem
     state: PaletteState
@@ -41,7 +41,7 @@ class LivePalette:
     """(R, L, 3)."""
     kkt_residual: float
     trusted: bool
-    """Whether every solve of this edit passed its check."""
+    """True if every solve of this edit passed its check."""
     engines: tuple[str, ...]
     seconds: float
 
@@ -52,24 +52,25 @@ class LivePalette:
 
     @property
     def target_linear_rgb(self) -> Array:
-        """(R, L, 3): wanted colors, NaN where none."""
+        """(R, L, 3): targets, NaN without a target."""
         return self.errors.target_linear_rgb
 
     @property
     def delta_e_2000(self) -> Array:
-        """(R, L): error of each cell, NaN where nothing is wanted."""
+        """(R, L): error of each cell, NaN without a request."""
         return self.errors.delta_e_2000
 
 
 class PaletteSession:
     """Live editing of one palette.
 
-    An edit of a cell's target or weight assembles and solves one spectrum again, and what depends on it; other edits
-    assemble the palette anew and go on from the last spectra. ``rounds_per_edit``: rounds after each edit where lights
-    are designed too; ``refine`` does more when there is time. Lights are brightened to fit (``scale_lights``) once,
-    when the session begins.
+    An edit of a cell's target or weight assembles and solves one spectrum again, with those that depend on it; other
+    edits assemble the palette again and continue from the last spectra. ``rounds_per_edit``: rounds after each edit if
+    lights are designed too; ``refine`` does more when there is time. Lights are brightened to fit (``scale_lights``)
+    once, when the session begins.
     """
 
+    @on_one_thread
     def __init__(self, problem: PaletteProblem, *, rounds_per_edit: int = 1) -> None:
         self.rounds_per_edit = rounds_per_edit
         self._solution = solve_palette(problem, explain=False, seconds=FIRST_SECONDS)
@@ -94,7 +95,7 @@ class PaletteSession:
 
     @on_one_thread
     def edit_cells(self, cells: Mapping[CellIndex, Cell]) -> LivePalette:
-        """Replace several cells and solve again. Raises InvalidInputError as PaletteProblem does."""
+        """Replace several cells and solve again. Raises the same InvalidInputError as PaletteProblem."""
         started = perf_counter()
         before, problem = self._problem, self._problem.with_cells(cells)
         changed = None
@@ -127,33 +128,36 @@ class PaletteSession:
         self._rounds.check(self._state, perceptual=perceptual)
         return reported(self._rounds.assembler, self._state, self._rounds.trace)
 
-    # -- what an edit changes ------------------------------------------------------------------------------------------
+    # -- effects of an edit --------------------------------------------------------------------------------------------
 
     def _adopt(self, problem: PaletteProblem) -> None:
-        """Take a problem whose grid, lights or settings may differ; unknowns of unchanged shape are kept."""
+        """Replace the problem by one with another grid, lights or settings; unknowns of unchanged shape are kept."""
         self._state = initial_state(problem, self._state)
         self._problem = problem
         self._rounds = Rounds(Assembler(problem, compiled_requests(problem)), SolveTrace())
         self._assembled: Assembled | None = None
 
     def _take(self, problem: PaletteProblem) -> None:
-        """Take a problem that differs in its cells only; the engines go on from their last answers."""
+        """Replace the problem by one with other cells; the engines continue from their last answers."""
         engines = self._rounds.engines
         self._rounds = Rounds(Assembler(problem, compiled_requests(problem)), SolveTrace())
         self._rounds.engines = engines
         self._assembled = None
 
     def _quick(self, before: PaletteProblem, problem: PaletteProblem, index: CellIndex, cell: Cell) -> int | None:
-        """Take an edit of one target, or of its weight: the number of the block that changes; None where it is more."""
+        """Apply an edit of one target, or of its weight: the index of the changed block; None if more changes."""
         assembled, assembler = self._assembled, self._rounds.assembler
         if assembled is None or problem.match != "linear" or problem.subspace is not None:
             return None
         old = before.cells[index[0]][index[1]]
         weight = cell.weight / assembler.requests.weight_scale
-        weights = [weight, *(each.weight for each in assembler.requests.targets)]
-        weights += [each for group in assembler.requests.groups for each in group.weights]
-        if min(weights) <= 0 or max(weights) > WEIGHT_RATIO * min(weights) or old.weight == 0:
-            return None  # weights are capped, or a cell has no request any more
+        if cell.weight != old.weight:
+            weights = [weight, *(each.weight for each in assembler.requests.targets)]
+            weights += [each for group in assembler.requests.groups for each in group.weights]
+            if min(weights) <= 0 or max(weights) > WEIGHT_RATIO * min(weights):
+                return None  # weights are capped
+        if cell.weight == 0 or old.weight == 0:
+            return None  # a cell has no request any more
         if cell.mode not in TARGET_MODES or old.mode not in TARGET_MODES:
             return None
         if assembler.in_group(index) or len(assembler.requests.conditions) > 1 or assembler.requests.notes:
@@ -169,7 +173,8 @@ class PaletteSession:
     # -- solving -------------------------------------------------------------------------------------------------------
 
     def _resolve(self, rounds: int, started: float, changed: int | None = None) -> LivePalette:
-        if wants_distinct(self._problem):
+        # An edit of one target leaves it a target.
+        if changed is None and wants_distinct(self._problem):
             return self._resolve_distinct(started)
         both, perceptual = len(self._rounds.sides) == 2, self._problem.match == "perceptual"
         matrices = None

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent surfaces: light that is absorbed at one wavelength and sent out at a longer one (section 5.5.1).
+"""Fluorescent surfaces: light that is absorbed at one wavelength and emitted at a longer one (section 5.5.1).
 
-A surface is diag(S) + Σ a_k em_k ex_kᵀ (Donaldson 1954): what it reflects, and amounts a of dyes with an excitation
-spectrum ex (the share of light that a unit amount absorbs and sends out again) and an emission density em (its integral
-is 1). That is linear in (S, a) for a known light and linear in the light for a known surface, so fluorescence is
-designed by the same least squares as all else. At every wavelength at most
-as much comes back as went in, in photons and in power.
+A surface is diag(S) + Σ a_k em_k ex_kᵀ (Donaldson 1954): its reflectance, and amounts a of dyes with an excitation
+spectrum ex (the share of light that a unit amount absorbs and emits again) and an emission density em (its integral is
+1). That is linear in (S, a) for a known light and linear in the light for a known surface, so fluorescence is designed
+by the same least squares. At every wavelength, at most as much light leaves as arrived, in photons and in power.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FluorescentSurface:
-    """A reflectance on a grid with amounts (k,) of dyes. Raises InvalidInputError where it returns over 1."""
+    """A reflectance on a grid with amounts (k,) of dyes. Raises InvalidInputError if it returns more than 1."""
 
     name: str
     reflectance: Spectrum
@@ -49,12 +48,8 @@ class FluorescentSurface:
         return self.reflectance.grid
 
     def returned_share(self) -> Array:
-        """Share of the light at each knot that comes back, in photons or in power, whichever is more: (n,)."""
+        """Share of the light at each knot that is returned, in photons or in power, the larger of both: (n,)."""
         return self.reflectance.values + share_per_amount(self.dyes, self.grid.wavelengths_nm) @ self.amounts
-
-    def returned_energy(self) -> Array:
-        """Share of the light at each knot that is reflected or sent out again, (n,)."""
-        return self.reflectance.values + energy_per_amount(self.dyes, self.grid) @ self.amounts
 
     def bispectral_matrix(self) -> Array:
         """Donaldson matrix (n, n) on the grid: radiance at the knots from the light's power at the knots."""
@@ -79,12 +74,6 @@ class FluorescentSurface:
         return color
 
 
-def energy_per_amount(dyes: Sequence[FluorescentDye], grid: SpectralGrid) -> Array:
-    """(n, k): share of light at each knot that a unit amount of each dye sends out again."""
-    columns = [dye.excitation_on(grid) for dye in dyes]
-    return np.stack(columns, axis=1) if columns else np.zeros((grid.size, 0))
-
-
 def color_from_surface(
     light: Spectrum, dyes: Sequence[FluorescentDye], grid: SpectralGrid, viewer: Observer | None = None
 ) -> Array:
@@ -101,11 +90,6 @@ def color_from_light(surface: FluorescentSurface, grid: SpectralGrid, viewer: Ob
         excited = grid.against_hats(points, dye.excitation_at(points, surface.grid) * weights)[0]
         matrix = matrix + amount * np.outer(dye.emitted_rgb(viewer), excited)
     return matrix
-
-
-def energy_rows(dyes: Sequence[FluorescentDye], grid: SpectralGrid) -> Array:
-    """(n, n + k): light returned at each knot, as ``returned_share`` counts it, from reflectance values and amounts."""
-    return np.concatenate([np.eye(grid.size), share_per_amount(dyes, grid.wavelengths_nm)], axis=1)
 
 
 def led(peak_nm: float, *, power: float = 1.0, width_nm: float = 8.0) -> Illuminant:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Palettes with fluorescent materials: reflectance and amounts of dye, and lights, designed in turn.
+"""Palettes with fluorescent materials: reflectances with amounts of dyes, and lights, designed in turn.
 
 The cells are those of a ``PaletteProblem``; dyes are given per reflectance. Unknowns of a fluorescent material are its
-reflectance S, the amounts a of its dyes and, at every wavelength, the share s of light that it does not return, with
-S + Σ a_k q_k + s = 1 (``share_per_amount``) and all of them at least 0: the bound as equalities, which every engine
-knows.
+reflectance S, the amounts a of its dyes and, at every wavelength, the share s of light that it does not return, with S
++ Σ a_k q_k + s = 1 (``share_per_amount``), all of them at least 0: the bound is stated as equalities, which every
+engine supports.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 Array = NDArray[np.float64]
 Dyes = Mapping[int, Sequence[FluorescentDye]]
-"""Dyes that each reflectance, by its number, may hold."""
+"""Dyes of each reflectance, by its index."""
 
 SETTLED = 1e-3
-"""Relative fall of the sum of squares in a round below which the rounds stop."""
+"""Relative decrease of the sum of squares in a round below which the rounds stop."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,30 +50,30 @@ class FluorescentSolution:
 
     problem: PaletteProblem
     surfaces: tuple[FluorescentSurface, ...]
-    """Those without dyes have no amounts."""
+    """Surfaces without dyes have no amounts."""
     illuminants: tuple[Spectrum, ...]
     target_linear_rgb: Array
     actual_linear_rgb: Array
     delta_e_2000: Array
     check: Check
-    """The worst of the last solves of each side."""
+    """The worst check of the last solves of each side."""
     exact_error: float
-    """How far exact cells are from their targets, in linear RGB."""
+    """Largest distance of exact cells from their targets, in linear RGB."""
     rounds: int
 
     @property
     def trusted(self) -> bool:
-        """Whether the solves passed their checks and every exact cell holds."""
+        """True if the solves passed their checks and every exact cell holds."""
         return self.check.passed and self.exact_error <= EXACT_LIMIT
 
     @property
     def largest_returned_share(self) -> float:
-        """Largest share of photons or power that any surface returns at any knot: at most 1, but for rounding."""
+        """Largest share of photons or power that any surface returns at any knot: at most 1, up to rounding."""
         return max(float(surface.returned_share().max()) for surface in self.surfaces)
 
 
 def solve_fluorescent(problem: PaletteProblem, dyes: Dyes) -> FluorescentSolution:
-    """Reflectances, amounts of dyes, and free lights that come as near to all cells as energy allows.
+    """Reflectances, amounts of dyes, and free lights that meet all cells as well as energy conservation allows.
 
     Raises InvalidInputError for settings that dyes do not support: several observers, variants of lights,
     lights from primaries, subspaces, "distinct" cells, negative reflectances, and dyes on measured reflectances.
@@ -101,10 +101,10 @@ class _Design:
         self.dyes = [tuple(dyes.get(i, ())) for i in range(len(problem.reflectances))]
         self.lights: list[Spectrum] = [light.spectrum for light in problem.lights]
         self._engines = {"reflectances": Engine(), "lights": Engine()}
-        grey = np.full(problem.grid.size, 0.5)
+        gray = np.full(problem.grid.size, 0.5)
         self.surfaces = [
             FluorescentSurface(
-                item.name, item.spectrum or Spectrum(item.name, problem.grid, grey), own, np.zeros(len(own))
+                item.name, item.spectrum or Spectrum(item.name, problem.grid, gray), own, np.zeros(len(own))
             )
             for item, own in zip(problem.reflectances, self.dyes, strict=True)
         ]

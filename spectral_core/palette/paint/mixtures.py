@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mixtures of designed materials: which of them keep the design, and a design that also holds for paints.
+"""Mixtures of designed materials: which mixtures keep a match, and a design that also holds for paints.
 
-Additive mixtures (patches too small to see, halftones, blended textures) are linear in reflectance, so what matches
-under a light still matches when mixed. Paints are not: absorption K and scattering S mix, and reflectance follows from
-K/S (Kubelka and Munk 1931). Section 5.5.1 names both; ``tint_differences`` measures what paint does to a match, and
+Additive mixtures (unresolved patches, halftones, blended textures) are linear in reflectance, so a match under a light
+is kept by mixing. Paints are not: absorption K and scattering S mix, and reflectance follows from K/S (Kubelka and Munk
+1931). Section 5.5.1 names both; ``tint_differences`` measures the effect of paint on a match, and
 ``spectral_core.palette.paint.tints`` designs for it.
 """
 
@@ -73,7 +73,7 @@ def paint_mixture(concentrations: ArrayLike, reflectances: ArrayLike, scattering
         raise InvalidInputError(f"scattering spans {strength.min():g} to {strength.max():g}; expected it above 0")
     absorption = np.where(surfaces > 0, absorption_from_reflectance(np.where(surfaces > 0, surfaces, 1.0)), np.inf)
     present = weights[..., None] > 0
-    # A share of 0 must not count, even with a perfect black's infinite K.
+    # A share of 0 must not count, even with the infinite K of a perfect black.
     total = np.where(present, np.where(present, absorption, 0.0) * strength * weights[..., None], 0.0).sum(axis=-2)
     return reflectance_from_absorption(total / (strength * weights[..., None]).sum(axis=-2))
 

@@ -23,8 +23,9 @@ from spectral_core.palette.design.rounds import SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.paint.mixtures import paint_mixture, paint_slope, tint_differences
 from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import Block
-from spectral_core.palette.qp.engine import Answer, solve
+from spectral_core.palette.qp.engine import solve
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import PaletteSolution
@@ -63,7 +64,7 @@ class TintCriterion:
 def with_tints(builder: Assembler, linked: Quadratic, state: PaletteState, criterion: TintCriterion) -> Quadratic:
     """The reflectances' problem with the rows of tints, linearized at the state's reflectances.
 
-    One more free color per group of matching cells and level: the color that their tints should share.
+    One more free color per group of matching cells and level: the common color of their tints.
     """
     size = builder.problem.grid.size
     base = criterion.base_on(size)
@@ -131,10 +132,10 @@ def matching_cells(requests: Requests) -> list[dict[CellIndex, float]]:
 def solve_with_tints(
     problem: PaletteProblem, criterion: TintCriterion | None = None, *, iterations: int = 40
 ) -> PaletteSolution:
-    """The palette with matching cells that also match as tints (Kubelka-Munk), as nearly as the rest allows.
+    """A palette whose matching cells also match as tints (Kubelka-Munk), as nearly as the other requests allow.
 
-    Begins at solve_palette, holds the lights, and takes Gauss-Newton steps within a trust region; each step is a
-    palette problem with more rows, and is kept only if the true objective falls. Raises InvalidInputError where cells
+    Starts with solve_palette, holds the lights, and takes Gauss-Newton steps within a trust region; each step is a
+    palette problem with more rows, and is kept only if the true objective decreases. Raises InvalidInputError if cells
     are "distinct".
     """
     started = perf_counter()
@@ -169,7 +170,7 @@ def solve_with_tints(
 
 
 def largest_tint_difference(solution: PaletteSolution, criterion: TintCriterion) -> float:
-    """Largest ΔE2000 between tints of cells under one light that should look the same; 0 where there are none."""
+    """Largest ΔE2000 between tints of cells under one light with equal requested colors; 0 without such cells."""
     worst = 0.0
     for members in matching_cells(compiled_requests(solution.problem)):
         for a, b in combinations(members, 2):
@@ -195,7 +196,9 @@ def _tint_step(
 
 
 def _tint_objective(builder: Assembler, state: PaletteState, criterion: TintCriterion) -> float:
-    """Half the sum of squares of all soft rows at a state, tints by Kubelka-Munk itself, free colors at their best."""
+    """Half the sum of squares of all soft rows at a state, tints by Kubelka-Munk itself, free colors at their
+    optimum.
+    """
     # Linearized at the state itself, the tints' rows are exact there.
     linked = with_tints(builder, builder.assembled("reflectances", state).quadratic, state, criterion)
     values = [state.reflectances[item] for item in builder.free_items("reflectances")]

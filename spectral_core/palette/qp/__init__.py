@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Engines for the convex quadratic programs of a palette, and the one check that every answer must pass."""
+"""Engines for the convex quadratic programs of a palette, and the check that every answer must pass."""

@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two gears of the engine that go from one set of active bounds to the next.
+"""Two methods of the engine that change the set of active bounds step by step.
 
 *Primal-dual active set* (Hintermüller, Ito and Kunisch 2002): solve with the present bounds held, then hold whatever
-left its bounds and release whatever pulls inwards, all at once. After a small edit two or three steps settle it, but it
-may cycle.
+left its bounds and release whatever has a gradient that points inwards, all at once. After a small edit two or three
+steps settle it, but it may cycle.
 
 *Parametric walk* (Best 1996; Ferreau, Bock and Diehl 2008): the last optimum is the optimum of a problem with another
-linear term. Move that term to the new one on a straight line; the solution follows piecewise linearly, and one bound
-changes at each bend. The walk cannot cycle where no two bounds change at once.
+linear term. That term is moved to the new one on a straight line; the solution follows piecewise linearly, and one
+bound changes at each breakpoint. The walk cannot cycle unless two bounds change at once.
 """
 
 from __future__ import annotations
+
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,25 +23,24 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FINE_SLACK = 1e-15
-"""What counts as rounding of a gradient that was refined; ``SLACK`` otherwise."""
-WALK_STEPS = 400
-"""Bends of the walk before it gives up; some tens are usual."""
+"""Rounding that is accepted in a gradient that was refined; ``SLACK`` otherwise."""
+WALK_STEPS = 600
+"""Most breakpoints of the walk; some tens are usual."""
 
 
 class ActiveSet(HeldBounds):
-    """Finds which bounds are active: ``settle``, the first gear, and ``walk``, the second."""
+    """Finds the active bounds: ``settle``, the first method, and ``walk``, the second."""
 
-    # -- first gear ------------------------------------------------------------------------------------------------
+    # -- first method ----------------------------------------------------------------------------------------------
 
     def settle(self, most: int = 4, *, fine: bool = False) -> bool:
-        """Primal-dual active-set steps; whether they arrived at an optimum. ``fine``: with refined solutions."""
-        slack = (FINE_SLACK if fine else SLACK) * self._scale()
+        """Primal-dual active-set steps; True if they reached an optimum. ``fine``: with refined solutions."""
+        slack = (FINE_SLACK if fine else SLACK) * self.arrow.sizes
         for _ in range(most):
             self.steps += 1
             values, gradient = self.solved()
             if fine:
                 values, gradient = self._refined(values)
-            self.goal = values
             wrong, below, above = self._wrong(values, gradient, slack)
             # Optimal: values are clipped because "kept" allows the slack, and bounds must hold to the last digit.
             if not wrong.any():
@@ -51,10 +52,10 @@ class ActiveSet(HeldBounds):
             self._toggle(wrong)
         return False
 
-    # -- second gear -----------------------------------------------------------------------------------------------
+    # -- second method ---------------------------------------------------------------------------------------------
 
-    def walk(self, begin: Array, free: Mask) -> bool:
-        """The parametric walk from an optimum of a like problem; whether it arrived.
+    def walk(self, begin: Array, free: Mask, most: int = WALK_STEPS) -> bool:
+        """The parametric walk from an optimum of a similar problem; True if it reached the end.
 
         Parameters
         ----------
@@ -62,43 +63,61 @@ class ActiveSet(HeldBounds):
             All unknowns there, within bounds.
         free
             Which of them are off their bounds.
+        most
+            Largest number of breakpoints.
         """
-        self.begin(begin, free)
-        slack = SLACK * self._scale()
-        x = self.x
-        gradient = self._gradient_at(x)
-        at_lower = x <= self.lower
-        # With these gradients ``begin`` is optimal; the difference to the true ones is what the walk takes away.
-        gradient = np.where(self.free, 0.0, np.where(at_lower, np.maximum(gradient, 0.0), np.minimum(gradient, 0.0)))
-        for _ in range(WALK_STEPS):
+        if begin is not self.x or free is not self.free:
+            self.begin(begin, free)
+        self._refresh()
+        low, high = self._kept_between(slice(None))
+        here: Array | None = None
+        for _ in range(most):
             self.steps += 1
-            goal, goal_gradient = self.solved()
-            below = self.free & (goal < self._low_limit)
-            above = self.free & (goal > self._high_limit)
-            at_lower = ~self.free & (x <= self.lower)
-            inward = ~self.free & self._movable & np.where(at_lower, goal_gradient < -slack, goal_gradient > slack)
-            if not (below.any() or above.any() or inward.any()):
-                self.x = np.clip(goal, self.lower, self.upper)
+            goal, full = self._goal()
+            past = ((goal < low) | (goal > high)).nonzero()[0]
+            if not past.size:
+                self.x = np.where(self.free, np.clip(goal, self.lower, self.upper), self.x)
+                self._take_multipliers(full)
                 return True
-            # Ratio test along the line from the present point to the goal: the first unknown that meets its bound, or
-            # the first multiplier that meets 0, ends the linear piece.
-            step = np.full(x.size, np.inf)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                for bound, past in ((self.lower, below), (self.upper, above)):
-                    step[past] = (bound[past] - x[past]) / (goal[past] - x[past])
-                step[inward] = gradient[inward] / (gradient[inward] - goal_gradient[inward])
-            first = int(step.argmin())
-            # Ties and rounding give ratios slightly outside [0, 1]; a step beyond them would leave the path.
-            part = float(np.clip(step[first], 0.0, 1.0))
-            x = x + part * (goal - x)
-            gradient = gradient + part * (goal_gradient - gradient)
-            x = np.where(self.free, np.clip(x, self.lower, self.upper), self.x)
+            if here is None:
+                here = self._start()
+            first, part, end, below = self._first_breakpoint(past, here, goal, low)
+            goal -= here
+            goal *= part
+            here += goal
             if self.free[first]:
                 # Exactly on the bound: "held" means equal to it, also in the next elimination.
-                x[first] = self.lower[first] if below[first] else self.upper[first]
-            gradient[first] = 0.0
-            self.x = x
-            self.free[first] = not self.free[first]
-            if self.block_of[first] >= 0:
-                self.stale.add(int(self.block_of[first]))
+                self.x[first] = end
+                here[first] = 0.0
+                slack = SLACK * self.arrow.sizes[first]
+                low[first], high[first] = (-slack, np.inf) if below else (-np.inf, slack)
+            else:
+                here[first] = self.x[first]
+                low[first], high[first] = self._low_limit[first], self._high_limit[first]
+            self._exchange(first)
         return False
+
+    def _start(self) -> Array:
+        """The start of the walk: the value of each free unknown, and a gradient of each held one."""
+        # With these gradients the start is optimal; the walk removes the difference to the true ones.
+        gradient = self._gradient_at(self.x[: self.colors])
+        inward = np.where(self.x <= self.lower, np.maximum(gradient, 0.0), np.minimum(gradient, 0.0))
+        return np.where(self.free, self.x, inward)
+
+    def _first_breakpoint(
+        self, past: NDArray[np.intp], here: Array, goal: Array, low: Array
+    ) -> tuple[int, float, float, bool]:
+        """Ratio test along the line from the present point to the goal.
+
+        The first unknown that meets its bound, or the first multiplier that meets 0, ends the linear piece: its number,
+        the part of the line, its end, and True if that is below.
+        """
+        start, aim = here[past], goal[past]
+        below = aim < low[past]
+        ends = np.where(self.free[past], np.where(below, self.lower[past], self.upper[past]), 0.0)
+        parts = (ends - start) / (aim - start)
+        number = int(parts.argmin())
+        part = float(parts[number])
+        # Ties and rounding give ratios slightly outside [0, 1]; a step beyond them would leave the path.
+        part = min(max(part, 0.0), 1.0) if isfinite(part) else 0.0
+        return int(past[number]), part, float(ends[number]), bool(below[number])

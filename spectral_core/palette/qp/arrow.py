@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The structure that every engine here shares: a block-arrow system, eliminated spectrum by spectrum.
+"""The structure of every engine here: a block-arrow system, eliminated spectrum by spectrum.
 
 With the bounds that hold an unknown taken as known, the conditions of optimality of one spectrum are
 
     H x + f − Cᵀ g + Eᵀ y = 0      H = AᵀωA + DᵀD, f = −Aᵀωt, C = τᵀωA
-    E x − T g − c y = e            one row for each exact or very heavy row of the block
+    E x − T g − c y = e            one row for each exact row of the block, or row of very large weight
 
 so that x and y are affine functions of the free colors g. What is left is one small system in g (its Schur complement).
 A row of weight ω above ``cap`` stands in H with ``cap``, and its rest in E with the compliance c = 1 / (ω − cap); an
@@ -13,7 +13,8 @@ exact row has compliance 0. Thus no weight, however large, enters H and costs di
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,10 @@ CAP, CAP_OVER_LIGHTEST = 1e4, 1e8
 """Largest weight in H, relative to the median one and to the lightest one."""
 RIDGE = 1e-13
 """Added to the diagonal of H, relative to its mean: spectra without smoothness have no unique minimum."""
+BOOSTS = (1e-11, 1e-9, 1e-7)
+"""Ridges that are tried one after the other where H is singular to rounding."""
+COLOR_RIDGE = 1e-15
+"""Added to the curvature of the free colors, relative to the largest."""
 STIFFNESS = 1e-13
 """Least compliance of a border row, relative to the largest of its block: rows may depend on each other."""
 
@@ -45,7 +50,7 @@ class Spectrum:
     border_ties: Array
     compliance: Array
     in_border: Mask
-    """Which rows of the block have a border row."""
+    """Rows of the block that have a border row."""
     weights: Array
     """ω in H, (m,)."""
     color_hessian: Array
@@ -55,10 +60,10 @@ class Spectrum:
 
 
 def median_weight(problem: Quadratic) -> tuple[float, float]:
-    """Lower median and least of all finite weights; 1 where there is none."""
+    """Lower median and least of all finite weights; 1 if there is none."""
     parts = [problem.known_weights, *(block.weights for block in problem.blocks)]
     weights = np.concatenate(parts)
-    # The lower median: one weight that is dragged far away does not move the unit.
+    # The lower median: dragging one weight far away does not change the unit.
     weights = np.sort(weights[np.isfinite(weights) & (weights > 0)])
     if weights.size == 0:
         return 1.0, 1.0
@@ -97,14 +102,22 @@ def squared(block: Block, unit: float, cap: float) -> Spectrum:
 
 
 def retargeted(before: Spectrum, block: Block) -> Spectrum:
-    """The squares of a block of which only targets changed: H, and factors of it, stay."""
+    """The squares of a block whose targets alone changed: H and its factors stay."""
     # Only right-hand sides are computed: O(m n), where H costs O(m n²).
-    forces = before.weights * block.targets
-    return replace(
-        before,
-        linear=-(forces @ block.rows),
-        border_target=block.targets[before.in_border],
-        color_linear=-(forces @ block.ties),
+    pushes = before.weights * block.targets
+    return Spectrum(
+        before.hessian,
+        -(pushes @ block.rows),
+        before.ties,
+        before.border,
+        block.targets[before.in_border] if len(before.border) else before.border_target,
+        before.border_ties,
+        before.compliance,
+        before.in_border,
+        before.weights,
+        before.color_hessian,
+        -(pushes @ block.ties),
+        before.largest,
     )
 
 
@@ -119,18 +132,18 @@ class Factors:
         inner = hessian if self._all else hessian.take(self._at, axis=0).take(self._at, axis=1)
         # Without smoothness H may be singular to rounding; more ridge then costs digits, not the answer.
         self._factor, failed = dpotrf(inner, lower=1)
-        for boost in (1e-11, 1e-9, 1e-7):
+        for boost in BOOSTS:
             if not failed:
                 break
             self._factor, failed = dpotrf(_ridged(inner, boost), lower=1)
         if failed:
             raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
         if len(self._border):
-            # Schur complement of H in the border rows: its size is the number of exact and heavy rows, a few.
+            # Schur complement of H in the border rows: its size is the number of border rows, a few.
             self._border_solved = self._solved(self._border)
             schur = self._border @ self._border_solved.T
             least = STIFFNESS * max(float(schur.diagonal().max()), 1e-300)
-            # Two exact rows that ask the same make the complement singular; the least compliance shares the force
+            # Two exact rows with the same request make the complement singular; the least compliance shares the force
             # between them.
             schur.flat[:: len(schur) + 1] += np.maximum(spectrum.compliance, least)
             self._schur = schur
@@ -156,8 +169,22 @@ class Factors:
 
 def _ridged(matrix: Array, share: float) -> Array:
     ridged = matrix.copy()
-    ridged.flat[:: len(ridged) + 1] += share * max(float(np.diagonal(matrix).mean()), 1e-12)
+    ridged.flat[:: len(ridged) + 1] += share * max(float(matrix.trace()) / max(len(matrix), 1), 1e-12)
     return ridged
+
+
+def regular_solve(matrix: Array, right: Array) -> Array:
+    """Solve with a symmetric matrix that has no negative curvature, under the ridge of H."""
+    if not matrix.size:
+        return right
+    factor, failed = dpotrf(_ridged(matrix, RIDGE), lower=1)
+    for boost in BOOSTS:
+        if not failed:
+            break
+        factor, failed = dpotrf(_ridged(matrix, boost), lower=1)
+    if failed:
+        raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
+    return np.asarray(dpotrs(factor, right, lower=1)[0])
 
 
 def symmetric_solve(matrix: Array, right: Array) -> Array:
@@ -178,49 +205,76 @@ class Arrow:
         # digits.
         self.cap = min(CAP, CAP_OVER_LIGHTEST * lightest / self.unit)
         self.spectra = [squared(block, self.unit, self.cap) for block in problem.blocks]
-        self._known()
-
-    def _known(self) -> None:
-        """Rows of known colors, and the colors' system."""
-        problem = self.problem
         count = problem.color_lower.size
         weights = problem.known_weights / self.unit
         ties = problem.known_ties if problem.known_ties.size else np.zeros((0, count))
+        # Rows of known colors do not change between like problems.
         self._known_hessian = (ties.T * weights) @ ties
         self._known_linear = -(problem.known_targets * weights) @ ties if len(ties) else np.zeros(count)
-        self.color_system = self._summed()
-        """W and w: curvature and pull of the colors before spectra are eliminated."""
+        self._collect()
+
+    def _collect(self) -> None:
+        """The sum of all blocks' contributions to the system of the colors, and the size of each unknown's gradient."""
+        self._color_hessians = np.array([self._known_hessian, *(each.color_hessian for each in self.spectra)])
+        self._color_linears = np.array([self._known_linear, *(each.color_linear for each in self.spectra)])
+        self._weights = None if self.problem.stack is None else np.array([each.weights for each in self.spectra])
+        lengths = [self.problem.color_lower.size, *(each.linear.size for each in self.spectra)]
+        self.sizes = np.repeat([0.0, *(each.largest for each in self.spectra)], lengths)
+        """Size of each unknown's gradient, for the rounding that is accepted."""
+        self._sum_colors()
+
+    def _sum_colors(self) -> None:
+        hessian = self._color_hessians.sum(axis=0)
+        self.color_system = hessian, self._color_linears.sum(axis=0)
+        """W and w: curvature and linear term of the colors before spectra are eliminated."""
+        diagonal = hessian.diagonal()
+        self.color_ridge = COLOR_RIDGE * max(float(diagonal.max(initial=0.0)), 1e-300)
+        self.sizes[: diagonal.size] = np.maximum(diagonal, 1e-300)
 
     def replaced(self, problem: Quadratic, changed: list[int]) -> bool:
         """Take a like problem of which only some blocks differ; False where weights differ too much for that."""
-        unit, lightest = median_weight(problem)
-        cap = min(CAP, CAP_OVER_LIGHTEST * lightest / unit)
-        # Unit and cap are kept while they are of the right size: dividing all blocks anew would lose all factors.
-        if not (0.1 < unit / self.unit < 10 and 0.1 < cap / self.cap < 10):
-            return False
-        before, self.problem = self.problem, problem
+        before = self.problem
+        if any(problem.blocks[k].weights is not before.blocks[k].weights for k in changed):
+            unit, lightest = median_weight(problem)
+            cap = min(CAP, CAP_OVER_LIGHTEST * lightest / unit)
+            # Unit and cap are kept while they are of the right size: dividing all blocks anew would lose all factors.
+            if not (0.1 < unit / self.unit < 10 and 0.1 < cap / self.cap < 10):
+                return False
+        self.problem = problem
         for k in changed:
             old, block = before.blocks[k], problem.blocks[k]
-            # An exact row may have become a heavy one: the weights say all.
+            # An exact row may have become one of large weight: the weights say all.
             if block.rows is old.rows and block.ties is old.ties and np.array_equal(block.weights, old.weights):
                 self.spectra[k] = retargeted(self.spectra[k], block)
             else:
                 self.spectra[k] = squared(block, self.unit, self.cap)
-        self._known()
+                self._color_hessians[1 + k] = self.spectra[k].color_hessian
+                self.sizes[problem.offsets[k] : problem.offsets[k + 1]] = self.spectra[k].largest
+                if self._weights is not None:
+                    self._weights[k] = self.spectra[k].weights
+            self._color_linears[1 + k] = self.spectra[k].color_linear
+        self._sum_colors()
         return True
 
-    def _summed(self) -> tuple[Array, Array]:
-        hessian, linear = self._known_hessian.copy(), self._known_linear.copy()
-        for spectrum in self.spectra:
-            hessian += spectrum.color_hessian
-            linear += spectrum.color_linear
-        return hessian, linear
+    def row_forces(self, misses: Array | Sequence[Array], multipliers: Sequence[Array]) -> Array | list[Array]:
+        """Multiplier of each row of each block in the units of the problem.
 
-    def row_forces(self, x: Array, multipliers: list[Array]) -> list[Array]:
-        """Multiplier of each row of each block in the problem's own units, from those of the border rows."""
+        Parameters
+        ----------
+        misses
+            What each row leaves, as ``Quadratic.all_misses``.
+        multipliers
+            Those of the border rows of each block, (b,).
+        """
+        # The part of the force that H carries; the border's multiplier is the rest.
+        if self._weights is not None:
+            stacked = self.unit * self._weights * misses
+            for force, spectrum, multiplier in zip(stacked, self.spectra, multipliers, strict=True):
+                if multiplier.size:
+                    force[spectrum.in_border] += self.unit * multiplier
+            return stacked
         forces = []
-        for left, spectrum, multiplier in zip(self.problem.all_misses(x), self.spectra, multipliers, strict=True):
-            # The part of the force that H carries; the border's multiplier is the rest.
+        for left, spectrum, multiplier in zip(misses, self.spectra, multipliers, strict=True):
             force = spectrum.weights * left
             if multiplier.size:
                 force[spectrum.in_border] += multiplier

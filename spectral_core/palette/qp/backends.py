@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two well-kept solvers beside the engine: daqp for lone spectra and feasibility, piqp where it is faster or the last.
+"""Two external solvers beside the engine: daqp for single spectra and feasibility, piqp if it is faster or the others
+fail.
 
-Dual active sets (daqp, Arnström 2022) take microseconds for a spectrum by itself. PIQP (Schwan 2023) works on the rows
+Dual active sets (daqp, Arnström 2022) take microseconds for a single spectrum. PIQP (Schwan 2023) works on the rows
 themselves and does not square their condition.
 """
 
@@ -18,19 +19,19 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 STIFFEST = 1e8
-"""Largest weight, relative to the median, that daqp is given: its normal equations lose digits past that."""
+"""Largest weight, relative to the median, in daqp: its normal equations lose digits beyond that."""
 EQUAL = 5
-"""daqp's sense of a row that must hold as an equality."""
+"""daqp's sense of an equality."""
 REACHED = 1e-7
-"""Linear RGB within which exact rows count as possible together."""
+"""Linear RGB within which exact rows count as feasible together."""
 
 
 def lone_spectrum(
     spectrum: Spectrum, lower: Array, upper: Array, colors: Array, start: Array | None = None
 ) -> tuple[Array, Mask] | None:
-    """One spectrum at given free colors, by daqp, and which samples are off their bounds; None where it gives up.
+    """One spectrum at given free colors, by daqp, and the samples off their bounds; None if it fails.
 
-    Where exact rows are many or heavy rows hold it, the answer is a guess of the active bounds more than an optimum.
+    With many exact rows, or very large weights, the answer is a guess of the active bounds rather than an optimum.
 
     Parameters
     ----------
@@ -50,11 +51,11 @@ def lone_spectrum(
     hessian, linear = spectrum.hessian, spectrum.linear - colors @ spectrum.ties
     right = spectrum.border_target + spectrum.border_ties @ colors
     if not exact.all():
-        # daqp takes no compliances. Heavy rows go back into H, capped: the answer serves as a guess of active bounds
-        # only.
-        heavy, stiffness = spectrum.border[~exact], np.minimum(1.0 / spectrum.compliance[~exact], STIFFEST)
-        hessian = hessian + (heavy.T * stiffness) @ heavy
-        linear = linear - (stiffness * right[~exact]) @ heavy
+        # daqp takes no compliances. Rows of large weight go back into H, capped: the answer serves as a guess of
+        # active bounds only.
+        stiff, stiffness = spectrum.border[~exact], np.minimum(1.0 / spectrum.compliance[~exact], STIFFEST)
+        hessian = hessian + (stiff.T * stiffness) @ stiff
+        linear = linear - (stiffness * right[~exact]) @ stiff
     rows, equal = np.ascontiguousarray(spectrum.border[exact]), right[exact]
     high, low = np.minimum(upper, FAR), np.maximum(lower, -FAR)
     sense = np.zeros(size + len(equal), dtype=np.int32)
@@ -69,14 +70,14 @@ def lone_spectrum(
     if flag <= 0 or not np.all(np.isfinite(x)):
         return None
     multipliers = np.asarray(info["lam"])[:size]
-    # Exactly on the bound where a multiplier says so: rounding must not make an active bound look free.
+    # Exactly on the bound if its multiplier is not 0: rounding must not make an active bound look free.
     value = np.where(multipliers > 0, upper, np.where(multipliers < 0, lower, np.asarray(x)))
     return np.clip(value, lower, upper), multipliers == 0
 
 
 def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
-    """All spectra by daqp where they share no color; None where they do, or where daqp gives up."""
-    # Free colors tie the spectra together, and daqp would need all of them in one dense problem.
+    """All spectra by daqp if they share no color; None if they do, or if daqp fails."""
+    # Free colors couple the spectra, and daqp would need all of them in one dense problem.
     if arrow.problem.color_lower.size:
         return None
     found = []
@@ -99,7 +100,7 @@ def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
     solver = piqp.SparseSolver()
     solver.settings.eps_abs, solver.settings.eps_rel = 1e-11, 1e-11
     solver.settings.eps_duality_gap_abs, solver.settings.eps_duality_gap_rel = 1e-12, 1e-12
-    # A bound on the time that a problem without an optimum takes.
+    # Limit on the time for a problem without an optimum.
     solver.settings.max_iter = 200
     # Unknowns x and the residual r = M x − y: the squares then stand on r alone, and M is not squared.
     squares = sparse.diags(np.concatenate([np.zeros(n), np.ones(count)]), format="csc")
@@ -117,15 +118,15 @@ def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
     if not np.all(np.isfinite(x)):
         return None
     ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
-    # piqp orders the equality multipliers as the rows were stacked: block after block.
+    # piqp returns the equality multipliers in the order of the rows: block after block.
     return np.clip(x, problem.lower, problem.upper), np.split(duals, ends)
 
 
 def nearest_miss(problem: Quadratic) -> float:
-    """How far the exact rows stay from holding together within the bounds, at best: 0 where they can."""
+    """Least possible residual of the exact rows within the bounds: 0 if they can hold together."""
     blocks = tuple(_only_exact(block) for block in problem.blocks)
     colors = problem.color_lower.size
-    # Least squares of the exact rows alone: their residual at the optimum is the least that is possible.
+    # Least squares of the exact rows alone: their residual at the optimum is the least possible one.
     soft = Quadratic(blocks, problem.color_lower, problem.color_upper, np.zeros((0, colors)), np.zeros(0), np.zeros(0))
     found = by_piqp(soft)
     if found is None:
@@ -139,7 +140,7 @@ def nearest_miss(problem: Quadratic) -> float:
 
 
 def _only_exact(block: Block) -> Block:
-    """The exact rows of a block as soft ones, over a trace of ridge that makes the answer unique."""
+    """The exact rows of a block as soft ones, with a tiny ridge that makes the answer unique."""
     exact, n = block.exact, block.lower.size
     return Block(
         block.rows[exact],

@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One designed spectrum of a side with what is asked of it, and all spectra of a side as arrays."""
+"""One designed spectrum of a side with its rows, and all spectra of a side as arrays."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 DIM = 1e-7
-"""Sum of absolute values of a color row below which its light shows nothing, so that its error cannot be seen."""
+"""Sum of absolute values of a color row below which its light is invisible, so that its error cannot be seen."""
 RowKey = tuple[int, tuple[int, int]]
-"""(condition, cell) from which three rows come."""
+"""(condition, cell) of three rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +29,7 @@ class Block:
     ties: Array
     """τ, (m, q): how each row depends on the free colors."""
     weights: Array
-    """ω, (m,): squared weights; infinite where the row must hold exactly."""
+    """ω, (m,): squared weights; infinite for exact rows."""
     roughness: Array
     """D, (r, n)."""
     gram: Array
@@ -36,54 +37,93 @@ class Block:
     lower: Array
     upper: Array
     keys: tuple[RowKey, ...] = ()
-    """Cell of each of the first rows, three rows to a cell; rows past them belong to no cell."""
+    """Cell of each of the first rows, three rows to a cell; rows after them belong to no cell."""
     own_weights: Array | None = None
-    """(m,): squared weights that exact rows have among each other where they cannot all hold; None: all the same."""
+    """(m,): squared weights of exact rows relative to each other if they cannot all hold; None: equal weights."""
 
     @cached_property
     def exact(self) -> NDArray[np.bool_]:
-        """Rows that must hold exactly, (m,)."""
+        """Exact rows, (m,)."""
         return np.isinf(self.weights)
 
     @cached_property
     def any_exact(self) -> bool:
-        """Whether any row must hold exactly."""
+        """True if any row is exact."""
         return bool(self.exact.any())
 
     @cached_property
     def soft_weights(self) -> Array:
-        """ω, (m,), with 0 for rows that must hold exactly."""
+        """ω, (m,), with 0 for exact rows."""
         return np.where(self.exact, 0.0, self.weights)
 
     @cached_property
     def scale(self) -> float:
-        """What the gradient by x is compared with: what an error of 1 in the color of the lightest cell would make.
+        """Reference size of the gradient by x: the gradient of an error of 1 in the color of the lightest cell.
 
-        Nothing heavy then hides an error of something light. Where roughness is less than that, it counts.
+        No large weight then hides an error of a cell of small weight. Where roughness is less than that, it counts.
         """
+        strength, shown, squares, curvature = self._visibility
+        lightest = float((self.soft_weights * strength)[shown & (self.soft_weights > 0)].min(initial=np.inf))
+        strongest = max(curvature, float((self.soft_weights @ squares).max(initial=0.0)))
+        return min(strongest, lightest) or 1.0
+
+    @cached_property
+    def _visibility(self) -> tuple[Array, NDArray[np.bool_], Array, float]:
+        """The inputs of ``scale`` that do not depend on weights."""
         # A color error of 1 has the gradient ω·a; its largest component is the row's largest coefficient times ω.
         strength = np.abs(self.rows).max(axis=1, initial=0.0)
-        shown = (np.abs(self.rows).sum(axis=1) >= DIM) & (self.soft_weights > 0)
+        shown = np.abs(self.rows).sum(axis=1) >= DIM
         if self.keys:
-            # Three rows are one color: the strongest of them says how well it shows.
+            # Three rows are one color: the largest of them measures its visibility.
             colored = 3 * len(self.keys)
             strength[:colored] = np.repeat(strength[:colored].reshape(-1, 3).max(axis=1), 3)
             shown[colored:] = False
-        lightest = float((self.soft_weights * strength)[shown].min(initial=np.inf))
         # The gradient of roughness, where a block has no row that shows: a free spectrum under no light.
         curvature = float(np.diagonal(self.gram).max(initial=0.0))
-        strongest = max(curvature, float((self.soft_weights @ self.rows**2).max(initial=0.0)))
-        return min(strongest, lightest) or 1.0
+        return strength, shown, self.rows**2, curvature
 
     @cached_property
     def lightest_ties(self) -> Array:
         """Least weight with which rows are tied to each free color, (q,); infinite where none is."""
-        tied = (self.ties != 0) & (self.soft_weights > 0)[:, None]
+        tied = self._tied & (self.soft_weights > 0)[:, None]
         return np.where(tied, self.soft_weights[:, None], np.inf).min(axis=0, initial=np.inf)
 
+    @cached_property
+    def _tied(self) -> NDArray[np.bool_]:
+        return np.asarray(self.ties != 0)
+
     def misses(self, x: Array, colors: Array) -> Array:
-        """What each row leaves, unweighted, (m,)."""
+        """Residual of each row, unweighted, (m,)."""
         return self.rows @ x - self.targets - self.ties @ colors
+
+    def with_targets(self, targets: Array) -> Block:
+        """The same block with other targets (m,); results that do not depend on them are kept."""
+        return self._kept(
+            replace(self, targets=targets), ("exact", "any_exact", "soft_weights", "scale", "lightest_ties")
+        )
+
+    def with_weights(self, targets: Array, weights: Array, own_weights: Array | None) -> Block:
+        """The same rows with other targets and weights, (m,) each."""
+        return self._kept(replace(self, targets=targets, weights=weights, own_weights=own_weights), ())
+
+    def with_request(self, number: int, color: Array, weight: float, own_weight: float) -> Block:
+        """The same block with another color (3,), squared weight and weight of one cell, by its number in keys."""
+        rows = slice(3 * number, 3 * number + 3)
+        assert self.own_weights is not None
+        targets = self.targets.copy()
+        targets[rows] = color
+        if self.weights[rows.start] == weight and self.own_weights[rows.start] == own_weight:
+            return self.with_targets(targets)
+        weights, own = self.weights.copy(), self.own_weights.copy()
+        weights[rows], own[rows] = weight, own_weight
+        return self.with_weights(targets, weights, own)
+
+    def _kept(self, found: Block, names: tuple[str, ...]) -> Block:
+        """Hand on what was computed from what both blocks share."""
+        for name in ("_visibility", "_tied", *names):
+            if name in self.__dict__:
+                found.__dict__[name] = self.__dict__[name]
+        return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,31 +142,59 @@ class Stack:
     """(K, m)."""
     scales: Array
     """(K,): ``Block.scale``."""
+    lightest_ties: Array
+    """(K, q): ``Block.lightest_ties``."""
+    soft: Array
+    """(K, m): 1 for rows with a weight that need not hold exactly, else 0."""
+    softness: Array
+    """(K, m): 1 / ω where ``soft``, else 0."""
 
     @classmethod
     def of(cls, blocks: Sequence[Block]) -> Stack:
         """The arrays of some blocks."""
+        weights = np.array([block.soft_weights for block in blocks])
+        soft = (weights > 0).astype(float)
         return cls(
             np.array([block.rows for block in blocks]),
             np.array([block.targets for block in blocks]),
             np.array([block.ties for block in blocks]),
-            np.array([block.soft_weights for block in blocks]),
+            weights,
             np.array([block.exact for block in blocks]),
             np.array([block.scale for block in blocks]),
+            np.array([block.lightest_ties for block in blocks]),
+            soft,
+            soft / np.where(weights > 0, weights, 1.0),
         )
 
-    def with_block(self, k: int, block: Block) -> Stack:
-        """The same arrays with one block replaced."""
-        found = Stack(
-            self.rows, self.targets.copy(), self.ties, self.soft_weights.copy(), self.exact.copy(), self.scales.copy()
-        )
+    def with_block(self, k: int, block: Block, *, same_weights: bool) -> Stack:
+        """The same arrays with one block replaced, of which maybe only the targets changed."""
         # Rows and ties are shared: an edit of a target or weight leaves them.
-        found.targets[k], found.soft_weights[k], found.exact[k] = block.targets, block.soft_weights, block.exact
-        found.scales[k] = block.scale
-        return found
+        targets = _with_row(self.targets, k, block.targets)
+        if same_weights:
+            return replace(self, targets=targets)
+        weights = block.soft_weights
+        soft = (weights > 0).astype(float)
+        return Stack(
+            self.rows,
+            targets,
+            self.ties,
+            _with_row(self.soft_weights, k, weights),
+            _with_row(self.exact, k, block.exact),
+            _with_row(self.scales, k, block.scale),
+            _with_row(self.lightest_ties, k, block.lightest_ties),
+            _with_row(self.soft, k, soft),
+            _with_row(self.softness, k, soft / np.where(weights > 0, weights, 1.0)),
+        )
 
     def misses(self, values: Array, colors: Array) -> Array:
-        """What each row leaves, unweighted, (K, m)."""
-        # One product over the stack: K small ones would cost more in Python than in arithmetic.
+        """Residual of each row, unweighted, (K, m)."""
+        # One product over the stack: K small ones would spend more time in Python than in arithmetic.
         left = np.matmul(self.rows, values[:, :, None])[:, :, 0] - self.targets
         return left - self.ties @ colors if colors.size else left
+
+
+def _with_row(array: NDArray[Any], k: int, row: Any) -> NDArray[Any]:
+    """A copy of an array with one row replaced."""
+    found = array.copy()
+    found[k] = row
+    return found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Exact rows that cannot all hold, as heavy ones: the nearest compromise, weighed among each other as the cells are."""
+"""Exact rows that cannot all hold, as rows of large weight, in the proportions of the cells: the nearest compromise."""
 
 from __future__ import annotations
 
@@ -9,29 +9,90 @@ from dataclasses import replace
 import numpy as np
 
 from spectral_core.palette.qp.arrow import median_weight
+from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.feasibility import can_hold
 from spectral_core.palette.qp.quadratic import Quadratic
 
 ELASTIC = 1e4
 """Weight, relative to the median, of exact rows that cannot hold together."""
 LEAST_ELASTIC = 1e-2
-"""Squared weight, relative to the median, that an exact row has at least among other exact ones."""
+"""Least squared weight of an exact row among other exact ones, relative to the median."""
 
 
 def softened(problem: Quadratic, which: Collection[int] | None = None, *, everything: bool = False) -> Quadratic:
-    """The problem with the exact rows of cells, in all blocks or in some, as heavy ones.
+    """The problem with the exact rows of cells, in all blocks or in some, as rows of large weight.
 
-    Rows that are no cells (the white of a light, the energy of a dye) stay exact where they can hold by themselves,
-    unless ``everything`` is to be soft.
+    Rows that are no cells (the white of a light, the energy of a dye) stay exact if they can hold by themselves, unless
+    ``everything`` must be soft.
     """
     unit = median_weight(problem)[0]
     blocks = list(problem.blocks)
     for k in range(len(blocks)) if which is None else which:
-        block = blocks[k]
-        soft = block.exact.copy()
-        if not everything and soft[3 * len(block.keys) :].any() and can_hold(problem, k, cells=False):
-            soft[3 * len(block.keys) :] = False
-        # Rows keep their order of importance among each other, but none may become so light that it is given up.
-        among = 1.0 if block.own_weights is None else np.maximum(block.own_weights / unit, LEAST_ELASTIC)
-        blocks[k] = replace(block, weights=np.where(soft, ELASTIC * unit * among, block.weights))
+        blocks[k] = _softened(problem, k, unit, everything=everything)
     return replace(problem, blocks=tuple(blocks))
+
+
+def _softened(problem: Quadratic, k: int, unit: float, *, everything: bool = False) -> Block:
+    block = problem.blocks[k]
+    if not block.any_exact:
+        return block
+    soft = block.exact.copy()
+    if not everything and soft[3 * len(block.keys) :].any() and can_hold(problem, k, cells=False):
+        soft[3 * len(block.keys) :] = False
+    # Rows keep their order of importance among each other, but none may become so light that it is given up.
+    among = 1.0 if block.own_weights is None else np.maximum(block.own_weights / unit, LEAST_ELASTIC)
+    return block.with_weights(block.targets, np.where(soft, ELASTIC * unit * among, block.weights), block.own_weights)
+
+
+class Elastic:
+    """The elastic problem of each edit while a conflict lasts; only the blocks that the edit changed are made anew."""
+
+    def __init__(self) -> None:
+        self._which: frozenset[int] | None = None
+        self._asked: Quadratic | None = None
+        self._found: Quadratic | None = None
+        self._unit = 1.0
+
+    def forget(self) -> None:
+        """The next problem is another one."""
+        self._asked = self._found = None
+
+    def of(
+        self, problem: Quadratic, which: Collection[int] | None, changed: list[int] | None
+    ) -> tuple[Quadratic, list[int] | None]:
+        """The problem ``softened``, and the blocks that differ from the last one.
+
+        Parameters
+        ----------
+        problem
+            What is asked, with exact rows.
+        which
+            Blocks whose exact rows become soft; None for all.
+        changed
+            Blocks of ``problem`` that differ from the last one; None for all.
+        """
+        wanted, asked, found = None if which is None else frozenset(which), self._asked, self._found
+        self._asked = problem
+        if changed is None or asked is None or found is None or (wanted is None) != (self._which is None):
+            self._which, self._unit = wanted, median_weight(problem)[0]
+            self._found = softened(problem, which)
+            return self._found, changed
+        self._which = wanted
+        anew = set(changed)
+        if any(problem.blocks[k].weights is not asked.blocks[k].weights for k in changed):
+            unit = median_weight(problem)[0]
+            if unit != self._unit:
+                # Elastic weights are relative to the median, so all soft blocks change with it.
+                self._unit = unit
+                soft = range(len(problem.blocks)) if wanted is None else wanted
+                anew |= {k for k in soft if problem.blocks[k].any_exact}
+        for k in sorted(anew):
+            block, before = problem.blocks[k], found.blocks[k]
+            if wanted is None or k in wanted:
+                block = _softened(problem, k, self._unit)
+                # A dragged color does not change the weights, nor the results that were computed from them.
+                if block.rows is before.rows and np.array_equal(block.weights, before.weights):
+                    block = before.with_targets(block.targets)
+            found = found.with_block(k, block)
+        self._found = found
+        return found, sorted(anew)

@@ -1,111 +1,102 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine of a palette's side: four gears on one factorization, and a check that decides.
+"""The engine of a palette's side: four methods on one factorization, and a check that decides.
 
-From an earlier answer: primal-dual active set, else Newton in the free colors, else the parametric walk. Cold: daqp
-where no spectrum depends on another, else the interior point, and the active set from its guess. Whatever comes out is
-checked (``optimality``). Where no gear passes, piqp is asked; where exact rows cannot hold together, they are weighed
-heavily instead and the answer says so.
+From an earlier answer: daqp for the spectrum that changed, then the parametric walk; primal-dual active set where all
+changed. Cold: daqp where no spectrum depends on another, else the interior point, and the active set from its guess.
+Whatever comes out is checked (``optimality``). If no method passes, piqp is asked; where exact rows cannot hold
+together, they get large weights instead and the answer says so.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.qp.active_set import ActiveSet
+from spectral_core.palette.qp.answer import Answer, answer_at, is_sharp, is_strained, nothing
 from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, nearest_miss
-from spectral_core.palette.qp.elastic import softened
+from spectral_core.palette.qp.elastic import Elastic, softened
 from spectral_core.palette.qp.feasibility import can_hold
+from spectral_core.palette.qp.guided import DENSE_LIMIT, guided
 from spectral_core.palette.qp.interior_point import interior_point
-from spectral_core.palette.qp.optimality import FAILED, PERFECT, Check, checked
+from spectral_core.palette.qp.optimality import FAILED, PERFECT
 from spectral_core.palette.qp.quadratic import Quadratic
-from spectral_core.palette.qp.reduced import DENSE_LIMIT, guided
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-SHARP, FINE_STEPS = 1e-8, 12
-"""KKT residual past which an answer is refined, and the active-set steps that this may take."""
+COLD_SHARP = 1e-9
+"""KKT residual past which the answer to a cold start is refined."""
+FINE_STEPS = 12
+"""Active-set steps that a refinement may take."""
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
-STRAIN, ROUNDING = 1e3, 1e-5
-"""Multiplier of an exact row from which an answer may be strained, and its share that is compared with the objective:
-a slack of 1e-11, which no check can tell from 0, then buys a millionth of the objective."""
 NEAR = 1e-7
-"""Distance to a bound at which an interior answer is taken to lie on it."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Answer:
-    """One side solved."""
-
-    values: tuple[Array, ...]
-    """Spectra, one per block."""
-    colors: Array
-    """Free colors, (G, 3)."""
-    forces: tuple[Array, ...]
-    """Multiplier of each row of each block: how strongly it pulls."""
-    check: Check
-    engines: tuple[str, ...]
-    infeasible: bool = False
-    """Whether exact rows cannot hold together; they were weighed heavily instead."""
+"""Distance to a bound at which an interior answer counts as lying on it."""
 
 
 class Engine:
-    """Solves like problems one after another, each from the answer to the last."""
+    """Solves similar problems one after another, each from the answer to the last."""
 
     def __init__(self) -> None:
         self._active: ActiveSet | None = None
         self._arrow: Arrow | None = None
         self._impossible: set[int] = set()
+        self._tested: dict[int, tuple[tuple[Array, ...], Array, bool]] = {}
+        """The exact rows of each block when they were last tested, and True if they can hold together."""
+        self._elastic, self._yielding = Elastic(), Elastic()
+        """The last problem with large weights in place of all exact rows, and with those of the impossible blocks."""
         self._conflict = False
-        """Whether exact rows of several spectra conflicted in the last problem."""
+        """True if exact rows of several spectra conflicted in the last problem."""
         self.steps = 0
         """Active-set steps of the last solve."""
 
     def forget(self) -> None:
-        """Begin cold at the next solve."""
+        """Start cold at the next solve."""
         self._active = self._arrow = None
 
     def solve(self, problem: Quadratic, changed: list[int] | None = None) -> Answer:
         """Solve ``problem``.
 
-        ``changed``: blocks that differ from the last problem, of which everything else was the same; None for all.
+        ``changed``: blocks that differ from the last problem, if everything else is the same; None for all.
         """
         if not problem.blocks:
             return Answer((), problem.color_lower.clip(0.0), (), PERFECT, ())
-        # Rows of one spectrum that conflict are found by daqp's phase one in microseconds; the gears below would need
+        # Conflicting rows of one spectrum are found by daqp's phase one in microseconds; the methods below would need
         # many steps to fail on them.
         changed = self._weighed(problem, changed)
         if self._impossible:
-            problem = softened(problem, self._impossible)
-        # A gear that diverges overflows; its answer is no number, and the check refuses it.
+            problem, changed = self._yielding.of(problem, self._impossible, changed)
+        else:
+            self._yielding.forget()
+        # A method that diverges overflows; its answer is no number, and the check refuses it.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            # While an artist drags within a conflict, the last compromise is the near start; the exact problem is tried
-            # again when the compromise shows that it may hold.
+            # While an artist drags within a conflict, the last compromise is the nearest start; the exact problem is
+            # tried again when the compromise shows that it may hold.
             answer = self._still_conflicting(problem, changed) if self._conflict else None
             if answer is None:
                 self._conflict = False
+                self._elastic.forget()
                 answer = self._solve(problem, changed)
-            if _strained(problem, answer):
+            if is_strained(problem, answer):
                 answer = self._with_slack(problem, answer)
         return replace(answer, infeasible=True) if self._impossible else answer
 
     def _with_slack(self, problem: Quadratic, answer: Answer) -> Answer:
-        """piqp's answer, where its slack, within what the check allows, buys a lower objective."""
+        """piqp's answer, if its slack, within the limits of the check, lowers the objective."""
         other = self._from_piqp(problem)
         if other is None or not other.check.passed:
             return answer
         costs = [problem.objective(problem.joined(each.colors, each.values)) for each in (other, answer)]
-        # Both passed the check. Within its tolerances the cheaper one is the better answer.
+        # Both passed the check. Within its tolerances the answer of lower objective is better.
         return other if costs[0] < costs[1] else answer
 
     def _still_conflicting(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
         """The elastic answer to a problem like one whose exact rows conflicted; None where they may hold now."""
-        elastic = softened(problem)
+        elastic, changed = self._elastic.of(problem, None, changed)
         answer = self._warm(elastic, changed)
         if answer is None or not answer.check.passed:
             return None
@@ -117,17 +108,27 @@ class Engine:
         return replace(answer, infeasible=True) if max(misses) > CONFLICTING else None
 
     def _weighed(self, problem: Quadratic, changed: list[int] | None) -> list[int] | None:
-        """Find the blocks whose exact rows cannot hold, before any gear runs into them; returns what changed."""
+        """Find the blocks whose exact rows cannot hold, before any method runs on them; returns the changed blocks."""
         before = self._impossible
         asked = range(len(problem.blocks)) if changed is None else changed
-        tested = {k for k in asked if problem.blocks[k].exact.any() and not can_hold(problem, k)}
+        tested = {k for k in asked if problem.blocks[k].any_exact and not self._can_hold(problem, k)}
         self._impossible = tested if changed is None else (before - set(changed)) | tested
         # A block whose rows begin or cease to conflict has other weights, so it changed as well.
         return None if changed is None else sorted(set(changed) | (before ^ self._impossible))
 
+    def _can_hold(self, problem: Quadratic, k: int) -> bool:
+        """``can_hold``, tested again only where an exact row of the block changed."""
+        block = problem.blocks[k]
+        asked = (block.rows, block.ties, block.lower, block.upper, problem.color_lower, problem.color_upper)
+        numbers = np.where(block.exact, block.targets, np.nan)
+        before = self._tested.get(k)
+        same = before is not None and all(one is other for one, other in zip(asked, before[0], strict=True))
+        if before is None or not same or not np.array_equal(numbers, before[1], equal_nan=True):
+            before = self._tested[k] = asked, numbers, can_hold(problem, k)
+        return before[2]
+
     def _solve(self, problem: Quadratic, changed: list[int] | None) -> Answer:
-        # Exact rows that conflict across spectra make the walk long, and the interior point diverge.
-        warm = self._warm(problem, changed, walk=not problem.has_equalities)
+        warm = self._warm(problem, changed)
         if problem.has_equalities and self._active is not None and (warm is None or not warm.check.passed):
             elastic = self._still_conflicting(problem, None)
             if elastic is not None:
@@ -137,19 +138,25 @@ class Engine:
             warm = self._warm(problem, None)
         answer = warm if warm is not None and warm.check.passed else self._cold(problem)
         if not answer.check.passed:
-            # What failed is no place to go on from.
+            # A failed answer is no start for the next solve.
             self.forget()
         return answer
 
-    # -- gears -----------------------------------------------------------------------------------------------------
+    # -- methods ---------------------------------------------------------------------------------------------------
 
-    def _warm(self, problem: Quadratic, changed: list[int] | None, *, walk: bool = True) -> Answer | None:
-        """From the last answer: the active set, else the walk; None where there is no such answer."""
+    def _warm(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
+        """Answer computed from the last one: by the active set, else by the walk; None if there is no last answer."""
         active, arrow = self._active, self._arrow
         if active is None or arrow is None or not _alike(arrow.problem, problem):
             return None
-        begin, free = active.x.copy(), active.free.copy()
-        same_bounds = np.array_equal(active.lower, problem.lower) and np.array_equal(active.upper, problem.upper)
+        begin, free = active.x, active.free
+        if changed is None:
+            # The first method moves them.
+            begin, free = begin.copy(), free.copy()
+        same_bounds = active.lower is problem.lower and active.upper is problem.upper
+        same_bounds = same_bounds or (
+            np.array_equal(active.lower, problem.lower) and np.array_equal(active.upper, problem.upper)
+        )
         # Keeping the other blocks' factors makes an edit of one cell cost one block.
         if changed is not None and same_bounds and arrow.replaced(problem, changed):
             active.stale.update(changed)
@@ -161,39 +168,40 @@ class Engine:
         active.steps = 0
         try:
             # After an edit of one spectrum its many changes of bounds are left to daqp first, see ``guided``.
-            arrived = (changed is None and active.settle()) or guided(active, begin, free, changed, walk=walk)
+            arrived = (changed is None and active.settle()) or guided(active, begin, free, changed)
         except np.linalg.LinAlgError:
             return None
         self.steps = active.steps
         if not arrived:
             return None
         answer = self._read(problem, active, "active set")
-        sharp = answer.check.passed and answer.check.kkt <= SHARP
-        return answer if sharp else self._finer(problem, active, "active set", answer)
+        if not is_sharp(answer) and active.renew() and active.settle():
+            answer = self._read(problem, active, "active set")
+        return answer if is_sharp(answer) else self._finer(problem, active, "active set", answer)
 
     def _cold(self, problem: Quadratic) -> Answer:
-        """From nothing."""
+        """Without a start."""
         best = Answer((), np.zeros(problem.color_lower.shape), (), FAILED, ())
-        # Dense factors cost n³ per block, piqp's sparse ones about n: from DENSE_LIMIT samples on it goes first.
-        gears = [self._from_guess, self._from_piqp]
+        # Dense factors cost n³ per block, piqp's sparse ones about n: from DENSE_LIMIT samples on, piqp is first.
+        methods = [self._from_guess, self._from_piqp]
         if max(block.lower.size for block in problem.blocks) >= DENSE_LIMIT:
-            gears.reverse()
-        for gear in gears:
+            methods.reverse()
+        for method in methods:
             try:
-                answer = gear(problem)
+                answer = method(problem)
             except np.linalg.LinAlgError:
                 continue
             if answer is not None and (not best.values or answer.check.worst < best.check.worst):
                 best = answer
             if best.check.passed:
                 return best
-        # All gears failed. Either the exact rows conflict, or the problem is only hard; this tells which.
+        # All methods failed: either the exact rows conflict, or the problem is ill-conditioned; this decides which.
         if problem.has_equalities and nearest_miss(problem) > REACHED:
-            return self._elastic(problem)
-        return best if best.values else _nothing(problem)
+            return self._compromise(problem)
+        return best if best.values else nothing(problem)
 
     def _from_guess(self, problem: Quadratic) -> Answer | None:
-        """daqp or the interior point for the active bounds, then the active set for the digits."""
+        """daqp or the interior point for the active bounds, then the active set for the accuracy."""
         arrow = Arrow(problem)
         guess = lone_spectra(arrow)
         engine = "daqp" if guess is not None else "interior point"
@@ -201,7 +209,7 @@ class Engine:
         return self._sharpened(problem, arrow, begin, free, engine)
 
     def _from_piqp(self, problem: Quadratic) -> Answer | None:
-        """piqp's answer, sharpened by the active set where that helps."""
+        """piqp's answer, refined by the active set if that helps."""
         found = by_piqp(problem)
         if found is None:
             return None
@@ -211,33 +219,33 @@ class Engine:
         free = (x > low + NEAR) & (x < high - NEAR)
         raw = np.where(x <= low + NEAR, low, np.where(x >= high - NEAR, high, x))
         sharp = self._sharpened(problem, Arrow(problem), raw, free, "piqp")
-        if sharp is not None and sharp.check.passed and not _strained(problem, sharp):
+        if sharp is not None and sharp.check.passed and not is_strained(problem, sharp):
             return sharp
-        # piqp's own digits, in case that the active set lost what piqp had.
-        rough = _answer(problem, x, problem.forces(x, multipliers), "piqp")
+        # The digits of piqp, in case the active set lost some of them.
+        rough = answer_at(problem, x, problem.forces(x, multipliers), "piqp")
         return sharp if sharp is not None and sharp.check.passed and not rough.check.passed else rough
 
     def _sharpened(self, problem: Quadratic, arrow: Arrow, begin: Array, free: Mask, engine: str) -> Answer | None:
         active = ActiveSet(arrow)
         near_low = begin - problem.lower <= problem.upper - begin
-        # What the guess holds must lie exactly on its nearer bound, or ``begin`` would take it for free.
+        # Held unknowns of the guess must lie exactly on their nearer bounds, or ``begin`` would treat them as free.
         held = np.where(free, begin, np.where(near_low, problem.lower, problem.upper))
         active.begin(held, free)
         self._arrow, self._active = arrow, active
-        # The walk begins at the guess itself, not where the first gear left the bounds.
+        # The walk begins at the guess itself, not at the end of the first method.
         arrived = active.settle() or active.walk(held, free)
         self.steps = active.steps
         answer = self._read(problem, active, engine)
         # Refinement costs a residual per row; it is made only where the first digits are not enough.
-        if arrived and not (answer.check.passed and answer.check.kkt <= SHARP):
+        if arrived and not is_sharp(answer, COLD_SHARP):
             return self._finer(problem, active, engine, answer)
         return answer if arrived or answer.check.passed else None
 
     def _finer(self, problem: Quadratic, active: ActiveSet, engine: str, answer: Answer) -> Answer:
-        """The answer after refinement, where that is better.
+        """The answer after refinement, if that is better.
 
-        Lights of very different strength hide the dim ones' pull in the rounding of the bright ones'; and exact rows
-        with large multipliers show what the factors' own ridge leaves.
+        Where lights differ much in strength, the gradient of the dim ones is lost in the rounding of the bright ones'.
+        Exact rows with large multipliers show what the factors' own ridge leaves.
         """
         held, free = active.x.copy(), active.free.copy()
         if active.settle(FINE_STEPS, fine=True):
@@ -248,13 +256,13 @@ class Engine:
         return answer
 
     def _read(self, problem: Quadratic, active: ActiveSet, engine: str) -> Answer:
-        forces = active.arrow.row_forces(active.x, active.multipliers)
-        return _answer(problem, active.x, forces, engine)
+        misses = problem.all_misses(active.x)
+        return answer_at(problem, active.x, active.arrow.row_forces(misses, active.multipliers), engine, misses)
 
-    def _elastic(self, problem: Quadratic) -> Answer:
-        """Exact rows as heavy ones: the nearest compromise."""
+    def _compromise(self, problem: Quadratic) -> Answer:
+        """Exact rows with large weights: the nearest compromise."""
         elastic = softened(problem)
-        # Nothing became soft: the rows that conflict belong to no cell (a light's white), so they must give way too.
+        # Nothing became soft: the conflicting rows belong to no cell (a light's white), so they must become soft too.
         if sum(block.exact.sum() for block in elastic.blocks) == sum(block.exact.sum() for block in problem.blocks):
             elastic = softened(problem, everything=True)
         answer = self._cold(elastic)
@@ -263,37 +271,11 @@ class Engine:
 
 
 def solve(problem: Quadratic) -> Answer:
-    """Solve one problem by itself."""
+    """Solve a single problem."""
     return Engine().solve(problem)
 
 
-def _strained(problem: Quadratic, answer: Answer) -> bool:
-    """Whether exact rows pull so hard that rounding in them shows in the objective (rows that nearly depend)."""
-    hardest = max(
-        (
-            float(np.abs(force[block.exact]).max(initial=0.0))
-            for block, force in zip(problem.blocks, answer.forces, strict=True)
-        ),
-        default=0.0,
-    )
-    if not hardest > STRAIN:
-        return False
-    # Force times slack is what the slack buys; STRAIN and ROUNDING say from where on it counts.
-    return hardest * ROUNDING > problem.objective(problem.joined(answer.colors, answer.values))
-
-
-def _answer(problem: Quadratic, x: Array, forces: list[Array], engine: str) -> Answer:
-    colors, values = problem.split(x.copy())
-    return Answer(tuple(values), colors, tuple(forces), checked(problem, x, forces), (engine,))
-
-
-def _nothing(problem: Quadratic) -> Answer:
-    """What is shown where no gear gives numbers at all."""
-    x = np.clip(np.zeros(problem.size), problem.lower, problem.upper)
-    return replace(_answer(problem, x, problem.forces(x), "none"), check=FAILED)
-
-
 def _alike(one: Quadratic, other: Quadratic) -> bool:
-    """Whether two problems have the same unknowns."""
+    """True if two problems have the same unknowns."""
     shapes = [[block.lower.size for block in problem.blocks] for problem in (one, other)]
     return one.color_lower.shape == other.color_lower.shape and shapes[0] == shapes[1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether exact rows can hold within the bounds, and a smallest set of them that cannot (by daqp's phase one)."""
+"""Test if exact rows can hold within the bounds, and find a smallest set of them that cannot (by daqp's phase one)."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ Array = NDArray[np.float64]
 REACHED = 1e-8
 """Linear RGB within which a row counts as held."""
 JOINT_LIMIT = 24
-"""Exact cells up to which those of several spectra are tested together; a test takes milliseconds."""
+"""Most exact cells of several spectra that are tested together; a test takes milliseconds."""
 CONFLICT = -1
-"""daqp's flag of rows and bounds that cannot hold together."""
+"""daqp's flag of an infeasible problem."""
 
 
 def smallest_conflict(problem: Quadratic) -> tuple[RowKey, ...]:
-    """Exact cells that cannot all hold, of which none can be left out; empty where all can, or none is a cell.
+    """A minimal set of exact cells that cannot all hold; empty if all can, or if none is a cell.
 
-    Spectra are looked at one by one first: most conflicts are within one, and each test then takes microseconds.
+    Single spectra are tested first: most conflicts are within one, and each test then takes microseconds.
     """
     for k, block in enumerate(problem.blocks):
         keys = [(k, r) for r in range(len(block.keys)) if block.exact[3 * r]]
@@ -33,16 +33,16 @@ def smallest_conflict(problem: Quadratic) -> tuple[RowKey, ...]:
             return tuple(problem.blocks[b].keys[r] for b, r in _filtered(problem, [k], keys))
     keys = [(k, r) for k, block in enumerate(problem.blocks) for r in range(len(block.keys)) if block.exact[3 * r]]
     blocks = list(range(len(problem.blocks)))
-    # A joint test is dense in all spectra; past the limit it would take longer than the solve that it should save.
+    # A joint test is dense in all spectra; beyond the limit it would take longer than the solve that it saves.
     if len(keys) <= JOINT_LIMIT and keys and not _possible(problem, blocks, keys):
         return tuple(problem.blocks[b].keys[r] for b, r in _filtered(problem, blocks, keys))
     return ()
 
 
 def can_hold(problem: Quadratic, block: int, *, cells: bool = True) -> bool:
-    """Whether the exact rows of one block can hold within its bounds, whatever the others do.
+    """True if the exact rows of one block can hold within its bounds, independently of the others.
 
-    ``cells``: whether its exact cells are asked for, or only the rows that belong to no cell.
+    ``cells``: True to include its exact cells, False for only the rows that belong to no cell.
     """
     chosen = problem.blocks[block]
     keys = [(block, r) for r in range(len(chosen.keys)) if chosen.exact[3 * r]] if cells else []
@@ -61,7 +61,7 @@ def _filtered(problem: Quadratic, blocks: list[int], keys: list[tuple[int, int]]
 
 
 def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[int, int]]) -> bool:
-    """Whether the exact rows of some cells of some blocks can hold together."""
+    """True if the exact rows of some cells of some blocks can hold together."""
     import daqp
 
     colors = problem.color_lower.size
@@ -85,7 +85,7 @@ def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[in
     high = np.concatenate([problem.color_upper.ravel(), *(problem.blocks[k].upper for k in blocks)])
     sense = np.concatenate([np.zeros(total), np.full(len(target), EQUAL)]).astype(np.int32)
     x, _, flag, _ = daqp.solve(
-        # Any strictly convex objective serves, since only feasibility is asked; the identity is the best conditioned.
+        # Any strictly convex objective serves for a feasibility test; the identity is the best conditioned.
         np.eye(total),
         np.zeros(total),
         np.ascontiguousarray(matrix),
@@ -96,5 +96,5 @@ def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[in
     )
     if flag == CONFLICT:
         return False
-    # Any other failure says nothing; the engine finds out.
+    # Any other failure is inconclusive; the engine then decides.
     return bool(flag <= 0 or np.abs(matrix @ x - target).max(initial=0.0) < REACHED)

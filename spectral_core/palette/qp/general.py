@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The palette stated in cvxpy, straight from its cells: slow, short, and the oracle that the fast engines are held to.
+"""The palette stated in cvxpy, directly from its cells: slow, short, and the oracle of the fast engines.
 
-It shares no code with ``assemble`` or the engines, beside the second differences. Needs the extra ``general``.
+It shares no code with ``assemble`` or the engines, except the second differences. Needs the extra ``general``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 def cvxpy_module() -> Any:
-    """cvxpy, or MissingDependencyError."""
+    """The module cvxpy. Raises MissingDependencyError without it."""
     try:
         import cvxpy
     except ImportError as error:
@@ -68,7 +68,7 @@ def stated_reflectances(problem: PaletteProblem, lights: list[Spectrum] | None =
 
 
 def _equal_cells(problem: PaletteProblem) -> list[tuple[list[CellIndex], list[float], bool, Array]]:
-    """Groups of cells that "same" and "constant" join, by repeated merging: members, weights, whether exact, box."""
+    """Groups of cells that "same" and "constant" join, by repeated merging: members, weights, exactness, box."""
     groups: list[set[CellIndex]] = []
     weights: dict[CellIndex, float] = {}
     for i, row in enumerate(problem.cells):
@@ -96,7 +96,7 @@ def _equal_cells(problem: PaletteProblem) -> list[tuple[list[CellIndex], list[fl
 def reflectances_by_cvxpy(
     problem: PaletteProblem, lights: list[Spectrum] | None = None, *, solver: str = "CLARABEL", **options: float
 ) -> Array:
-    """Solve ``stated_reflectances``: (R, n). Raises SolveError where cvxpy finds no optimum."""
+    """Solve ``stated_reflectances``: (R, n). Raises SolveError if cvxpy finds no optimum."""
     cp = cvxpy_module()
     statement, spectra = stated_reflectances(problem, lights)
     try:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A side with some unknowns held at their bounds: the solution, its gradient, and which bounds are then wrong.
+"""A side with some unknowns held at their bounds: the solution, its gradient, and the bounds that are then wrong.
 
-Each spectrum is eliminated into an affine function of the free colors (``arrow``), and eliminated again only when its
-own bounds or terms change. ``active_set`` chooses which bounds are held.
+Each spectrum is eliminated into an affine function of the free colors (``arrow``), and eliminated again only if its own
+bounds or terms change. ``active_set`` chooses the held bounds.
 """
 
 from __future__ import annotations
@@ -10,13 +10,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.arrow import Arrow, Factors, symmetric_solve
+from spectral_core.palette.qp.arrow import Arrow, symmetric_solve
+from spectral_core.palette.qp.elimination import Elimination
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SLACK = 1e-12
-"""Distance past a bound, and gradient off a bound, that counts as rounding; relative to the bound and to H."""
+"""Distance beyond a bound, and gradient off a bound, that counts as rounding; relative to the bound and to H."""
 
 
 _NONE = np.zeros(0)
@@ -32,38 +33,36 @@ class HeldBounds:
         self.colors = problem.color_lower.size
         self.offsets = problem.offsets
         count = len(arrow.spectra)
-        # -1 for the free colors: they belong to no block, so that a change of theirs makes no block's factors stale.
+        # -1 for the free colors: they belong to no block, so a change of theirs invalidates no block's factors.
         self.block_of = np.repeat(np.arange(-1, count), np.diff([0, *self.offsets]))
         self.x = np.clip(np.zeros(problem.size), self.lower, self.upper)
         self.free = np.ones(problem.size, dtype=bool)
         self.stale = set(range(count))
         self._held_free, self._held = self.free.copy(), self.x.copy()
-        """Which unknowns were free, and the values of the others, when their block was last eliminated."""
+        """Unknowns that were free, and the values of the others, when their block was last eliminated."""
         # The elimination of a block is kept as an affine map of the free colors. Re-solving after a change elsewhere is
         # then one product.
-        self._affine = np.zeros((2, problem.size, self.colors + 1))
-        """Value and gradient of each unknown as (constant, by color)."""
-        self._borders = [np.zeros((0, 0))] * count
-        self._factors: list[Factors | None] = [None] * count
-        self._schur = np.zeros((count, self.colors, self.colors + 1))
-        self.multipliers: list[Array] = [np.zeros(0)] * count
+        self._map = np.zeros((problem.size, self.colors + 1))
+        """Value of each free unknown, and gradient of each held one, as (constant, by color)."""
+        self._by_colors = np.zeros((count, self.colors, self.colors + 1))
+        """Gradient of each block by the free colors, in the same form."""
+        self._eliminated: list[Elimination | None] = [None] * count
+        self.multipliers: list[Array] = [_NONE] * count
         """Of the border rows of each block, at the last solution."""
         self.steps = 0
         # Computed once: a solve compares every unknown with them several times.
         self._low_limit = self.lower - SLACK * (1 + np.abs(self.lower))
         self._high_limit = self.upper + SLACK * (1 + np.abs(self.upper))
         self._movable = self.lower < self.upper
-        self.goal = self.x
-        """The last solution with bounds held, whether or not it kept them."""
 
     def begin(self, x: Array, free: Mask) -> None:
-        """Take a start: values, and which unknowns are off their bounds."""
+        """Set a start: values, and the unknowns that are off their bounds."""
         self.x = np.clip(x, self.lower, self.upper)
-        # What lies between its bounds is free, whatever is claimed: a held value must be a bound.
-        self.free = (free | ((self.x > self.lower) & (self.x < self.upper))) & (self.lower < self.upper)
-        # Factors of blocks whose bounds are held as they were then are still right.
+        # A value between its bounds is free, whatever the claim: a held value must be at a bound.
+        self.free = (free | ((self.x > self.lower) & (self.x < self.upper))) & self._movable
+        # Blocks whose bounds are held as they were then are still right.
         moved = (self.free != self._held_free) | (~self.free & (self.x != self._held))
-        self.stale.update(set(self.block_of[moved].tolist()) - {-1})
+        self._touch(moved)
 
     # -- the solution with the present bounds held -----------------------------------------------------------------
 
@@ -71,118 +70,131 @@ class HeldBounds:
         """Eliminate the blocks whose terms or active bounds changed."""
         for k in self.stale:
             begin, end = self.offsets[k], self.offsets[k + 1]
-            spectrum, free = self.arrow.spectra[k], self.free[begin:end]
-            held = np.where(free, 0.0, self.x[begin:end])
-            # Held unknowns move to the right-hand side, so that the factors are those of the free ones alone.
-            linear = spectrum.hessian @ held + spectrum.linear
-            factors = self._factors[k]
-            # The factorization depends on H and on the set of free unknowns, not on targets: a dragged color keeps it.
-            if factors is None or factors.hessian is not spectrum.hessian or not np.array_equal(factors.free, free):
-                factors = self._factors[k] = Factors(spectrum, spectrum.hessian, free.copy())
-            # One right-hand side for the constant part, one for each free color.
-            right = np.empty((1 + self.colors, end - begin))
-            right[0], right[1:] = -linear, spectrum.ties
-            border = spectrum.border
-            if len(border):
-                border_right = np.concatenate([(spectrum.border_target - border @ held)[None], spectrum.border_ties.T])
-                values, multipliers = factors.solve(right, border_right)
-                gradient = multipliers @ border
+            spectrum, free, x = self.arrow.spectra[k], self.free[begin:end], self.x[begin:end]
+            found = self._eliminated[k]
+            if found is None:
+                found = self._eliminated[k] = Elimination(spectrum, free, x)
             else:
-                values, multipliers = factors.solve(right, right)
-                gradient = np.zeros(right.shape)
-            values[0] += held
-            gradient += values @ spectrum.hessian
-            gradient[0] += spectrum.linear
-            gradient[1:] -= spectrum.ties
-            # By construction the gradient of a free unknown is 0; what stands there is rounding.
-            gradient *= ~free
-            self._held_free[begin:end], self._held[begin:end] = free, self.x[begin:end]
-            self._affine[0, begin:end] = values.T
-            self._affine[1, begin:end] = gradient.T
-            self._borders[k] = multipliers
-            if self.colors:
-                found = values @ spectrum.ties.T
-                # One block's part of the Schur complement in g: constant column first, then the matrix.
-                self._schur[k] = (found + multipliers @ spectrum.border_ties if len(border) else found).T
+                found.follow(spectrum, free, x)
+            self._held_free[begin:end], self._held[begin:end] = free, x
+            self._take(k, found)
         self.stale.clear()
+
+    def _take(self, k: int, found: Elimination) -> None:
+        """Copy a block's elimination into the maps of all blocks."""
+        begin, end = self.offsets[k], self.offsets[k + 1]
+        self._map[begin:end] = found.map[: end - begin]
+        if self.colors:
+            self._by_colors[k] = found.map[-self.colors :]
+
+    def _elimination(self, k: int) -> Elimination:
+        """A block's elimination, which ``_refresh`` has made."""
+        found = self._eliminated[k]
+        assert found is not None
+        return found
 
     def solved(self) -> tuple[Array, Array]:
         """Values and gradient of all unknowns with the present bounds held."""
         self._refresh()
+        goal, full = self._goal()
+        self._take_multipliers(full)
+        return np.where(self.free, goal, self.x), np.where(self.free, 0.0, goal)
+
+    def _goal(self) -> tuple[Array, Array]:
+        """Value of each free unknown and gradient of each held one; and (1, free colors), of which all are affine."""
         colors = self.colors
-        found = np.zeros(0)
-        if colors:
-            system, (_, linear) = self._schur_system(), self.arrow.color_system
-            right = linear + self._schur[:, :, 0].sum(axis=0)
-            # A color at the border of its box is known; its column moves to the right-hand side.
-            held = np.where(self.free[:colors], 0.0, self.x[:colors])
-            found = held + self._color_solve(system, right - system @ held)
-        full = np.concatenate([[1.0], found])
+        full = np.ones(1 + colors)
+        if not colors:
+            return self._map[:, 0].copy(), full
+        free = self.free[:colors]
+        system, right = self._color_system()
+        if free.all():
+            full[1:] = symmetric_solve(self._ridged(system), right)
+            goal = self._map @ full
+            goal[:colors] = full[1:]
+            return goal, full
+        # A color at the border of its box is known; its column moves to the right-hand side.
+        held = np.where(free, 0.0, self.x[:colors])
+        full[1:] = held + self._color_solve(system, right - system @ held)
         # Back substitution: all spectra at once, from the colors just found.
-        values, gradient = self._affine @ full
-        if colors:
-            values[:colors] = found
-            # A held color has a multiplier too: the rest of its row of the Schur system.
-            gradient[:colors] = np.where(self.free[:colors], 0.0, system @ found - right)
-        self.multipliers = [full @ each if each.size else _NONE for each in self._borders]
-        return values, gradient
+        goal = self._map @ full
+        # A held color has a multiplier too: the rest of its row of the Schur system.
+        goal[:colors] = np.where(free, full[1:], system @ full[1:] - right)
+        return goal, full
 
-    def slope(self, colors: Array) -> Array:
-        """Gradient by the free colors, (q,), at some colors, with all spectra at what the present bounds make of them.
+    def renew(self) -> bool:
+        """Have all blocks factored anew whose elimination was changed by exchanges; True if there are any."""
+        worn = [k for k, found in enumerate(self._eliminated) if found is not None and found.exchanges]
+        for k in worn:
+            self._eliminated[k] = None
+        self.stale.update(worn)
+        return bool(worn)
 
-        0 for colors that are held by their boxes.
-        """
+    def unkept(self, k: int, colors: Array) -> int | None:
+        """Number of wrong bounds of one block at given free colors, (q,); None if the block must be factored first."""
+        found, spectrum = self._eliminated[k], self.arrow.spectra[k]
+        if found is None or found.spectrum.hessian is not spectrum.hessian:
+            return None
         self._refresh()
-        right = self.arrow.color_system[1] + self._schur[:, :, 0].sum(axis=0)
-        return np.where(self.free[: self.colors], self._schur_system() @ colors - right, 0.0)
+        at = slice(self.offsets[k], self.offsets[k + 1])
+        goal = self._map[at] @ np.concatenate([[1.0], colors])
+        low, high = self._kept_between(at)
+        return int(np.count_nonzero((goal < low) | (goal > high)))
 
-    def unkept(self, colors: Array) -> list[int]:
-        """Take some free colors; the blocks whose present bounds are wrong at them."""
-        self.x[: self.colors] = colors
-        self._refresh()
-        values, gradient = self._affine @ np.concatenate([[1.0], colors])
-        wrong, _, _ = self._wrong(values, gradient, SLACK * self._scale())
-        # The colors were given; only the spectra are asked.
-        wrong[: self.colors] = False
-        return sorted(set(self.block_of[wrong].tolist()))
+    def _kept_between(self, at: slice) -> tuple[Array, Array]:
+        """The interval in which the value of a free unknown, or the gradient of a held one, must lie."""
+        free, at_lower, movable = self.free[at], self.x[at] <= self.lower[at], self._movable[at]
+        slack = SLACK * self.arrow.sizes[at]
+        low = np.where(free, self._low_limit[at], np.where(at_lower & movable, -slack, -np.inf))
+        high = np.where(free, self._high_limit[at], np.where(at_lower | ~movable, np.inf, slack))
+        return low, high
+
+    def _take_multipliers(self, full: Array) -> None:
+        """The multipliers of all border rows at some free colors, from (1, colors)."""
+        self.multipliers = [
+            found.multipliers @ full if found is not None and found.borders else _NONE for found in self._eliminated
+        ]
 
     def _wrong(self, values: Array, gradient: Array, slack: Array) -> tuple[Mask, Mask, Mask]:
-        """Unknowns on the wrong side of being free, and those of them below and above their bounds."""
+        """Unknowns whose state (free or held) is wrong, and those of them below and above their bounds."""
         below, above = self.free & (values < self._low_limit), self.free & (values > self._high_limit)
         at_lower = self.x <= self.lower
-        # A multiplier of the wrong sign: the objective falls when the unknown leaves its bound. Unknowns with equal
+        # A multiplier of the wrong sign: the objective decreases when the unknown leaves its bound. Unknowns with equal
         # bounds stay.
         inward = np.where(at_lower, gradient < -slack, gradient > slack) & ~self.free & self._movable
         return below | above | inward, below, above
 
-    def _schur_system(self) -> Array:
-        """Curvature by the free colors with all spectra eliminated, (q, q)."""
-        return np.asarray(self.arrow.color_system[0] - self._schur[:, :, 1:].sum(axis=0))
+    def _color_system(self) -> tuple[Array, Array]:
+        """Curvature by the free colors with all spectra eliminated, (q, q), and right-hand side (q,)."""
+        hessian, linear = self.arrow.color_system
+        summed = self._by_colors.sum(axis=0)
+        return hessian - summed[:, 1:], linear + summed[:, 0]
 
     def _color_solve(self, system: Array, right: Array) -> Array:
-        """Solve for the colors that are off their boxes; 0 for the others."""
+        """Solve for the colors inside their boxes; 0 for the others."""
         free = self.free[: self.colors]
         found = np.zeros(self.colors)
         if free.any():
-            inner = system.copy() if free.all() else system[free][:, free]
-            # A color that nothing pulls at has no curvature; the ridge leaves it where it was.
-            own = np.diagonal(self.arrow.color_system[0])
-            inner.flat[:: len(inner) + 1] += 1e-15 * max(float(np.abs(own).max()), 1e-300)
-            # Rounding leaves the sum of the blocks' parts slightly asymmetric, which Cholesky would hide and not
-            # repair.
-            found[free] = symmetric_solve((inner + inner.T) / 2, right[free])
+            found[free] = symmetric_solve(self._ridged(system)[free][:, free], right[free])
         return found
 
-    def _refined(self, x: Array) -> tuple[Array, Array]:
-        """The same solution to the last digits: Newton steps on residuals that are computed row by row.
+    def _ridged(self, system: Array) -> Array:
+        # Rounding leaves the sum of the blocks' parts slightly asymmetric, which Cholesky would hide and not repair.
+        inner = (system + system.T) / 2
+        # A color that no row is tied to has no curvature; the ridge leaves it where it was.
+        inner.flat[:: len(inner) + 1] += self.arrow.color_ridge
+        return np.asarray(inner)
 
-        H squares the condition of the rows; a residual from the rows themselves does not, and the factors of H, wrong
-        in the last digits only, still bring it down (iterative refinement of the semi-normal equations, Björck 1987).
+    def _refined(self, x: Array) -> tuple[Array, Array]:
+        """The same solution to full accuracy: Newton steps on residuals that are computed row by row.
+
+        H squares the condition of the rows; a residual from the rows themselves does not, and the factors of H still
+        reduce it (iterative refinement of the semi-normal equations, Björck 1987).
         """
         problem, unit = self.arrow.problem, self.arrow.unit
         gradient = np.zeros(x.size)
         for last in (False, False, True):
-            forces = self.arrow.row_forces(x, self.multipliers)
+            forces = self.arrow.row_forces(problem.all_misses(x), self.multipliers)
             gradient = problem.gradient(x, forces) / unit
             if last:
                 break
@@ -191,11 +203,11 @@ class HeldBounds:
             by_colors = held[: self.colors].copy()
             colors, values = x[: self.colors], problem.split(x)[1]
             steps = []
-            for k, (spectrum, factors) in enumerate(zip(self.arrow.spectra, self._factors, strict=True)):
-                assert factors is not None
+            for k, spectrum in enumerate(self.arrow.spectra):
+                factors = self._elimination(k).current_factors()
                 begin, end = self.offsets[k], self.offsets[k + 1]
-                # The residual of the border rows belongs to the same Newton system, or the multipliers would keep their
-                # rounding.
+                # The residual of the border rows belongs to the same Newton system; otherwise the multipliers would
+                # keep their rounding.
                 left = spectrum.border_target + spectrum.border_ties @ colors - spectrum.border @ values[k]
                 left += spectrum.compliance * self.multipliers[k]
                 step, multiplier = factors.solve(held[None, begin:end], left[None])
@@ -203,41 +215,43 @@ class HeldBounds:
                 by_colors += spectrum.ties @ step[0] + multiplier[0] @ spectrum.border_ties
             # The blocks' steps are for fixed colors; the Schur system tells how the colors move, and they drag the
             # blocks along.
-            moved = self._color_solve(self._schur_system(), by_colors) if self.colors else np.zeros(0)
+            moved = self._color_solve(self._color_system()[0], by_colors) if self.colors else np.zeros(0)
             full = np.concatenate([[0.0], moved])
-            x = x + self._affine[0] @ full
+            x = x + np.where(self.free, self._map @ full, 0.0)
             x[: self.colors] += moved
             for k, (step, multiplier) in enumerate(steps):
                 x[self.offsets[k] : self.offsets[k + 1]] += step
-                self.multipliers[k] = self.multipliers[k] + multiplier + full @ self._borders[k]
+                self.multipliers[k] = self.multipliers[k] + multiplier + self._elimination(k).multipliers @ full
         gradient[self.free] = 0.0
         return x, gradient
 
-    def _scale(self) -> Array:
-        """Size of each unknown's gradient, for what counts as rounding."""
-        hessian, _ = self.arrow.color_system
-        colors = np.maximum(np.abs(hessian.diagonal()), 1e-300)
-        sizes = [spectrum.largest for spectrum in self.arrow.spectra]
-        return np.concatenate([colors, np.repeat(sizes, np.diff(self.offsets))])
-
     def _toggle(self, which: Mask) -> None:
         self.free[which] = ~self.free[which]
-        self.stale.update(set(self.block_of[which].tolist()) - {-1})
+        self._touch(which)
 
-    def _gradient_at(self, x: Array) -> Array:
-        """Gradient at any point, with the multipliers that the present bounds give."""
-        self._refresh()
-        colors = x[: self.colors]
-        hessian, linear = self.arrow.color_system
-        by_colors = hessian @ colors - linear
-        parts = []
+    def _exchange(self, number: int) -> None:
+        """Toggle one unknown at its present value, and the elimination of its block with it."""
+        self.free[number] = not self.free[number]
+        k = int(self.block_of[number])
+        if k < 0:
+            return
+        found = self._elimination(k)
+        if found.exchange(number - self.offsets[k], float(self.x[number])):
+            self._held_free[number], self._held[number] = self.free[number], self.x[number]
+            self._take(k, found)
+        else:
+            self.stale.add(k)
+            self._refresh()
+
+    def _gradient_at(self, colors: Array) -> Array:
+        """Gradient of all held unknowns at some free colors, (q,), with every spectrum at its best there."""
         full = np.concatenate([[1.0], colors])
-        for k, spectrum in enumerate(self.arrow.spectra):
-            value = x[self.offsets[k] : self.offsets[k + 1]]
-            # Multipliers of exact rows are not in x. Those of the present active set make the start consistent.
-            multiplier = full @ self._borders[k]
-            by_colors = by_colors - spectrum.ties @ value - multiplier @ spectrum.border_ties
-            parts.append(
-                spectrum.hessian @ value + spectrum.linear - colors @ spectrum.ties + multiplier @ spectrum.border
-            )
-        return np.concatenate([by_colors, *parts])
+        gradient = self._map @ full
+        if colors.size:
+            system, right = self._color_system()
+            gradient[: colors.size] = system @ colors - right
+        return gradient
+
+    def _touch(self, which: Mask) -> None:
+        """Note the blocks of some unknowns as changed."""
+        self.stale.update(set(self.block_of[which].tolist()) - {-1})

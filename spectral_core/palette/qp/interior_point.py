@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The third gear, for cold starts: Mehrotra's predictor-corrector interior point on the block-arrow system.
+"""Mehrotra's predictor-corrector interior point on the block-arrow system, the method for cold starts.
 
 Each iteration factors every block once (H plus the barrier's diagonal) and uses the factors twice (Mehrotra 1992;
-Wright 1997, chapter 10). It ends with a guess of which bounds are active; the active set then finds the last digits.
+Wright 1997, chapter 10). It ends with a guess of the active bounds; the active set then gives full accuracy.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ TOLERANCE = 1e-9
 BACKOFF = 0.995
 """Share of the way to the nearest bound that a step may go."""
 DIVERGED = 1e12
-"""Multiplier, in units of the median weight, at which exact rows are taken to conflict."""
+"""Multiplier, in units of the median weight, at which exact rows count as conflicting."""
 
 
 @dataclass(slots=True)
@@ -37,8 +37,8 @@ class Point:
 
 
 def interior_point(arrow: Arrow) -> tuple[Array, Mask]:
-    """All unknowns near the optimum, and which of them seem to be off their bounds."""
-    # Where exact rows cannot hold together the iterates grow without limit; the last finite one is returned.
+    """All unknowns near the optimum, and those that seem to be off their bounds."""
+    # If exact rows cannot hold together, the iterates grow without limit; the last finite one is returned.
     with np.errstate(all="ignore"):
         return _InteriorPoint(arrow).run()
 
@@ -50,7 +50,7 @@ class _InteriorPoint:
         self._colors = problem.color_lower.size
         self._offsets = problem.offsets
         self._low, self._high = problem.lower, problem.upper
-        # A color that is given has equal bounds: it is no unknown, and its row is left out.
+        # A given color has equal bounds: it is no unknown, and its row is omitted.
         self._fixed = self._low == self._high
         self._has_low = np.isfinite(self._low) & ~self._fixed
         self._has_high = np.isfinite(self._high) & ~self._fixed
@@ -59,8 +59,8 @@ class _InteriorPoint:
         point = self._start()
         free = np.ones(point.x.size, dtype=bool)
         for _ in range(ITERATIONS):
-            # The predictor aims at complementarity 0 (no centering). It costs one back substitution and tells how much
-            # centering the corrector needs.
+            # The predictor aims at complementarity 0 (no centering). It costs one back substitution and determines the
+            # centering of the corrector.
             residual, border = self._residuals(point)
             gap = self._gap(point)
             system = _Barrier(self._arrow, self._diagonal(point), self._fixed)
@@ -93,15 +93,15 @@ class _InteriorPoint:
                 point.lower + part * duals[0],
                 point.upper + part * duals[1],
             )
-            # A multiplier that grows without limit certifies that exact rows conflict; the caller asks for the
-            # compromise then.
+            # A multiplier that grows without limit certifies that exact rows conflict; the caller then solves the
+            # compromise.
             if not (np.all(np.isfinite(stepped.x)) and max(map(_largest, stepped.y), default=0.0) < DIVERGED):
                 break
             point = stepped
         return np.clip(point.x, self._low, self._high), free
 
     def _start(self) -> Point:
-        """The middle of the bounds, or 1 above the only one."""
+        """The middle of the bounds, or 1 above a single one."""
         low, high = self._low, self._high
         with np.errstate(invalid="ignore"):
             middle = (low + high) / 2
@@ -113,14 +113,14 @@ class _InteriorPoint:
         return Point(x, y, self._has_low.astype(np.float64), self._has_high.astype(np.float64))
 
     def _distances(self, point: Point) -> tuple[Array, Array]:
-        """Distances to both bounds; 1 where there is none."""
-        # 1 where there is no bound: the multiplier is 0 there, and 0 / 1 needs no case of its own.
+        """Distances to both bounds; 1 without a bound."""
+        # 1 without a bound: the multiplier is 0 there, and 0 / 1 needs no special case.
         below = np.where(self._has_low, point.x - np.where(self._has_low, self._low, 0.0), 1.0)
         above = np.where(self._has_high, np.where(self._has_high, self._high, 0.0) - point.x, 1.0)
         return below, above
 
     def _residuals(self, point: Point) -> tuple[Array, list[Array]]:
-        """Gradient of the Lagrangian, and what the border rows leave."""
+        """Gradient of the Lagrangian, and the residuals of the border rows."""
         colors = point.x[: self._colors]
         hessian, linear = self._arrow.color_system
         by_colors = hessian @ colors - linear
@@ -153,7 +153,7 @@ class _InteriorPoint:
         return np.where(self._has_low, point.lower / below, 0.0) + np.where(self._has_high, point.upper / above, 0.0)
 
     def _bound_terms(self, point: Point, target: float, corrections: tuple[Array, Array] | None) -> Array:
-        """What the complementarity of the bounds adds to the right-hand side."""
+        """Contribution of the bounds' complementarity to the right-hand side."""
         below, above = self._distances(point)
         low, high = corrections if corrections is not None else (0.0, 0.0)
         # From (z + dz)(s + ds) = target, linearized, with dz eliminated; ``low`` and ``high`` are Mehrotra's second-
@@ -165,7 +165,7 @@ class _InteriorPoint:
     def _bound_steps(
         self, point: Point, dx: Array, target: float, corrections: tuple[Array, Array] | None
     ) -> tuple[Array, Array]:
-        """Steps of the bounds' multipliers that go with a step of x."""
+        """Steps of the bounds' multipliers for a step of x."""
         below, above = self._distances(point)
         low, high = corrections if corrections is not None else (0.0, 0.0)
         from_low = (target - point.lower * below - low - point.lower * dx) / below
@@ -178,18 +178,20 @@ class _InteriorPoint:
         reach = 1.0 / BACKOFF
         pairs = ((below, np.where(self._has_low, dx, 0.0)), (above, np.where(self._has_high, -dx, 0.0)))
         for value, step in (*pairs, (point.lower, dl), (point.upper, du)):
-            # Only what shrinks can reach 0.
+            # Only a decreasing value can reach 0.
             shrinking = step < 0
             if shrinking.any():
                 reach = min(reach, float((-value[shrinking] / step[shrinking]).min()))
         return reach
 
     def _guess(self, point: Point, dx: Array, dl: Array, du: Array) -> Mask:
-        """Unknowns off their bounds: a distance that shrinks faster than its multiplier belongs to an active bound."""
+        """Unknowns off their bounds: a distance that decreases faster than its multiplier belongs to an active
+        bound.
+        """
         below, above = self._distances(point)
         at_low = self._has_low & (dl * below > dx * point.lower)
         at_high = self._has_high & (du * above > -dx * point.upper)
-        # Near both only the nearer one can hold.
+        # Near both bounds, only the nearer one can be active.
         return ~(at_low | at_high | self._fixed)
 
 
@@ -215,14 +217,14 @@ class _Barrier:
             inner.flat[:: len(inner) + 1] += own
             factors = Factors(spectrum, inner, np.ones(own.size, dtype=bool))
             self._factors.append(factors)
-            # How the block answers to each free color. Predictor and corrector share it.
+            # Response of the block to each free color. Predictor and corrector share it.
             response = factors.solve(spectrum.ties, spectrum.border_ties.T) if self._count else None
             self._responses.append(response)
             if response is not None:
                 system -= spectrum.ties @ response[0].T + spectrum.border_ties.T @ response[1].T
         self._free = ~fixed[: self._count]
         inner = system[self._free][:, self._free]
-        # A color that no row depends on has an empty row; the ridge keeps the factorization from failing on it.
+        # A color that no row depends on has an empty row; the ridge keeps the factorization regular.
         inner.flat[:: len(inner) + 1] += 1e-15 * max(float(np.abs(np.diagonal(hessian)).max(initial=0.0)), 1e-300)
         self._system = (inner + inner.T) / 2
 

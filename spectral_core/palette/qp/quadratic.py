@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one problem that every side of a palette is: many bounded spectra, tied by a few free colors.
+"""The problem of every side of a palette: many bounded spectra, coupled by a few free colors.
 
     minimize ½ Σ_k [ Σ_r ω_r (a_r·x_k − t_r − τ_r·g)² + ||D x_k||² ] + ½ Σ_s ω_s (t_s + τ_s·g)²
     subject to  low ≤ x_k ≤ high,  low ≤ g ≤ high,  a_r·x_k − t_r = τ_r·g  where ω_r is infinite
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 FAR = 1e30
-"""Stands for infinity where a solver wants a number."""
+"""Large number in place of infinity for solvers that need one."""
 
 
 @dataclass(eq=False)
@@ -44,7 +44,7 @@ class Quadratic:
 
     @cached_property
     def offsets(self) -> list[int]:
-        """Where each block begins in the vector of all unknowns, and its end."""
+        """Start of each block in the vector of all unknowns, and the end of the last."""
         return np.cumsum([self.color_lower.size, *(block.lower.size for block in self.blocks)]).tolist()
 
     @property
@@ -64,34 +64,61 @@ class Quadratic:
 
     @cached_property
     def has_equalities(self) -> bool:
-        """Whether any row must hold exactly."""
+        """True if any row is exact."""
         return any(block.any_exact for block in self.blocks)
 
     @cached_property
     def stack(self) -> Stack | None:
-        """The blocks as arrays; None where their shapes differ, or there are too few to gain by it."""
+        """The blocks as arrays; None if their shapes differ, or if they are too few to gain by it."""
         shapes = {(block.rows.shape, id(block.gram)) for block in self.blocks}
         return Stack.of(self.blocks) if len(shapes) == 1 and len(self.blocks) > 1 else None
 
+    @cached_property
+    def gradient_scale(self) -> Array:
+        """The scale of the gradient by each unknown, with which a check compares it.
+
+        ``Block.scale``, and by color the weight of its lightest cell: the least weight that ties a color decides, or an
+        error of a cell of small weight would vanish beside large ones.
+        """
+        stacked = self.stack
+        if stacked is not None:
+            lightest = stacked.lightest_ties.min(axis=0, initial=np.inf)
+            scales = stacked.scales
+        else:
+            ties = [block.lightest_ties for block in self.blocks]
+            lightest = np.min(ties, axis=0, initial=np.inf) if ties else np.full(self.color_lower.size, np.inf)
+            scales = np.array([block.scale for block in self.blocks])
+        if self.known_weights.size and lightest.size:
+            known = np.where(self.known_ties != 0, self.known_weights[:, None], np.inf)
+            lightest = np.minimum(lightest, known.min(axis=0))
+        colors = np.where(np.isfinite(lightest), lightest, 1.0)
+        return np.concatenate([colors, np.repeat(scales, np.diff(self.offsets))])
+
     def with_block(self, k: int, block: Block) -> Quadratic:
-        """The same problem with other targets or weights in one block; what does not depend on them is kept."""
+        """The same problem with other targets or weights in one block; all parts that do not depend on them are
+        kept.
+        """
         blocks = (*self.blocks[:k], block, *self.blocks[k + 1 :])
-        # Cached properties that depend on shapes and bounds alone are handed on: an edit changes neither.
+        # Cached properties that depend on shapes and bounds alone are copied: an edit changes neither.
         found = Quadratic(
             blocks, self.color_lower, self.color_upper, self.known_ties, self.known_targets, self.known_weights
         )
         for name in ("offsets", "lower", "upper"):
             found.__dict__[name] = getattr(self, name)
+        same_weights = block.weights is self.blocks[k].weights
+        if same_weights:
+            for name in ("has_equalities", "gradient_scale"):
+                found.__dict__[name] = getattr(self, name)
         if self.stack is not None:
-            found.__dict__["stack"] = self.stack.with_block(k, block)
+            found.__dict__["stack"] = self.stack.with_block(k, block, same_weights=same_weights)
         return found
 
-    def all_misses(self, x: Array) -> list[Array]:
-        """What each row of each block leaves, unweighted."""
+    def all_misses(self, x: Array) -> Array | list[Array]:
+        """The unweighted error of each row of each block: (K, m), or a list if the blocks differ in shape."""
         count = self.offsets[0]
         if self.stack is not None:
             # One batched product instead of K small ones, which are all overhead.
-            return list(self.stack.misses(x[count:].reshape(len(self.blocks), -1), x[:count]))
+            return self.stack.misses(x[count:].reshape(len(self.blocks), -1), x[:count])
         _, values = self.split(x)
         return [block.misses(value, x[:count]) for block, value in zip(self.blocks, values, strict=True)]
 
@@ -104,7 +131,7 @@ class Quadratic:
         return np.concatenate([colors.ravel(), *values])
 
     def best_colors(self, values: Sequence[Array]) -> Array:
-        """Free colors (G, 3) that are best for given spectra: the weighted mean of each group, within its box."""
+        """Optimal free colors (G, 3) for given spectra: the weighted mean of each group, within its box."""
         count = self.color_lower.size
         if not count:
             return np.zeros((0, 3))
@@ -112,13 +139,13 @@ class Quadratic:
         linear = -self.known_ties.T @ (self.known_weights * self.known_targets)
         for block, value in zip(self.blocks, values, strict=True):
             finite = block.weights[~block.exact]
-            # Exact rows have one color all the same; a large weight picks it.
+            # Exact rows of a group have one color; a large weight selects it.
             weights = np.where(block.exact, 1e8 * max(float(finite.max(initial=0.0)), 1.0), block.weights)
             tied = block.ties.T * weights
             hessian = hessian + tied @ block.ties
             linear = linear + tied @ (block.rows @ value - block.targets)
         index = np.arange(count)
-        # A group that no row mentions has a zero row; the system must still be regular.
+        # A group without rows has a zero row; the system must still be regular.
         hessian[index, index] += 1e-300 + 1e-15 * np.diagonal(hessian)
         low, high = self.color_lower.ravel(), self.color_upper.ravel()
         colors = np.linalg.solve(hessian, linear)
@@ -129,7 +156,7 @@ class Quadratic:
         return clipped.reshape(-1, 3)
 
     def forces(self, x: Array, equality_forces: Sequence[Array] | None = None) -> list[Array]:
-        """Multiplier of each row of each block, (m,): weight × what is left, or as given where a row is exact."""
+        """Multiplier of each row of each block, (m,): weight × residual, or as given for an exact row."""
         colors, values = self.split(x)
         found = []
         for k, (block, value) in enumerate(zip(self.blocks, values, strict=True)):
@@ -140,19 +167,19 @@ class Quadratic:
             found.append(force)
         return found
 
-    def gradient(self, x: Array, forces: Sequence[Array]) -> Array:
+    def gradient(self, x: Array, forces: Array | Sequence[Array]) -> Array:
         """Gradient of the Lagrangian by all unknowns, from the rows' multipliers."""
         colors, values = self.split(x)
         by_colors = self.known_ties.T @ (self.known_weights * (self.known_targets + self.known_ties @ colors.ravel()))
         if by_colors.size == 0:
             by_colors = np.zeros(colors.size)
         if self.stack is not None:
-            pulls = np.array(forces)
+            forces = np.asarray(forces)
             # Aᵀ of each block times its forces, as one batched product.
-            own = np.matmul(pulls[:, None, :], self.stack.rows)[:, 0]
+            own = np.matmul(forces[:, None, :], self.stack.rows)[:, 0]
             own += x[colors.size :].reshape(own.shape) @ self.blocks[0].gram
             if colors.size:
-                by_colors = by_colors - np.matmul(pulls[:, None, :], self.stack.ties)[:, 0].sum(axis=0)
+                by_colors = by_colors - np.matmul(forces[:, None, :], self.stack.ties)[:, 0].sum(axis=0)
             return np.concatenate([by_colors, own.ravel()])
         parts = []
         for block, value, force in zip(self.blocks, values, forces, strict=True):
@@ -161,7 +188,7 @@ class Quadratic:
         return np.concatenate([by_colors, *parts])
 
     def objective(self, x: Array) -> float:
-        """Half the weighted sum of squares of all rows that need not hold exactly."""
+        """Half the weighted sum of squares of all soft rows."""
         colors, values = self.split(x)
         total = float(self.known_weights @ (self.known_targets + self.known_ties @ colors.ravel()) ** 2)
         for block, value in zip(self.blocks, values, strict=True):
@@ -189,7 +216,7 @@ class Quadratic:
         return sparse.vstack(parts, format="csr"), np.concatenate(right)
 
     def equalities(self) -> tuple[sparse.csr_matrix, Array]:
-        """Rows that must hold exactly, and their right-hand sides, in the order of the blocks."""
+        """Exact rows and their right-hand sides, in the order of the blocks."""
         from scipy import sparse
 
         parts = [

@@ -16,22 +16,30 @@ R = TypeVar("R")
 
 
 @cache
-def _controller() -> Any:
-    """The libraries found once: searching them takes milliseconds, limiting them microseconds."""
+def _libraries() -> tuple[Any, ...]:
+    """The BLAS libraries, found once: searching them takes milliseconds, limiting them microseconds."""
     from threadpoolctl import ThreadpoolController
 
-    return ThreadpoolController()
+    return tuple(each for each in ThreadpoolController().lib_controllers if each.user_api == "blas")
 
 
 def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """Run ``function`` with BLAS limited to one thread; the number is set back afterwards."""
+    """Run ``function`` with BLAS limited to one thread; the previous number is restored afterwards."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:
-        # scipy brings a BLAS of its own, which must be loaded before the libraries are searched.
+        # scipy has its own BLAS, which must be loaded before the libraries are searched.
         import scipy.linalg  # noqa: F401
 
-        with _controller().limit(limits=1, user_api="blas"):
+        before = [(library, library.num_threads) for library in _libraries()]
+        try:
+            for library, count in before:
+                if count != 1:
+                    library.set_num_threads(1)
             return function(*args, **kwargs)
+        finally:
+            for library, count in before:
+                if count != 1:
+                    library.set_num_threads(count)
 
     return limited

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Color fidelity Rf and gamut Rg of lamps, by ANSI/IES TM-30-18 (Rf is also CIE 224:2017).
 
-Written for optimization: what does not change with the lamp is computed once for each color temperature. A test holds
-both numbers against colour-science's own evaluation.
+Written for optimization: values that do not depend on the lamp are computed once for each color temperature. A test
+compares both numbers with colour-science.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ _INSIDE: NDArray[np.bool_] = (LAMP_GRID.wavelengths_nm >= 380) & (LAMP_GRID.wave
 _CAT02: Array = np.array([[0.7328, 0.4296, -0.1624], [-0.7036, 1.6975, 0.0061], [0.0030, 0.0136, 0.9834]])
 _HPE: Array = np.array([[0.38971, 0.68898, -0.07868], [-0.22981, 1.18340, 0.04641], [0.0, 0.0, 1.0]])
 _ADAPTING, _BACKGROUND, _IMPACT = 100.0, 0.2, 0.69
-"""CIECAM02 as TM-30 views: luminance 100 cd/m², background of 20 %, average surround, full adaptation."""
+"""Viewing conditions of CIECAM02 in TM-30: luminance 100 cd/m², background of 20 %, average surround, full
+adaptation.
+"""
 
 
 @cache

@@ -33,20 +33,20 @@ Array = NDArray[np.float64]
 MOST_SETS_OF_A_SIZE = 13_000
 """All sets of one size of 16 channels."""
 MARGIN = 0.05
-"""By how much an index may fall short and still be called met: less than its printed digit."""
+"""Shortfall of an index that still counts as met: less than its printed digit."""
 SOFTNESS = 0.5
-"""Indices within this of the worst one are raised with it."""
+"""Indices within this distance of the worst one are raised together with it."""
 TRIED_SETS_OF_A_SIZE = 12
-"""Sets of one size that are optimized, those with the broadest spectrum first."""
+"""Sets of one size that are optimized, the broadest spectra first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampRecipe:
-    """Drive levels (k,) in [0, 1] of the channels in ``names``, the brightest at 1, and the lamp that they give.
+    """Drive levels (k,) in [0, 1] of the channels in ``names``, the brightest at 1, and the resulting lamp.
 
     ``cct_k``, ``duv``, ``rendering_index`` (Ra), ``fidelity`` and ``gamut`` (Rf and Rg of TM-30-18) and
-    ``efficacy_lm_per_w`` (of the radiation) are of the mixed spectrum; ``dosage_delta_uv``: rms shift of the white in
-    CIE 1960 uv for 2 % error of each drive; ``met``: whether white, Ra, Rf and Rg are as asked.
+    ``efficacy_lm_per_w`` (of the radiation) belong to the mixed spectrum; ``dosage_delta_uv``: rms shift of the white
+    in CIE 1960 uv for 2 % error of each drive; ``met``: True if white, Ra, Rf and Rg meet the request.
     """
 
     names: tuple[str, ...]
@@ -63,7 +63,7 @@ class LampRecipe:
     seconds: float
 
     def text(self) -> str:
-        """The recipe in lines for a person: channel and drive level in percent."""
+        """The recipe as text lines: channel and drive level in percent."""
         lines = [
             f"{name:24} {100 * drive:6.2f} %" for name, drive in zip(self.names, self.drives, strict=True) if drive > 0
         ]
@@ -79,10 +79,10 @@ class LampRecipe:
 
 @dataclass(frozen=True, slots=True)
 class LampQuality:
-    """What is asked of a lamp beside its white. None: not asked.
+    """Requests for a lamp beside its white. None: no request.
 
     ``rendering_index``: least Ra; ``fidelity``: least Rf; ``gamut``: least and greatest Rg; ``cct_tolerance_k`` and
-    ``duv_tolerance``: how far the white may be off where that helps.
+    ``duv_tolerance``: allowed distances of the white if they help.
     """
 
     rendering_index: float | None = 80.0
@@ -95,10 +95,10 @@ class LampQuality:
         require_range("cct_tolerance_k", self.cct_tolerance_k, 0.0, 2_000.0, " K")
         require_range("duv_tolerance", self.duv_tolerance, 0.0, 0.02)
         if self.gamut is not None and self.gamut[0] > self.gamut[1]:
-            raise InvalidInputError(f"Rg is asked from {self.gamut[0]:g} to {self.gamut[1]:g}; swap the two")
+            raise InvalidInputError(f"Rg is requested from {self.gamut[0]:g} to {self.gamut[1]:g}; swap the two")
 
     def margins(self, spd: Array, kelvin: float) -> list[float]:
-        """How far each asked index is above what is asked; negative where it falls short."""
+        """Margin of each requested index; negative if it falls short."""
         found = []
         if self.rendering_index is not None:
             found.append(_rendering(kelvin).index(spd) - self.rendering_index)
@@ -130,17 +130,12 @@ def lamp_recipe(
     most_channels: int | None = None,
     wanted_xyz: Array | None = None,
 ) -> LampRecipe:
-    """Find drive levels that reach a white with color rendering at least as asked, with few channels.
+    """Find drive levels that reach a white with the requested color rendering, with few channels.
 
-    Parameters
-    ----------
-    channels : spectra of the channels at full drive, 3 to 16.
-    cct_k : wanted color temperature, 1,500 to 20,000 kelvin.
-    duv : wanted distance from Planck's locus, -0.02 to 0.02.
-    quality : what is asked beside the white, Ra 80 by default; where it cannot be reached the nearest is given and
-        ``met`` is False.
-    most_channels : channels that may be used, at least 3; all where None.
-    wanted_xyz : (3,), a white that replaces temperature and Duv.
+    Parameters ---------- channels : spectra of the channels at full drive, 3 to 16. cct_k : wanted color temperature,
+    1,500 to 20,000 kelvin. duv : wanted distance from Planck's locus, -0.02 to 0.02. quality : requests beside the
+    white, Ra 80 by default; if they cannot be met, the nearest mixture is given and ``met`` is False. most_channels :
+    channels that may be used, at least 3; None: all. wanted_xyz : (3,), a white that replaces temperature and Duv.
 
     Raises
     ------
@@ -157,8 +152,8 @@ def lamp_recipe(
     power = spds.sum(axis=1)
     if not power.all():
         dark, first_nm, last_nm = channels[int(np.argmin(power))].name, *LAMP_GRID.wavelengths_nm[[0, -1]]
-        raise InvalidInputError(f"channel {dark!r} sends out no light from {first_nm:g} to {last_nm:g} nm; take it out")
-    equal = spds / power[:, None]  # the search is of light, so that no scale of a channel changes the mix
+        raise InvalidInputError(f"channel {dark!r} emits no light from {first_nm:g} to {last_nm:g} nm; remove it")
+    equal = spds / power[:, None]  # so that the scale of a channel does not change the mix
     best: tuple[float, Array] | None = None
     for white in _whites(cct_k, duv, quality) if wanted_xyz is None else [wanted_xyz]:
         found = _best_mix(equal, white, quality, most)
@@ -177,7 +172,7 @@ def lamp_recipe(
 
 
 def _whites(cct_k: float, duv: float, quality: LampQuality) -> list[Array]:
-    """The wanted white, then those slightly inside the ends of its tolerance."""
+    """The wanted white, then whites slightly inside the ends of its tolerance."""
     require_range("color temperature", cct_k, 1_500, 20_000, " K")
     require_range("Duv", duv, -0.02, 0.02)
     around = {(0.0, 0.0)}
@@ -188,7 +183,7 @@ def _whites(cct_k: float, duv: float, quality: LampQuality) -> list[Array]:
 
 
 def _best_mix(spds: Array, white: Array, quality: LampQuality, most: int) -> tuple[float, Array] | None:
-    """Least margin and drives (k,) of the first set of channels that meets what is asked, or of the best."""
+    """Least margin and drives (k,) of the first set of channels that meets all requests, or of the best."""
     kelvin = round(cct_and_duv(white)[0], 1)
     best: tuple[float, Array] | None = None
     for chosen in _combinations(spds, white, most):
@@ -206,7 +201,7 @@ def _best_mix(spds: Array, white: Array, quality: LampQuality, most: int) -> tup
 
 
 def _combinations(spds: Array, wanted: Array, most: int) -> list[tuple[int, ...]]:
-    """Sets of channels that reach the white, the smallest first; of one size those that span the widest range first."""
+    """Sets of channels that reach the white, the smallest first; of one size, the widest range first."""
     matrix = spds @ xyz_from_spd().T
     kept: list[tuple[int, ...]] = []
     for size in range(3, most + 1):
@@ -236,7 +231,7 @@ def _optimized(spds: Array, wanted: Array, quality: LampQuality, kelvin: float) 
         return None
     if len(spds) == 3:
         return np.asarray(first.x)
-    # The free directions keep the white; along them the index is searched from the center of what is feasible.
+    # The free directions keep the white; the index is optimized along them from the center of the feasible set.
     _, _, rows = np.linalg.svd(matrix.T)
     free = rows[3:].T
     center = _center(first.x, free)

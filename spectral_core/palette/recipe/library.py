@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Built-in libraries to mix from: LED channels, and measured paint chips.
+"""Built-in colorants and channels of recipes: LED channels, and measured paint chips.
 
-LEDs: bells at the peaks and widths that data sheets of today's color LEDs state, and the phosphor LEDs that the CIE
+LEDs: Gaussians at the peaks and widths of data sheets of today's color LEDs, and the phosphor LEDs that the CIE
 measured (CIE 15:2018), each with one watt of radiation at full drive, so that drive levels are comparable. Paints: the
-24 chips of the ColorChecker as the catalogue has them, which are opaque matte paints. Inks and filters differ from
-printer to printer and maker to maker, so they come from a file.
+24 chips of the ColorChecker in the catalogue, which are opaque matte paints. Inks and filters differ between printers
+and makers, so they are read from a file.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _of_one_watt(name: str, channel: Illuminant) -> Illuminant:
 
 
 def told_apart(spectra: Sequence[Spectrum]) -> list[Spectrum]:
-    """The spectra, with numbers added to equal names: nobody can follow a recipe with two channels of one name."""
+    """The spectra, with numbers added to equal names: a recipe with two channels of one name would be ambiguous."""
     names = [spectrum.name for spectrum in spectra]
     return [
         replace(spectrum, name=f"{spectrum.name} {number}") if names.count(spectrum.name) > 1 else spectrum

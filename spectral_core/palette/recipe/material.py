@@ -28,7 +28,7 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 Array = NDArray[np.float64]
 Kind = Literal["paints", "inks", "filters"]
 LEAST_REFLECTANCE = 1e-4
-"""No measured paint is darker; a perfect black would absorb without end."""
+"""Least reflectance of a paint, below any measured one; a perfect black would have infinite absorption."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +83,7 @@ class Colorants:
             return np.asarray(self.paper * np.prod(self.spectra ** (2 * given[:, None]), axis=0))
         shares = halftone_shares(given)
         bits = (np.arange(len(shares))[:, None] >> np.arange(len(given))) & 1
-        # An overprint absorbs what its inks absorb, relative to the paper that each was measured on.
+        # An overprint has the absorption of its inks, relative to the paper that each was measured on.
         relative = np.where(bits[:, :, None] == 1, self.spectra / np.maximum(self.paper, LEAST_REFLECTANCE), 1.0)
         overprints = self.paper * np.prod(relative, axis=1)
         return np.asarray((shares @ overprints ** (1 / self.dot_gain_n)) ** self.dot_gain_n)
@@ -123,7 +123,7 @@ class MaterialRecipe:
         return {"paints": "shares", "inks": "coverages", "filters": "thicknesses"}[self.colorants.kind]
 
     def text(self, total_g: float = 100.0) -> str:
-        """The recipe in lines for a person."""
+        """The recipe as text lines."""
         factor, unit = {"paints": (total_g, "g"), "inks": (100.0, "%"), "filters": (1.0, "x")}[self.colorants.kind]
         pairs = zip(self.colorants.names, self.amounts, strict=True)
         lines = [f"{name:24} {factor * amount:8.3f} {unit}" for name, amount in pairs if amount > 0]
@@ -140,7 +140,7 @@ def material_recipe(
     most_colorants: int = 4,
     seed: int = 0,
 ) -> MaterialRecipe:
-    """Find amounts whose color is nearest to a target reflectance's under all lights.
+    """Find amounts whose color is nearest to that of a target reflectance under all lights.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def _errors(colorants: Colorants, target: Reflectance, made: Array, lights: Sequ
 
 
 def _best_of_sets(colorants: Colorants, matrix: Array, wanted: Array, most: int) -> Array:
-    """Amounts (k,): all colorants first, then the best sets of the most important ones, each optimized anew."""
+    """Amounts (k,): all colorants first, then the best sets of the most important ones, each optimized again."""
     count = len(colorants.names)
     everything = _fitted(colorants, matrix, wanted, tuple(range(count)))
     if np.count_nonzero(everything) <= most:
@@ -210,9 +210,9 @@ def _fitted(colorants: Colorants, matrix: Array, wanted: Array, chosen: tuple[in
         return amounts
 
     def residual(part: Array) -> Array:
-        # Shares of paint are scale free; a weak pull to sum 1 makes the answer unique.
-        pull = [1e-3 * (part.sum() - 1)] if colorants.kind == "paints" else []
-        return np.concatenate([(_lab(matrix, colorants.reflectance(full(part))) - wanted).ravel(), pull])
+        # Shares of paint are scale free; a small weight on the sum 1 makes the answer unique.
+        of_sum = [1e-3 * (part.sum() - 1)] if colorants.kind == "paints" else []
+        return np.concatenate([(_lab(matrix, colorants.reflectance(full(part))) - wanted).ravel(), of_sum])
 
     low = 1e-9 if colorants.kind == "paints" else 0.0
     starts = [np.full(len(chosen), 1 / len(chosen)), np.full(len(chosen), 0.1), np.linspace(0.6, 0.1, len(chosen))]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How white a lamp is and how it renders colors: CCT, Duv and the CIE color rendering index.
+"""White and color rendering of a lamp: CCT, Duv and the CIE color rendering index.
 
-Written for optimization, many lamps at a time on one grid; tests hold it against colour-science's own evaluation.
+Written for optimization, many lamps at a time on one grid; tests compare it with colour-science.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 LAMP_GRID = SpectralGrid.uniform(360, 830, 1)
 DAYLIGHT_FROM_K = 5000.0
-"""CIE 13.3: the reference is a black body below, a phase of daylight from here on."""
+"""CIE 13.3: the reference is a black body below this temperature, a phase of daylight above."""
 
 
 @cache
@@ -53,7 +53,7 @@ def cct_and_duv(xyz: Array) -> tuple[float, float]:
     def distance(reciprocal: float) -> float:
         return float(np.sum((planck_uv(1e6 / reciprocal) - uv) ** 2))
 
-    # In reciprocal megakelvin the locus is passed at an almost even speed; a coarse scan finds the right valley.
+    # In reciprocal megakelvin the speed along the locus is almost constant; a coarse scan finds the right minimum.
     scan = np.linspace(1e6 / 45_000, 1e6 / 1_000, 60)
     start = int(np.argmin([distance(value) for value in scan]))
     if start in (0, len(scan) - 1):
@@ -62,7 +62,7 @@ def cct_and_duv(xyz: Array) -> tuple[float, float]:
         distance, bounds=(scan[start - 1], scan[start + 1]), method="bounded", options={"xatol": 1e-6}
     )
     kelvin = 1e6 / found.x
-    # The sign: on which side of the locus, seen along growing temperature, v is larger.
+    # The sign: the side of the locus, seen along growing temperature, with the larger v.
     return kelvin, float(np.sqrt(found.fun)) * (1.0 if uv[1] > planck_uv(kelvin)[1] else -1.0)
 
 
@@ -94,7 +94,7 @@ def daylight_spd(kelvin: float) -> Array:
 
 
 def colour_science() -> Any:
-    """The package colour-science. Raises MissingDependencyError where it is not installed."""
+    """The package colour-science. Raises MissingDependencyError if it is not installed."""
     try:
         import colour
     except ImportError as error:

@@ -24,12 +24,12 @@ Array = NDArray[np.float64]
 MOST_SPECTRA = 8
 MOST_ITERATIONS = 40
 EASY_FLOOR = 0.05
-"""A lower floor is climbed to from here as well: climbs that begin at a low floor may end at half the contrast."""
+"""A lower floor is also reached by a climb from here: climbs that begin at a low floor may end at half the contrast."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TextureBasis:
-    """``spectra``: (K, n) on the texture's grid; ``slope`` and ``floor``: what all display colors keep with them."""
+    """``spectra``: (K, n) on the texture's grid; ``slope`` and ``floor``: the mapping that all display colors allow."""
 
     spectra: Array
     floor: float
@@ -41,7 +41,7 @@ class TextureBasis:
 def design_basis(
     matrix: ArrayLike, count: int, *, floor: float = 0.05, smoothness: float = 0.25, iterations: int = MOST_ITERATIONS
 ) -> TextureBasis:
-    """Find the K spectra with which the hardest combination of display colors keeps the most contrast.
+    """Find the K spectra with the largest contrast for the most difficult combination of display colors.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def _bands_at_peaks(stimuli: Array, count: int) -> Array:
         inner = np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])) + 1
         peaks += list(inner[np.argsort(power[inner])[::-1]][:3])
     chosen = sorted(set(peaks))[:count]
-    while len(chosen) < count:  # fill the widest gap until there are K of them
+    while len(chosen) < count:  # fill the widest gap until there are K peaks
         edges = [0, *chosen, stimuli.shape[1] - 1]
         widest = int(np.argmax(np.diff(edges)))
         between = (edges[widest] + edges[widest + 1]) // 2
@@ -109,7 +109,7 @@ def _bands_at_peaks(stimuli: Array, count: int) -> Array:
 
 
 def _hats(peaks: Array, knots: int) -> Array:
-    """Linear interpolation between peaks: (K, knots), never negative, of sum 1; the outer ones stay at 1."""
+    """Linear interpolation between peaks: (K, knots), at least 0, with sum 1; the outer ones stay at 1."""
     return np.stack([np.interp(np.arange(knots), peaks, row) for row in np.eye(len(peaks))])
 
 
@@ -133,7 +133,7 @@ def _climb(
     constraints = _Constraints(spectra.shape, smoothness)
     while radius > 1e-3 and used < most:
         used += 1
-        # ds/dB = outer(M^T y, w - floor): what a spectrum's knot adds to the color, times the weight it is used with.
+        # ds/dB = outer(M^T y, w - floor): change of the color by a spectrum's knot, times its weight.
         slopes = (reach.multipliers @ stimuli)[:, None, :] * (reach.reflectances - floor)[:, :, None]
         trial = np.clip(spectra + constraints.step(spectra, reach.scales, slopes, radius), 0.0, 1.0)
         trial = trial / trial.sum(axis=0)
@@ -148,7 +148,7 @@ def _climb(
 
 
 class _Constraints:
-    """What every step keeps: the sum of 1 at each wavelength, non-negative spectra, small second differences."""
+    """Constraints of every step: sum of 1 at each wavelength, non-negative spectra, small second differences."""
 
     def __init__(self, shape: tuple[int, ...], smoothness: float) -> None:
         count, knots = shape

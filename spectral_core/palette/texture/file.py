@@ -27,7 +27,7 @@ VERSION = 1
 def write_texture(path: Path, texture: SpectralTexture) -> Path:
     """Write ``texture`` to ``path``, whole or not at all; returns ``path``.
 
-    Raises InvalidInputError where the name does not end in .exr, MissingDependencyError without OpenEXR.
+    Raises InvalidInputError if the name does not end in .exr, MissingDependencyError without OpenEXR.
     """
     if path.suffix.lower() != ".exr":
         raise InvalidInputError(
@@ -57,7 +57,7 @@ def write_texture(path: Path, texture: SpectralTexture) -> Path:
 def read_texture(path: Path) -> SpectralTexture:
     """Read a spectral texture.
 
-    Raises FileFormatError where the file cannot be read, holds no spectral texture, or one that is not whole.
+    Raises FileFormatError if the file cannot be read, or holds no complete spectral texture.
     """
     part = read_exr(path, "a spectral texture")[0]
     header, channels = part.header, part.channels

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Weights of every texel: exact where the wanted colors can be reached, nearest in CIELAB where they cannot.
+"""Weights of every texel: exact if the wanted colors can be reached, else nearest in CIELAB.
 
 Most texels are solved by one matrix product; the others are searched for. Texels are handled in tiles, several at a
 time, so memory does not grow with the picture.
@@ -28,7 +28,7 @@ Found = TypeVar("Found")
 TILE = 1 << 18
 """Texels per tile."""
 INTERPOLATED = 1 << 13
-"""Texels whose colors are interpolated between corners at a time; the values of 64 corners then stay in the cache."""
+"""Texels whose colors are interpolated between corners at a time; the values of 64 corners then fit into the cache."""
 MOST_THREADS = 8
 
 
@@ -36,7 +36,9 @@ MOST_THREADS = 8
 def over_tiles(
     work: Callable[[slice], Found], tiles: Sequence[slice], progress: Callable[[float], None] | None = None
 ) -> list[Found]:
-    """Call ``work`` for each tile, several at a time; ``progress`` is told the share done after each, in order."""
+    """Call ``work`` for each tile, several at a time; ``progress`` receives the completed share after each, in
+    order.
+    """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     found = []
     with ThreadPoolExecutor(min(cores, MOST_THREADS)) as pool:
@@ -56,8 +58,8 @@ def over_tiles(
 class Fitter:
     """Solver of texels. ``color_from_weights``: (3L, K), linear RGB under each light.
 
-    ``importance``: (L,), weighs the color differences of each picture where not all can be met. ``corner_weights``:
-    (8^L, K), weights within [0, 1] of the corners of the mapped display colors, where all of them can be reached; with
+    ``importance``: (L,), weights of the color differences of each picture if not all can be met. ``corner_weights``:
+    (8^L, K), weights within [0, 1] of the corners of the mapped display colors, if all of them can be reached; with
     more spectra than colors (K > 3L) their multilinear interpolation is exact and inside the box at every texel.
     """
 
@@ -115,7 +117,7 @@ class Fitter:
             gray = np.clip(wanted.mean(axis=0), 0.0, 1.0)
             weights = self._weights_from_color @ (wanted - gray) + gray
         if rows == count and not self._search.invertible:
-            # Two lights that hardly differ: what the product gives is inside the box and need not be the color.
+            # For two nearly equal lights, the product's weights are inside the box but may have another color.
             outside = np.arange(wanted.shape[1])
         else:
             outside = np.flatnonzero((weights.min(axis=0) < 0) | (weights.max(axis=0) > 1))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two white lights designed so that one surface can show two unrelated pictures, one under each.
+"""Two white lights under which one surface can show two unrelated pictures.
 
-Both lights are mixes of the same primaries (LEDs) and have the same white. The contrast that every pair of display
-colors can have under them is a minimum over 64 linear programs, whose multipliers say how it changes with each
-primary. A sequence of linear programs with a trust region climbs it; the climb is local, hence several starts.
+Both lights are mixes of the same primaries (LEDs) and have the same white. The contrast of every pair of display colors
+under them is a minimum over 64 linear programs, whose multipliers are its derivatives by each primary. A sequence of
+linear programs with a trust region climbs it; the climb is local, hence several starts.
 """
 
 from __future__ import annotations
@@ -39,15 +39,16 @@ STARTING_PEAKS_NM = (
 )
 """Interleaved peaks of the two lights: both triangles of primaries surround most of the display's colors."""
 MOST_ITERATIONS = 40
-"""Of each start. A climb ends by itself after 10 to 25. They are counted, rather than seconds, so that a busy machine
-finds the same."""
+"""Most iterations of each start. A climb ends by itself after 10 to 25. Iterations are counted, not seconds, so that a
+busy machine finds the same result.
+"""
 SMALLEST_STEP = 2e-3
 """Trust radius, as a share of the strongest primary, below which the climb has ended."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightDesign:
-    """Two lights and the contrast that unrelated pictures have under them.
+    """Two lights and the contrast of unrelated pictures under them.
 
     ``white_delta_e``: (2,), ΔE2000 of each white to the wanted white; ``slope`` and ``floor`` as in
     ``ReachableContrast``; ``iterations`` and ``seconds`` of the whole design, ``starts`` the slope of each start.
@@ -71,7 +72,7 @@ def led(peak_nm: float, width_nm: float, grid: SpectralGrid = LIGHT_GRID) -> Ill
 def led_range(
     width_nm: float = 20.0, first_nm: float = 430.0, last_nm: float = 670.0, step_nm: float = 5.0
 ) -> list[Illuminant]:
-    """LEDs of one width with peaks at equal steps: the primaries of a design that may choose them freely."""
+    """LEDs of one width with peaks at equal steps: the primaries of a design with free peaks."""
     return [led(peak, width_nm) for peak in np.arange(first_nm, last_nm + 0.5 * step_nm, step_nm)]
 
 
@@ -143,7 +144,7 @@ class _Climb:
         if share > 0 and self.daylight is not None:
             self.mixed_in = share * RGB_FROM_XYZ @ xyz_from_product(self.daylight, TEXTURE_GRID)
         self.white_rgb = RGB_FROM_XYZ @ self.white_xyz
-        # What the primaries must add, so that the whole has exactly the wanted white.
+        # The contribution that the primaries need so that the whole has exactly the wanted white.
         self.wanted_rgb = self.white_rgb - self.mixed_in.sum(axis=1)
         self.corners = corner_colors(2)
 
@@ -187,7 +188,7 @@ class _Climb:
 
     def _gradients(self, reach: ScaledReach) -> Array:
         """(64, 2, m): change of each corner's scale with each amount, ds/dM = outer(y, r - floor)."""
-        # r - floor rather than r: the gray that every color is added to changes with the light as well.
+        # r - floor rather than r: the gray that is added to every color also changes with the light.
         shifts = reach.reflectances - self.floor
         per_light = reach.multipliers.reshape(len(shifts), 2, 3) / self.white_rgb
         return np.asarray(np.einsum("vlc,mcn,vn->vlm", per_light, self.kernels, shifts, optimize=True))

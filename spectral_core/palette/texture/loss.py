@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a spectral texture is from the pictures that were asked for: color differences, contrast, ghosts."""
+"""Errors of a spectral texture: color differences, contrast, ghosts."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ SMALLEST_ERROR = 1e-3
 MOST_SIDE = 512
 """Ghosts are measured on at most this many rows and columns, which are picked evenly."""
 BLOCK = 1 << 13
-"""Texels whose color differences are computed at a time, so that what lies between stays in the cache."""
+"""Texels whose color differences are computed at a time, so that intermediate results fit into the cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PictureLoss:
-    """What one picture lost against its mapped target. ``delta_e``: (H, W), ΔE2000 of each texel, float16.
+    """Errors of one picture relative to its mapped target. ``delta_e``: (H, W), ΔE2000 of each texel, float16.
 
-    ``contrast``: regression of the shown details on those of the picture as it was given, 1 where all contrast is kept;
-    ``ghost``: what is shown beyond the mapped target, in the same regression on the other picture's details, 0 where
-    nothing of it shows. Details are high-passed lightness.
+    ``contrast``: regression of the shown details on those of the given picture, 1 if all contrast is kept; ``ghost``:
+    regression of the difference from the mapped target on the other picture's details, 0 without a ghost. Details are
+    high-passed lightness.
     """
 
     name: str
@@ -69,7 +69,7 @@ def picture_losses(
     small = texture.weights[:, rows][:, :, columns]
 
     def details(number: int) -> tuple[Array, Array, Array]:
-        """High-passed lightness of a picture as it was given, as it was asked for, and as it is shown."""
+        """High-passed lightness of the given picture, of its mapped target, and of the shown picture."""
         picture, light = pictures[number], texture.lights[number]
         thinned = type(picture)(picture.name, picture.pixels[rows][:, columns])
         given, asked = (
@@ -85,7 +85,8 @@ def picture_losses(
     for number, (picture, (given, asked, shown)) in enumerate(zip(pictures, found, strict=True)):
         others = [each[0] for other, each in enumerate(found) if other != number]
         contrast = _regression(shown, [given, *others])[0]
-        # Against what was asked for, because the mapping's curve would count as a ghost where the other is flat.
+        # Relative to the mapped target, because the mapping's curve would count as a ghost where the other picture is
+        # flat.
         ghost = abs(_regression(shown, [asked, *others])[1]) if others else 0.0
         mean, p95, p99, largest = _statistics(delta_e[number])
         losses.append(PictureLoss(picture.name, mean, p95, p99, largest, contrast, ghost, delta_e[number]))
@@ -99,7 +100,7 @@ def _statistics(errors: NDArray[np.float16]) -> tuple[float, float, float, float
 
     def percentile(share: float) -> float:
         place = share / 100 * (errors.size - 1) - (errors.size - len(above))
-        # The place is counted from the first error above 0; before it all are 0.
+        # The index is counted from the first error above 0; before it all are 0.
         return float(np.interp(place, np.arange(-1, len(above)), np.append(np.float32(0), above)))
 
     mean = float(above.sum(dtype=np.float64)) / errors.size
@@ -111,7 +112,7 @@ def _even(length: int) -> NDArray[np.intp]:
 
 
 def _details(linear_rgb: NDArray[np.floating]) -> Array:
-    """High-passed lightness: what an eye takes for the drawing of a picture, free of its mean light."""
+    """High-passed lightness: the details of a picture, without its mean light."""
     from scipy.ndimage import gaussian_filter
 
     lightness = lab_from_linear_rgb(linear_rgb)[..., 0]
@@ -120,7 +121,7 @@ def _details(linear_rgb: NDArray[np.floating]) -> Array:
 
 
 def _regression(shown: Array, parts: list[Array]) -> Array:
-    """Least-squares share of each of the parts' details in what is shown; a picture without details keeps them all."""
+    """Least-squares share of the details of each part in the shown picture; 1 for a picture without details."""
     if not np.any(parts[0]):
         return np.array([1.0, 0.0])
     return np.asarray(np.linalg.lstsq(np.stack([p.ravel() for p in parts], axis=1), shown.ravel(), rcond=None)[0])

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Weights within [0, 1] whose colors are nearest to wanted ones in CIELAB, for many texels at a time.
 
-CIELAB is linearized at the answer so far, and the quadratic program that this gives is solved inside the box. With as
-many spectra as colors every color has one answer without bounds, and few bounds hold it off: the program is then solved
-in the multipliers of the bounds (Hildreth 1957), which settle in a few sweeps. Else, and where they do not settle, it
-is solved in the weights.
+CIELAB is linearized at the present answer, and the resulting quadratic program is solved inside the box. With as many
+spectra as colors, every color has one answer without bounds, and few bounds are active: the program is then solved in
+the multipliers of the bounds (Hildreth 1957), which settle in a few sweeps. Otherwise, and if they do not settle, it is
+solved in the weights.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 Texels = NDArray[np.float32]
 
 BLOCK = 16384
-"""Texels that advance together: enough that NumPy's overhead per call does not count."""
+"""Texels that advance together: enough that NumPy's overhead per call is negligible."""
 MULTIPLIER_STEPS, MULTIPLIER_SWEEPS = 6, 5
 WEIGHT_STEPS, WEIGHT_SWEEPS = 5, 10
 SETTLED = np.float32(5e-4)
@@ -40,7 +40,7 @@ class NearestInBox:
         self.ratio_from_rgb = ratio_from_rgb.astype(np.float32)
         self.ratio_from_weights = ratio_from_weights.astype(np.float32)
         self.invertible = rows == count and bool(np.linalg.cond(ratio_from_weights) < LARGEST_CONDITION)
-        """Whether every color has exactly one answer, bounds aside."""
+        """True if every color has exactly one answer without bounds."""
         lab_from_f = [np.sqrt(weight) * _LAB_FROM_F for weight in importance]
         self.lab_from_f = np.stack(lab_from_f).astype(np.float32)
         if self.invertible:
@@ -76,7 +76,7 @@ class NearestInBox:
             now = weights[:, still]
             moved = self._step_in_multipliers(now, target, multipliers)
             weights[:, still] = np.clip(moved, 0.0, 1.0)
-            # A weight beyond its bounds says that the multipliers have not settled.
+            # A weight outside its bounds shows that the multipliers have not settled.
             left = np.flatnonzero(np.abs(moved - now).max(axis=0) > SETTLED)
             still, target, multipliers = still[left], target[:, left], multipliers[:, left]
             if not left.size:
@@ -118,7 +118,7 @@ class NearestInBox:
         return covariance
 
     def _step_in_weights(self, weights: Texels, target: Texels) -> Texels:
-        """One step, by descent over one weight after the other."""
+        """One step, by descent over one weight after another."""
         f, slope = _f(self.ratio_from_weights @ weights)
         lights, count = len(self.lab_from_f), len(weights)
         scaled = slope[:, None, :] * self.ratio_from_weights[:, :, None]

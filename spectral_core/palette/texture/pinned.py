@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One picture with wanted colors: exact under one light, and some of its colors look different under another.
+"""A picture with wanted colors: exact under one light, with some colors that look different under another.
 
 The wanted colors become a texture of K channels like any other: the lattice of ``uplift`` in the weights of K spectra.
 A search over hats with moved peaks finds the K spectra that come nearest to the wanted colors.
@@ -25,7 +25,7 @@ from spectral_core.spectra.spectrum import Illuminant
 
 Array = NDArray[np.float64]
 TRIALS, RESTARTS = 250, 3
-"""Moves of peaks that one search for a basis tries, and searches from each of two starts."""
+"""Moves of peaks in one search for a basis, and searches from each of two starts."""
 SETTLED = 1e-2
 """Sum of squared CIELAB distances to the wanted colors below which the search ends."""
 LEAST_GAP = 2.5
@@ -129,7 +129,7 @@ def _basis_for_pins(first: Array, second: Array, pins: Sequence[Pin], count: int
 
 @dataclass(slots=True)
 class _BasisSearch:
-    """Hill climbing over the peaks of hats. ``needed``: slope that all display colors keep under the first light."""
+    """Hill climbing over the peaks of hats. ``needed``: least slope for all display colors under the first light."""
 
     first: Array
     second: Array
@@ -138,7 +138,7 @@ class _BasisSearch:
     tried: int = 0
 
     def climbed(self, start: Array, rng: np.random.Generator) -> tuple[Array, float]:
-        """Spectra near ``start`` and what they miss; infinity where no allowed ones were found."""
+        """Spectra near ``start`` and their error; infinity if no allowed ones were found."""
         knots, corners = TEXTURE_GRID.size, corner_colors(1)
         peaks, least = start, np.inf
         for _ in range(TRIALS):
@@ -154,7 +154,7 @@ class _BasisSearch:
         return _hats(peaks, knots), least
 
     def _shows_all(self, spectra: Array, corners: Array) -> bool:
-        """Whether the mixtures of ``spectra`` show every display color under the first light."""
+        """True if the mixtures of ``spectra`` show every display color under the first light."""
         one = self.first @ spectra.T
         return all(
             nearest_weights(one, one, self.needed * corner, self.needed * corner) is not None for corner in corners
@@ -162,7 +162,7 @@ class _BasisSearch:
 
 
 def _missed(spectra: Array, first: Array, second: Array, pins: Sequence[Pin]) -> float:
-    """Sum of squared CIELAB distances that remain to the wanted colors at least."""
+    """Least sum of squared CIELAB distances that remain to the wanted colors."""
     one, two = np.ascontiguousarray(first @ spectra.T), second @ spectra.T
     total = 0.0
     for pin in pins:
@@ -189,5 +189,5 @@ def _moved(peaks: Array, rng: np.random.Generator, knots: int) -> Array:
 
 
 def _hats(peaks: Array, knots: int) -> Array:
-    """Linear interpolation between peaks: (K, knots), never negative, of sum 1."""
+    """Linear interpolation between peaks: (K, knots), at least 0, with sum 1."""
     return np.stack([np.interp(np.arange(knots), peaks, row) for row in np.eye(len(peaks))])

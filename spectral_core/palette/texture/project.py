@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Everything that one spectral texture is made from, as a document, and the way from it to the texture.
+"""The inputs of a spectral texture as a document, and the design of the texture from them.
 
 A document names pictures, lights and wanted colors. The panel in Blender, the command line and a script make the same
 document.
@@ -27,16 +27,16 @@ FORMAT = "spectral-scene texture"
 VERSION = 1
 TEXTURE_SCHEMA = Schema("spectral_core.palette.texture", "texture.schema.json")
 DESIGNED_FLOOR, GIVEN_FLOOR = 0.02, 0.1
-"""Gray that black becomes where none is asked for: designed lights allow far more contrast than given ones."""
+"""Gray that replaces black by default: designed lights allow far more contrast than given ones."""
 _LIGHTS_SHARE, _BASIS_SHARE = 0.45, 0.75
 """Share of the work done when the lights are known, and when the basis is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TextureSettings:
-    """How a texture is made. What is None is chosen by what is asked for.
+    """Settings of a texture. A value of None is chosen by the design.
 
-    ``floor``: gray that black becomes; ``slope``: contrast kept; ``mapping``: what happens to colors that cannot be
+    ``floor``: gray in place of black; ``slope``: contrast kept; ``mapping``: treatment of colors that cannot be
     reached; ``spectra``: K; ``importance``: weight of picture 1 over picture 2; ``daylight_share`` and
     ``led_width_nm``: of designed lights.
     """
@@ -79,7 +79,7 @@ class TextureProject:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TextureOutcome:
-    """The texture, the lights' own design where they were designed, and the outcome of each wanted color."""
+    """The texture, the design of the lights if they were designed, and the outcome of each wanted color."""
 
     design: TextureDesign
     allowed: ReachableContrast | None
@@ -94,11 +94,8 @@ def run_project(
 ) -> TextureOutcome:
     """Design the texture of ``project``.
 
-    Parameters
-    ----------
-    project : what is asked for.
-    pictures : its pictures, read.
-    progress : called with the share done, from 0 to 1, and what is being done.
+    Parameters ---------- project : the requests. pictures : its pictures, as read. progress : called with the share
+    done, from 0 to 1, and the name of the present task.
 
     Raises
     ------
@@ -163,7 +160,7 @@ def project_of(document: dict[str, Any], folder: Path) -> TextureProject:
 
 
 def document_of(project: TextureProject) -> dict[str, Any]:
-    """The project as strings, numbers, lists and tables. What is at its default is left out."""
+    """The project as strings, numbers, lists and tables. Entries with their default are omitted."""
     plain = TextureSettings()
     settings = {
         each.name: getattr(project.settings, each.name)

@@ -2,8 +2,8 @@
 """The colors that one reflectance can show under several lights at once, decided by linear programming.
 
 A reflectance between 0 and 1 has the colors ``M r`` with ``M`` of shape (3L, n) for L lights. The set of all of them,
-{M r : 0 <= r <= 1}, is a zonotope. It is convex, so it holds every pair of display colors exactly when it holds the
-pairs of cube corners: 64 linear programs for two lights decide about all pictures.
+{M r : 0 <= r <= 1}, is a zonotope. It is convex, so it contains every pair of display colors exactly if it contains the
+pairs of cube corners: 64 linear programs for two lights decide for all pictures.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class ScaledReach:
 
 
 def reachable_scales(matrix: ArrayLike, colors: ArrayLike, floor: float) -> ScaledReach:
-    """Find for each wanted color how far it can be reached from the gray ``floor``.
+    """Find for each wanted color the largest reachable scale from the gray ``floor``.
 
     Solves k independent linear programs, max s subject to M r - s c = floor * M 1, 0 <= r <= 1, as one sparse program.
 
@@ -118,10 +118,10 @@ def corner_colors(lights: int) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReachableContrast:
-    """How much contrast every combination of pictures has under given lights.
+    """Contrast of every combination of pictures under given lights.
 
-    ``floor`` b and ``slope`` s: every display color v of every picture can be shown as b + s v. ``contrast``:
-    (b + s) / b. ``limiting_colors``: (L, 3), the combination of colors that is hardest.
+    ``floor`` b and ``slope`` s: every display color v of every picture can be shown as b + s v. ``contrast``: (b + s) /
+    b. ``limiting_colors``: (L, 3), the combination of colors that limits it.
     """
 
     floor: float
@@ -135,7 +135,7 @@ class ReachableContrast:
 
 
 def reachable_contrast(lights: Sequence[Illuminant], floor: float = 0.05) -> ReachableContrast:
-    """State, before any texel is solved, the contrast that unrelated pictures can have under ``lights``.
+    """Contrast that unrelated pictures can have under ``lights``, before any texel is solved.
 
     Parameters
     ----------

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Realism against independence: what daylight in both designed lights, and the width of their LEDs, cost in contrast.
+"""Realism against independence: contrast that is lost by daylight in both designed lights, and by the width of their
+LEDs.
 
-Designing lights takes seconds, a slider must answer at once. So the cost is read from a table of designs (``python -m
-benchmarks spectral-textures --realism`` prints it anew), between its entries by bilinear interpolation.
+Designing lights takes seconds, but a slider must respond at once. So the contrast is interpolated bilinearly in a table
+of designs (``python -m benchmarks spectral-textures --realism`` prints a new one).
 """
 
 from __future__ import annotations
@@ -44,8 +45,8 @@ design as well, hence not smooth."""
 
 @dataclass(frozen=True, slots=True)
 class RealismCost:
-    """``contrast``: about what unrelated pictures keep; ``rendering_delta_e``: how far other surfaces look off, in the
-    mean of 24 test colors, under the worse of both lights.
+    """``contrast``: approximate contrast of unrelated pictures; ``rendering_delta_e``: mean color error of 24 test
+    colors under the worse of both lights.
     """
 
     contrast: float
@@ -53,10 +54,13 @@ class RealismCost:
 
 
 def realism_cost(daylight_share: float, led_width_nm: float) -> RealismCost:
-    """What two designed lights will keep. ``daylight_share``: 0 to 0.9; ``led_width_nm``: 5 to 60."""
+    """Estimate the contrast and color rendering of two designed lights. ``daylight_share``: 0 to 0.9; ``led_width_nm``:
+    5 to 60.
+    """
     share = require_range("daylight_share", daylight_share, 0.0, 0.9)
     width = require_range("LED width", led_width_nm, 5.0, 60.0, " nm")
-    # A contrast c leaves the slope 0.05 (c - 1); between entries the slope is interpolated, beyond 70 % it goes to 0.
+    # A contrast c corresponds to the slope 0.05 (c - 1); the slope is interpolated between entries, and goes to 0
+    # beyond 70 %.
     shares = np.append(DAYLIGHT_SHARES, 1.0)
     slopes = np.column_stack([0.05 * (_CONTRAST - 1), np.zeros(len(_CONTRAST))])
     rendering = np.column_stack([_RENDERING, np.zeros(len(_RENDERING))])
@@ -70,9 +74,9 @@ def realism_cost(daylight_share: float, led_width_nm: float) -> RealismCost:
 
 @dataclass(frozen=True, slots=True)
 class WhiteDifference:
-    """How far two whites part for one standard observer.
+    """Difference between two whites for one standard observer.
 
-    ``between``: ΔE2000 between both lights; ``to_daylight``: the largest of both to D65, as this observer sees it.
+    ``between``: ΔE2000 between both lights; ``to_daylight``: the larger of both to D65, for this observer.
     """
 
     observer: str
@@ -81,7 +85,7 @@ class WhiteDifference:
 
 
 def white_differences(lights: Sequence[Illuminant]) -> tuple[WhiteDifference, ...]:
-    """What other eyes see: lights that match for the standard observer are no match for all others."""
+    """Differences for other observers: lights that match for the standard observer do not match for all others."""
     from spectral_core.spectra.catalogue import illuminant
 
     found = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The quadratic B-spline over a lattice of colors: its nodes, and the shares of the nodes around a color."""
+"""The quadratic B-spline over a lattice of colors: its nodes, and the weights of the nodes around a color."""
 
 from __future__ import annotations
 

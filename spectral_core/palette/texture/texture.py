@@ -28,7 +28,7 @@ _BITS_OF_ONE = int(np.float16(1).view(np.uint16))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """What a surface shall show under one light. ``pixels``: (H, W, 3), top row first.
+    """The appearance of a surface under one light. ``pixels``: (H, W, 3), top row first.
 
     Integer pixels are display values (sRGB) of 8 or 16 bits; floating-point pixels are linear sRGB from 0 to 1.
     """
@@ -69,10 +69,10 @@ def _mapped_values(top: int, floor: float, slope: float) -> NDArray[np.float32]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectralTexture:
-    """A texture whose every texel is a reflectance: ``weights`` (K, H, W) float16 of ``spectra`` (K, n).
+    """A texture of reflectances: ``weights`` (K, H, W) float16 of ``spectra`` (K, n).
 
-    The spectra are never negative and sum to 1 at each wavelength of ``TEXTURE_GRID``, and the weights lie in
-    [0, 1], so every reflectance does, under any filter of the texture. ``lights``: what the pictures were made for.
+    The spectra are at least 0 and sum to 1 at each wavelength of ``TEXTURE_GRID``, and the weights lie in [0, 1], so
+    every reflectance does, under any filter of the texture. ``lights``: the lights of the pictures.
     """
 
     weights: NDArray[np.float16]
@@ -113,10 +113,11 @@ class SpectralTexture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TextureDesign:
-    """A texture and what it cost: ``losses`` per picture, ``floor`` and ``slope`` of the gamut mapping.
+    """A texture and its errors: ``losses`` per picture, ``floor`` and ``slope`` of the gamut mapping.
 
-    Every linear color v of the pictures was asked for as floor + slope v. ``stated_slope``: what every combination of
-    pictures reaches exactly at this floor. ``compressed``: share of texels that no reflectance can show exactly.
+    The target of every linear color v of the pictures is floor + slope v. ``stated_slope``: slope that every
+    combination of pictures reaches exactly at this floor. ``compressed``: share of texels that no reflectance can show
+    exactly.
     """
 
     texture: SpectralTexture
@@ -199,7 +200,7 @@ def _corner_weights(color_from_weights: Array, floor: float, slope: float) -> Ar
     corners = np.concatenate([np.zeros((1, len(color_from_weights))), corner_colors(len(color_from_weights) // 3)])
     farthest = reachable_scales(color_from_weights, corners[1:], floor)
     gray = np.full((1, color_from_weights.shape[1]), floor)
-    # A corner that reaches farther than asked lies on the way from the gray of the floor to its farthest color.
+    # A corner that can be reached beyond its target lies between the gray of the floor and its farthest color.
     share = np.minimum(slope / np.maximum(farthest.scales, 1e-12), 1.0)[:, None]
     return np.concatenate([gray, gray + share * (farthest.reflectances - gray)])
 
@@ -233,7 +234,8 @@ def _fit_tiles(
 def half_from_unit(values: NDArray[np.float32], out: NDArray[np.float16]) -> None:
     """Store float32 numbers from 0 to 1 as half floats, rounded to the nearest: NumPy's own cast takes 4 times as long.
 
-    The exponent of a half float begins 112 powers of two higher than that of a float; 13 bits of the fraction go.
+    The exponent of a half float begins 112 powers of two higher than that of a float; 13 bits of the fraction are
+    dropped.
     """
     bits = (np.abs(values) * np.float32(2.0**-112)).view(np.uint32)  # abs: -0 becomes 0
     bits += 0x1000

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From one picture to spectra, with constraints: "this red looks brown under that lamp".
 
-A lattice of 13 x 13 x 13 colors in linear RGB holds the smoothest reflectances that have these colors under the first
-light. The shares of a quadratic B-spline between them are never negative and reproduce every affine function. So all
-colors stay exact under the first light, all reflectances stay within [0, 1], and nothing has a kink. A constraint moves
-the lattice's colors under a second light along a smooth bump in color space, so that far colors keep theirs.
+A lattice of 13 x 13 x 13 colors in linear RGB holds the smoothest reflectances with these colors under the first light.
+The weights of a quadratic B-spline between them are at least 0 and reproduce every affine function. So all colors stay
+exact under the first light, all reflectances stay within [0, 1], and they vary smoothly. A constraint moves the
+lattice's colors under a second light along a smooth bump in color space, so that distant colors stay unchanged.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from spectral_core.spectra.spectrum import Illuminant
 Array = NDArray[np.float64]
 WIDTH = 0.12
 """Standard deviation, in linear RGB, of the region that a constraint moves."""
-PULL = 300.0
+FIELD_WEIGHT = 300.0
 """Weight of the wanted color under the second light against smoothness."""
 CORRECTIONS = 6
 REACHED = 1e-4
@@ -37,7 +37,7 @@ LAB_STEPS = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pin:
-    """``color``: linear RGB (3,) under the first light that shall look like ``wanted`` (3,) under the second."""
+    """``color``: linear RGB (3,) under the first light whose appearance under the second should be ``wanted`` (3,)."""
 
     color: Array
     wanted: Array
@@ -52,10 +52,10 @@ class Pin:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinResult:
-    """What a pin reached: ``color`` (3,) under the second light, ΔE2000 to the wanted one, and to the nearest possible.
+    """Outcome of a pin: ``color`` (3,) under the second light, ΔE2000 to the wanted one, and to the nearest possible.
 
-    ``reachable``: whether any reflectance has both colors; ``nearest``: the reachable color that is nearest to the
-    wanted one in CIELAB.
+    ``reachable``: True if any reflectance has both colors; ``nearest``: the reachable color nearest to the wanted one
+    in CIELAB.
     """
 
     color: Array
@@ -154,7 +154,7 @@ def _require_apart(pins: Sequence[Pin]) -> None:
 
 
 class _LatticeSolver:
-    """One small quadratic program per node, all with the same matrices: min |D2 r|^2 + PULL |N2 r - field|^2.
+    """One small quadratic program per node, all with the same matrices: min |D2 r|^2 + FIELD_WEIGHT |N2 r - field|^2.
 
     The unknowns are weights of a basis: r = basis^T w with 0 <= w <= 1.
     """
@@ -179,7 +179,7 @@ class _LatticeSolver:
         chosen = np.arange(len(self.colors)) if only is None else only
         hessian = self.smoothness
         if field is not None and self.second is not None:
-            hessian = hessian + PULL * self.second.T @ self.second
+            hessian = hessian + FIELD_WEIGHT * self.second.T @ self.second
         knots = len(hessian)
         upper = np.concatenate([np.ones(knots), np.zeros(3)])
         lower = np.zeros(knots + 3)
@@ -187,14 +187,14 @@ class _LatticeSolver:
         answers = np.empty((len(chosen), knots))
         linear = np.zeros((len(chosen), knots))
         if field is not None and self.second is not None:
-            linear = -PULL * field @ self.second
+            linear = -FIELD_WEIGHT * field @ self.second
         # Set up once: the Cholesky factor of the Hessian takes ten times as long as a node's program.
         program = daqp.Model()
         program.setup(hessian, linear[0], np.ascontiguousarray(self.first), upper, lower, sense)
         for row, node in enumerate(chosen):
             upper[knots:] = lower[knots:] = self.slope_of_colors * self.colors[node]
-            # Given anew, the senses let each program begin without the last one's active bounds: it finds the same in
-            # every order.
+            # Reset senses let each program begin without the last one's active bounds: the results do not depend on the
+            # order.
             program.update(f=linear[row], bupper=upper, blower=lower, sense=sense)
             found, _, status, _ = program.solve()
             if status != 1:
@@ -238,7 +238,7 @@ def _difference(color: Array, wanted: Array) -> float:
 
 
 def _nearest_reachable(nodes: _LatticeSolver, pin: Pin) -> tuple[Array, bool]:
-    """The reachable color under the second light that is nearest to the wanted one, and whether it is that."""
+    """The reachable color under the second light nearest to the wanted one, and True if they are equal."""
     assert nodes.second is not None
     color, aim = nodes.slope_of_colors * pin.color, nodes.slope_of_colors * pin.wanted
     found = nearest_weights(nodes.first, nodes.second, color, aim)
@@ -250,9 +250,10 @@ def _nearest_reachable(nodes: _LatticeSolver, pin: Pin) -> tuple[Array, bool]:
 
 
 def nearest_weights(first: Array, second: Array, color: Array, wanted: Array) -> Array | None:
-    """Weights (k,) in [0, 1] with exactly ``color`` under ``first`` (3, k) that come nearest to ``wanted`` in CIELAB.
+    """Weights (k,) in [0, 1] with exactly ``color`` under ``first`` (3, k), as near as possible to ``wanted`` in
+    CIELAB.
 
-    Gauss-Newton steps, each a small quadratic program; None where no weights have the color.
+    Gauss-Newton steps, each a small quadratic program; None if no weights have the color.
     """
     import daqp
 

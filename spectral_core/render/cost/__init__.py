@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What accuracy costs: error against time, measured at small scale, predicted for the picture, and kept."""
+"""Measure error against time on a few pixels and predict both for the whole picture."""

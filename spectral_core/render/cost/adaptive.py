@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adaptive sampling: samples until an asked error is reached, or for an asked time, where they help most.
+"""Adaptive sampling: samples until a requested error is reached, or for a requested time, where they reduce the error
+most.
 
-The picture is kept in two halves with random numbers of their own; their difference tells the error of each tile.
-After a few samples everywhere the rest goes to tiles by their error, so that the mean over the picture is what was
-asked for, with as few samples as possible.
+The picture is kept in two halves with separate random numbers; their difference estimates the error of each tile. After
+a few samples everywhere the rest goes to tiles by their error, so that the mean over the picture reaches the requested
+error with as few samples as possible.
 """
 
 from __future__ import annotations
@@ -22,22 +23,22 @@ from spectral_core.render.job import RenderJob
 Array = NDArray[np.float64]
 
 TILE_WIDTH, TILE_HEIGHT = 16, 4
-"""Pixels of a tile: what the processor traces together, times a few rows."""
+"""Size of a tile in pixels; the processor traces a packet of 16 pixels in a row together."""
 AIM = 0.95
-"""Part of the asked error that is aimed at: an estimate that falls short of it is no more than asked for."""
+"""Target as a part of the requested error, so that an estimate slightly above the target still meets the request."""
 MOST_SAMPLES = 1 << 16
 WATCHED = 16384
 """Pixels at which earlier rounds are kept."""
 _GROWTH = 4.0
-"""Most that a tile's samples grow in one round, before its error is looked at again."""
+"""Largest growth of a tile's samples in one round, before its error is estimated again."""
 LONGEST_LAUNCH_S = 4.0
 _BUDGET_END = 0.02
-"""Part of a time budget that is left unused rather than overrun."""
+"""Part of a time budget that stays unused, so that the render does not overrun it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What was reached: ``delta_e`` with the ``spread`` of its own estimate, seconds, samples per pixel in the mean."""
+    """Result of adaptive sampling: ``delta_e``, the ``spread`` of this estimate, seconds, mean samples per pixel."""
 
     delta_e: float
     spread: float
@@ -71,7 +72,7 @@ class AdaptivePicture:
         self.launch_s = 0.05
 
     def add(self, more: NDArray[np.int64], should_stop: Callable[[], bool] | None = None) -> bool:
-        """Trace ``more`` samples of each pixel in each half; False where ``should_stop`` said so before all were."""
+        """Trace ``more`` samples of each pixel in each half; False if ``should_stop`` ended it early."""
         left = more.copy()
         while np.any(left > 0):
             chosen = np.flatnonzero(left > 0)
@@ -101,7 +102,7 @@ class AdaptivePicture:
         return np.asarray(self._sums / np.maximum(self.counts, 1)[None, :, None])
 
     def remember(self) -> None:
-        """Keep the halves as they are, at some pixels: what later rounds know rare light by."""
+        """Keep the current halves at some pixels; later rounds compare with them to detect light on rare paths."""
         some = self._watched
         self._earlier.append((self.counts[some].astype(np.float64), self.halves()[:, some]))
 
@@ -122,7 +123,9 @@ class AdaptivePicture:
         return Estimate(found.delta_e * factor, found.spread * factor, found.relative_mse)
 
     def tile_errors(self) -> Array:
-        """ΔE2000 of each tile, half of it from its neighbors: a few pixels alone know their error too badly."""
+        """ΔE2000 of each tile, half of it from its neighbors: a tile alone has too few pixels for a reliable
+        estimate.
+        """
         first, second = self.halves()
         errors = np.bincount(self.tile, pixel_errors(first, second), len(self.tile_pixels)) / self.tile_pixels
         grid = np.pad(errors.reshape(self._up, self._across), 1, mode="edge")
@@ -152,7 +155,7 @@ class AdaptivePicture:
         return pixels.reshape(height, width, 4)
 
     def band_picture(self) -> NDArray[np.float32] | None:
-        """(height, width, n_bands) radiance per nm so far, None where none is measured."""
+        """(height, width, n_bands) radiance per nm so far, None if none is measured."""
         if self._bands is None:
             return None
         width, height = self.size
@@ -180,7 +183,7 @@ def until_error(
 ) -> Estimate:
     """Trace until the mean error is ``wanted``; ``first``: samples of each half to begin with everywhere.
 
-    ``after_round`` sees each estimate and answers whether to stop.
+    ``after_round`` receives each estimate and returns True to stop.
     """
     _begin(picture, first)
     while True:
@@ -189,7 +192,7 @@ def until_error(
         if after_round(found) or found.delta_e <= wanted:
             return found
         counts = picture.tile_counts()
-        # what a round leaves short the next one adds; a last bit that the model misses is added everywhere
+        # a later round adds the samples that this round lacks; a last remainder that the model misses goes to all tiles
         goal = for_error(picture.tile_errors(), counts, AIM * wanted, picture.tile_pixels)
         more = picture.more_by_tile(goal)
         if not more.any():
@@ -212,7 +215,7 @@ def until_time(picture: AdaptivePicture, end: float, first: int, after_round: Ca
         counts, weights = picture.tile_counts(), picture.tile_pixels
         if after_round(found) or affordable < 0.02 * float(weights @ counts) or affordable < len(weights):
             return found
-        # all but the last rounds leave time to look again
+        # every round but the last leaves time for another estimate
         share = 0.6 if affordable > 0.3 * float(weights @ counts) else 0.9
         goal = for_samples(picture.tile_errors(), counts, float(weights @ counts) + share * affordable, weights)
         more = picture.more_by_tile(goal)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where samples go: for a wanted mean error with as few as possible, or as small a mean error as some can give.
+"""Distribute samples over a picture: as few as possible for a wanted mean error, or the smallest error for a number.
 
 A part of the picture with error a/√n after n samples per pixel costs least, for a mean of errors, at n ∝ a^(2/3).
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A render for an asked error or an asked time: predicted by a probe, sampled adaptively, its outcome estimated."""
+"""A render for a requested error or time: predicted by a probe, sampled adaptively, its outcome estimated."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from spectral_core.scene import Note, RenderSettings, Scene
 Array = NDArray[np.float64]
 
 PLAN_SHARE = 0.25
-"""Part of an asked error that the plan may give away; with the noise that is aimed at it makes up the whole."""
+"""Part of a requested error that the plan may use; the rest is the target for the noise."""
 _FIRST_SHARE = 0.3
-"""Part of the samples that are expected which go everywhere, before tiles are told apart."""
+"""Part of the expected samples that is spread over the whole picture before tiles are treated differently."""
 _ROUNDS = 4
-"""Rounds of adaptive sampling that a prediction reckons with."""
+"""Rounds of adaptive sampling that a prediction assumes."""
 _LOOKS = 4
-"""Times that a round compares the halves of the whole picture: its error, that of its tiles, rare light."""
+"""Comparisons of the two halves in each round: error of the picture, errors of its tiles, rare light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AskedRender:
-    """What came of it: a picture (height, width, 4), bands where they were measured, what was predicted and reached."""
+    """Result of such a render: picture (height, width, 4), bands if they were measured, prediction and outcome."""
 
     pixels: NDArray[np.float32]
     band_pixels: NDArray[np.float32] | None
@@ -47,19 +47,19 @@ class AskedRender:
 
 
 def is_asked(settings: RenderSettings) -> bool:
-    """Whether an error or a time is asked for; raises InvalidInputError where both are, or neither can be had."""
+    """True if an error or a time is requested. Raises InvalidInputError if both are, or if neither can be reached."""
     error, budget = settings.target_error, settings.time_budget_s
     if error is not None and budget is not None:
         raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are asked for; ask for one of them")
     if error is not None and not 0.02 <= error <= 100:
-        raise InvalidInputError(f"the asked error is {error:g}; expected ΔE2000 from 0.02 to 100")
+        raise InvalidInputError(f"the requested error is {error:g}; expected ΔE2000 from 0.02 to 100")
     if budget is not None and not 0.1 <= budget <= 1e7:
         raise InvalidInputError(f"the time budget is {budget:g} s; expected 0.1 to 10,000,000 s")
     return error is not None or budget is not None
 
 
 def tightened(scene: Scene) -> Scene:
-    """The scene with a tolerance that leaves most of an asked error to the noise."""
+    """The scene with a tolerance that leaves most of a requested error for the noise."""
     asked = scene.settings.target_error
     if asked is None:
         return scene
@@ -73,14 +73,14 @@ def render_asked(
     on_round: Callable[[NDArray[np.float32], float, float], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> AskedRender:
-    """Render what the scene's settings ask for.
+    """Render with the error or time that the scene's settings request.
 
     Parameters
     ----------
     job
         The loaded scene.
     meter
-        It runs since the render began: a budget counts from there.
+        Started with the render: a budget counts from there.
     on_round
         Sees the picture, mean samples per pixel so far, and those that are expected, after each round.
     should_stop
@@ -129,9 +129,8 @@ def render_asked(
 
 
 def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float) -> Prediction:
-    """What adaptive sampling to an error takes: the law of each run of the probe's pixels, samples where they help.
-
-    ``spent``: before it.
+    """Samples and time to reach an error by adaptive sampling, predicted from the law of each run of the probe's
+    pixels; ``spent``: time before it.
     """
     meter = Meter()
     errors, counts = _runs(probe)
@@ -139,12 +138,13 @@ def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float)
     looking = _LOOKS * meter.read().work * width * height / len(probe.pixels)
     weights = np.ones(len(errors))
     total = 2 * float(for_error(errors, counts, AIM * wanted, weights).mean())
-    if total <= 2.01 * float(counts.mean()):  # fewer than the probe took: by the law of equal samples
+    if total <= 2.01 * float(counts.mean()):  # fewer samples than the probe took: the law of equal samples holds
         total = min(total, _halved(model).for_error(AIM * wanted).samples)
         reached = min(AIM * wanted, _halved(model).error(max(total, 2.0)))
         total = max(total, 2.0)
     else:
-        # Samples are shared out by the law of independent numbers; ours fill the square more evenly, and need fewer.
+        # The allocation assumes independent random numbers; the Sobol points are more evenly spread and need fewer
+        # samples.
         traced = 2 * float(counts.mean())
         total = traced * (total / traced) ** (-0.5 / min(model.slope, -0.5))
         reached = AIM * wanted
@@ -186,7 +186,7 @@ def _notes(
 ) -> tuple[Note, ...]:
     notes = []
     if not kept and settings.target_error is not None:
-        text = f"the asked ΔE {settings.target_error:g} was not reached; it is about {found.delta_e:.2g}"
+        text = f"the requested ΔE {settings.target_error:g} was not reached; it is about {found.delta_e:.2g}"
         notes.append(Note("Accuracy", f"{text} after {picture.mean_samples:.0f} samples per pixel"))
     elif not kept and settings.time_budget_s is not None:
         text = f"{settings.time_budget_s:g} s were asked for and {seconds:.1f} s taken"

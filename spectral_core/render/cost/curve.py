@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work against precision on a scene: a probe's pixels at several settings, and what follows for the picture.
+"""Work against precision on a scene: a probe's pixels at several settings, and a prediction for the whole picture.
 
-Noise (samples) and bias (fewer bounces, three channels instead of spectra, longer volume steps) are told apart: noise
-by two halves, bias by equal random numbers with and without.
+Noise (samples) is separated from bias (fewer bounces, three channels instead of spectra, longer volume steps): noise by
+the difference of two halves, bias by renders with and without the effect that use the same random numbers.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from spectral_core.scene import Scene
 _BIAS_SAMPLES = 16
 """Samples of each half where a bias is measured."""
 _COMPILED = (64, 48)
-"""Pixels of the picture that compiles what a render runs."""
+"""Size of a picture that compiles the kernels of a render."""
 _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
 
 
@@ -33,8 +33,8 @@ _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
 class CostPoint:
     """A setting of one ``axis`` ("samples", "bounces", "transport", "volume step"), for the whole picture.
 
-    ``seconds`` it takes; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of what
-    the setting leaves out, whatever the samples. ``measured``: traced, not predicted.
+    ``seconds``: render time; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of
+    the effects that the setting omits, whatever the samples. ``measured``: traced, not predicted.
     """
 
     axis: str
@@ -48,11 +48,11 @@ class CostPoint:
 
 @dataclass(frozen=True, slots=True)
 class CostCurve:
-    """What accuracy costs in one scene.
+    """Error against time of one scene.
 
-    ``points``: by axis. ``model``: the fitted law of samples. ``samples``: those that the scene has now, with what they
-    lead to in ``now``. ``at_error``: what adaptive sampling to ΔE 1 takes. ``probe_pixels`` and ``seconds``: what it
-    was measured on and how long that took.
+    ``points``: by axis. ``model``: the fitted law of samples. ``samples``: the scene's current number; ``now``: its
+    prediction. ``at_error``: prediction of adaptive sampling to ΔE 1. ``probe_pixels`` and ``seconds``: size and time
+    of the measurement.
     """
 
     points: tuple[CostPoint, ...]
@@ -69,9 +69,9 @@ class CostCurve:
 
 
 def cost_curve(scene: Scene) -> CostCurve:
-    """Measure what accuracy costs in ``scene``, on a few thousand of its own pixels.
+    """Measure error against time of ``scene`` on a few thousand of its pixels.
 
-    Raises as ``render_scene`` does.
+    Raises the same errors as ``render_scene``.
     """
     from spectral_core.render.still import pass_sizes
 
@@ -80,7 +80,7 @@ def cost_curve(scene: Scene) -> CostCurve:
     probe = Probe(RenderJob(scene, plan))
     few = replace(scene.film, width=min(_COMPILED[0], scene.film.width), height=min(_COMPILED[1], scene.film.height))
     RenderJob(replace(scene, film=few), plan).trace(1)
-    # what a render pays when kernels are known, as they are from now on: loading, a pilot, passes
+    # from here on kernels are compiled: a render pays for loading, a pilot and passes
     planning = Meter()
     if pilot_pays(scene):
         plan_effects(scene)
@@ -106,7 +106,7 @@ def cost_curve(scene: Scene) -> CostCurve:
 
 
 def _expected(scene: Scene, probe: Probe, model: CostModel, spent: Spent) -> Prediction:
-    """What the scene's own settings lead to."""
+    """Prediction for the settings of the scene."""
     settings = scene.settings
     if settings.target_error is not None:
         return predicted_error(probe, model, spent, settings.target_error)
@@ -128,7 +128,7 @@ def _noise_points(probe: Probe, model: CostModel) -> list[CostPoint]:
 
 
 def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel) -> list[CostPoint]:
-    """Other settings against the plan's own, with equal random numbers."""
+    """Other settings against those of the plan, with equal random numbers."""
     reference = Probe(RenderJob(scene, plan), probe.pixels)
     reference.trace_to(_BIAS_SAMPLES)
     points = []
@@ -137,7 +137,7 @@ def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel)
         found = tried.trace_to(_BIAS_SAMPLES)
         ratio = tried.seconds_per_path / max(reference.seconds_per_path, 1e-12)
         count = scene.film.samples
-        # noise goes with samples as it does by the plan; the bias stays
+        # noise depends on samples as under the plan; the bias stays
         noise = model.error(count) * found.delta_e / max(model.error(_BIAS_SAMPLES), 1e-9)
         points.append(
             CostPoint(
@@ -149,7 +149,7 @@ def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel)
 
 
 def _alternatives(scene: Scene, plan: EffectPlan) -> list[tuple[str, str, Scene, EffectPlan]]:
-    """Axis, setting, scene and plan of what is worth comparing with the plan."""
+    """Axis, setting, scene and plan of each alternative that is compared with the plan."""
     found = [
         ("bounces", str(count), scene, _with(plan, "bounces", str(count)))
         for count in (0, 1, 2, 4, 8, 16)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a picture is from its limit, told by two halves of it with random numbers of their own.
+"""Error of a picture, estimated from two halves of it with independent random numbers.
 
-Half the difference of the halves has the spread of their mean about the limit. Put on the mean it shows, pixel by
-pixel, a picture as far from the mean as the mean is from the limit; the color difference of the two is the estimate.
+The mean of the halves differs from the limit as much, statistically, as half the difference of the halves. That
+difference is added to the mean pixel by pixel; the color difference between this picture and the mean is the estimate.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lumin
 Array = NDArray[np.float64]
 
 DARK_SHARE = 0.05
-"""Part of the mean luminance that is added where a squared error is divided by a pixel's own."""
+"""Part of the mean luminance that is added to a pixel's luminance where a squared error is divided by it."""
 
 RARITY_POWER = 0.25
-"""How slowly light on rare paths becomes light on common ones, by samples."""
+"""Power of the number of samples by which the factor for light on rare paths decreases."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Estimate:
 
 
 def pixel_errors(first: Array, second: Array, *, of_half: bool = False) -> Array:
-    """ΔE2000 of each pixel (n,) of the mean of two halves (n, 3); ``of_half``: of one of them, as a picture alone."""
+    """ΔE2000 of each pixel (n,) of the mean of two halves (n, 3); with ``of_half`` of one half as a picture."""
     mean = (first + second) / 2
     away = (first - second) / (np.sqrt(2.0) if of_half else 2.0)
     return np.asarray(delta_e_2000(_lab(mean + away), _lab(mean)))
@@ -48,22 +48,24 @@ def relative_errors(first: Array, second: Array, *, of_half: bool = False) -> Ar
 
 
 def estimate(first: Array, second: Array, run: int = 16, *, of_half: bool = False) -> Estimate:
-    """The mean over pixels; its spread from means of ``run`` neighbors, which share what makes them noisy."""
+    """The mean over pixels; its spread from means of ``run`` neighbors, because neighbors share their causes of
+    noise.
+    """
     errors = pixel_errors(first, second, of_half=of_half)
     runs = errors[: len(errors) // run * run].reshape(-1, run).mean(axis=1) if len(errors) >= 2 * run else errors
     spread = float(runs.std(ddof=1) / np.sqrt(len(runs))) if len(runs) > 1 else 0.0
-    # the few brightest outliers say nothing about the rest, and would outweigh it
+    # the few brightest outliers carry no information on the rest, and would outweigh it
     relative = np.sort(relative_errors(first, second, of_half=of_half))
     kept = relative[: max(1, int(0.999 * len(relative)))]
     return Estimate(float(errors.mean()), spread, float(kept.mean()))
 
 
 def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array) -> float:
-    """How much more a picture differs from its limit than two pictures with as many samples from each other, 1 to 2.
+    """Ratio of a picture's difference from its limit to the difference of two such pictures, from 1 to 2.
 
-    Where much of the light comes on rare paths, most pixels have met none: they are darker than the limit by as much as
-    each other, and their halves agree. An early picture of one half against the late one of the other shows it.
-    ``early``, ``late``: (2, n, 3) means of the halves; counts (n,) of their samples.
+    If much of the light comes on rare paths, most pixels have met none of them: both halves are too dark by the same
+    amount, and their difference underestimates the error. Comparing an early picture of one half with the late picture
+    of the other half reveals this. ``early``, ``late``: (2, n, 3) means of the halves; counts (n,) of their samples.
     """
     grow = np.sqrt(1 + early_counts / np.maximum(late_counts, 1))[:, None]
     limit = late.mean(axis=0)
@@ -81,7 +83,7 @@ def rarity_after(factor: float, early: float, late: float) -> float:
 def bias(first: Array, second: Array, run: int = 16) -> float:
     """Mean ΔE2000 between the limits of two pictures (halves, n, 3) traced with equal random numbers.
 
-    Over means of ``run`` pixels; what the noise of the difference adds, told by the halves, is taken away.
+    Means over ``run`` pixels are compared; the contribution of noise, estimated from the halves, is subtracted.
     """
     blocks = lambda pixels: pixels[: len(pixels) // run * run].reshape(-1, run, 3).mean(axis=1)  # noqa: E731
     one, other = first.mean(axis=0), second.mean(axis=0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error over time as a picture: what a scene's settings lead to, and what other settings would."""
+"""Error over time as a figure: the settings of the scene and alternatives to them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from spectral_core.render.cost.curve import CostCurve, CostPoint
 
 FORMATS = (".png", ".svg", ".pdf")
 VISIBLE = ((1.0, "not visible"), (3.0, "visible side by side"), (1e9, "obvious"))
-"""Mean ΔE2000 up to which a difference is what."""
+"""Upper limits of mean ΔE2000 with the visibility of a difference below each."""
 SHADES = ("#e8f3ea", "#fdf6e0", "#fbe9e4")
 LINE, MARK = "#1f5fa8", "#c2410c"
 TICKS_S = (
@@ -73,7 +73,7 @@ def write_figure(path: Path, curve: CostCurve, axis: str = "samples", title: str
 
 
 def _mark_now(axes: Any, curve: CostCurve) -> None:
-    """What the scene's own settings lead to, and an asked ΔE 1."""
+    """Mark the settings of the scene, and a requested ΔE of 1."""
     marks = (
         (curve.now, "*", f"as it is set:\n{curve.now.samples:.0f} samples, {_clock(curve.now.seconds)}", (12, 26)),
         (curve.at_error, "D", f"asked for ΔE 1:\n{_clock(curve.at_error.seconds)}", (-78, -36)),
@@ -104,14 +104,14 @@ def _name_axes(axes: Any, axis: str, points: list[CostPoint]) -> None:
 
 
 def _times(seconds: list[float]) -> list[float]:
-    """Times that one says, some of them, over the range of ``seconds``."""
+    """Round times over the range of ``seconds``, for the ticks of an axis."""
     low, high = min(seconds) / 1.5, max(seconds) * 1.5
     known = [each for each in TICKS_S if low <= each <= high]
     return known[:: max(1, -(-len(known) // 7))]
 
 
 def _shade(axes: Any) -> None:
-    """What eyes make of an error, behind everything."""
+    """Shade the ranges of visibility behind the curves."""
     low, high = axes.get_ylim()
     start = low
     for (end, words), shade in zip(VISIBLE, SHADES, strict=True):
@@ -135,7 +135,7 @@ def _legend(pyplot: Any, points: list[CostPoint]) -> list[Any]:
 
 
 def _clock(seconds: float) -> str:
-    """A time in the unit that one says it in."""
+    """A time with a suitable unit."""
     if seconds < 1:
         return f"{seconds:.2g} s"
     if seconds < 90 and seconds % 60:

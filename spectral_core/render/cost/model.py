@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fitted law of a scene: error by samples, time by samples; and what follows for an asked error or time."""
+"""The fitted law of a scene: error by samples and time by samples, with predictions for a requested error or time."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ MOST_SAMPLES = 1 << 17
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """What a render is expected to need: ``samples`` per pixel in the mean, ``seconds``, ``delta_e`` of its noise.
+    """Predicted ``samples`` per pixel in the mean, ``seconds``, and ``delta_e`` of the noise of a render.
 
-    ``work``: seconds of the processor; ``seconds`` are those on the wall, if other programs leave as much of it as they
-    did while this was measured.
+    ``work``: seconds of processor time; ``seconds``: elapsed time, if other programs use as much of the processor as
+    during the measurement.
     """
 
     samples: float
@@ -54,7 +54,7 @@ class CostModel:
 
     @property
     def slope(self) -> float:
-        """Power of the samples that the error goes with, beyond what was measured: -1/2 for independent numbers."""
+        """Exponent of the error as a function of samples, beyond the measured range: -1/2 for independent numbers."""
         if len(self.counts) < 2:
             return -0.5
         measured = np.log(max(self.errors[-1], 1e-6) / max(self.errors[-2], 1e-6)) / np.log(
@@ -67,15 +67,15 @@ class CostModel:
         return self.fixed_s + self.seconds_per_sample * samples
 
     def seconds(self, samples: float) -> float:
-        """The same on the wall."""
+        """The same as elapsed time."""
         return self.slowness * self.work(samples)
 
     def for_samples(self, samples: float) -> Prediction:
-        """What a number of samples leads to."""
+        """Prediction for a number of samples."""
         return Prediction(samples, self.seconds(samples), self.error(samples), self.work(samples))
 
     def for_error(self, delta_e: float) -> Prediction:
-        """What an asked error takes, by equal samples everywhere."""
+        """Prediction for a requested error, with equal samples everywhere."""
         low, high = 1.0, float(MOST_SAMPLES)
         for _ in range(60):
             middle = np.sqrt(low * high)
@@ -83,31 +83,18 @@ class CostModel:
         return self.for_samples(high if self.error(1.0) > delta_e else 1.0)
 
     def for_time(self, seconds: float) -> Prediction:
-        """What can be had in a time."""
+        """Prediction for a time."""
         samples = (seconds / self.slowness - self.fixed_s) / max(self.seconds_per_sample, 1e-12)
         return self.for_samples(float(np.clip(samples, 1.0, MOST_SAMPLES)))
 
 
 def measured_model(probe: object, *, share: float = 0.05, least: int = 16, most: int = 256, fixed_s: float = 0.0,
                    asked: float | None = None, budget_s: float | None = None) -> CostModel:  # fmt: skip
-    """Trace a probe further until its law holds for what is asked, at a ``share`` of the render's time at most.
+    """Trace a probe further until its law covers the request, within a ``share`` of the render's time.
 
-    Parameters
-    ----------
-    probe
-        A ``Probe``.
-    share
-        Part of the whole render's time that it may take beyond ``least`` samples.
-    least
-        Samples of each half, at least.
-    most
-        Samples of each half, at most.
-    fixed_s
-        Time of the processor that the render takes beside its paths.
-    asked
-        The error that is asked for.
-    budget_s
-        The time that is asked for.
+    Parameters ---------- probe A ``Probe``. share Share of the whole render's time that the probe may take beyond
+    ``least`` samples. least Samples of each half, at least. most Samples of each half, at most. fixed_s Processor time
+    of the render apart from its paths. asked The requested error. budget_s The requested time.
     """
     from spectral_core.render.cost.probe import Probe
 

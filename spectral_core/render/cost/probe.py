@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A probe: a few thousand pixels of the full picture, in short runs spread over it, traced in two halves.
 
-They are pixels of the picture at its own size: their mean error is the picture's, as far as a sample can tell.
+The pixels belong to the picture at full size, so the mean error of the sample estimates that of the picture.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from spectral_core.render.job import RenderJob
 from spectral_core.scene import Film
 
 RUN = 16
-"""Neighboring pixels in a run: what the processor traces together."""
+"""Neighboring pixels in a run, which the processor traces together."""
 PIXELS = 4096
 
 
@@ -31,7 +31,7 @@ def probe_pixels(film: Film, count: int = PIXELS) -> NDArray[np.int64]:
     wanted = max(1, count // run)
     places = across * height
     rng = np.random.default_rng(film.seed)
-    # one place at random in each of equal stretches of a curve that fills the picture column by column
+    # one random position in each of equal parts of a curve that fills the picture column by column
     edges = np.linspace(0, places, wanted + 1)
     chosen = np.unique((edges[:-1] + rng.random(wanted) * np.diff(edges)).astype(np.int64))
     column, row = chosen // height, chosen % height
@@ -40,10 +40,10 @@ def probe_pixels(film: Film, count: int = PIXELS) -> NDArray[np.int64]:
 
 
 class Probe:
-    """Pixels of a job that are traced further and further.
+    """Pixels of a job that are traced with growing numbers of samples.
 
-    ``launch_s``: what a launch costs beside its paths, ``seconds_per_path``: what a path costs, both in seconds of the
-    processor, which other programs on the machine do not change.
+    ``launch_s``: time of a launch without its paths; ``seconds_per_path``: time of a path. Both are processor time,
+    which other programs on the machine do not change.
     """
 
     def __init__(self, job: RenderJob, pixels: NDArray[np.int64] | None = None) -> None:
@@ -55,7 +55,7 @@ class Probe:
         """Samples of each half so far."""
         self.seconds_per_path = 0.0
         self._earlier: list[tuple[int, NDArray[np.float64]]] = []
-        self._launch(0, 1, 0)  # compiles
+        self._launch(0, 1, 0)  # compiles the kernels
         launches = []
         for half in (0, 1):
             meter = Meter()
@@ -64,7 +64,7 @@ class Probe:
         self._spent = min(launches, key=lambda spent: spent.work)
         self.launch_s = self._spent.work
         self._timed: list[tuple[int, float]] = [(1, 2 * self.launch_s)]
-        """Samples of each half in a step, and the work that it took."""
+        """Samples of each half in a step, and the work of the step."""
         self._sums[:] = 0.0
 
     @property
@@ -104,7 +104,7 @@ class Probe:
         self.launch_s = max(float(np.min(work - slope * steps)), 0.0) / 2
 
     def rarity(self, samples: float) -> float:
-        """Factor on the error of a picture with ``samples`` for light on rare paths, see ``errors.rarity``."""
+        """Factor on the error of a picture with ``samples`` for light on rare paths; see ``errors.rarity``."""
         counts = [count for count, _ in self._earlier if 4 * count <= self.samples]
         if not counts:
             return 1.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Time of the processor beside time on the wall: what other programs on a machine change, and what they do not."""
+"""Processor time and elapsed time: other programs on a machine change only the second."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class Spent:
 
 
 class Meter:
-    """Runs from when it is made: ``started``, of ``time.perf_counter``."""
+    """Measures both times from its creation on; ``started``: that moment by ``time.perf_counter``."""
 
     def __init__(self) -> None:
         self._work, self.started = time.process_time(), time.perf_counter()
 
     def read(self) -> Spent:
-        """What was spent so far."""
+        """Both times so far."""
         return Spent(time.process_time() - self._work, time.perf_counter() - self.started)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a place in the picture to a ray: cameras, panoramas, lens openings."""
+"""Cameras, panoramas and lens apertures: from a position in the picture to a ray."""

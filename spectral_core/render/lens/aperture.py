@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Points of a lens opening: a disk or a regular polygon, narrowed across."""
+"""Points of a lens aperture: a disk or a regular polygon, narrowed in one direction."""
 
 from __future__ import annotations
 
@@ -15,23 +15,28 @@ FEWEST_BLADES = 3
 
 
 def in_polygon(aperture: Aperture, draw: Any, m: Any, number: Callable[[float], Any]) -> tuple[Any, Any]:
-    """Evenly spread points of a polygon in the unit circle, the first corner on its right before it is turned.
+    """Evenly distributed points of a polygon in the unit circle; before it is rotated, its first corner is at the
+    right.
 
     ``draw``: two arrays in [0, 1); ``m``: as for ``panorama.direction_of``.
     """
-    blades = number(aperture.blades)
+    return polygon_point(number(aperture.blades), number(aperture.rotation_rad), draw, m)
+
+
+def polygon_point(blades: Any, turned: Any, draw: Any, m: Any) -> tuple[Any, Any]:
+    """``in_polygon`` with numbers of any kind, the turn in rad."""
     sector = m.floor(draw[0] * blades)
     # a triangle from the middle to one edge: the root spreads evenly over it
     out = m.sqrt(draw[0] * blades - sector)
     along = draw[1] * out
     half = np.pi / blades
     x, y = out * m.cos(half), (out - 2.0 * along) * m.sin(half)
-    turn = number(aperture.rotation_rad) + 2.0 * half * sector
+    turn = turned + 2.0 * half * sector
     return m.cos(turn) * x - m.sin(turn) * y, m.sin(turn) * x + m.cos(turn) * y
 
 
 def lens_point(mi: Any, aperture: Aperture, draw: Any, m: Any, number: Callable[[float], Any]) -> Any:
-    """A point of the opening of a lens of radius 1, ``draw`` an ``mi.Point2f`` in [0, 1)."""
+    """A point of the aperture of a lens of radius 1; ``draw``: an ``mi.Point2f`` in [0, 1)."""
     if aperture.blades < FEWEST_BLADES:
         point = mi.warp.square_to_uniform_disk_concentric(draw)
     else:

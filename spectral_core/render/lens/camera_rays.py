@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The camera as plain numbers: from a point of the picture and a point of the lens to a ray.
 
-The same few numbers drive the just-in-time renderer (``rays``, Dr.Jit arrays) and tests (``rays``, NumPy arrays): the
-arithmetic is written once over whichever array type comes in.
+The same numbers serve the just-in-time renderer (Dr.Jit arrays) and tests (NumPy arrays): the arithmetic is written
+once for both types of array.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from spectral_core.scene import Camera, Film
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraFrame:
-    """What a ray needs.
+    """Position, axes and window of a camera, the data of its rays.
 
     ``right``, ``up``, ``back``: unit axes (3,) in world space. ``low``, ``high``: (2,) corners of the full frame on
     the plane at distance 1 (perspective), in world units (orthographic) or of the picture (panoramic).
@@ -43,14 +43,16 @@ def camera_frame(camera: Camera, film: Film) -> CameraFrame:
     """
     axes = camera.world_from_camera[:3, :3]
     if abs(np.linalg.det(axes)) < 1e-30:
-        raise InvalidInputError("the camera's matrix is singular, so it looks nowhere; give it a scale other than 0")
+        raise InvalidInputError(
+            "the camera's matrix is singular, so it has no view direction; give it a scale other than 0"
+        )
     back = axes[:, 2] / np.linalg.norm(axes[:, 2])
     up = axes[:, 1] - back * (axes[:, 1] @ back)
     up /= np.linalg.norm(up)
     right = np.cross(up, back)
     right *= np.sign(right @ axes[:, 0])  # a mirrored camera gives a mirrored picture
 
-    if camera.panorama is not None:  # places of the picture itself, shifted by shares of it
+    if camera.panorama is not None:  # positions in the picture, shifted by shares of its size
         low = np.asarray(camera.shift, dtype=np.float64)
         return CameraFrame(camera.world_from_camera[:3, 3], right, up, back, low, low + 1, camera)
     width, height = float(film.width), film.height * film.pixel_aspect
@@ -110,19 +112,27 @@ def _panoramic(
     start: tuple[Any, Any, Any] = (0.0 * toward[0], 0.0 * toward[0], 0.0 * toward[0])
     if camera.aperture_radius > 0:
         radius, focus = number(camera.aperture_radius), number(camera.focus_distance)
-        # the two axes across the ray: the picture's depth without its share along the ray, and what crosses both
-        depth = (toward[2] * toward[0], toward[2] * toward[1], toward[2] * toward[2] - 1.0)
-        size = m.maximum(m.sqrt(sum(part * part for part in depth)), 1e-9)
-        first = tuple(part / size for part in depth)
-        second = _cross(toward, first)
-        start = tuple(radius * (lens[0] * a + lens[1] * b) for a, b in zip(first, second, strict=True))
-        aim = tuple(focus * part - offset for part, offset in zip(toward, start, strict=True))
-        length = m.sqrt(sum(part * part for part in aim))
-        toward = tuple(part / length for part in aim)
+        start, toward = across_lens(toward, (radius * lens[0], radius * lens[1]), focus, m)
     begin = tuple(offset + near * part for offset, part in zip(start, toward, strict=True))
     origin = [part + number(frame.origin[i]) for i, part in enumerate(_in_world(frame, begin, number))]
     length = m.where(is_seen, 0.0 * toward[0] + number(camera.far - camera.near), 0.0)
     return vector(*origin), vector(*_in_world(frame, toward, number)), length
+
+
+def across_lens(toward: Any, lens: Any, focus: Any, m: Any) -> tuple[Any, Any]:
+    """Start and direction of a panorama's ray through a point of its lens, which lies across each ray of its own.
+
+    ``toward``: unit direction in the camera's space, three arrays; ``lens``: two arrays, in world units.
+    """
+    # the two axes across the ray: the vertical axis without its component along the ray, and their cross product
+    depth = (toward[2] * toward[0], toward[2] * toward[1], toward[2] * toward[2] - 1.0)
+    size = m.maximum(m.sqrt(sum(part * part for part in depth)), 1e-9)
+    first = tuple(part / size for part in depth)
+    second = _cross(toward, first)
+    start = tuple(lens[0] * a + lens[1] * b for a, b in zip(first, second, strict=True))
+    aim = tuple(focus * part - offset for part, offset in zip(toward, start, strict=True))
+    length = m.sqrt(sum(part * part for part in aim))
+    return start, tuple(part / length for part in aim)
 
 
 def _in_world(frame: CameraFrame, local: Any, number: Callable[[float], Any]) -> list[Any]:

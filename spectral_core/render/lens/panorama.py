@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panoramic cameras: from a place in the picture to a direction, over NumPy or Dr.Jit arrays alike.
+"""Panoramic cameras: from a position in the picture to a direction, over NumPy or Dr.Jit arrays.
 
 Directions are in the camera's own space: it looks along -Z, +Y up.
 """
@@ -18,12 +18,16 @@ Numbers = list[Any]
 
 
 def direction_of(panorama: Panorama, picture: Any, m: Any, number: Callable[[float], Any]) -> tuple[Direction, Any]:
-    """Unit direction of a place in the picture (two arrays, 0 to 1, right and up), and whether there is one.
+    """Unit direction of a position in the picture (two arrays, 0 to 1, right and up), and True if there is one.
 
     ``m``: the module whose ``sin``, ``where`` and the like the arrays understand, see ``NUMPY``.
     """
-    numbers = [number(value) for value in panorama.numbers]
-    direction, is_seen = _KINDS[panorama.kind](numbers, picture[0], picture[1], m)
+    return direction_by(panorama.kind, [number(value) for value in panorama.numbers], picture, m)
+
+
+def direction_by(kind: str, numbers: Numbers, picture: Any, m: Any) -> tuple[Direction, Any]:
+    """``direction_of`` with numbers of any kind."""
+    direction, is_seen = _KINDS[kind](numbers, picture[0], picture[1], m)
     size = m.sqrt(sum(part * part for part in direction))
     return tuple(part / size for part in direction), is_seen
 
@@ -34,7 +38,7 @@ def _sphere(longitude: Any, latitude: Any, m: Any) -> Direction:
 
 
 def _around(angle: Any, x: Any, y: Any, m: Any) -> Direction:
-    """A direction at an angle off the view, toward a place of the picture."""
+    """A direction at an angle to the view axis, toward a position in the picture."""
     distance = m.maximum(m.sqrt(x * x + y * y), 1e-20)
     return m.sin(angle) * x / distance, m.sin(angle) * y / distance, -m.cos(angle)
 
@@ -69,7 +73,7 @@ def _polynomial(numbers: Numbers, x: Any, y: Any, m: Any) -> tuple[Direction, An
 
 
 def _mirror_ball(numbers: Numbers, x: Any, y: Any, m: Any) -> tuple[Direction, Any]:
-    """What a mirroring ball shows that is seen from far in front of it, its back to the view."""
+    """Direction that a mirror ball reflects toward a distant camera in front of it."""
     x, y = 2.0 * x - 1.0, 2.0 * y - 1.0
     squared = x * x + y * y
     toward = m.sqrt(m.maximum(1.0 - squared, 0.0))
@@ -99,7 +103,7 @@ _KINDS: dict[str, Callable[[Numbers, Any, Any, Any], tuple[Direction, Any]]] = {
 
 
 class NumPyMath:
-    """What the projections use, on NumPy arrays."""
+    """Functions that the projections use, on NumPy arrays."""
 
     sin, cos, tan, asin, sqrt = np.sin, np.cos, np.tan, np.arcsin, np.sqrt
     minimum, maximum, absolute, where, floor = np.minimum, np.maximum, np.abs, np.where, np.floor

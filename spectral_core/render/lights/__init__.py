@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What shines in a scene, as tables: which light a surface asks, how likely that was, and what it gets."""
+"""The lights of a scene as tables: choice of a light for a surface, its probability, and its illumination."""

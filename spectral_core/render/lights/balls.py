@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Points, balls and spots as tables: how a direction towards one is drawn, how likely, and what it brings."""
+"""Point lights, balls and spots as tables: drawn directions, their densities, and the light from them."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ DEGREES = 181
 
 @dataclass
 class Drawn:
-    """A direction from a receiver towards an item. ``factor``: what the emitted light is multiplied by, the density
-    ``pdf`` per solid angle already divided out; ``delta``: no other way could have drawn it. ``uv`` is known of
-    triangles.
+    """A direction from a receiver to an item. ``factor``: multiplier of the emitted light, already divided by the
+    density ``pdf`` per solid angle; ``delta``: True if no other method could have drawn it. ``uv`` is known for
+    triangles only.
     """
 
     direction: Any
@@ -32,7 +32,7 @@ class Drawn:
 
 
 class Falloffs:
-    """Falloff with distance beside the inverse square, by lamp: dᵖ · d² / (s + d²); nothing where no lamp has one."""
+    """Falloff with distance beside the inverse square, by lamp: dᵖ · d² / (s + d²); None if no lamp has one."""
 
     def __init__(self, mi: Any, falloffs: list[tuple[int, float]]) -> None:
         self._mi = mi
@@ -55,7 +55,7 @@ class Falloffs:
 
 
 class Balls:
-    """Lamps of every radius. The source emits radiant intensity, so that radius 0 is no special case of a number."""
+    """Lamps of every radius. The source emits radiant intensity, so that radius 0 needs no special case."""
 
     def __init__(self, mitsuba: Any, balls: list[Ball]) -> None:
         mi = self._mi = mitsuba
@@ -98,7 +98,7 @@ class Balls:
         return mi.Point3f(row.x, row.y, row.z), row.w
 
     def draw(self, slot: Any, place: Any, uv: Any, active: Any) -> Drawn:
-        """A direction within the cone that a ball is seen in, uniformly; towards a point straight."""
+        """A direction drawn uniformly in the cone that a ball subtends; exactly the direction of a point."""
         import drjit as dr
 
         mi = self._mi
@@ -134,7 +134,7 @@ class Balls:
         return Drawn(direction, near, factor, pdf, is_point, dr.select(is_point, -axis, normal), mi.Point2f(0.0, 0.0))
 
     def cone(self, squared: Any, radius: Any) -> Any:
-        """1 - cos of the cone that a ball is seen in from the square of a distance."""
+        """1 - cos of the half angle of the cone that a ball subtends, from the square of a distance."""
         import drjit as dr
 
         sine_squared = dr.minimum(radius * radius / dr.maximum(squared, 1e-30), 1.0)
@@ -149,7 +149,7 @@ class Balls:
         return dr.select(below_one > 0.0, dr.rcp(2.0 * dr.pi * dr.maximum(below_one, 1e-30)), 0.0)
 
     def meet(self, slot: Any, ray: tuple[Any, Any, Any], active: Any) -> Any:
-        """Distance along a ray (origin, direction, length) to a ball's near side, infinite where it misses."""
+        """Distance along a ray (origin, direction, length) to a ball's near side; infinite if the ray misses it."""
         import drjit as dr
 
         origin, direction, length = ray
@@ -164,7 +164,7 @@ class Balls:
         return dr.select(meets, distance, dr.inf)
 
     def radiance(self, slot: Any, place: Any, direction: Any, distance: Any, active: Any) -> Any:
-        """Radiance per intensity that a ball which is met sends to a receiver."""
+        """Radiance per intensity from a ball that is hit to a receiver."""
         import drjit as dr
 
         _, radius = self.place(slot, active)

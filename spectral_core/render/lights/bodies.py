@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bodies of lamps, apart from the scene: they cast no shadow, so shadow rays need not pass through them.
+"""The bodies of lamps in a scene of their own: they cast no shadow, so shadow rays need not pass through them.
 
-Each ball and panel stands in a scene of its own as a few triangles around it; where a ray meets them, the lamp itself
-is met or missed by its own formula.
+A few triangles enclose each ball and panel; for a ray that hits them, the exact formula of the lamp decides.
 """
 
 from __future__ import annotations
@@ -21,7 +20,9 @@ MOST_BODIES = 4096
 
 
 class Bodies:
-    """``mesh``: one mesh of all proxies. ``longest``: what a ray must be moved back to start outside of every proxy."""
+    """``mesh``: one mesh of all proxies. ``longest``: distance to move a ray back so that it starts outside every
+    proxy.
+    """
 
     def __init__(self, mitsuba: Any, lights: LightList) -> None:
         mi = self._mi = mitsuba
@@ -54,7 +55,7 @@ class Bodies:
             normal = dr.gather(mi.Vector3f, self._normals, met.prim_index, found)
             item = dr.gather(mi.UInt32, self._items, met.prim_index, found)
             total += visit(item, found & (dr.dot(normal, ray.d) < 0.0))
-            # beyond the triangle by what its place is rounded by
+            # beyond the triangle by the rounding error of its position
             step = met.t + (dr.max(dr.abs(origin)) + met.t) * 4e-7
             origin = dr.select(found, origin + ray.d * step, origin)
             left = dr.select(found, left - step, left)

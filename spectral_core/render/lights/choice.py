@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which item a surface asks for light: by strength, distance and cosines, with the exact probability of each.
+"""Choice of a light for a receiver: by strength, distance and cosines, with the exact probability of each item.
 
-The weight of an item is a bound of the irradiance that it gives without what stands in between. A choice inverts the
-running sum of the weights, so that stratified numbers stay stratified over the lamps (Shirley et al. 1996, with the
-clusters of Conty and Kulla 2018 above ``EXACT`` items).
+The weight of an item is an upper bound of its irradiance without occlusion. A choice inverts the running sum of the
+weights, so that stratified numbers stay stratified over the lamps (Shirley et al. 1996, with the clusters of Conty and
+Kulla 2018 above ``EXACT`` items).
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from spectral_core.render.lights.stretch import Stretch
 from spectral_core.render.plugins.numbers import table
 
 LEAST_COSINE = 0.02
-"""Share that is left to an item below a receiver's horizon: bumps may face it."""
+"""Least share for an item below a receiver's horizon, because bumps may face it."""
 LEAST_ALONG = 0.05
-"""Share that is left to an item that does not shine to the nearest point of a way: it may to another."""
+"""Least share for an item that does not illuminate the nearest point of a segment: it may illuminate another."""
 
 
 @dataclass
 class Receiver:
-    """Where light is asked for: ``place``, the side it counts on (``normal``), and whether light from behind counts as
-    well. ``floats``: whether it is in a medium, where there are no sides; None where there are no media. ``stretch``:
-    the way of those that float, anywhere on which light is asked for; None if at ``place``.
+    """A point that receives light: ``place``, the side that counts (``normal``), and ``both_sides``, True if light from
+    behind counts too. ``floats``: True in a medium, where the normal does not count; None without media. ``stretch``:
+    segment in the medium that light is sampled along; None for ``place`` alone.
     """
 
     place: Any
@@ -40,8 +40,8 @@ class Receiver:
 
 @dataclass
 class Chosen:
-    """An item and its probability, 0 where nothing can give light. ``center`` and ``radius`` of it where light may be
-    asked for along a way; ``far``: it has none.
+    """An item and its probability, 0 if no item can illuminate the receiver. With a ``stretch``: its ``center`` and
+    ``radius``; ``far``: True if it is infinitely far away.
     """
 
     item: Any
@@ -52,7 +52,7 @@ class Chosen:
 
 
 class Choice:
-    """One item of many. ``count``: number of items; with one there is nothing to choose."""
+    """Draws one of ``count`` items; with one item there is nothing to draw."""
 
     def __init__(self, mitsuba: Any, hierarchy: Hierarchy) -> None:
         mi, rows = mitsuba, hierarchy.rows
@@ -65,7 +65,7 @@ class Choice:
         self._has_far = bool(np.any(rows.radii < 0))
         self._has_axes = bool(np.any(rows.axes != 0))
         if self._has_axes:
-            # the sign of the smallest share tells whether both sides shine
+            # the sign of the smallest share encodes a light with two sides
             least = np.where(rows.two_sided, -1.0 - rows.least, rows.least)
             self._axes = flat(np.concatenate([rows.axes, rows.offsets[:, None]], axis=1))
             self._least = flat(least)
@@ -88,7 +88,7 @@ class Choice:
         squared = dr.squared_norm(away)
         inverse = dr.rsqrt(dr.maximum(squared, 1e-30))
         direction = away * inverse
-        # the sine of what the item's extent may turn its direction by, and a bound of that angle
+        # sine of the angle by which the item's extent may change its direction, and a bound of that angle
         slack = 1.5708 * radius * inverse
         spread = dr.rcp(dr.maximum(dr.maximum(squared, radius * radius), 1e-30))
         if self._has_far:
@@ -126,7 +126,7 @@ class Choice:
         return dr.select(active, amount, 0.0)
 
     def place(self, item: Any, active: Any) -> tuple[Any, Any]:
-        """Middle of an item and its radius, below 0 where it is infinitely far away."""
+        """Center of an item and its radius, below 0 if it is infinitely far away."""
         import drjit as dr
 
         mi = self._mi
@@ -134,7 +134,7 @@ class Choice:
         return mi.Point3f(place.x, place.y, place.z), place.w
 
     def draw(self, to: Receiver, sample: Any, active: Any) -> tuple[Any, Any]:
-        """An item and its probability, 0 where nothing can give light."""
+        """An item and its probability, 0 if no item can illuminate the receiver."""
         import drjit as dr
 
         mi = self._mi
@@ -156,7 +156,7 @@ class Choice:
         return dr.gather(mi.UInt32, self._item_of_row, row, active), probability
 
     def _among(self, rows: tuple[Any, Any], to: Receiver, sample: Any, active: Any) -> tuple[Any, Any, Any]:
-        """One of neighboring rows, its share of their weights, and what is left of the sample."""
+        """One of neighboring rows, its share of their weights, and the rest of the sample."""
         import drjit as dr
 
         mi = self._mi
@@ -198,7 +198,7 @@ class Choice:
         return total
 
     def probability(self, item: Any, to: Receiver, active: Any) -> Any:
-        """How likely ``draw`` gives an item."""
+        """Probability that ``draw`` returns an item."""
         import drjit as dr
 
         mi = self._mi

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What sources emit at a path's wavelengths: rows of a table, so that ten thousand lamps are no more code than one."""
+"""Emission of the sources at a path's wavelengths: rows of a table, so that many lamps need no more code than one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from spectral_core.spectra.spectrum import Spectrum
 
 
 class Emission:
-    """Emitted light by source. ``texture_of``: makes a Mitsuba texture of a spectrum that a 1 nm table cannot hold."""
+    """Emitted light by source. ``texture_of``: makes a Mitsuba texture of a spectrum that a 1 nm table cannot
+    represent.
+    """
 
     def __init__(self, mitsuba: Any, lights: LightList, *, spectral: bool, texture_of: Any) -> None:
         self._mi, self._lights, self._spectral = mitsuba, lights, spectral
@@ -28,13 +30,13 @@ class Emission:
 
     @property
     def _gains(self) -> Any:
-        """1 for sources that are on."""
+        """1 for sources that are on, 0 for others."""
         if self._read != self._lights.changes:
             self._read, self._switched = self._lights.changes, table(self._mi.Float, self._lights.gains)
         return self._switched
 
     def _load_spectra(self, sources: list[Source], texture_of: Any) -> None:
-        """Distinct spectra as rows at whole nm where that is exact, as textures where it is not."""
+        """Store distinct spectra as rows at whole nm where that is exact, else as textures."""
         mi = self._mi
         rows: dict[bytes, int] = {}
         spectra: list[Any] = []
@@ -79,7 +81,7 @@ class Emission:
         if self._has_rows:
             value = self._at(row, wavelengths, active & ~sampled)
         if self._pointers is not None:
-            # one texture of a hundred: its pointer is looked up, and only its kind is a branch of the kernel
+            # one texture of a hundred: its pointer is read from a table, and the kernel branches on its type only
             pointer = dr.gather(mi.TexturePtr, self._pointers, row - (1 << 24), active & sampled)
             si = dr.zeros(mi.SurfaceInteraction3f)
             si.wavelengths = wavelengths

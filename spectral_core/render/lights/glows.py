@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangles of glowing meshes as tables: each is drawn for itself, by what it can give."""
+"""Triangles of emissive meshes as tables: each is drawn by a bound of its illumination."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from spectral_core.render.plugins.numbers import table
 
 
 class Glows:
-    """Triangles, with the normals of their geometry: a smooth-shaded mesh lights by its true faces.
+    """Triangles with their geometric normals: a smooth-shaded mesh emits from its true faces.
 
     ``first_item``: number of the first triangle among all items.
     """
@@ -27,7 +27,7 @@ class Glows:
         self.corners = [table(mi.Float, corners[:, k]) for k in range(3)]
         normals, areas = geometry(corners)
         self.normals = table(mi.Float, np.concatenate([normals, areas[:, None]], axis=1))
-        # a mesh without UVs shows Mitsuba the place within each triangle as such
+        # for a mesh without UVs, Mitsuba uses the barycentric coordinates of each triangle
         plain = np.array([[0.0, 0], [1, 0], [0, 1]])
         uvs = np.concatenate([
             np.broadcast_to(plain, (len(g.corners), 3, 2)) if g.uvs is None else g.uvs for g in glows
@@ -71,7 +71,7 @@ class Glows:
         return normal, dr.select(usable, squared / dr.maximum(cosine * row.w, 1e-30), 0.0)
 
     def pdf(self, slot: Any, direction: Any, distance: Any, active: Any) -> Any:
-        """Density per solid angle of ``draw`` at a point that is met."""
+        """Density per solid angle of ``draw`` at a point that is hit."""
         return self._facing(slot, direction, distance * distance, active)[1]
 
     def met(self, tables: Any, si: Any, active: Any) -> tuple[Any, Any]:

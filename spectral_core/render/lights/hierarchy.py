@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Items gathered into clusters of clusters, so that one among a million is found by a hundred weights.
+"""A hierarchy of clusters of items: among a million items, one is found with about a hundred weights.
 
-Rows hold what a weight is computed from: items first, clusters after them, what is infinitely far away last. Up to
-``EXACT`` items the choice asks every one of them. Above, each level has at most ``BRANCHES`` children per cluster, made
-by halving along the longest side, so that neighbors lie together.
+Rows hold the data of a weight: items first, then clusters, then items at infinity. Up to ``EXACT`` items, the choice
+computes the weight of every one. Above, each level has at most ``BRANCHES`` children per cluster, made by halving along
+the longest side, so that neighbors share a cluster.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 EXACT = 128
-"""Items up to which each one is asked."""
+"""Largest number of items for which every weight is computed."""
 BRANCHES = 32
 FAR_SUN, FAR_WORLD = -1.0, -2.0
-"""In place of a radius: what a row's first three numbers mean is a direction, or nothing."""
+"""Values in place of a radius: the first three numbers of a row are a direction, or have no meaning."""
 LEAST_SHARE = 0.05
-"""Of what a cluster would give if it faced the receiver: it holds items that may face it where their mean does not."""
+"""Least share of a cluster's light at a receiver: single items may face it although their mean direction does not."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,8 +55,8 @@ class Rows:
 @dataclass(frozen=True, slots=True, eq=False)
 class Hierarchy:
     """``rows``: items in the order ``item_of_row``, clusters, far items. ``first``, ``count``: children of each row (0
-    for items). ``parent``: -1 at the top. ``top``: first row and number of rows at the top. ``levels``: choices to be
-    made. ``row_of_item``: inverse of the order, far items included (they keep their place at the end).
+    for items). ``parent``: -1 at the top. ``top``: first row and number of rows at the top. ``levels``: number of
+    choices. ``row_of_item``: inverse of the order, far items included (they stay at the end).
     """
 
     rows: Rows
@@ -70,13 +70,13 @@ class Hierarchy:
 
 
 def build(near: Rows, far: Rows) -> Hierarchy:
-    """Clusters over ``near`` items, with ``far`` ones beside the highest. Items are numbered near first."""
+    """Clusters over ``near`` items, with ``far`` items beside the top level. Near items have the first numbers."""
     count = len(near)
     levels = 1
     if count > EXACT:
         while BRANCHES**levels < count:
             levels += 1
-    # as few branches as the number of levels allows: each choice then asks about as many
+    # as few branches as the number of levels allows: each choice then computes about as many weights
     branches = count if levels == 1 else int(np.ceil(count ** (1 / levels)))
     order = np.arange(count) if levels == 1 else _order(near.centers, branches, levels)
     parts, firsts, counts = [near.take(order)], [np.zeros(count, np.intp)], [np.zeros(count, np.intp)]
@@ -114,7 +114,7 @@ def build(near: Rows, far: Rows) -> Hierarchy:
 
 
 def _order(centers: Array, branches: int, levels: int) -> NDArray[np.intp]:
-    """Items by halving along the longest side, in runs that whole clusters fill."""
+    """Order of the items by halving along the longest side, in runs that fill whole clusters."""
     order = np.arange(len(centers))
 
     def divide(low: int, high: int, unit: int) -> None:
@@ -135,14 +135,14 @@ def _order(centers: Array, branches: int, levels: int) -> NDArray[np.intp]:
 
 
 def _clusters(below: Rows, starts: NDArray[np.intp], sizes: NDArray[np.intp]) -> Rows:
-    """One row per run of rows: their middle by strength, their extent, and where they shine on the whole."""
+    """One row per run of rows: center weighted by strength, extent, and mean direction of emission."""
     add = lambda values: np.add.reduceat(values, starts, axis=0)  # noqa: E731
     strengths = add(below.strengths)
     share = below.strengths / np.maximum(np.repeat(strengths, sizes), 1e-300)
     centers = add(below.centers * share[:, None])
     apart = np.sum((below.centers - np.repeat(centers, sizes, axis=0)) ** 2, axis=1)
     radii = np.sqrt(np.maximum(add((apart + below.radii**2) * share), 0.0))
-    # a lamp with two sides shines half along its axis and half against it: on the whole, evenly
+    # a lamp with two sides emits half along its axis and half against it: evenly in the mean
     steep = np.linalg.norm(below.axes, axis=1)
     gentle = np.where(below.two_sided | (steep > 1), 1 / np.maximum(steep, 1.0), 1.0) * ~below.two_sided
     axes = add(below.axes * (gentle * share)[:, None])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights as rows of weights: how strong an item is at most, how far it reaches around its middle, where it shines."""
+"""Lights as rows of weights: upper bound of strength, extent around the center, and directions of emission."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from spectral_core.render.lights.hierarchy import FAR_SUN, FAR_WORLD, Rows
 from spectral_core.render.lights.listing import Ball, Glow, LightList, Panel
 
 STEEPEST = 1e3
-"""Of a beam's edge in the cosine: a steeper one is as good as this, and 32 bits hold it."""
+"""Largest slope of a beam's edge in the cosine: steeper edges behave the same, and 32 bits represent it."""
 WIDE_SUN = 0.15
-"""Half angle (radian) from which a sun is weighed without a cosine: it lights what faces away from its middle."""
+"""Half angle (radian) from which a sun's weight has no cosine: it lights surfaces that face away from its center."""
 
 
 def near_rows(lights: LightList) -> Rows:
@@ -25,9 +25,9 @@ def near_rows(lights: LightList) -> Rows:
 
 
 def far_rows(lights: LightList) -> Rows:
-    """Suns and the surroundings, by irradiance."""
+    """Suns and the environment, by irradiance."""
     bright, centers, radii, strengths = lights.strengths(), [], [], []
-    # what an even choice makes of a lamp at the usual distance, the extent of all of them
+    # even choice: the brightness of a lamp at the usual distance, the extent of all lamps
     usual = 1.0 / _usual_distance(lights) ** 2
     for sun in lights.suns:
         size = np.pi * np.sin(sun.half_angle) ** 2 if sun.half_angle > 0 else 1.0
@@ -38,14 +38,14 @@ def far_rows(lights: LightList) -> Rows:
         centers.append(np.zeros(3))
         radii.append(FAR_WORLD)
         others = lights.balls or lights.panels or lights.glows or lights.suns
-        # what is equally bright all around is met by every direction that a surface draws: asking for it gains nothing
+        # a constant environment is hit by every direction that a surface draws: sampling it separately gains nothing
         passed_over = lights.world_is_constant and bool(others) and not lights.even
         strengths.append(usual if lights.even else 0.0 if passed_over else lights.world[1])
     return _rows(centers, radii, strengths)
 
 
 def _usual_distance(lights: LightList) -> float:
-    """Half the extent of all lamps, 1 where there is at most one."""
+    """Half the extent of all lamps, 1 if there is at most one."""
     places = [ball.center for ball in lights.balls] + [panel.center for panel in lights.panels]
     places += [glow.corners.mean(axis=(0, 1)) for glow in lights.glows]
     extent = float(np.linalg.norm(np.ptp(places, axis=0))) / 2 if places else 0.0
@@ -66,9 +66,11 @@ def _rows(centers: list, radii: list, strengths: list) -> Rows:
 
 
 def _beamed(rows: Rows, axis: np.ndarray, cosine: float, steep: float) -> Rows:
-    """The same row with light around an axis alone: none below ``cosine``, all of it 1 / ``steep`` above."""
+    """The same row for light around an axis only: zero below ``cosine``, rising to full strength within 1 /
+    ``steep``.
+    """
     steep = min(steep, STEEPEST)
-    # a little wider than it is, for rounding
+    # slightly wider than the beam, for rounding errors
     offset = np.array([-(cosine - 1e-3) * steep])
     return Rows(rows.centers, rows.radii, rows.strengths, axis[None] * steep, offset, rows.least, rows.two_sided)
 
@@ -78,7 +80,7 @@ def _ball(ball: Ball, intensity: float) -> Rows:
     peak = 1.0 if beam.photometry is None else float(np.abs(beam.photometry.strength).max())
     rows = _rows([ball.center], [max(ball.radius, 0.0)], [intensity * peak])
     lengths = np.linalg.norm(beam.axes, axis=1)
-    if beam.cosine < -1 or np.ptp(lengths) > 1e-6 * lengths.max():  # a stretched cone is weighed as if it were none
+    if beam.cosine < -1 or np.ptp(lengths) > 1e-6 * lengths.max():  # stretched cones count as lamps without a cone
         return rows
     return _beamed(rows, beam.axes[2] / lengths[2], beam.cosine, 1 / beam.softness)
 

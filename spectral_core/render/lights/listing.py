@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What shines in a scene, as the loader meets it: plain rows of numbers, before they become tables.
+"""The lights of a scene as plain rows of numbers, from which tables are built.
 
-A *source* is what an artist calls a light: a lamp, a glowing object, the world. An *item* is what is drawn: a lamp, one
-triangle of a glowing mesh, the world.
+A *source* is a light in the artist's sense: a lamp, an emissive object, the world. An *item* is the unit of drawing: a
+lamp, one triangle of an emissive mesh, the world.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ from spectral_core.spectra.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 BALL, PANEL, TRIANGLE, SUN, WORLD = range(5)
-"""Kinds of items, in their order: points, balls and spots; flat lamps; triangles of glowing meshes; suns; the world."""
+"""Types of items, in their order: points, balls and spots; flat lamps; triangles of emissive meshes; suns; the
+world.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """A light: what it emits (linear RGB (3,) or a spectrum), the group that switches it, and a Mitsuba emitter.
+    """A light: its emission (linear RGB (3,) or a spectrum), the group that switches it, and a Mitsuba emitter.
 
-    ``emitted`` is None where only ``emitter`` knows, because it varies over its surface or its directions.
+    ``emitted`` is None if the emission varies over the surface or over directions; then only ``emitter`` knows it.
     """
 
     emitted: Array | Spectrum | None
@@ -37,7 +39,7 @@ class Source:
 
     @property
     def brightness(self) -> float:
-        """What a picture gets of what is emitted, all channels alike; 1 where only the emitter knows."""
+        """Mean brightness of the emission over the channels; 1 if only the emitter knows it."""
         if self.emitted is None:
             return 1.0
         seen = xyz_of(self.emitted) if isinstance(self.emitted, Spectrum) else np.maximum(self.emitted, 0.0)
@@ -46,9 +48,10 @@ class Source:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beam:
-    """What shapes a ball's light by direction. ``axes``: (3, 3) own, scaled axes from world, the third along the beam.
+    """Distribution of a ball's light over directions. ``axes``: (3, 3) scaled local axes from world axes, the third
+    along the beam.
 
-    ``cosine``, ``softness``: of a spot's edge, -2 for none. ``photometry``: a measured luminaire.
+    ``cosine``, ``softness``: edge of a spot, -2 for no edge. ``photometry``: a measured luminaire.
     """
 
     axes: Array = field(default_factory=lambda: np.eye(3))
@@ -59,7 +62,7 @@ class Beam:
 
     @property
     def is_even(self) -> bool:
-        """Whether the light is the same in every direction."""
+        """True if the light is the same in every direction."""
         return self.cosine < -1 and self.photometry is None
 
 
@@ -99,7 +102,7 @@ class Panel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sun:
-    """A disk at infinity in ``direction`` (towards it); emits radiance, or irradiance where it has no size."""
+    """A disk at infinity in ``direction`` (toward it); emits radiance, or irradiance if its size is 0."""
 
     source: int
     direction: Array
@@ -108,7 +111,7 @@ class Sun:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glow:
-    """A glowing mesh: world-space corners (t, 3, 3), UVs (t, 3, 2) or None, and the Mitsuba shape that shows it.
+    """An emissive mesh: world-space corners (t, 3, 3), UVs (t, 3, 2) or None, and its Mitsuba shape.
 
     ``brightness``: (t,) of each triangle, relative to the source's.
     """
@@ -122,7 +125,7 @@ class Glow:
 
 @dataclass
 class LightList:
-    """All that shines. ``gains``: one factor per source, which light groups switch to 0."""
+    """All lights of a scene. ``gains``: one factor per source; light groups are switched off by setting it to 0."""
 
     sources: list[Source] = field(default_factory=list)
     balls: list[Ball] = field(default_factory=list)
@@ -130,27 +133,28 @@ class LightList:
     suns: list[Sun] = field(default_factory=list)
     glows: list[Glow] = field(default_factory=list)
     world: tuple[int, float] | None = None
-    """The surroundings: their source, and the irradiance that they give where nothing hides them."""
+    """The environment: its source, and its irradiance without occlusion."""
     world_is_constant: bool = False
-    """Whether the surroundings are equally bright in every direction."""
+    """True if the environment is equally bright in every direction."""
     even: bool = False
-    """Whether every source is asked as if it were as bright as any other, near and far alike: a recording is mixed
-    later, and must neither depend on how bright its lights are nor starve one."""
+    """True if every source is drawn as if all were equally bright, near or far. Recordings need it: their lights are
+    mixed later, so sampling must neither depend on the brightness of a light nor neglect one.
+    """
     gains: Array = field(default_factory=lambda: np.ones(0))
     changes: int = 0
-    """How often a source was switched: tables are read anew then. A call back would keep the scene in memory."""
+    """Number of switches so far: tables are read again after each. A callback would keep the scene in memory."""
 
     def strengths(self) -> list[float]:
-        """Brightness of each source as choices know it."""
+        """Brightness of each source for the choice of lights."""
         return [1.0 if self.even and source.brightness > 0 else source.brightness for source in self.sources]
 
     def add_source(self, source: Source) -> int:
-        """Enter a source; gives its index. Rules know it by this number plus 1."""
+        """Add a source; returns its index. Rules know it by this number plus 1."""
         self.sources.append(source)
         self.gains = np.append(self.gains, 1.0)
         return len(self.sources) - 1
 
     def switch(self, source: int, on: bool) -> None:
-        """Turn a source on or off; what is drawn does not change, so that groups add up."""
+        """Turn a source on or off; sampling does not change, so that groups add up."""
         self.gains[source] = 1.0 if on else 0.0
         self.changes += 1

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mitsuba's own emitters, each as likely as any other: what sampled volumes use, and what our choice is tested with."""
+"""Mitsuba's own emitters, each with equal probability: used with sampled volumes, and as a reference for tests of
+``Choice``.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,7 @@ from spectral_core.render.lights.scene_lights import LightSample, Met, Rule
 
 
 class MitsubaLights:
-    """The emitters of a Mitsuba scene, as ``SceneLights`` shows its tables."""
+    """The emitters of a Mitsuba scene, with the interface of ``SceneLights``."""
 
     is_empty = False
     asked_along_ways = False
@@ -19,7 +21,7 @@ class MitsubaLights:
         self._mi, self._scene = mitsuba, scene
 
     def choose(self, to: Receiver, sampler: Any, active: Any) -> Chosen:
-        """Nothing: Mitsuba chooses as it draws."""
+        """No item: Mitsuba chooses when it draws."""
         return Chosen(None, None)
 
     def draw(self, si: Any, to: Receiver, chosen: Chosen, sampler: Any, tables: Any, active: Any) -> LightSample:
@@ -28,17 +30,17 @@ class MitsubaLights:
         return LightSample(ds.d, ds.p, light, ds.pdf, ds.delta, tables.number(ds.emitter))
 
     def met(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, shows_world: Any) -> Met:
-        """Light that a ray brings from what it hits or from the surroundings."""
+        """Emission along a ray, from its hit or from the environment."""
         import drjit as dr
 
         mi = self._mi
         active = active & (si.is_valid() | shows_world)
         emitter = si.emitter(self._scene)
         ds = mi.DirectionSample3f(self._scene, si, path.before)
-        ds.n = dr.select(si.is_valid(), si.n, ds.n)  # the density is one of the geometry, not of its shading
+        ds.n = dr.select(si.is_valid(), si.n, ds.n)  # the density belongs to the geometry, not to the shading
         pdf = self._scene.pdf_emitter_direction(path.before, ds, active & ~path.before_delta)
         light = emitter.eval(si, active) * rule(tables.number(emitter), pdf, active)
         hit = si.is_valid()
-        # a lamp's body lets rays through, a glowing surface does not
+        # a lamp's body is transparent, an emissive surface is not
         body = hit & mi.has_flag(tables.surface(si).flags(), mi.BSDFFlags.Null)
         return Met(dr.select(body, light, 0.0), dr.select(hit & ~body, light, 0.0), dr.select(hit, 0.0, light))

@@ -13,10 +13,10 @@ from spectral_core.render.plugins.numbers import table
 
 
 class Panels:
-    """Rectangles and ellipses that emit radiance to their front, or within a spread.
+    """Rectangles and ellipses that emit radiance from their front, or within a spread.
 
-    Of a lamp with a spread only the part that reaches the receiver is drawn from, as Cycles does (light/area.h,
-    area_light_spread_clamp_light).
+    For a lamp with a spread, points are drawn only from the part that can illuminate the receiver, as in Cycles
+    (light/area.h, area_light_spread_clamp_light).
     """
 
     def __init__(self, mitsuba: Any, panels: list[Panel]) -> None:
@@ -38,7 +38,7 @@ class Panels:
         return self._mi.Vector3f(row.x, row.y, row.z), row.w
 
     def draw(self, slot: Any, place: Any, uv: Any, active: Any) -> Drawn:
-        """A point of the lamp, uniformly over its part that can shine on the receiver."""
+        """A point of the lamp, uniformly over the part that can illuminate the receiver."""
         import drjit as dr
 
         mi = self._mi
@@ -65,7 +65,9 @@ class Panels:
         return Drawn(direction, distance, factor, dr.select(lit, pdf, 0.0), mi.Bool(False), mi.Normal3f(normal), at)
 
     def _part(self, slot: Any, place: Any, active: Any) -> tuple[Any, Any, Any, Any]:
-        """Corners of the part of the lamp, in units of its half axes, its density per area, and whether it is less."""
+        """Corners of the part of the lamp, in units of its half axes, its density per area, and True if it is smaller
+        than the lamp.
+        """
         import drjit as dr
 
         mi = self._mi
@@ -84,7 +86,7 @@ class Panels:
         high = dr.clip(at + half, -1.0, 1.0)
         share = (high.x - low.x) * (high.y - low.y) * 0.25
         narrowed = (tangent > 0.0) & (share < 1.0)
-        # an ellipse is drawn from its rectangle then, whose corners are in vain
+        # points of an ellipse are then drawn from its rectangle; those in the corners have no effect
         rectangle = dr.select(is_ellipse > 0.0, area * (4.0 / dr.pi), area)
         per_area = dr.select(share > 0.0, dr.rcp(dr.maximum(share * rectangle, 1e-30)), 0.0)
         return (
@@ -117,7 +119,7 @@ class Panels:
         return dr.select(lit, per_area * distance * distance / dr.maximum(cosine, 1e-7), 0.0)
 
     def meet(self, slot: Any, ray: tuple[Any, Any, Any], active: Any) -> Any:
-        """Distance along a ray (origin, direction, length) to a lamp's front, infinite where it misses."""
+        """Distance along a ray (origin, direction, length) to a lamp's front; infinite if the ray misses it."""
         import drjit as dr
 
         mi = self._mi
@@ -134,7 +136,7 @@ class Panels:
         return dr.select(meets, distance, dr.inf)
 
     def radiance(self, slot: Any, direction: Any, distance: Any, active: Any) -> Any:
-        """Share of its radiance that a lamp which is met sends back along a direction."""
+        """Share of the radiance of a lamp that is emitted back along a ray's direction."""
         import drjit as dr
 
         normal, _ = self._row(self.normals, slot, active)
@@ -142,7 +144,7 @@ class Panels:
 
 
 class Suns:
-    """Disks at infinity that emit radiance; one without a size emits irradiance."""
+    """Disks at infinity that emit radiance; a disk of size 0 emits irradiance."""
 
     def __init__(self, mitsuba: Any, suns: list[Sun]) -> None:
         mi = self._mi = mitsuba
@@ -176,11 +178,11 @@ class Suns:
         return Drawn(direction, mi.Float(dr.inf), factor, pdf, is_point, mi.Normal3f(-direction), zero)
 
     def meets(self, slot: Any, direction: Any, active: Any) -> tuple[Any, Any]:
-        """Whether a direction shows a sun's disk, and the density of ``draw`` there."""
+        """True if a direction hits a sun's disk, and the density of ``draw`` there."""
         import drjit as dr
 
         axis, below_one = self._row(slot, active)
-        # 1 - cos from the difference of the two unit vectors, which small angles survive
+        # 1 - cos from the difference of the two unit vectors, which stays accurate at small angles
         away = 0.5 * dr.squared_norm(direction - axis)
         met = active & (below_one > 0.0) & (away <= below_one)
         return met, dr.select(met, dr.rcp(2.0 * dr.pi * dr.maximum(below_one, 1e-30)), 0.0)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lights of a scene for the path integrator: one is drawn for a surface, and what a ray meets is told with the
-density that it could have been drawn with.
+"""The lights of a scene for the path integrator: draws a light for a surface, and returns the emission that a ray hits
+with the density of drawing it.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from spectral_core.render.lights.panels import Panels, Suns
 from spectral_core.render.plugins.numbers import table
 
 Rule = Callable[[Any, Any, Any], Any]
-"""``rule(number, pdf, active)``: share of a light that counts, given the density that it would be drawn with."""
+"""``rule(number, pdf, active)``: weight of a light, given the density with which it would be drawn."""
 
 
 @dataclass
 class LightSample:
-    """A direction towards a light: ``point`` up to which nothing may be in the way, what comes over its density
-    (``value``), the density per solid angle, whether nothing else could have drawn it, the light's number for rules.
+    """A direction to a light: ``point`` up to which nothing may occlude it, light over its density (``value``), the
+    density per solid angle, ``delta`` if no other method could have drawn it, and the light's number for rules.
     """
 
     direction: Any
@@ -43,7 +43,7 @@ class LightSample:
 
 @dataclass
 class Met:
-    """Light that a ray brings, by what it comes from."""
+    """Emission along a ray, by its origin: lamps, surfaces, environment."""
 
     lamps: Any
     glows: Any
@@ -51,7 +51,7 @@ class Met:
 
 
 class SceneLights:
-    """Tables of every light. ``reach``: a distance beyond everything in the scene."""
+    """Tables of every light. ``reach``: a distance larger than the scene."""
 
     asked_along_ways = True
 
@@ -93,7 +93,7 @@ class SceneLights:
         if any(glow.source is not None and emitters[glow.source] is not None for glow in lights.glows):
             varied = [None if index == (lights.world or (-1,))[0] else e for index, e in enumerate(emitters)]
             self._varied = mi.EmitterPtr(varied)
-            # what a varying glow asks of the surface itself: the shape of each source and its first triangle
+            # for an emission that varies over a surface: the shape of each source and its first triangle
             shapes: list[Any] = [None] * len(emitters)
             firsts, first = np.zeros(len(emitters), np.uint32), 0
             for glow in lights.glows:
@@ -103,11 +103,11 @@ class SceneLights:
         self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)))
 
     def kinds_by_number(self) -> NDArray[np.uint32]:
-        """By number of a light: 1 for the surroundings, 2 for a surface that glows, 0 for a lamp."""
+        """By number of a light: 1 for the environment, 2 for an emissive surface, 0 for a lamp."""
         return self._kinds_by_number
 
     def choose(self, to: Receiver, sampler: Any, active: Any) -> Chosen:
-        """An item to ask for light."""
+        """An item for a receiver."""
         import drjit as dr
 
         pick = sampler.next_1d() if self.choice.count > 1 else self._mi.Float(0.0)
@@ -128,7 +128,7 @@ class SceneLights:
         drawn, value = self._drawn(si, item, source, uv, active)
         told = probability
         if to.stretch is not None:
-            # weighed as if the place had been there first, since a ray that meets the light knows no more than it
+            # the weight of a ray that hits the light uses the probability at its point, so this one does, too
             here = self.choice.probability(item, Receiver(si.p, si.n, to.both_sides, to.floats), active & to.floats)
             told = dr.select(to.floats, here, told)
         pdf = dr.select(drawn.delta, 1.0, drawn.pdf * told)
@@ -137,7 +137,7 @@ class SceneLights:
         return LightSample(drawn.direction, si.p + drawn.direction * far, value, pdf, drawn.delta, source + 1)
 
     def _drawn(self, si: Any, item: Any, source: Any, uv: Any, active: Any) -> tuple[Drawn, Any]:
-        """A direction towards an item and the light from there over its density."""
+        """A direction to an item, and its light over the density."""
         import drjit as dr
 
         mi = self._mi
@@ -163,7 +163,7 @@ class SceneLights:
         return result, value
 
     def _emitted(self, si: Any, drawn: Drawn, which: tuple[Any, Any], active: Any, kind: int) -> Any:
-        """What comes from a drawn place; ``which``: the source, and the number of its item of this kind."""
+        """Emission at a drawn point; ``which``: the source, and the number of the item among those of its type."""
         import drjit as dr
 
         mi = self._mi
@@ -182,10 +182,10 @@ class SceneLights:
         shown = emitter.eval(place, varied) * self.emission.gain(source, varied)
         return dr.select(varied, shown, light)
 
-    # meeting
+    # hits by rays
 
     def met(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, shows_world: Any) -> Met:
-        """Light that a ray brings from lamps on its way, from what it hits, and from the surroundings."""
+        """Emission along a ray: from lamps on its way, from its hit, and from the environment."""
         import drjit as dr
 
         mi = self._mi
@@ -216,7 +216,7 @@ class SceneLights:
         return total
 
     def _seen(self, source: Any, path: Any, active: Any) -> Any:
-        """Lamps that this ray sees: all but the camera's, which sees those that are made visible."""
+        """Lamps that this ray hits: all lamps, but for camera rays only those that are visible to the camera."""
         import drjit as dr
 
         if not self.any_visible:
@@ -293,7 +293,7 @@ class SceneLights:
 
 
 def _either(which: Any, drawn: Drawn, other: Drawn) -> Drawn:
-    """Each lane's own."""
+    """Value of each lane from one of two samples."""
     import drjit as dr
 
     return Drawn(*(dr.select(which, getattr(drawn, n), getattr(other, n)) for n in Drawn.__dataclass_fields__))

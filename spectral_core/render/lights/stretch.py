@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ways through media as a light sees them: where along a ray a lamp is asked for, by the square of its distance.
+"""Segments of rays in media, and points on them by equiangular sampling: density inverse to the squared distance.
 
-Kulla and Fajardo 2012, "Importance sampling techniques for path tracing in participating media": places at equal
-angles about the lamp. Angles are told by their difference, which keeps its digits for lamps far from the way.
+Kulla and Fajardo 2012, "Importance sampling techniques for path tracing in participating media". The angle of a segment
+is computed as one difference, which keeps its precision for lamps far from the segment.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ from typing import Any
 
 @dataclass
 class Stretch:
-    """A way through a medium: from ``origin`` along ``direction`` (unit) for ``length``."""
+    """A segment in a medium: from ``origin`` along ``direction`` (unit) for ``length``."""
 
     origin: Any
     direction: Any
     length: Any
 
     def seen_from(self, center: Any, radius: Any) -> View:
-        """The way as a lamp of a radius around ``center`` sees it."""
+        """The segment relative to a lamp of a radius around ``center``."""
         import drjit as dr
 
         away = center - self.origin
         foot = dr.dot(away, self.direction)
-        # a way through the lamp's middle or its body is as close as its rim
+        # a segment through the lamp's body counts as one at its radius
         least = dr.maximum(radius, 1e-6 * dr.max(dr.abs(away)))
         distance = dr.maximum(dr.maximum(dr.norm(away - self.direction * foot), least), 1e-15)
         span = dr.atan2(self.length * distance, distance * distance + foot * (foot - self.length))
@@ -34,8 +34,8 @@ class Stretch:
 
 @dataclass
 class View:
-    """``foot``: distance along the way to the point nearest to the lamp, ``distance`` from there; ``span``: angle that
-    the way of a ``length`` takes up.
+    """``foot``: distance along the segment to the point nearest to the lamp, ``distance`` of that point;
+    ``span``: angle of the segment at the lamp; ``length`` of the segment.
     """
 
     foot: Any
@@ -45,11 +45,11 @@ class View:
 
     @property
     def fluence(self) -> Any:
-        """The integral of one over the squared distance along the way."""
+        """Integral of the inverse squared distance along the segment."""
         return self.span / self.distance
 
     def draw(self, sample: Any) -> Any:
-        """Distance along the way at an even angle."""
+        """Distance along the segment, uniform in angle."""
         import drjit as dr
 
         sine, cosine = dr.sincos(sample * self.span)
@@ -58,7 +58,7 @@ class View:
         return dr.clip(drawn, 0.0, self.length)
 
     def density(self, along: Any) -> Any:
-        """Density of ``draw`` per length, 0 beyond the way."""
+        """Density of ``draw`` per length, 0 beyond the segment."""
         import drjit as dr
 
         per = self.span * (dr.square(self.distance) + dr.square(along - self.foot))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A scene that stays loaded and changes while it is looked at: what a viewport shows."""
+"""A scene that stays loaded while it is edited and shown in a viewport."""

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pixels from the render process to the session: a file that both map, with a few slots that are filled in turn.
+"""Shared memory for pixels: a file that the render process and the session both map, with slots that are filled in
+turn.
 
-A slot has a number before its pixels that the writer changes first and last, so that a reader who was overtaken
-knows. The session makes the file and takes it away; a writer that dies leaves nothing behind.
+A slot begins with a number that the writer changes before and after writing, so that a reader detects an overwrite. The
+session creates and deletes the file; a writer that crashes leaves nothing behind.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _BUSY = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a picture lies: ``slot``, ``number`` of the picture, its ``height`` and ``width``."""
+    """Position of a picture: ``slot``, ``number`` of the picture, its ``height`` and ``width``."""
 
     slot: int
     number: int
@@ -45,7 +46,9 @@ class PixelArea:
 
     @classmethod
     def make(cls, pixels: int) -> PixelArea:
-        """A new one, in memory where the system has a folder for that. Raises OSError where there is no room."""
+        """Create an area, in memory if the system has a folder for that. Raises OSError if there is not enough
+        space.
+        """
         folder = "/dev/shm" if Path("/dev/shm").is_dir() else None
         handle, path = tempfile.mkstemp(prefix="spectral-view-", dir=folder)
         try:
@@ -71,7 +74,7 @@ class PixelArea:
         return Place(slot, self._number, height, width)
 
     def read(self, place: Place) -> NDArray[np.float32] | None:
-        """A copy of the picture at a place, None where the writer has put another one there meanwhile."""
+        """A copy of the picture at a position; None if the writer has overwritten it."""
         head, body = self._parts(place.slot, place.height * place.width)
         if head[0] != place.number:
             return None
@@ -79,6 +82,6 @@ class PixelArea:
         return pixels if head[0] == place.number else None
 
     def remove(self) -> None:
-        """Take the file away; what is mapped stays until both ends let go of it."""
+        """Delete the file; mapped memory stays valid until both processes release it."""
         with contextlib.suppress(OSError):
             Path(self.path).unlink()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The difference between two scenes, as little as has to be sent: items that are equal go as their names."""
+"""The difference between two scenes in a small message: unchanged items are sent as references."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ SINGLES = ("camera", "film", "world", "settings", "notes")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneChange:
-    """From one scene to the next. ``items``: by kind the new items in order, an unchanged one as its place in the old
-    scene. ``singles``: what is there once and has changed.
+    """Change from one scene to the next. ``items``: by type the new items in order, an unchanged one as its index in
+    the old scene. ``singles``: single fields that have changed.
     """
 
     items: dict[str, tuple[Any, ...]]
     singles: dict[str, Any]
 
     def applied_to(self, scene: Scene) -> Scene:
-        """The new scene; unchanged items are the very objects of ``scene``."""
+        """The new scene; unchanged items are the same objects as in ``scene``."""
         changes: dict[str, Any] = dict(self.singles)
         for kind, items in self.items.items():
             old = getattr(scene, kind)
@@ -35,12 +35,12 @@ class SceneChange:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the two scenes are equal."""
+        """True if the two scenes are equal."""
         return not self.items and not self.singles
 
 
 def difference(old: Scene, new: Scene) -> SceneChange:
-    """What turns ``old`` into ``new``."""
+    """The change from ``old`` to ``new``."""
     items: dict[str, tuple[Any, ...]] = {}
     for kind in KINDS:
         before, after = getattr(old, kind), getattr(new, kind)
@@ -59,7 +59,7 @@ def difference(old: Scene, new: Scene) -> SceneChange:
 
 
 def equal(first: Any, second: Any) -> bool:
-    """Whether two pieces of scene data hold the same; what is the same object is not looked at."""
+    """True if two pieces of scene data are equal; identical objects are not compared in detail."""
     if first is second:
         return True
     if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Changes of single parts of a loaded scene; each is made in place, or refused without a reason.
+"""Edits of a loaded scene; each is made in place, or refused without a reason.
 
-A refusal is no error: the scene is then loaded as a whole, which is always right.
+A refusal is no error: the whole scene is then loaded again, which is always correct.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from spectral_core.render.plan.inventory import dyed
 from spectral_core.scene import Instance, Light, Material, Mesh, Scene, World
 
 LEAST_VOLUME = 1e-6
-"""Condition number over which a matrix is too flat for an instance, as a share."""
+"""Least condition of a matrix, as a ratio: flatter ones cannot be inverted for an instance."""
 
 
 class Edit:
-    """One change of a loaded scene from ``old`` to ``new``. Call ``finish`` after all its parts were made."""
+    """One change of a loaded scene from ``old`` to ``new``. Call ``finish`` after all parts of the change."""
 
     def __init__(self, loaded: Loaded, old: Scene, new: Scene) -> None:
         self._mi, self._loaded, self._parts = loaded.mitsuba, loaded, loaded.scene.parts
@@ -34,7 +34,7 @@ class Edit:
         self._rows_changed = self._vertices_changed = False
 
     def finish(self) -> None:
-        """Let Mitsuba build anew what finds the nearest hit, where anything has moved."""
+        """Let Mitsuba rebuild its acceleration structure if anything has moved."""
         if self._rows_changed:
             self._parts.context.tables.rebuild()
         if self._vertices_changed:
@@ -46,15 +46,15 @@ class Edit:
         return len(self._parts.context.made)
 
     def _drop(self, kept: int) -> None:
-        """Forget what was made only to be read from."""
+        """Free objects that were loaded only to copy their values."""
         del self._parts.context.made[kept:]
 
     def material(self, old: Material, new: Material) -> bool:
-        """Another number of a material."""
+        """Change the numbers of a material."""
         if not equal(old.medium, new.medium) or dyed(old) or dyed(new):
-            return False  # what dyes send out stands in tables of the whole scene
+            return False  # the emission of dyes is stored in tables of the whole scene
         surfaces = self._parts.context.bsdf.surfaces
-        if not surfaces.has(old.name):  # assigned to nothing that is rendered
+        if not surfaces.has(old.name):  # not assigned to any rendered object
             return True
         context, kept = self._parts.context, self._made()
         was = surface.emission(context, old.surface, old.name)
@@ -70,7 +70,7 @@ class Edit:
         return done
 
     def _emitters_of(self, name: str) -> list[Any]:
-        """Emitters of the shapes that wear a material."""
+        """Emitters of the shapes that have a material."""
         found = []
         for instance in self._new.instances:
             if name in instance.materials:
@@ -81,7 +81,7 @@ class Edit:
         return found
 
     def light(self, old: Light, new: Light) -> bool:
-        """Another number of a lamp, or another place of it."""
+        """Change the numbers or the position of a lamp."""
         rules = ("group", "hidden_from", "max_bounces", "camera_visible", "casts_shadow")
         if type(old) is not type(new) or any(not equal(_of(old, name), _of(new, name)) for name in rules):
             return False
@@ -108,14 +108,14 @@ class Edit:
             own[name] = theirs[name]
         if changed:
             own.update()
-            mine.entry.surface_area()  # Mitsuba makes its table of areas when it is asked for them
+            mine.entry.surface_area()  # Mitsuba builds its table of areas at the first query
             self._parts.context.meshes.add(mine.entry)
             self._vertices_changed = True
             self._moved = True
         return True
 
     def world(self, old: World, new: World) -> bool:
-        """Another number of the surroundings."""
+        """Change the numbers of the environment."""
         if old.is_black or new.is_black or not equal(_without_color(old), _without_color(new)):
             return False
         if old.camera_view is not None or new.camera_view is not None:
@@ -126,14 +126,14 @@ class Edit:
         return done
 
     def place(self, old: Instance, new: Instance) -> bool:
-        """Another place of an object."""
+        """Move an object."""
         if not equal(replace(old, world_from_object=new.world_from_object), new):
             return False
         shapes, matrix = self._parts.placed[old.name], new.world_from_object
         if np.linalg.cond(matrix[:3, :3]) > 1 / LEAST_VOLUME or len(shapes) != 1:
             return False
         if shapes[0].class_name() != "Instance":
-            return False  # it glows, so it stands in the scene as triangles of its own
+            return False  # an emissive object is stored as separate triangles
         parameters = self._mi.traverse(shapes[0])
         if "to_world" not in parameters:
             return False
@@ -144,7 +144,7 @@ class Edit:
         return True
 
     def mesh(self, old: Mesh, new: Mesh) -> bool:
-        """Other positions, normals, coordinates of a mesh of the same triangles."""
+        """Change positions, normals and UV coordinates of a mesh with the same triangles."""
         if not equal(old.triangles, new.triangles) or not equal(old.material_indices, new.material_indices):
             return False
         if [a.name for a in old.attributes] != [a.name for a in new.attributes]:
@@ -165,14 +165,14 @@ class Edit:
         return True
 
     def warm(self) -> None:
-        """Fill every mesh that can be edited with what it has.
+        """Write every editable mesh once with its present values.
 
-        A mesh whose buffers were filled after the scene was made looks like another kind to a recorded launch, once:
-        without this the first edit of each mesh would record anew.
+        Buffers that were written after the scene was created have another type for a recorded launch: without this
+        first write, the first edit of each mesh would cause a new recording.
         """
         for mesh in self._new.meshes:
-            worn = [instance for instance in self._new.instances if instance.mesh == mesh.name]
-            if all(self._is_placed(instance) for instance in worn):
+            placed = [instance for instance in self._new.instances if instance.mesh == mesh.name]
+            if all(self._is_placed(instance) for instance in placed):
                 parts = geometry.split_by_material(mesh)
                 for index, shape, group in self._parts.shapes.meshes.get(mesh.name, []):
                     geometry.fill(self._mi, shape, parts[index], parts[index])

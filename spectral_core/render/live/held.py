@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers that our plugins hold in helpers of their own, laid open to Dr.Jit.
+"""Makes the numbers that plugins keep in helper objects visible to Dr.Jit.
 
-A recorded kernel launch is played back with the numbers that it finds in the members of a plugin. It looks into
-lists, but not into plain Python objects. So each plugin gets a list of what its helpers hold.
+A recorded kernel launch reads the current members of a plugin. Dr.Jit follows lists, but not plain Python objects, so
+each plugin gets a list of the arrays in its helpers.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _LEAVES = (str, bytes, bool, int, float, complex, type(None), type, np.ndarray, 
 
 
 def lay_open(plugins: Iterable[Any], mitsuba: Any) -> None:
-    """Give each plugin of ours the list ``held_numbers``; call again after its helpers got other arrays."""
+    """Give each of our plugins the list ``held_numbers``; call it again after helpers got new arrays."""
     for plugin in plugins:
         if type(plugin).__module__.startswith("spectral_core") and hasattr(plugin, "__dict__"):
             plugin.held_numbers = held(
@@ -25,7 +25,7 @@ def lay_open(plugins: Iterable[Any], mitsuba: Any) -> None:
 
 
 def held(roots: list[Any], mitsuba: Any) -> list[Any]:
-    """Arrays and textures of Dr.Jit that can be reached through plain objects; Mitsuba's objects are not entered."""
+    """Arrays and textures of Dr.Jit that are reachable through plain objects; Mitsuba's objects are not followed."""
     import drjit as dr
 
     found: list[Any] = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A session's end of the live render process: scenes go out as changes, pictures come in, a crash is recovered from."""
+"""The session's side of the live render process: sends scenes as changes, receives pictures, recovers from crashes."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from spectral_core.scene import Scene
 
 MODULE = "spectral_core.render.live.server"
 MOST_CRASHES, CRASH_SPAN_S = 3, 30.0
-"""After so many crashes in so long a time the process is started again only by the next change."""
+"""After this number of crashes in this time, only the next change restarts the process."""
 MEMORY_GROWTH, MEMORY_ALLOWANCE = 3.0, 1e9
-"""A process that takes so many times what it took after its first picture, and so many bytes, is replaced."""
+"""Factor on the memory after the first picture, and bytes: a process that exceeds both is replaced."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,9 +47,9 @@ class _View:
 
 
 class LiveLink:
-    """The scenes and views of one session, and the process that shows them. Safe to use from any thread.
+    """The scenes and views of one session, and the process that renders them. Safe to use from any thread.
 
-    The process starts with the first view. Where it dies, another one gets every scene and view anew; meanwhile
+    The process starts with the first view. If it crashes, a new process receives every scene and view; until then
     ``trouble`` says so. ``close`` ends it.
     """
 
@@ -66,12 +66,12 @@ class LiveLink:
         self._is_starting = self._is_closed = False
         self._first_memory = 0
         self.restarts = 0
-        """How often a process was started again after one had died or grown too large."""
+        """Number of restarts after a crash or excessive memory."""
         self.sent_scenes = 0
-        """Scenes that were sent whole; all else went as changes."""
+        """Number of scenes that were sent completely; all others were sent as changes."""
 
     def show(self, stage: str, scene: Scene) -> bool:
-        """Make ``scene`` what is on a stage. True where it differs from what was there."""
+        """Set the scene of a stage. True if it differs from the previous one."""
         with self._lock:
             old = self._scenes.get(stage)
             if old is scene:
@@ -81,14 +81,14 @@ class LiveLink:
                 self._post_scene(stage)
                 return True
             change = difference(old, scene)
-            # not ``new``: what is unchanged stays the very same object, and is not compared again
+            # not ``new``: unchanged items stay identical objects, and are not compared again
             self._scenes[stage] = change.applied_to(old)
             if not change.is_empty:
                 self._post(("change", (stage, change)))
             return not change.is_empty
 
     def look(self, view: str, request: ViewRequest, on_news: Callable[[], None]) -> int:
-        """Ask for a picture; returns its generation. ``on_news``: called from another thread after each picture."""
+        """Request a picture; returns its generation. ``on_news``: called from another thread after each picture."""
         with self._lock:
             self._generation += 1
             request = replace(request, generation=self._generation)
@@ -108,17 +108,17 @@ class LiveLink:
             return self._generation
 
     def latest(self, view: str) -> Shown | None:
-        """The picture of a view that came last, whatever request it answers."""
+        """The latest picture of a view, for any of its requests."""
         with self._lock:
             return self._views[view].shown if view in self._views else None
 
     def trouble(self, view: str) -> str:
-        """Why a view shows nothing new, "" where all is well."""
+        """The reason why a view shows nothing new, "" if there is none."""
         with self._lock:
             return self._views[view].trouble if view in self._views else ""
 
     def wait(self, view: str, generation: int, seconds: float) -> bool:
-        """Wait until a picture of ``generation`` or later is there, or a word of trouble; False where none came."""
+        """Wait for a picture of ``generation`` or later, or for trouble; False after the time limit."""
         end = time.monotonic() + seconds
         with self._news:
             while True:
@@ -133,7 +133,7 @@ class LiveLink:
                 self._news.wait(left)
 
     def close_view(self, view: str) -> None:
-        """Trace a view no more."""
+        """Stop tracing a view."""
         with self._lock:
             kept = self._views.pop(view, None)
             if kept is not None:
@@ -141,7 +141,7 @@ class LiveLink:
                 self._post(("close", view))
 
     def drop(self, stage: str) -> None:
-        """Forget a stage and the views that look at it."""
+        """Remove a stage and its views."""
         with self._lock:
             self._scenes.pop(stage, None)
             for name in [name for name, kept in self._views.items() if kept.request.stage == stage]:
@@ -150,12 +150,12 @@ class LiveLink:
 
     @property
     def process_id(self) -> int | None:
-        """Process id of the renderer, None while there is none."""
+        """Process id of the renderer; None if it does not run."""
         with self._lock:
             return None if self._worker is None or not self._worker.alive else self._worker.process.pid
 
     def close(self) -> None:
-        """End the process and take all files away."""
+        """End the process and delete all files."""
         with self._news:
             self._is_closed = True
             for kept in self._views.values():
@@ -179,19 +179,19 @@ class LiveLink:
             self._outbox.put(message)
 
     def _send(self, worker: Worker, outbox: queue.SimpleQueue[Any]) -> None:
-        """Send what is posted, on a thread: a process that compiles reads nothing, and the session must not wait."""
+        """Send pending messages on a thread: a process that compiles does not read, and the session must not wait."""
         while (message := outbox.get()) is not None:
-            with contextlib.suppress(RenderError, ValueError):  # the thread that reads hears of it, too
+            with contextlib.suppress(RenderError, ValueError):  # the reading thread notices it, too
                 worker.post(message)
 
     def _start(self) -> None:
-        """Start a process, on a thread: the session does not wait for it."""
+        """Start a process on a thread: the session does not wait for it."""
         if not self._is_starting and not self._is_closed:
             self._is_starting = True
             threading.Thread(target=self._run, daemon=True).start()
 
     def _run(self) -> None:
-        """Start a process, tell it all there is, and hear what it says until it ends."""
+        """Start a process, send everything to it, and read its messages until it ends."""
         try:
             worker = Worker(self._python or find_python(), MODULE)
         except RenderError as error:
@@ -218,7 +218,7 @@ class LiveLink:
         except RenderError as error:
             self._after_crash(worker, str(error))
         except ValueError:
-            pass  # it was ended from here meanwhile, and its log is closed
+            pass  # it was ended from here, and its log is closed
         finally:
             outbox.put(None)
 
@@ -251,7 +251,7 @@ class LiveLink:
         return memory > MEMORY_GROWTH * self._first_memory + MEMORY_ALLOWANCE
 
     def _replace(self, worker: Worker) -> None:
-        """Start a fresh process in place of one that has grown too large."""
+        """Start a new process in place of one that uses too much memory."""
         with self._lock:
             if worker is self._worker:
                 self._worker = None
@@ -275,7 +275,7 @@ class LiveLink:
                 self._start()
 
     def _say(self, text: str) -> None:
-        """Let every view know of trouble."""
+        """Report trouble to every view."""
         with self._news:
             for kept in self._views.values():
                 kept.trouble = text

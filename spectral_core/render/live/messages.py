@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the live render process tells its session."""
+"""Messages from the live render process to its session."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from spectral_core.scene import Note
 
 @dataclass(frozen=True, slots=True)
 class AreaName:
-    """A mapped file and the pixels that a picture in it may have."""
+    """A mapped file and the largest number of pixels of its pictures."""
 
     path: str
     pixels: int
@@ -19,11 +19,11 @@ class AreaName:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A picture that lies in the view's area.
+    """A picture in the view's area.
 
-    ``generation``: of the request that it answers. ``level``: pixels of the view between two of the picture, 1 for a
-    full one. ``samples``: per pixel of a full picture. ``seconds``: since the request was taken up. ``memory``: bytes
-    of the process. ``how``: how the scene's last change was made.
+    ``generation``: number of the request. ``level``: distance of two rendered pixels in the view, 1 for a full picture.
+    ``samples``: per pixel of a full picture. ``seconds``: since the request was received. ``memory``: bytes of the
+    process. ``how``: how the last change of the scene was made.
     """
 
     view: str
@@ -41,7 +41,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """Why a view cannot be shown: a scene that cannot be rendered, or a renderer that failed."""
+    """The reason why a view cannot be shown: an invalid scene or an error of the renderer."""
 
     view: str
     generation: int

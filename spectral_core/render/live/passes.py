@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture of a view in interleaved passes: every few pixels first, then those between, then more samples.
+"""The picture of a view in interleaved passes: a coarse grid of pixels, then the pixels between, then more samples.
 
 One launch traces one pixel of each block of ``stride`` × ``stride``. The first launch is a small picture of the whole
-view; all of a block's pixels together are a sample of the full one. A launch is recorded once (``dr.freeze``) and
-played back with other numbers; where recording fails, launches are made anew each time and are slower.
+view; all pixels of a block together are one sample of the full picture. A launch is recorded once (``dr.freeze``) and
+replayed with other numbers; if recording fails, every launch is traced anew and is slower.
 """
 
 from __future__ import annotations
@@ -14,14 +14,19 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.job import Loaded
+from spectral_core.render.lens.aperture import FEWEST_BLADES, polygon_point
+from spectral_core.render.lens.camera_rays import across_lens
+from spectral_core.render.lens.panorama import DrJitMath, direction_by
 from spectral_core.render.live.held import held, lay_open
+from spectral_core.render.live.view import NUMBERS, PLAIN_NUMBERS
 from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.scene import Camera, Film
+from spectral_core.scene.camera import PANORAMAS
 
 
 def block_order(stride: int) -> list[tuple[int, int]]:
-    """Offsets of a block in the order in which they are traced: every prefix of 1, 4, 16, … is an even grid."""
+    """Offsets in a block in the order of tracing: every prefix of 1, 4, 16, … offsets is a regular grid."""
     order = [(0, 0)]
     step = stride
     while step > 1:
@@ -32,7 +37,7 @@ def block_order(stride: int) -> list[tuple[int, int]]:
 
 
 class Launcher(Accumulator):
-    """Traces launches of one loaded scene; the recording is shared by all views of it."""
+    """Traces launches of one loaded scene; all of its views share the recording."""
 
     def __init__(self, loaded: Loaded, film: Film) -> None:
         import drjit
@@ -43,17 +48,19 @@ class Launcher(Accumulator):
         self._inputs: Any = None
         self._camera: Any = None
         self._frame: Any = None
-        self._frozen = drjit.freeze(self._launch)
+        self._freeze = drjit.freeze
+        self._frozen: dict[str, Any] = {}
+        self._kind = ""
         self.is_recorded = True
-        """Whether launches are recorded and played back, which saves most of their time."""
+        """True if launches are recorded and replayed, which saves most of their time."""
 
     @property
     def recordings(self) -> int:
-        """How often a launch was recorded so far."""
-        return int(self._frozen.n_recordings)
+        """Number of recordings so far."""
+        return sum(int(frozen.n_recordings) for frozen in self._frozen.values())
 
     def refresh(self) -> None:
-        """Look again at what the scene's objects hold; call after something in it has changed."""
+        """Collect the arrays of the scene's objects again; call it after each change of the scene."""
         mi, parts = self._mi, self._loaded.scene.parts
         lay_open(parts.context.made, mi)
         plugins = [*parts.context.made, self._loaded.first_hit.background, self._loaded.scene.rules.camera_world]
@@ -63,21 +70,25 @@ class Launcher(Accumulator):
         ours = held([own, self._loaded.first_hit.rules, vars(self._loaded.integrator)], mi)
         self._inputs = (ours, plugins, self._loaded.scene.scene, self._loaded.integrator)
 
-    def trace(self, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any]) -> tuple[Any, Any]:
+    def trace(self, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any], kind: str = "") -> tuple[Any, Any]:
         """Sums (color, coverage) after one more launch over the pixels ``lane`` of a grid.
 
-        ``camera``: ``Viewpoint.numbers``; ``numbers``: columns of the grid, pixels between two of it, its offset in x
-        and y, first and last sample, seed, width and height of the picture.
+        ``camera``, ``kind``: ``Viewpoint.numbers`` and its kind, by which launches are recorded; ``numbers``: columns
+        of the grid, its step and its offset in x and y in pixels, first and last sample, seed, width and height of the
+        picture.
         """
         if self._inputs is None:
             self.refresh()
-        launch = self._frozen if self.is_recorded else self._launch
+        self._kind, self._sees_partly = kind, bool(kind)
+        if kind not in self._frozen:
+            self._frozen[kind] = self._freeze(self._launch)
+        launch = self._frozen[kind] if self.is_recorded else self._launch
         try:
             result = launch(self._inputs, camera, numbers, lane, sums)
         except RuntimeError as error:
             if not self.is_recorded:
                 raise
-            print(f"live view: launches are not recorded, as Dr.Jit says: {error}")
+            print(f"live view: launches are not recorded; Dr.Jit reports: {error}")
             self.is_recorded = False
             result = self._launch(self._inputs, camera, numbers, lane, sums)
         finally:
@@ -89,7 +100,7 @@ class Launcher(Accumulator):
         columns, stride, left, bottom, first, total, seed, width, height = (
             dr.gather(mi.UInt32, numbers, mi.UInt32(k)) for k in range(9)
         )
-        # lanes past the end of the last packet read 0, and a division by it ends the process
+        # lanes past the end of the last packet read 0, and a division by 0 ends the process
         columns = dr.maximum(columns, 1)
         x, y = (lane % columns) * stride + left, (lane // columns) * stride + bottom
         corner = mi.Point2f(mi.Float(x), mi.Float(y))
@@ -111,24 +122,49 @@ class Launcher(Accumulator):
         return color, covered
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
-        """Ray of a sample through the view's window; every number of it is read by the kernel."""
+        """Ray of a sample through the view's window; the kernel reads all of its numbers from memory."""
         mi, dr = self._mi, self._dr
         place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
-        n = [dr.gather(mi.Float, self._camera, mi.UInt32(k)) for k in range(21)]
-        origin, right, up, back = (mi.Vector3f(*n[k : k + 3]) for k in (0, 3, 6, 9))
+        n = [dr.gather(mi.Float, self._camera, mi.UInt32(k)) for k in range(NUMBERS)]
         offset = mi.Vector2f(self._offset(place.x), self._offset(place.y))
         x = dr.lerp(n[12], n[14], (corner.x + 0.5 + offset.x) / self._frame[0])
         y = dr.lerp(n[13], n[15], (corner.y + 0.5 + offset.y) / self._frame[1])
-        is_perspective, near, length, radius, focus = n[16] > 0.5, *n[17:]
-        lens = mi.warp.square_to_uniform_disk_concentric(aperture) * radius
-        toward_x = dr.select(is_perspective, x, 0.0) - lens.x / focus
-        toward_y = dr.select(is_perspective, y, 0.0) - lens.y / focus
-        start_x = dr.select(is_perspective, 0.0, x) + lens.x + near * toward_x
-        start_y = dr.select(is_perspective, 0.0, y) + lens.y + near * toward_y
-        per_depth = dr.sqrt(1.0 + toward_x * toward_x + toward_y * toward_y)
+        start, toward, length = (self._panoramic if self._kind else self._flat)(n, (x, y), self._lens(n, aperture))
+        origin, right, up, back = (mi.Vector3f(*n[k : k + 3]) for k in (0, 3, 6, 9))
         ray = dr.zeros(mi.RayDifferential3f)
-        ray.o = mi.Point3f(origin + right * start_x + up * start_y - back * near)
-        ray.d = (right * toward_x + up * toward_y - back) / per_depth
-        ray.maxt = per_depth * length
+        ray.o = mi.Point3f(origin + right * start[0] + up * start[1] + back * start[2])
+        ray.d = right * toward[0] + up * toward[1] + back * toward[2]
+        ray.maxt = length
         ray.has_differentials = False
         return ray, *self._draw_wavelengths(ray, spectral)
+
+    def _lens(self, n: list[Any], draw: Any) -> Any:
+        """A point of the lens, in world units."""
+        mi, dr = self._mi, self._dr
+        blades = dr.maximum(n[21], FEWEST_BLADES)
+        polygon = mi.Point2f(*polygon_point(blades, n[22], (draw.x, draw.y), DrJitMath(dr)))
+        disk = mi.warp.square_to_uniform_disk_concentric(draw)
+        point = dr.select(n[21] < FEWEST_BLADES - 0.5, disk, polygon)
+        return mi.Point2f(point.x / n[23], point.y) * n[19]
+
+    def _flat(self, n: list[Any], picture: Any, lens: Any) -> tuple[Any, Any, Any]:
+        """Start, direction (components to the right, up and back) and length of a ray with or without perspective."""
+        dr = self._dr
+        is_perspective, near, length, focus = n[16] > 0.5, n[17], n[18], n[20]
+        toward_x = dr.select(is_perspective, picture[0], 0.0) - lens.x / focus
+        toward_y = dr.select(is_perspective, picture[1], 0.0) - lens.y / focus
+        start_x = dr.select(is_perspective, 0.0, picture[0]) + lens.x + near * toward_x
+        start_y = dr.select(is_perspective, 0.0, picture[1]) + lens.y + near * toward_y
+        per_depth = dr.sqrt(1.0 + toward_x * toward_x + toward_y * toward_y)
+        direction = (toward_x / per_depth, toward_y / per_depth, -1.0 / per_depth)
+        return (start_x, start_y, -near), direction, per_depth * length
+
+    def _panoramic(self, n: list[Any], picture: Any, lens: Any) -> tuple[Any, Any, Any]:
+        """The same of a panorama; a ray of length 0 looks nowhere."""
+        dr = self._dr
+        math = DrJitMath(dr)
+        numbers = n[PLAIN_NUMBERS:][: PANORAMAS[self._kind]]
+        toward, is_seen = direction_by(self._kind, numbers, picture, math)
+        start, toward = across_lens(toward, (lens.x, lens.y), n[20], math)
+        begin = tuple(offset + n[17] * part for offset, part in zip(start, toward, strict=True))
+        return begin, toward, dr.select(is_seen, n[18], 0.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A view's picture on its way: which launch is next, how many samples it takes, and what can be shown so far."""
+"""The picture of a view in progress: the next launch, its samples, and the pixels that can be shown."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 Pixels = NDArray[np.float32]
 
 LAUNCH_S = 0.06
-"""A launch of a picture at rest grows to about so long: the wait of a change that comes meanwhile."""
+"""Largest time of a launch of a settled picture; a change waits for at most one launch."""
 MOST_SAMPLES = 16
 """Samples per pixel of one launch."""
 
 
 class ViewPicture:
-    """Sums of one view, a grid of pixels for each place in a block of ``stride`` × ``stride``."""
+    """Sums of one view, a grid of pixels for each offset in a block of ``stride`` × ``stride``."""
 
     def __init__(self, launcher: Launcher, request: ViewRequest, stride: int) -> None:
         import drjit as dr
@@ -41,25 +41,27 @@ class ViewPicture:
         self._sweep = 1
         self._next = 0
         self.samples = 0
-        """Samples that every pixel has."""
+        """Samples that every pixel has so far."""
         self.launches = 0
         self.seconds = 0.0
         self.latest_seconds, self.latest_samples = 0.0, 1
 
     @property
     def is_done(self) -> bool:
-        """Whether it has the samples that were asked for."""
+        """True if it has all requested samples."""
         return self.samples >= self.request.samples
 
     @property
     def level(self) -> int:
-        """Pixels between two that can be shown: the stride at first, 1 for the full picture; 0 before the first."""
+        """Step in pixels of the grid that can be shown: the stride at first, 1 for the full picture; 0 before the
+        first.
+        """
         if self.samples:
             return 1
         return next((self.stride // (1 << k) for k in (3, 2, 1, 0) if self._next >= 4**k and self.stride >> k), 0)
 
     def step(self) -> bool:
-        """Trace the next launch. True where there is more to show than before it."""
+        """Trace the next launch. True if there is more to show than before."""
         import drjit as dr
 
         mi, place, before = self._launcher._mi, self._order[self._next], self.level
@@ -69,7 +71,9 @@ class ViewPicture:
         seed = (self._launcher.film.seed * 2654435761 + 1) & 0xFFFFFFFF
         numbers = mi.UInt32([self.columns, self.stride, *place, first, last, seed, width, height])
         start = time.perf_counter()
-        sums = self._launcher.trace(self._camera, numbers, self._lane, self._sums.get(place, self._blank))
+        sums = self._launcher.trace(
+            self._camera, numbers, self._lane, self._sums.get(place, self._blank), self.request.viewpoint.kind
+        )
         dr.eval(sums)
         dr.sync_thread()
         took = time.perf_counter() - start
@@ -88,7 +92,7 @@ class ViewPicture:
         return self.level != before or (self.samples > 0 and self._next % self.stride == 0)
 
     def pixels(self) -> Pixels:
-        """(rows, columns, 4) linear sRGB and coverage of the finest level that is whole, row 0 at the bottom."""
+        """(rows, columns, 4) linear sRGB and coverage of the finest complete grid, row 0 at the bottom."""
         level = self.level
         step = level or self.stride
         blocks = self.stride // step

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The live render process: keeps scenes loaded, changes them as it is told, and traces the views that look at them."""
+"""The live render process: keeps scenes loaded, edits them on request, and traces their views."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from spectral_core.render.process.messages import receive, send
 from spectral_core.scene import Scene
 
 STRIDES = (4, 8)
-"""Pixels between two of the first picture, for a scene that is quick to trace and for one that is slow."""
+"""Step in pixels of the first picture, for a fast scene and for a slow one."""
 FIRST_PICTURE_S = 0.05
-"""A first picture that would take longer is made coarser."""
+"""Time limit of a first picture; a coarser one is made if it would take longer."""
 
 
 @dataclass
 class _Kept:
-    """A stage and what it has yet to show. ``seconds``: of a launch per pixel of its grid, None before the first."""
+    """A stage and its pending views. ``seconds``: time of a launch per pixel of its grid; None before the first."""
 
     stage: Stage = field(default_factory=Stage)
     scene: Scene | None = None
@@ -60,11 +60,11 @@ class Server:
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing is left to trace until the next message."""
+        """True if nothing is left to trace until the next message."""
         return self._next_view() is None
 
     def hear(self, kind: str, content: Any) -> None:
-        """Take a message; nothing is traced or loaded yet."""
+        """Accept a message; this neither traces nor loads anything."""
         if kind == "scene":
             name, scene = content
             kept = self._stages.setdefault(name, _Kept())
@@ -91,7 +91,7 @@ class Server:
             view.request, view.picture = request, None
 
     def work(self) -> None:
-        """Bring scenes up to date, and trace one launch of the view that has waited longest."""
+        """Update scenes, and trace one launch of the view that has waited longest."""
         for name, kept in self._stages.items():
             if kept.is_pending and kept.scene is not None:
                 self._bring_up(name, kept)
@@ -109,7 +109,7 @@ class Server:
             self._say_trouble(view.request.stage, kept, f"{type(error).__name__}: {error}")
 
     def _bring_up(self, name: str, kept: _Kept) -> None:
-        for view in self._views.values():  # they hold on to the scene as it was
+        for view in self._views.values():  # they refer to the scene before the change
             if view.request.stage == name:
                 view.picture = None
         kept.is_pending, kept.trouble = False, ""
@@ -136,7 +136,7 @@ class Server:
                 self._tell(("trouble", Trouble(view_name, view.request.generation, text)))
 
     def _next_view(self) -> tuple[str, _View] | None:
-        """The view that has shown least for its present request."""
+        """The view with the least progress of its current request."""
         waiting = [
             (0 if view.picture is None else view.picture.launches, name)
             for name, view in self._views.items()
@@ -169,7 +169,7 @@ class Server:
             )))  # fmt: skip
 
     def _stride(self, request: ViewRequest, kept: _Kept) -> int:
-        """How coarse the first picture is, so that it comes soon."""
+        """Step of the first picture, chosen so that it is fast."""
         if kept.seconds is None:
             return STRIDES[0]
         pixels = request.width * request.height
@@ -177,7 +177,7 @@ class Server:
 
 
 def memory_bytes() -> int:
-    """Memory of this process that is resident, 0 where the system does not say."""
+    """Resident memory of this process in bytes; 0 if the system does not report it."""
     try:
         return int(Path("/proc/self/statm").read_text("ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError, AttributeError):
@@ -187,9 +187,9 @@ def memory_bytes() -> int:
 def main() -> None:
     """Serve until the input closes."""
     faulthandler.enable()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the session's to answer
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session handles Ctrl-C
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever a library prints goes to the log, not between the messages
+    os.dup2(2, 1)  # output of libraries goes to the log, not between the messages
     messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, messages), daemon=True).start()
     send(answers, ("ready", os.getpid()))
@@ -207,7 +207,7 @@ def _listen(stream: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
         try:
             messages.put(receive(stream))
         except (EOFError, OSError):
-            os._exit(0)  # the session is gone
+            os._exit(0)  # the session has ended
 
 
 def _tell(answers: BinaryIO, message: Any) -> None:

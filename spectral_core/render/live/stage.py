@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A scene that is kept loaded: changes of numbers, places and shapes are put into it, others load it anew."""
+"""A loaded scene: changes of numbers, positions and shapes are made in place, all others load it anew."""
 
 from __future__ import annotations
 
@@ -26,14 +26,16 @@ from spectral_core.render.variant import activate, choose_backend
 from spectral_core.scene import Note, Scene
 
 MOST_WARMED = 300_000
-"""Triangles of a scene whose meshes are made ready for edits as it is loaded; it doubles a part of the loading time."""
+"""Most triangles of a scene whose meshes are prepared for edits while it is loaded; this doubles part of the loading
+time.
+"""
 
 
 class Stage:
-    """One scene as Mitsuba has it. ``show`` brings it up to date; ``launcher`` traces it.
+    """One scene as Mitsuba objects. ``show`` updates it; ``launcher`` traces it.
 
-    ``loads``: how often it was loaded as a whole. ``number``: grows with every change, so that pictures of an older
-    scene are known.
+    ``loads``: number of complete loads. ``number``: increases with every change, so that pictures of an older scene can
+    be recognized.
     """
 
     def __init__(self) -> None:
@@ -41,7 +43,7 @@ class Stage:
         self.loads = 0
         self.number = 0
         self.how = ""
-        """How the last change was made: "loaded", or what was changed in place."""
+        """Effect of the last change: "loaded", or a list of the parts that were edited in place."""
         self._simulated: Scene | None = None
         self._plan: EffectPlan | None = None
         self._job: RenderJob | None = None
@@ -50,25 +52,25 @@ class Stage:
 
     @property
     def launcher(self) -> Launcher:
-        """What traces the scene."""
+        """Tracer of the scene."""
         assert self._launcher is not None, "nothing was loaded yet"
         return self._launcher
 
     @property
     def plan(self) -> EffectPlan:
-        """What is simulated."""
+        """The plan of the scene."""
         assert self._plan is not None, "nothing was loaded yet"
         return self._plan
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What is shown as something near to it."""
+        """Notes on features that are approximated."""
         return () if self.scene is None or self._job is None else self.scene.notes + self._job.notes
 
     def show(self, scene: Scene) -> None:
-        """Bring the stage up to date with ``scene``.
+        """Update the stage to ``scene``.
 
-        Raises InvalidInputError or RenderError where it cannot be rendered; the next scene is then loaded as a whole.
+        Raises InvalidInputError or RenderError if it cannot be rendered; the next scene is then loaded completely.
         """
         try:
             self._show(scene)
@@ -77,14 +79,14 @@ class Stage:
             raise
 
     def forget(self) -> None:
-        """Drop what was loaded."""
+        """Free the loaded scene."""
         self.scene = self._simulated = self._plan = self._job = self._launcher = self._seen_from = None
-        # Mitsuba's objects stand in circles with our plugins. Freed, they leave their numbers in Mitsuba's registry to
-        # the next scene's, whose kernels are then the same and need not be compiled again.
+        # Mitsuba's objects and our plugins refer to each other in cycles. Freeing them releases their numbers in
+        # Mitsuba's registry to the next scene; its kernels are then equal and need not be compiled again.
         gc.collect()
 
     def _show(self, scene: Scene) -> None:
-        plan = plan_from_data(scene, 0.0)  # what is left out must not change from edit to edit
+        plan = plan_from_data(scene, 0.0)  # the set of omitted effects must not change from edit to edit
         simulated = simulated_scene(scene, plan)
         if self._job is not None and self._can_stay(scene, simulated, plan):
             done = self._change(simulated)
@@ -95,12 +97,12 @@ class Stage:
         self._load(scene, simulated, plan)
 
     def activate(self) -> None:
-        """Make the stage's variant the active one, as several stages may take turns."""
+        """Activate the variant of the stage, because stages may alternate."""
         assert self.scene is not None
         activate(choose_backend("spectral" if self.plan.is_spectral else "rgb", self.scene.settings.variant))
 
     def look_from(self, viewpoint: Viewpoint) -> None:
-        """Let shading programs know the view that is traced next."""
+        """Set the camera that shading programs read for the next view."""
         if viewpoint.same_as(self._seen_from):
             return
         self._seen_from = viewpoint
@@ -123,7 +125,7 @@ class Stage:
         self.how = "loaded"
 
     def _can_stay(self, scene: Scene, simulated: Scene, plan: EffectPlan) -> bool:
-        """Whether a change can be made in what is loaded, as far as one can tell without looking at objects."""
+        """True if a change may be possible in place, judged without a look at the objects."""
         old, before = self._simulated, self._plan
         assert old is not None and before is not None and self.scene is not None
         if [d.value for d in plan.decisions] != [d.value for d in before.decisions]:
@@ -136,10 +138,10 @@ class Stage:
         for kind in ("meshes", "materials", "instances", "lights"):
             if [item.name for item in getattr(old, kind)] != [item.name for item in getattr(simulated, kind)]:
                 return False
-        return min(scene_radius(scene), scene_radius(self.scene)) >= SMALLEST_RADIUS  # smaller ones are rescaled
+        return min(scene_radius(scene), scene_radius(self.scene)) >= SMALLEST_RADIUS  # smaller scenes are rescaled
 
     def _change(self, new: Scene) -> str | None:
-        """Make the difference in place. "" where there was none, None where it cannot be made."""
+        """Make the difference in place. "" if there is none, None if it cannot be made."""
         assert self._simulated is not None and self._job is not None
         old, loaded = self._simulated, self._job.loaded
         change = difference(replace(old, notes=new.notes), new)
@@ -168,6 +170,6 @@ class Stage:
 
 
 def _sampling(scene: Scene) -> Any:
-    """What of the film a loaded scene depends on."""
+    """The settings of the film that a loaded scene depends on."""
     film = scene.film
     return film.transparent, film.filter_width, film.filter_kind, film.seed, np.array(film.pixel_aspect)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers of a newly made Mitsuba object, put into the one that a scene already has: nothing is compiled again.
+"""Copy the numbers of a new Mitsuba object into the existing one, so that nothing is compiled again.
 
-Two objects of the same making (equal classes, equal structure, arrays of equal size) differ only in numbers that
-kernels read. Those are carried over; where anything else differs, nothing is. A helper with tables of its own has
-``can_take(other)`` and ``take(other)`` and carries them over itself.
+Two compatible objects (equal classes, equal structure, arrays of equal size) differ only in numbers that kernels read.
+These are copied; if anything else differs, nothing is changed. A helper with tables implements ``can_take(other)`` and
+``take(other)`` to copy them itself.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from spectral_core.render.live.changes import equal
 Step = Callable[[], None]
 
 PASSED_OVER = ("held_numbers",)
-"""Attributes of plugins that a live view has put there itself."""
+"""Attributes that a live view adds to plugins."""
 
 
 def transplant(old: Any, new: Any, mitsuba: Any) -> bool:
-    """Carry the numbers of ``new`` over into ``old``; False, with nothing changed, where they are not alike."""
+    """Copy the numbers of ``new`` into ``old``; False, without any change, if they are not compatible."""
     steps: list[Step] = []
     if not _plan(old, new, mitsuba, steps, set()):
         return False
@@ -32,7 +32,7 @@ def transplant(old: Any, new: Any, mitsuba: Any) -> bool:
 
 
 def _plan(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
-    """Collect what has to be done; False where the two are not alike."""
+    """Collect the copies; False if the two are not compatible."""
     if old is new or id(old) in seen:
         return True
     if type(old) is not type(new):
@@ -55,12 +55,12 @@ def _plan_helper(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int])
             return True
         return False
     if type(old).__module__.startswith("drjit"):
-        return False  # its contents cannot be read without making it another to a recorded launch
+        return False  # reading its contents would change its type for a recorded launch
     return hasattr(old, "__code__") or _plan_attributes(old, new, mi, steps, seen)
 
 
 def _plan_attributes(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
-    """Attributes of an object of ours."""
+    """Attributes of one of our objects."""
     if not hasattr(old, "__dict__"):
         return old == new if type(old).__eq__ is not object.__eq__ else False
     mine = {name: value for name, value in vars(old).items() if name not in PASSED_OVER}
@@ -73,7 +73,7 @@ def _plan_attributes(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[i
 
 
 def _plan_item(owner: Any, key: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
-    """One attribute, entry or item of ``owner``; arrays of the just-in-time compiler are put in place."""
+    """One attribute, entry or item of ``owner``; arrays of the just-in-time compiler are copied in place."""
     import drjit as dr
 
     old = vars(owner)[key] if hasattr(owner, "__dict__") and isinstance(key, str) else owner[key]
@@ -81,9 +81,9 @@ def _plan_item(owner: Any, key: Any, new: Any, mi: Any, steps: list[Step], seen:
         return _plan(old, new, mi, steps, seen)
     if type(old) is not type(new) or dr.shape(old) != dr.shape(new):
         return False
-    if _holds_the_same(old, new):  # a recorded launch may take another array for another kind, so the old one stays
+    if _holds_the_same(old, new):  # a recorded launch may treat a new array as another type, so the old one stays
         return True
-    if isinstance(owner, tuple):  # its items cannot be replaced, only filled
+    if isinstance(owner, tuple):  # its items can be overwritten, but not replaced
         steps.append(lambda: _fill(old, new))
     elif hasattr(owner, "__dict__"):
         steps.append(lambda: setattr(owner, key, new))
@@ -97,7 +97,7 @@ def _holds_the_same(old: Any, new: Any) -> bool:
 
 
 def _fill(old: Any, new: Any) -> None:
-    """Make the array ``old`` stand for what ``new`` holds."""
+    """Copy the contents of ``new`` into the array ``old``."""
     if hasattr(old, "assign"):
         old.assign(new)
     else:
@@ -105,7 +105,7 @@ def _fill(old: Any, new: Any) -> None:
 
 
 def _plan_object(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
-    """A Mitsuba object: its own parameters where it is Mitsuba's, its attributes where it is ours."""
+    """A Mitsuba object: its parameters if Mitsuba implements it, its attributes if it is our plugin."""
     import drjit as dr
 
     if old.class_name() != new.class_name():
@@ -140,19 +140,19 @@ def _write(own: Any, given: Any, names: list[str]) -> None:
 
 
 def _same_kind(old: Any, new: Any) -> bool:
-    """Whether two objects of Mitsuba's own have the same flags: what they cannot show as parameters."""
+    """True if two Mitsuba objects have equal flags, which are not among their parameters."""
     if hasattr(old, "flags"):
         return bool(old.flags() == new.flags())
     return True
 
 
 def _is_ours(item: Any) -> bool:
-    """Whether a Mitsuba object is one of our plugins, written in Python."""
+    """True if a Mitsuba object is one of our plugins, written in Python."""
     return type(item).__module__.startswith("spectral_core")
 
 
 def _children(item: Any, mi: Any) -> dict[str, Any]:
-    """Objects directly below one of Mitsuba's own."""
+    """Direct children of a Mitsuba object."""
     found: dict[str, Any] = {}
 
     class Reader(mi.TraversalCallback):

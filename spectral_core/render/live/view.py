@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a view looks through: a camera as plain numbers, the size of its picture, and how long it refines."""
+"""The camera of a view as plain numbers, the size of its picture, and the number of its samples."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,23 +11,27 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.lens.camera_rays import camera_frame
-from spectral_core.scene import Camera, Film
+from spectral_core.scene import Aperture, Camera, Film, Panorama
+from spectral_core.scene.camera import PANORAMAS
 
 Array = NDArray[np.float64]
 
-NUMBERS = 21
+PLAIN_NUMBERS = 24
+"""Numbers of every view; those of a panorama come after them."""
+NUMBERS = PLAIN_NUMBERS + max(PANORAMAS.values())
 """Length of ``Viewpoint.numbers``."""
 MOST_PIXELS = 1 << 26
-"""Pixels of a view; no display has more."""
+"""Most pixels of a view; larger than any display."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Viewpoint:
-    """Where a view is taken from, and through which window.
+    """Camera and window of a view.
 
     ``world_from_view``: (4, 4) with unit axes; the view looks along its -Z, +Y up. ``low``, ``high``: (2,) corners of
-    the picture on the plane at distance 1 (perspective) or in world units (orthographic). ``near``, ``far``: distances
-    at which it begins and ends; near may be negative where it is orthographic. ``lens_radius``: 0 for a sharp view.
+    the picture on the plane at distance 1 (perspective), in world units (orthographic) or as shares of the camera's
+    picture (with a ``panorama``). ``near``, ``far``: clipping distances; near may be negative for an orthographic
+    view. ``lens_radius``: 0 for a pinhole; ``aperture``: its shape.
     """
 
     world_from_view: Array
@@ -38,6 +42,8 @@ class Viewpoint:
     far: float
     lens_radius: float = 0.0
     focus_distance: float = 1.0
+    aperture: Aperture = field(default_factory=Aperture)
+    panorama: Panorama | None = None
 
     def __post_init__(self) -> None:
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
@@ -49,25 +55,39 @@ class Viewpoint:
         if not (np.isfinite([self.near, self.far]).all() and self.near < self.far):
             raise InvalidInputError(f"the view clips at {self.near:g} and {self.far:g}; expected near < far")
         if self.is_perspective and self.near < 0:
-            raise InvalidInputError(f"the view begins at {self.near:g}; a perspective one begins in front of the eye")
+            raise InvalidInputError(
+                f"the view begins at {self.near:g}; a perspective view must begin in front of the camera"
+            )
 
     @classmethod
     def of_camera(cls, camera: Camera, film: Film) -> Viewpoint:
-        """What a render of the whole film sees. Raises InvalidInputError for a camera without directions."""
+        """The view of a render of the whole film. Raises InvalidInputError for a singular camera matrix."""
         frame = camera_frame(camera, film)
         placed = np.eye(4)
         placed[:3] = np.stack([frame.right, frame.up, frame.back, frame.origin], axis=1)
         lens = (camera.aperture_radius, camera.focus_distance)
-        return cls(placed, frame.low, frame.high, camera.kind == "perspective", camera.near, camera.far, *lens)
+        shape = (camera.aperture, camera.panorama)
+        return cls(placed, frame.low, frame.high, camera.kind == "perspective", camera.near, camera.far, *lens, *shape)
 
     @property
     def numbers(self) -> NDArray[np.float32]:
-        """(NUMBERS,): origin, right, up, back, low, high, perspective (1 or 0), near, length, lens radius, focus."""
+        """(NUMBERS,): origin, right, up, back, low, high, perspective (1 or 0), near, length, lens radius, focus
+        distance, blades of the lens, their turn, its ratio, then the numbers of the panorama.
+        """
         axes = self.world_from_view[:3]
         rest = (float(self.is_perspective), self.near, self.far - self.near, self.lens_radius, self.focus_distance)
-        return np.concatenate([axes[:, 3], axes[:, 0], axes[:, 1], axes[:, 2], self.low, self.high, rest]).astype(
-            np.float32
-        )
+        shape = (self.aperture.blades, self.aperture.rotation_rad, self.aperture.ratio)
+        numbers = np.zeros(NUMBERS, np.float32)
+        known = np.concatenate([axes[:, 3], *axes[:, :3].T, self.low, self.high, rest, shape])
+        numbers[:PLAIN_NUMBERS] = known
+        if self.panorama is not None:
+            numbers[PLAIN_NUMBERS : PLAIN_NUMBERS + len(self.panorama.numbers)] = self.panorama.numbers
+        return numbers
+
+    @property
+    def kind(self) -> str:
+        """Kind of the panorama, "" for none: the mapping that makes the rays."""
+        return "" if self.panorama is None else self.panorama.kind
 
     @property
     def camera_from_world(self) -> Array:
@@ -76,21 +96,21 @@ class Viewpoint:
 
     @property
     def window(self) -> tuple[float, ...]:
-        """Width and height of the picture at distance 1, how far its middle is off as a share of it, perspective."""
+        """Width and height of the picture at distance 1, its shift as a share of the size, and 1 for perspective."""
         size, middle = self.high - self.low, (self.high + self.low) / 2
         return (*size, *(middle / size), 1.0 if self.is_perspective else 0.0)
 
     def same_as(self, other: Viewpoint | None) -> bool:
-        """Whether another one sees the same."""
-        return other is not None and np.array_equal(self.numbers, other.numbers)
+        """True if another viewpoint gives the same picture."""
+        return other is not None and self.kind == other.kind and np.array_equal(self.numbers, other.numbers)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewRequest:
-    """One picture that is wanted.
+    """A requested picture.
 
-    ``stage``: which scene. ``width``, ``height`` in pixels. ``samples``: per pixel, then the view rests.
-    ``generation``: number of the request, sent back with the pictures. ``exposure``: factor on the picture.
+    ``stage``: the scene's stage. ``width``, ``height`` in pixels. ``samples``: per pixel, after which the view is
+    complete. ``generation``: number of the request, returned with the pictures. ``exposure``: factor on the picture.
     """
 
     stage: str

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The whole scene: meshes with their materials, lights, surroundings, and what could not be said exactly."""
+"""Build the whole Mitsuba scene: meshes with their materials, lights, environment, and notes on approximations."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, W
 from spectral_core.scene.geometry import box_of, corners_of
 
 SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
-"""Radius of scenes whose numbers serve in 32 bits; smaller and larger ones get a note."""
+"""Radii of scenes that 32-bit numbers represent well; smaller and larger scenes get a note."""
 LAMP_BODY = "\0lamp"
-"""Name of the material of Mitsuba's lamps: light passes them. No material of an artist has it."""
+"""Name of the material of Mitsuba's lamps, which is transparent. No material of an artist has this name."""
 UNLIMITED_BOUNCES = 1024
-"""Blender's own largest number: a light that counts for so many bounces counts for all."""
+"""Blender's largest number of bounces, which stands for no limit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneParts:
-    """Mitsuba's objects by the names that the scene has for them, so that one of them can be changed.
+    """Mitsuba's objects by their names in the scene, so that single ones can be edited.
 
-    ``placed``: shapes or instances by instance name. ``lights``: by light name. ``world``: the surroundings' emitter.
+    ``placed``: shapes or instances by instance name. ``lights``: by light name. ``world``: the environment's emitter.
     """
 
     context: Context
@@ -49,13 +49,13 @@ class SceneParts:
     world: Any | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class LoadedScene:
-    """``scene``: Mitsuba's; ``notes``: what is rendered as something near to it.
+    """``scene``: Mitsuba's scene; ``notes``: features that are approximated.
 
-    ``hidden``: lights' shapes that the camera does not see. ``switches``: per light group what turns it on and off,
-    where that was asked for. ``rules``: which rays meet what, and what fills space. ``parts``: its objects by name.
-    ``background``: the emitter that the camera sees behind everything, None for black.
+    ``hidden``: shapes of lights that the camera does not see. ``switches``: functions that turn a light group on and
+    off, if groups were requested. ``rules``: visibility of shapes and lights to rays, and media. ``parts``: objects by
+    name. ``background``: the emitter that the camera sees behind everything, None for black.
     """
 
     scene: Any
@@ -66,10 +66,10 @@ class LoadedScene:
     parts: SceneParts
     background: Any | None = None
     lights: Any | None = None
-    """``SceneLights`` of our own paths; None where lamps are Mitsuba's emitters."""
+    """``SceneLights`` of our path integrator; None if lamps are Mitsuba's emitters."""
 
     def light_only(self, group: str) -> None:
-        """Switch every light group off but one."""
+        """Switch off every light group except one."""
         for name, switches in self.switches.items():
             for switch in switches:
                 switch(name == group)
@@ -87,9 +87,9 @@ def load_scene(
 ) -> LoadedScene:
     """Mitsuba's scene of ``scene`` under the active variant.
 
-    ``groups`` makes its light groups switchable, ``movable`` lets objects move without a new tree of all triangles.
-    ``own_lights``: lamps and glowing meshes go into the tables of ``render.lights``, which our own paths choose from,
-    instead of being Mitsuba's emitters. ``even``: that choice does not know how bright each light is.
+    ``groups``: make light groups switchable. ``movable``: let objects move without rebuilding the tree of all
+    triangles. ``own_lights``: store lamps and emissive meshes in the tables of ``render.lights`` for our path
+    integrator, instead of Mitsuba's emitters. ``even``: draw lights without regard to their brightness.
     """
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
@@ -110,7 +110,7 @@ def load_scene(
         hidden_bits = int(instance.hidden_from) | (HOLDOUT if instance.is_holdout else 0)
         unlit, clear = (sum({bits.get(name, 0) for name in names}) for names in (instance.unlit_by, instance.clear_for))
         rules.add_shapes(placed, hidden_bits, unlit, clear)
-    for number, group in enumerate(shapes.groups):  # a scene must hold what its instances show
+    for number, group in enumerate(shapes.groups):  # a Mitsuba scene must contain the shape groups of its instances
         description[f"group_{number:06d}"] = group
     sphere = bounding_sphere(scene, {name: [part.positions for part in of.values()] for name, of in parts.items()})
     hidden = []
@@ -150,11 +150,13 @@ def load_scene(
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
     rules.subsurface, rules.holdouts = context.has_subsurface, context.has_holdouts
-    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
+    home = LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
+    context.tables.live_in(home)
+    return home
 
 
 def _fill(rules: RayRules, shapes: Shapes, scene: Scene, loaded: Any) -> None:
-    """Enter the media of shapes, of all space and at the camera."""
+    """Register the media of shapes, of the world and at the camera."""
     import drjit as dr
 
     around = shapes.fill(scene.world.medium, "World")
@@ -167,15 +169,16 @@ def _fill(rules: RayRules, shapes: Shapes, scene: Scene, loaded: Any) -> None:
 
 
 def _enter_body(context: Context, body: Any) -> None:
-    """Let our tables know the body of one of Mitsuba's lamps."""
+    """Register the body of one of Mitsuba's lamps in our tables."""
     if not context.bsdf.surfaces.has(LAMP_BODY):
         context.bsdf.surfaces.add(LAMP_BODY, leaves_of(context, None, ""))
     context.bsdf.surfaces.assign(body, LAMP_BODY)
+    context.tables.has_bodies = True
     context.meshes.add(body)
 
 
 def _scene_lights(context: Context, lights: LightList, loaded: Any, *, fogged: bool) -> SceneLights:
-    """The tables of all lights of a loaded scene; ``fogged``: light from afar comes through a medium."""
+    """Tables of all lights of a loaded scene; ``fogged``: True if a medium attenuates distant light."""
     box = loaded.bbox()
     reach = FARTHEST if fogged else 1e3
     if box.valid() and not fogged:
@@ -186,7 +189,7 @@ def _scene_lights(context: Context, lights: LightList, loaded: Any, *, fogged: b
 
 
 def _link_bits(context: Context, scene: Scene) -> dict[str, int]:
-    """A bit for each light that some object is not lit by, or casts no shadow for."""
+    """A bit for each light that does not illuminate some object, or casts no shadow for it."""
     linked = dict.fromkeys(name for item in scene.instances for name in (*item.unlit_by, *item.clear_for))
     for name in list(linked)[MOST_LINKED_LIGHTS:]:
         context.note(name, f"is linked to objects as more than {MOST_LINKED_LIGHTS} lights are; it lights everything")
@@ -194,7 +197,7 @@ def _link_bits(context: Context, scene: Scene) -> dict[str, int]:
 
 
 def _light_rules(rules: RayRules, item: Light | World, emitter: Any, bit: int) -> None:
-    """Enter what is out of the ordinary about a light."""
+    """Register the exceptions of a light."""
     if item.hidden_from:
         rules.lights.append((emitter, int(item.hidden_from)))
     if item.max_bounces < UNLIMITED_BOUNCES:
@@ -206,9 +209,9 @@ def _light_rules(rules: RayRules, item: Light | World, emitter: Any, bit: int) -
 
 
 def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
-    """Let shading programs know the camera: its space has +z forward, as Cycles'."""
+    """Set the camera that shading programs read: its space has +z forward, as in Cycles."""
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
-    # of a camera that collapses space any inverse serves: it is refused when its rays are made
+    # any inverse serves for a singular camera matrix, because making its rays raises an error
     camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
     width, height = float(film.width), float(film.height) * film.pixel_aspect
     side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
@@ -221,15 +224,15 @@ def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
 
 
 def size_note(radius: float) -> tuple[Note, ...]:
-    """A word on scenes that are too small or too large for 32-bit numbers, whatever their units."""
+    """A note on scenes that are too small or too large for 32-bit numbers in any unit."""
     if SMALLEST_SCENE <= radius <= LARGEST_SCENE:
         return ()
-    text = f"it is {2 * radius:.2g} units across, where 32-bit numbers no longer tell near surfaces apart; scale it"
+    text = f"it is {2 * radius:.2g} units across, where 32-bit numbers cannot separate near surfaces; scale it"
     return (Note("Scene", text),)
 
 
 def scene_radius(scene: Scene) -> float:
-    """Radius of the sphere around everything that is placed, the camera among it."""
+    """Radius of the sphere around all placed objects and the camera."""
     return bounding_sphere(scene)[1]
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every part of the scene's translation needs: the renderer, the kind of transport, and where notes go."""
+"""Data for the translation of every part of a scene: the renderer, the type of transport, and the list of notes."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from spectral_core.spectra.spectrum import Spectrum
 
 @dataclass
 class Context:
-    """One scene's way into Mitsuba.
+    """Translation of one scene to Mitsuba.
 
-    ``mitsuba``: the module with its variant set. ``spectral``: spectral or RGB transport. ``switches``: per light
-    group what turns its emitters on and off, None where groups are not told apart. ``notes``: what is rendered as
-    something near to it, said once each. ``white``: what emitted colors tint, with Y = 1; None for D65.
+    ``mitsuba``: the module with its variant set. ``spectral``: spectral or RGB transport. ``switches``: functions by
+    light group that turn its emitters on and off, None without groups. ``notes``: features that are approximated, each
+    once. ``white``: the white that emitted colors tint, with Y = 1; None for D65.
     """
 
     mitsuba: Any
@@ -36,64 +36,65 @@ class Context:
     notes: list[Note] = field(default_factory=list)
     white: Spectrum | None = None
     lights: LightList | None = None
-    """Where our own paths find lamps and glowing meshes; None where these become Mitsuba's emitters."""
+    """Tables of lamps and emissive meshes for our path integrator; None if Mitsuba's emitters are used."""
     movable: bool = False
-    """Whether meshes are to be changed later."""
+    """True if meshes will be edited later."""
     made: list[Any] = field(default_factory=list)
-    """Everything that was made, in order: what a live view changes and looks through later."""
+    """All objects in the order of their creation: a live view edits them and collects their arrays."""
 
     walks_below: bool = True
-    """Whether the paths that are taken know how to walk below surfaces."""
+    """True if the path integrator supports subsurface walks."""
     has_holdouts: bool = False
-    """Whether any surface cuts holes into what the camera sees."""
+    """True if any surface is a holdout."""
     has_subsurface: bool = False
-    """Whether any surface was made that they must walk below."""
+    """True if any surface has subsurface scattering."""
     dyed: dict[str, Dyed] = field(default_factory=dict)
-    """By material what is fluorescent of it, in spectral transport."""
+    """By material its fluorescent closures, in spectral transport."""
     material_of_shape: list[tuple[Any, str]] = field(default_factory=list)
-    """Every mesh that was made, and the name of its material."""
+    """Every mesh and the name of its material."""
 
     @cached_property
     def tables(self) -> SceneTables:
-        """What shading programs read of the scene."""
+        """Data of the scene that shading programs read."""
         import drjit
 
         return SceneTables(self.mitsuba, drjit)
 
     @cached_property
     def upsampling(self) -> Upsampling | None:
-        """Colors to spectra at a hit point; None in RGB transport."""
+        """Conversion of colors to spectra at a hit point; None in RGB transport."""
         import drjit
 
         return Upsampling(self.mitsuba, drjit) if self.spectral else None
 
     @cached_property
     def bsdf(self) -> Any:
-        """The one BSDF of all shapes; its ``surfaces`` know the material of each."""
+        """The one BSDF of all shapes; its ``surfaces`` hold the material of each shape."""
         tables = SurfaceTables(self.tables, self.upsampling)
         return self._kept(scene_bsdf_class(self.mitsuba.variant())(tables))
 
     @cached_property
     def meshes(self) -> MeshTables:
         """The triangles of all shapes."""
-        return MeshTables(self.tables, movable=self.movable)
+        made = self.tables.meshes = MeshTables(self.tables, movable=self.movable)
+        return made
 
     def computed(self, program: Program, light: Any = None) -> Any:
-        """Texture of a shading program; ``light``: of the white that it tints where it is an emitted color."""
+        """Texture of a shading program; ``light``: texture of the white that an emitted color tints."""
         kind, _ = computed_classes(self.mitsuba.variant())
         return self._kept(kind(LoadedProgram(self.tables, program), self.upsampling, light))
 
     def constant(self, value: float) -> Any:
-        """Texture of one number, which kernels read instead of knowing."""
+        """Texture of one number, which kernels read from memory."""
         return self._kept(computed_classes(self.mitsuba.variant())[1](value))
 
     def note(self, subject: str, message: str) -> None:
-        """Remember a note, once."""
+        """Add a note, once."""
         if not any(note.subject == subject and note.message == message for note in self.notes):
             self.notes.append(Note(subject, message))
 
     def switched(self, texture: Any, group: str) -> Any:
-        """An emitter's color under its light group's switch, where groups are told apart."""
+        """An emitter's color under its light group's switch, if groups are separate."""
         if self.switches is None:
             return texture
         paint = self.load({"type": "switched_paint", "color": texture})

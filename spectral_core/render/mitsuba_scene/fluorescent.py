@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent closures: what they reflect becomes a leaf, what their dyes send out is kept for the paths' tables."""
+"""Fluorescent closures: their reflection becomes a lobe, their emission is stored for the tables of the path
+integrator.
+"""
 
 from __future__ import annotations
 
@@ -20,18 +22,16 @@ from spectral_core.spectra.spectrum import Spectrum
 
 IN_RGB = (
     "its dyes are shown as a color under daylight: RGB transport knows no other wavelengths; set Transport to Spectral "
-    "for what they send out under each light"
+    "for their emission under each light"
 )
-OVER_WHITE = (
-    "in daylight it sends out more than RGB transport can show of a surface; its color is rendered at the limit"
-)
-ABOVE_BUMPS = "its dyes send light out about the smooth normal: bumps and normal maps shape what it reflects alone"
+OVER_WHITE = "in daylight it emits more than RGB transport can show of a surface; its color is rendered at the limit"
+ABOVE_BUMPS = "its dyes emit light about the smooth normal: bumps and normal maps affect only its reflection"
 
 
 def fluorescent_lobes(
     context: Context, closure: Fluorescent, weight: Weight, subject: str
 ) -> Iterator[tuple[Weight, Lobe]]:
-    """What it reflects, as a weighted leaf; its dyes are entered into the context."""
+    """The reflection as a weighted lobe; the dyes are added to the context."""
     if not context.spectral:
         color = _daylight_color(context, closure, subject)
         yield weight, Lobe("diffuse", {"color": paint.color(context, color, subject)})
@@ -46,11 +46,11 @@ def fluorescent_lobes(
 
 
 def _daylight_color(context: Context, closure: Fluorescent, subject: str) -> Any:
-    """Color of reflected and sent out light under D65, for RGB transport."""
+    """Color of reflected and emitted light under D65, for RGB transport."""
     if not any(amount > 0 for amount in closure.amounts):
         return closure.color
     if not closure.checks_energy:
-        context.note(subject, "its dyes send out no light: RGB transport cannot add it to a texture")
+        context.note(subject, "its dyes emit no light: RGB transport cannot add it to a texture")
         return closure.color
     context.note(subject, IN_RGB)
     rgb = daylight_rgb(closure)
@@ -60,7 +60,9 @@ def _daylight_color(context: Context, closure: Fluorescent, subject: str) -> Any
 
 
 def daylight_rgb(closure: Fluorescent, light: Spectrum | None = None) -> Any:
-    """Linear sRGB (3,) of what it reflects and sends out under ``light``, D65 if None; a white has the light's own."""
+    """Linear sRGB (3,) of the reflected and emitted light under ``light``, D65 if None; a white surface has the color
+    of the light.
+    """
     light = light or paint.white_light()
     knots = [light.grid.wavelengths_nm, np.arange(360.0, 831.0)]
     points, _ = integration_points(*knots)
@@ -76,7 +78,7 @@ def _sampled(name: str, points: Any, values: Any) -> Spectrum:
 
 
 def emission_spectra(scene: Scene) -> list[Spectrum]:
-    """Spectra that dyes of a scene's materials send out: wavelengths worth tracing beside those of its lights."""
+    """Emission spectra of the dyes of a scene's materials: wavelengths to trace beside those of its lights."""
     found = []
     for material in scene.materials:
         for leaf in leaves(material.surface):
@@ -87,6 +89,6 @@ def emission_spectra(scene: Scene) -> list[Spectrum]:
 
 
 def reradiation(context: Context, lights: Sequence[Spectrum], teeth: int) -> Reradiation | None:
-    """The paths' tables of a loaded scene; None where nothing in it is fluorescent."""
+    """The reradiation tables of a loaded scene; None if nothing in it is fluorescent."""
     dyed = [item for item in context.dyed.values() if item.shapes]
     return Reradiation(context.mitsuba, dyed, lights, teeth) if dyed else None

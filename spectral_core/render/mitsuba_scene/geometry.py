@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes as Mitsuba shapes: one per material, in world space, or shared as a shape group where used more than once."""
+"""Meshes as Mitsuba shapes: one per material, in world space, or shared as a shape group if used more than once."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spectral_core.scene.geometry import Attribute, Mesh
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """Triangles of one material, ready for Mitsuba: float32 (v, 3), uint32 (t, 3), and what goes with them."""
+    """Triangles of one material, ready for Mitsuba: float32 (v, 3), uint32 (t, 3), and their attributes."""
 
     name: str
     positions: NDArray[np.float32]
@@ -28,7 +28,9 @@ class Part:
 
 
 def split_by_material(mesh: Mesh) -> dict[int, Part]:
-    """Material index -> its triangles; triangles without area are left out, they can be neither hit nor sampled."""
+    """Material index -> its triangles; triangles without area are omitted, because they can be neither hit nor
+    sampled.
+    """
     solid = np.any(_doubled_areas(mesh.positions, mesh.triangles) != 0, axis=1)
     indices = np.zeros(len(mesh.triangles), np.uint16) if mesh.material_indices is None else mesh.material_indices
     used = np.unique(indices[solid])
@@ -49,14 +51,14 @@ def _subset(mesh: Mesh, triangles: NDArray[np.uint32], index: int) -> Part:
 
 
 def transformed(part: Part, matrix: NDArray[np.float64]) -> Part:
-    """The part in world space. A mirroring matrix turns the corner order, so that fronts stay fronts."""
+    """The part in world space. A mirroring matrix reverses the order of corners, so that the front stays the front."""
     linear = matrix[:3, :3]
     positions = (part.positions.astype(np.float64) @ linear.T + matrix[:3, 3]).astype(np.float32)
     mirrored = np.linalg.det(linear) < 0
     triangles = np.ascontiguousarray(part.triangles[:, ::-1]) if mirrored else part.triangles
     normals = part.normals
     if normals is not None:
-        # normals go with the cofactors: the inverse transpose times the determinant, finite even where it is 0
+        # normals are transformed by the cofactors: the inverse transpose times the determinant, finite even if it is 0
         turned = normals.astype(np.float64) @ _cofactors(linear).T * (-1.0 if mirrored else 1.0)
         lengths = np.linalg.norm(turned, axis=1, keepdims=True)
         normals = np.divide(turned, lengths, out=np.zeros_like(turned), where=lengths > 0).astype(np.float32)
@@ -100,9 +102,9 @@ def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
 
 
 def fill(mi: Any, mesh: Any, old: Part, new: Part) -> bool:
-    """Put the vertices of ``new`` into a Mitsuba mesh that was made of ``old``; False where they are not alike.
+    """Write the vertices of ``new`` into a Mitsuba mesh that was made of ``old``; False if the two do not match.
 
-    Mitsuba's scene must be told afterwards (``parameters_changed``), before anything is traced.
+    Mitsuba's scene must be updated afterwards (``parameters_changed``), before anything is traced.
     """
     optional = ((old.normals, new.normals), (old.uvs, new.uvs))
     if any((before is None) != (after is None) for before, after in optional):
@@ -111,7 +113,7 @@ def fill(mi: Any, mesh: Any, old: Part, new: Part) -> bool:
         return False
     arrays = {"vertex_normals": new.normals, "vertex_texcoords": new.uvs}
     arrays |= {attribute_name(item.name): item.values for item in new.attributes}
-    # Mitsuba makes normals of its own for new positions, so ours are put in after it
+    # Mitsuba computes its own normals for new positions, so ours are written after it
     for group in ({"vertex_positions": new.positions}, arrays):
         parameters = mi.traverse(mesh)
         for name, array in group.items():

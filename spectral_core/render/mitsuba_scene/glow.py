@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a surface emits, and the weights of the closures that it is mixed from."""
+"""Emission of surfaces, and the weights of their closures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def weight_texture(context: Context, weight: Weight, subject: str) -> Any:
 
 
 def sheen_clear(context: Context, closure: Principled, subject: str) -> Any:
-    """What the sheen of a Principled surface leaves for all that lies below, as a factor of a weight."""
+    """Share of light that the sheen of a Principled surface transmits to the layers below, as a factor of a weight."""
     description = {
         "type": "sheen_clear",
         "weight": paint.scalar_texture(context, closure.sheen_weight, subject),
@@ -34,13 +34,13 @@ def sheen_clear(context: Context, closure: Principled, subject: str) -> Any:
 
 
 def is_dark(surface: Surface | None) -> bool:
-    """Whether a surface emits nothing."""
+    """True if a surface emits nothing."""
     emitted = [c.strength if isinstance(c, Emission) else getattr(c, "emission_strength", 0.0) for c in leaves(surface)]
     return all(isinstance(strength, (int, float)) and strength == 0 for strength in emitted)
 
 
 def emission(context: Context, surface: Surface | None, subject: str) -> Any | None:
-    """Texture of the radiance that a surface emits, None where it is dark."""
+    """Texture of the radiance that a surface emits; None if it does not emit."""
     terms = []
     for weight, closure in weighted_leaves(surface):
         if isinstance(closure, Emission):
@@ -59,7 +59,7 @@ def emission(context: Context, surface: Surface | None, subject: str) -> Any | N
         return None
     total = terms[0]
     half = context.load({"type": "uniform", "value": 0.5})
-    for term in terms[1:]:  # twice the half-and-half mix is the sum
+    for term in terms[1:]:  # twice a mix of equal parts is the sum
         total = context.load({"type": "mixed_paint", "factor": half, "first": total, "second": term, "scale": 2.0})
     return total
 

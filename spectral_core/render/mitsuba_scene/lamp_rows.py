@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's lamps as rows of our own light tables, in Blender's units."""
+"""Blender's lamps as rows of the light tables, in Blender's units."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from spectral_core.scene.paint import ImageTexture
 from spectral_core.spectra.spectrum import Spectrum
 
 SHARPEST_SUN = 1e-5
-"""Half angle (radian) below which a sun has no size."""
+"""Half angle (radian) below which a sun's size counts as 0."""
 
 
 def add_lamp(context: Context, lights: LightList, light: Light) -> int | None:
-    """Enter a lamp; its source, None where it sheds no light."""
+    """Add a lamp; returns its source, None if it emits nothing."""
     color = plain_color(context, light)
     if isinstance(light, SunLight):
         return _sun(context, lights, light, color)
@@ -53,7 +53,7 @@ def _source(context: Context, lights: LightList, light: Light, color: Color | Sp
 
 
 def emitted_by(context: Context, color: Color | Spectrum, strength: float) -> Any:
-    """What a source of a paint emits: a spectrum, or linear RGB (3,)."""
+    """Emission of a source with a paint: a spectrum, or linear RGB (3,)."""
     if context.spectral:
         return paint.emitted_spectrum(color, context.white).scaled(strength)
     return paint.emitted_rgb(color) * strength
@@ -101,15 +101,15 @@ def _sun(context: Context, lights: LightList, light: SunLight, color: Color | Sp
 
 def _panel(context: Context, lights: LightList, light: AreaLight, color: Color | Spectrum) -> int | None:
     axes = light.world_from_light[:3, :3].copy()
-    axes[:, 1:] *= -1  # turned about x, so that the front looks along -z
+    axes[:, 1:] *= -1  # rotated about x, so that the front faces -z
     half = axes[:, :2] * np.asarray(light.size, dtype=np.float64) / 2
     front = np.cross(half[:, 0], half[:, 1])
     center = light.world_from_light[:3, 3]
     area = 4.0 * float(np.linalg.norm(front)) * (np.pi / 4 if light.shape == "ellipse" else 1.0)
     if not area > max(SMALLEST_AREA * float(np.abs(center).max() + np.abs(half).max()) ** 2, 1e-30):
-        context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
+        context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
         return None
-    # mirroring turns the corners round, but not the side that shines
+    # mirroring reverses the order of the corners, but not the emitting side
     normal = front / np.linalg.norm(front) * (1.0 if np.linalg.det(axes) >= 0 else -1.0)
     source = _source(context, lights, light, color, radiometry.radiance_of_panel(light.power_w, area))
     lights.panels.append(
@@ -127,7 +127,7 @@ def _panel(context: Context, lights: LightList, light: AreaLight, color: Color |
 
 
 def add_world(context: Context, lights: LightList, world: World, emitter: Any) -> int:
-    """Enter the surroundings, whose light Mitsuba's emitter knows."""
+    """Add the environment; its emission comes from Mitsuba's emitter."""
     _read_numbers(context, emitter)
     source = lights.add_source(Source(None, world.group, emitter, camera_visible=True))
     lights.world = (source, np.pi * _mean_brightness(world))
@@ -136,7 +136,7 @@ def add_world(context: Context, lights: LightList, world: World, emitter: Any) -
 
 
 def _read_numbers(context: Context, emitter: Any) -> None:
-    """Let kernels read an emitter's numbers instead of knowing them: another color then compiles nothing."""
+    """Let kernels read an emitter's numbers from memory, so that another color needs no new kernel."""
     import drjit as dr
 
     parameters = context.mitsuba.traverse(emitter)
@@ -148,7 +148,7 @@ def _read_numbers(context: Context, emitter: Any) -> None:
 
 
 def _mean_brightness(world: World) -> float:
-    """Mean radiance over all directions, all channels alike."""
+    """Mean radiance over all directions and channels."""
     if isinstance(world.color, ImageTexture):
         pixels = np.maximum(paint.color_pixels(world.color), 0.0).mean(axis=2)
         rows = np.cos((np.arange(len(pixels)) + 0.5) / len(pixels) * np.pi - np.pi / 2)
@@ -159,7 +159,7 @@ def _mean_brightness(world: World) -> float:
 
 
 def constant_glow(surface: Surface | None) -> tuple[Color | Spectrum, float] | None:
-    """The one color and strength that a surface glows in everywhere, None where it varies or several add up."""
+    """The single color and strength of a surface's emission; None if it varies, or if several emissions add up."""
     found: list[tuple[Any, float]] = []
     for weight, closure in weighted_leaves(surface):
         if isinstance(closure, Emission):
@@ -182,7 +182,7 @@ def constant_glow(surface: Surface | None) -> tuple[Color | Spectrum, float] | N
 
 
 def add_glow(context: Context, part: geometry.Part, shape: Any, glow: tuple[Any, Any, str]) -> None:
-    """Enter a glowing mesh: what it emits (None where its emitter knows), the emitter, the light group."""
+    """Add an emissive mesh: its emission (None if only its emitter knows it), the emitter, the light group."""
     assert context.lights is not None
     emitted, emitter, group = glow
     lights, corners = context.lights, part.positions[part.triangles].astype(np.float64)
@@ -191,13 +191,13 @@ def add_glow(context: Context, part: geometry.Part, shape: Any, glow: tuple[Any,
     if emitter is None:
         brightness = np.ones(len(corners))
         _switched(context, lights, source, group)
-    else:  # a varying glow has its switch in its texture
+    else:  # the texture of a varying emission contains its switch
         brightness = _glow_by_triangle(context, emitter, shape, corners, uvs)
     lights.glows.append(Glow(source, corners, uvs, shape, brightness))
 
 
 def _glow_by_triangle(context: Context, emitter: Any, shape: Any, corners: Any, uvs: Any) -> Any:
-    """How brightly each triangle of a varying glow shines, (t,), from three points of each."""
+    """Brightness of each triangle of a varying emission (t,), from three points of each."""
     import drjit as dr
 
     mi = context.mitsuba
@@ -216,5 +216,5 @@ def _glow_by_triangle(context: Context, emitter: Any, shape: Any, corners: Any, 
         total += np.abs(np.array(dr.mean(emitter.radiance.eval(si))).reshape(-1)) / 3
     if context.spectral:
         total /= float(np.mean(paint.white_light().at(np.array([450.0, 530.0, 590.0, 640.0]))))
-    # what the three points miss still gets a share
+    # parts that the three points miss still get a share
     return np.maximum(total, 0.1 * total.mean()) + 1e-12

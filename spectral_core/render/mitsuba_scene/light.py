@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's lights and surroundings as Mitsuba emitters, in Blender's units.
+"""Blender's lights and environment as Mitsuba emitters, in Blender's units.
 
-Lights with an extent are shapes that let rays pass (a ``null`` surface), because Blender's lights cast no shadow.
+Lights with an extent are transparent shapes (a ``null`` surface), because Blender's lights cast no shadow.
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ Array = NDArray[np.float64]
 
 ELLIPSE_CORNERS = 96
 SMALLEST_AREA = 1e-13
-"""Area of a light below which 32-bit positions cannot hold its corners apart, relative to how far out it stands."""
+"""Least area of a light, relative to its distance from the origin: 32-bit positions cannot separate the corners of
+smaller ones.
+"""
 SUN_DISTANCE = 2e3
 """Distance of a sun's disk in radii of the scene: its parallax over the scene stays below 0.03 degrees."""
 _ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -44,16 +46,16 @@ _ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightObject:
-    """A light in Mitsuba: ``entry``, what the scene holds (a shape or an emitter), and its ``emitter``."""
+    """A light in Mitsuba: ``entry``, the scene's shape or emitter, and its ``emitter``."""
 
     entry: Any
     emitter: Any
 
 
 def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, float]) -> list[LightObject]:
-    """Mitsuba objects of a light, none where it sheds no light.
+    """Mitsuba objects of a light; none if it emits nothing.
 
-    ``scene_sphere``: center (3,) and radius of what it may shine on.
+    ``scene_sphere``: center (3,) and radius of the illuminated region.
     """
     color = plain_color(context, light)
     if isinstance(light, SunLight):
@@ -66,7 +68,7 @@ def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, flo
 
 
 def plain_color(context: Context, light: Light) -> Color | Spectrum:
-    """A lamp's color where it is one; white, with a note, where it is an image or a mix."""
+    """A lamp's color if it is constant; white, with a note, if it is an image or a mix."""
     if isinstance(light.color, (Color, Spectrum)):
         return light.color
     context.note(light.name, "is a light with an image or a mix as its color; it is rendered white")
@@ -74,7 +76,7 @@ def plain_color(context: Context, light: Light) -> Color | Spectrum:
 
 
 def _point(context: Context, light: PointLight | SpotLight, color: Color | Spectrum) -> LightObject:
-    """A point or a ball with what shapes its light."""
+    """A point or a ball with its distribution over directions."""
     center = context.mitsuba.ScalarPoint3f(light.world_from_light[:3, 3])
     shaping = _shaping(light)
     if light.radius <= 0:
@@ -112,7 +114,7 @@ def _shaping(light: Light) -> Shaping:
 
 
 def beam_axes(light: Light, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Array:
-    """Rows that take a world direction to the light's axes over their scale, turned so that the beam is the third."""
+    """Rows that transform a world direction to the light's scaled axes, rotated so that the beam is the third."""
     axes = light.world_from_light[:3, :3].T / np.asarray(scale)[:, None]
     return np.stack([axes[0], -axes[1], -axes[2]])
 
@@ -144,7 +146,7 @@ def _sun(
 
 def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[LightObject]:
     axes = light.world_from_light[:3, :3].copy()
-    axes[:, 1:] *= -1  # turned about x, so that the front looks along -z
+    axes[:, 1:] *= -1  # rotated about x, so that the front faces -z
     origin, size = light.world_from_light[:3, 3], np.asarray(light.size, dtype=np.float64)
     if light.shape == "ellipse":
         corners = _ellipse(axes, origin, size)
@@ -156,7 +158,7 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
     part = geometry.polygon(corners, light.name)
     area = geometry.area_of(part)
     if not area > max(SMALLEST_AREA * float(np.abs(corners).max()) ** 2, 1e-30):
-        context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
+        context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
         return []
     radiance = _emitted(context, light, color, radiometry.radiance_of_panel(light.power_w, area))
     tangent, gain = spread_of(light)
@@ -173,13 +175,14 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
 
 
 def spread_of(light: AreaLight) -> tuple[float, float]:
-    """Cycles' spread: tangent of the half angle that light ends at, and the gain that keeps its power; (0, 1) for none.
+    """Cycles' spread: tangent of the half angle of the beam, and the gain that preserves its power; (0, 1) for no
+    spread.
 
     Cycles (light/area.h): attenuation max(0, normalize · (tan s - tan θ)) with normalize = 1 / (tan s - s).
     """
     if light.spread_rad >= np.pi - 1e-6:
         return 0.0, 1.0
-    half_angle = max(light.spread_rad, np.radians(1.0)) / 2  # Cycles narrows no further
+    half_angle = max(light.spread_rad, np.radians(1.0)) / 2  # Cycles allows no narrower beam
     tangent = np.tan(half_angle)
     return float(tangent), float(tangent / (tangent - half_angle))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Participating media as textures per unit of length, and which of them the camera stands in."""
+"""Participating media as textures per unit of length, and the medium at the camera."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_SURFACES = 256
 
 
 def medium_row(context: Context, medium: ScatteringMedium, subject: str) -> MediumRow | None:
-    """What the path integrator knows of a medium; None where there is nothing in it."""
+    """Row of a medium for the path integrator; None if it is empty."""
     extinction = medium.density * (1.0 if medium.extinction is None else _values(context, medium.extinction, subject))
     scattered = extinction * np.clip(_values(context, medium.color, subject), 0.0, 1.0)
     glow = medium.emission_strength * np.ones(1)
@@ -67,14 +67,14 @@ def _texture(context: Context, values: Array) -> Any:
 
 
 def medium_around(mitsuba: Any, scene: Any, inside: dict[int, int], point: Array, around: int) -> int:
-    """Number of the medium at ``point`` (3,): behind the first border that a ray from there meets.
+    """Number of the medium at ``point`` (3,): that behind the first border that a ray from there hits.
 
-    ``inside``: by the number of a shape the medium that it holds; ``around``: the medium of all space.
+    ``inside``: the medium in a shape, by the shape's number; ``around``: the medium of the world.
     """
     import drjit as dr
 
     position = mitsuba.Point3f(*(float(value) for value in point))
-    direction = dr.normalize(mitsuba.Vector3f(0.3, 0.9, -0.33))  # any, but along no edge of a box
+    direction = dr.normalize(mitsuba.Vector3f(0.3, 0.9, -0.33))  # any direction, but along no edge of a box
     ray = mitsuba.Ray3f(position, direction)
     for _ in range(MOST_SURFACES):
         hit = scene.ray_intersect(ray)

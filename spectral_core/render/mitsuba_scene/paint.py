@@ -35,8 +35,8 @@ def white_light() -> Illuminant:
 
 
 def color(context: Context, paint: Paint, subject: str) -> Source:
-    """A share of light as an input of a closure."""
-    if isinstance(paint, Illuminant):  # a light's spectrum where a surface's belongs, such as a Blackbody node's
+    """A reflectance or transmittance as an input of a closure."""
+    if isinstance(paint, Illuminant):  # a light's spectrum in place of a surface's, such as a Blackbody node's
         return color(context, Color(emitted_rgb(paint)), subject)
     if isinstance(paint, Color):
         return Tint(_held(context, paint, subject))
@@ -48,7 +48,7 @@ def color(context: Context, paint: Paint, subject: str) -> Source:
 
 
 def number(context: Context, value: Scalar, subject: str) -> Source:
-    """A number, or one per place, as an input of a closure."""
+    """A number, constant or varying, as an input of a closure."""
     if isinstance(value, Computed):
         return Programmed(value.program, "number")
     found = scalar(context, value, subject)
@@ -61,7 +61,7 @@ def vector(program: Program) -> Source:
 
 
 def _held(context: Context, paint: Color, subject: str) -> Array:
-    """Linear sRGB of a share of light; what is outside 0 to 1 is noted under ``subject`` and brought to the limit."""
+    """Linear sRGB of a reflectance; values outside 0 to 1 are clipped, with a note under ``subject``."""
     rgb = np.asarray(paint.linear_rgb)
     if rgb.min() < 0 or rgb.max() > 1:
         context.note(subject, "has a color outside 0 to 1, which no surface reflects; it is rendered at the limit")
@@ -73,11 +73,11 @@ def _daylight_rgb(paint: Spectrum) -> Array:
 
 
 def reflectance(context: Context, paint: Paint, subject: str) -> Any:
-    """Texture of a share of light; colors above 1 are rendered as 1 and noted under ``subject``."""
+    """Texture of a reflectance; colors above 1 are rendered as 1, with a note under ``subject``."""
     if isinstance(paint, Color):
         held = context.mitsuba.ScalarColor3f(_held(context, paint, subject))
         return context.load({"type": "srgb", "color": held})
-    if isinstance(paint, Illuminant):  # a light's spectrum where a surface's belongs, such as a Blackbody node's
+    if isinstance(paint, Illuminant):  # a light's spectrum in place of a surface's, such as a Blackbody node's
         return reflectance(context, Color(emitted_rgb(paint)), subject)
     if isinstance(paint, Spectrum):
         if context.spectral:
@@ -107,7 +107,7 @@ def emission(context: Context, paint: Paint, strength: float, subject: str) -> A
 
 
 def constant_emission(context: Context, paint: Color | Spectrum, strength: float) -> Any:
-    """Texture of the same emitted spectrum everywhere, in radiance or, for lights, in radiant intensity."""
+    """Constant texture of an emitted spectrum, in radiance or, for lights, in radiant intensity."""
     if context.spectral:
         return sampled_spectrum(context, emitted_spectrum(paint, context.white).scaled(strength))
     rgb = emitted_rgb(paint) * strength
@@ -115,7 +115,7 @@ def constant_emission(context: Context, paint: Color | Spectrum, strength: float
 
 
 def emitted_rgb(paint: Color | Spectrum) -> Array:
-    """Linear sRGB (3,) that a light of this paint adds to white; Y = 1 for a sampled spectrum."""
+    """Linear sRGB (3,) of an emission; Y = 1 for a sampled spectrum."""
     if isinstance(paint, Color):
         return np.asarray(paint.linear_rgb)
     return RGB_FROM_XYZ @ xyz_of(unit_luminance(paint))
@@ -130,29 +130,29 @@ def emitted_spectrum(paint: Color | Spectrum, white: Spectrum | None = None) -> 
     size = float(rgb.max())
     if size == 0:
         return white.scaled(0.0)
-    # between the knots of the white and of 1 nm: the color varies slowly, a white such as HP1 may not; the same knots
-    # for all colors, so that another color needs no new kernel
+    # between the knots of the white and of 1 nm: the color varies slowly, a white such as HP1 may not; the knots are
+    # the same for all colors, so that another color needs no new kernel
     grid = SpectralGrid(np.union1d(WAVELENGTHS_NM, white.grid.wavelengths_nm))
-    is_gray = np.ptp(rgb) == 0  # it tints nothing
+    is_gray = np.ptp(rgb) == 0  # white does not tint
     tint = 1.0 if is_gray else upsampled(rgb / size, grid.wavelengths_nm)
     tinted = white.at(grid.wavelengths_nm) * tint * size
     return Spectrum("emitted color", grid, tinted)
 
 
 def unit_luminance(light: Spectrum) -> Spectrum:
-    """The light scaled to Y = 1 under a perfect white; one that is zero everywhere stays so."""
+    """The light scaled to Y = 1 under a perfect white; a light of zero stays zero."""
     if not np.any(light.values):
         return light
     return normalized(Illuminant(light.name, light.grid, light.values, source=light.source))
 
 
 def sampled_spectrum(context: Context, spectrum: Spectrum) -> Any:
-    """Mitsuba's reading of the same knots: linear in between, zero outside."""
+    """The spectrum in Mitsuba, with the same knots: linear in between, zero outside."""
     knots, values = spectrum.grid.wavelengths_nm, spectrum.values
     if not np.any(values):  # Mitsuba refuses a sampled spectrum that is zero everywhere
         return context.load({"type": "uniform", "value": 0.0})
     steps = np.diff(knots)
-    if np.ptp(steps) < 1e-9 * knots[-1]:  # equal steps need no search
+    if np.ptp(steps) < 1e-9 * knots[-1]:  # a regular spectrum needs no search
         ends = {"wavelength_min": float(knots[0]), "wavelength_max": float(knots[-1])}
         return context.load({"type": "regular", **ends, "values": _listed(values)})
     knots, values = single_precision_spectrum(spectrum)
@@ -165,13 +165,13 @@ def _listed(numbers: Array) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A texture that is already there, where a number or an image is expected."""
+    """An existing texture in place of a number or an image."""
 
     texture: Any
 
 
 def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) -> Any:
-    """A number as float, or one per place as texture; ``power`` is applied to either."""
+    """A constant number as float, a varying one as texture; ``power`` is applied to either."""
     if isinstance(value, Computed):
         return context.computed(value.program)
     if isinstance(value, Made):
@@ -183,13 +183,13 @@ def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) ->
 
 
 def scalar_texture(context: Context, value: Scalar, subject: str) -> Any:
-    """Like ``scalar``, a texture in both cases."""
+    """Like ``scalar``, but a texture in both cases."""
     found = scalar(context, value, subject)
     return context.constant(found) if isinstance(found, float) else found
 
 
 def image(context: Context, texture: ImageTexture, subject: str) -> Any:
-    """Texture of an image's colors (its alpha is left to the material), clipped to what a surface reflects."""
+    """Texture of an image's colors (the material uses its alpha), clipped to [0, 1]."""
     pixels = color_pixels(texture)
     if pixels.min() < 0 or pixels.max() > 1:
         context.note(subject, f"uses image {texture.name!r} with values outside 0 to 1; they are rendered at the limit")
@@ -222,7 +222,7 @@ def spectral_image(context: Context, paint: SpectralImage, subject: str) -> Any:
 
 
 def in_daylight(paint: SpectralImage) -> ImageTexture:
-    """The picture that a spectral image shows under D65."""
+    """The colors of a spectral image under D65."""
     pixels = np.clip(paint.linear_rgb(white_light()), 0.0, 1.0)
     return ImageTexture(paint.name, pixels, "linear", paint.extension, paint.interpolation, paint.uv_from_mesh_uv)
 
@@ -251,10 +251,12 @@ def color_pixels(texture: ImageTexture) -> NDArray[np.float32]:
 
 
 def bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32], subject: str) -> Any:
-    """Texture of pixels (height, width, 1 or 3) placed as an image is: numbers, or colors that are upsampled."""
+    """Texture of pixels (height, width, 1 or 3) with the placement of an image: numbers, or colors that are
+    upsampled.
+    """
     mi = context.mitsuba
     uv = texture.uv_from_mesh_uv
-    if texture.extension == "clip":  # a frame of zeros that the last pixels then repeat
+    if texture.extension == "clip":  # a frame of zeros that the clamped borders then repeat
         height, width = pixels.shape[:2]
         pixels = np.pad(pixels, ((1, 1), (1, 1), (0, 0)))
         inward = np.array(
@@ -265,7 +267,7 @@ def bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32],
     return context.load(
         {
             "type": "bitmap",
-            # as a Bitmap, not as a tensor: only that is upsampled to spectra where transport is spectral
+            # as a Bitmap, not as a tensor: only a Bitmap is upsampled to spectra in spectral transport
             "bitmap": mi.Bitmap(np.ascontiguousarray(pixels, dtype=np.float32)),
             "raw": pixels.shape[2] == 1 or not context.spectral,
             "wrap_mode": wrap,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a watt becomes radiance: what lamps of a stated power send out, whoever traces them.
+"""Conversion of watts to radiance: emission of lamps of a stated power, for every integrator.
 
-Blender states a lamp's power as if it sent light in all directions, so neither a spot's cone nor a luminaire's profile
+Blender states a lamp's power as if it emitted in all directions, so neither a spot's cone nor a luminaire's profile
 makes it brighter. Units: power in W, intensity in W/sr, irradiance in W/m², radiance in W/(m²·sr).
 """
 
@@ -16,15 +16,17 @@ def intensity_of_point(power_w: float) -> float:
 
 
 def radiance_of_ball(power_w: float, radius: float) -> float:
-    """Radiance of a ball that looks from afar as a point of that power: a disk of area π·radius² in every direction."""
+    """Radiance of a ball with the intensity of a point of that power: it appears as a disk of area π·radius² in every
+    direction.
+    """
     return intensity_of_point(power_w) / (np.pi * radius**2)
 
 
 def radiance_of_panel(power_w: float, area: float) -> float:
-    """Radiance of one side of a panel that shines evenly: the cosine's integral over the hemisphere is π."""
+    """Radiance of one side of a panel that emits evenly: the integral of the cosine over the hemisphere is π."""
     return power_w / (np.pi * area)
 
 
 def radiance_of_sun(irradiance: float, half_angle_rad: float) -> float:
-    """Radiance of a sun's disk; it gives a surface that faces it the irradiance radiance · π · sin²(half angle)."""
+    """Radiance of a sun's disk; a surface that faces it receives the irradiance radiance · π · sin²(half angle)."""
     return irradiance / (np.pi * float(np.sin(half_angle_rad)) ** 2)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which rays meet which shapes and lights: tables that the path integrator reads by registry number.
+"""Visibility of shapes and lights to types of rays: tables that the path integrator reads by registry number.
 
-A table holds one row per registered object, 0 where nothing is said: the usual scene has none, and pays nothing.
+A table has one row per registered object, 0 for no rule. A scene without rules has no tables and no cost.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from spectral_core.render.trace.media import Media, MediumRow
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32
-"""Lights that may be linked to objects: one bit each."""
+"""Most lights with light or shadow linking: one bit each."""
 HOLDOUT = 1 << 8
-"""Bit of a shape that cuts a hole into what the camera sees; above the kinds of rays."""
+"""Bit of a holdout's shape; above the bits of the types of rays."""
 
 
 @dataclass
 class RayRules:
-    """What differs from "every ray meets everything", by Mitsuba object.
+    """Exceptions from "every ray hits everything", by Mitsuba object.
 
-    ``shapes``: bits of ``Rays`` that pass a shape as if it were not there, and ``HOLDOUT``. ``lights``: bits of
-    ``Rays`` that an emitter does not light. ``light_bounces``: bounces after which an emitter lights nothing.
-    ``shadowless``: emitters whose light nothing blocks. ``links``: emitter to its number among the linked lights;
-    ``unlit``, ``clear``: by shape the linked lights that do not light it, and those that it casts no shadow for.
+    ``shapes``: bits of ``Rays`` that pass through a shape, and ``HOLDOUT``. ``lights``: bits of ``Rays`` that an
+    emitter does not illuminate. ``light_bounces``: largest number of bounces at which an emitter illuminates.
+    ``shadowless``: emitters whose light nothing occludes. ``links``: emitter to its number among the linked lights;
+    ``unlit``, ``clear``: by shape the linked lights that do not illuminate it, and those for which it casts no shadow.
     ``camera_world``: the emitter that the camera sees in place of the environment.
     """
 
@@ -42,24 +42,24 @@ class RayRules:
     clear: list[tuple[Any, int]] = field(default_factory=list)
     camera_world: Any | None = None
     subsurface: bool = False
-    """Whether light walks below some surface."""
+    """True if a surface has subsurface scattering."""
     surfaces: Any = None
     """``SurfaceTables`` of the scene."""
     meshes: Any = None
     """``MeshTables`` of the scene."""
     media: list[MediumRow] = field(default_factory=list)
-    """What fills shapes and space, by number from 1 on."""
+    """The media of shapes and of the world, by number from 1."""
     inside: list[tuple[Any, int]] = field(default_factory=list)
-    """By shape the number of the medium that it holds, and whether it is nothing but its border."""
+    """By shape the number of its medium, and True if the shape is only the border of the medium."""
     around: tuple[int, int] = (0, 0)
-    """Numbers of the media of all space and at the camera."""
+    """Numbers of the media of the world and at the camera."""
     holdouts: bool = False
-    """Whether parts of some surface are holdouts."""
+    """True if parts of some surface are holdouts."""
     reradiation: Any | None = None
-    """Tables of fluorescent surfaces (``trace.reradiation``), None where there are none."""
+    """Tables of fluorescent surfaces (``trace.reradiation``), None without any."""
 
     def add_shapes(self, shapes: Iterable[Any], bits: int, unlit: int = 0, clear: int = 0) -> None:
-        """Rules of one placed object, which may be several shapes."""
+        """Add the rules of one object, which may consist of several shapes."""
         for shape in shapes:
             for table, value in ((self.shapes, bits), (self.unlit, unlit), (self.clear, clear)):
                 if value:
@@ -67,7 +67,7 @@ class RayRules:
 
 
 class Tables:
-    """The rules as arrays of the active variant; ``None`` where there is no such rule."""
+    """The rules as arrays of the active variant; ``None`` for a rule that does not occur."""
 
     def __init__(self, mitsuba: Any, rules: RayRules) -> None:
         self._mi = mitsuba
@@ -93,7 +93,7 @@ class Tables:
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:
         if not rows:
             return None
-        # lights of our own tables are known by a number, Mitsuba's objects by that of its registry
+        # lights of our tables have their own numbers, Mitsuba's objects those of its registry
         numbers = [item if isinstance(item, int) else int(self.number(pointer(item))[0]) for item, _ in rows]
         table = np.zeros(max(numbers) + 1, np.uint32)
         table[numbers] = [value for _, value in rows]
@@ -106,7 +106,7 @@ class Tables:
         return dr.reinterpret_array(self._mi.UInt32, pointer)
 
     def look_up(self, table: Any | None, number: Any, missing: int = 0) -> Any:
-        """Row of a table; ``missing`` where the object has none."""
+        """Row of a table; ``missing`` for objects without a row."""
         import drjit as dr
 
         mi = self._mi
@@ -116,28 +116,30 @@ class Tables:
         return dr.select(known, dr.gather(mi.UInt32, table, number, known), missing)
 
     def intersect(self, scene: Any, ray: Any, active: Any, coherent: Any = False) -> Any:
-        """The nearest hit of a ray in the scene that the rules are of."""
+        """The nearest hit of a ray in the scene."""
         return self.meshes.intersect(scene, ray, coherent, active)
 
     def surface(self, si: Any) -> SurfaceAt:
-        """What the surface at a hit does with light."""
+        """The BSDF of the surface at a hit."""
         return SurfaceAt(self.surfaces, si)
 
     def shape_number(self, si: Any) -> Any:
-        """Number that a hit's object is known by: its placement's where its shape is shared."""
+        """Number of the hit object: that of its instance if the shape is shared."""
         import drjit as dr
 
         placed, own = self.number(si.instance), self.number(si.shape)
         return dr.select(placed != 0, placed, own)
 
     def passes(self, shape: Any, kind: Any) -> Any:
-        """Whether rays of a kind go through a shape as if it were not there."""
+        """True if rays of a type pass through a shape."""
         if self.shapes is None:
             return self._mi.Bool(False)
         return (self.look_up(self.shapes, shape) & kind) != 0
 
     def lights_it(self, emitter: Any, kind: Any, bounces: Any, receiver: Any) -> Any:
-        """Whether an emitter lights a receiver (a shape's number) along a kind of ray, after some bounces."""
+        """True if an emitter illuminates a receiver (a shape's number) along a type of ray, after a number of
+        bounces.
+        """
         mi = self._mi
         lit = mi.Bool(True)
         if self.lights is not None:
@@ -150,7 +152,7 @@ class Tables:
         return lit
 
     def casts_shadow(self, shape: Any, emitter: Any) -> Any:
-        """Whether a shape blocks the light of an emitter."""
+        """True if a shape occludes the light of an emitter."""
         mi = self._mi
         blocks = mi.Bool(True)
         if self.shapes is not None:
@@ -160,7 +162,7 @@ class Tables:
         return blocks
 
     def _bit(self, emitter: Any) -> Any:
-        """Bit of a linked light, 0 for one that is not linked."""
+        """Bit of a linked light, 0 for other lights."""
         import drjit as dr
 
         mi = self._mi

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Placed meshes as Mitsuba shapes: in world space, or as instances of a shared group where that saves memory."""
+"""Placed meshes as Mitsuba shapes: in world space, or as instances of a shared group if that saves memory."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from spectral_core.render.trace.media import ONLY_BORDER, MediumRow
 from spectral_core.scene import Diffuse, Instance, Material, ScatteringMedium, Scene
 
 PLAIN = Material("", Diffuse())
-"""What a material slot without a material looks like: Blender's default gray."""
+"""Material of a slot without a material: Blender's default gray."""
 SHARED_TRIANGLES = 20_000
-"""Copies of a mesh that come to more triangles than this share one."""
+"""Total number of triangles of a mesh's copies from which they share one group."""
 
 
 class Shapes:
-    """Shapes of a scene's instances; leaves and media are made once per material."""
+    """Shapes of a scene's instances; closures and media are made once per material."""
 
     def __init__(
         self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]], *, movable: bool = False
@@ -32,16 +32,16 @@ class Shapes:
         self.materials = {material.name: material for material in scene.materials}
         self.media: list[MediumRow] = []
         self.inside: list[tuple[Any, int]] = []
-        """Shapes that hold a medium: its number, from 1 on, and whether the shape is nothing but its border."""
+        """Shapes that contain a medium: its number, from 1, and True if the shape is only the border of the medium."""
         self._numbers: dict[str, int] = {}
         self._groups: dict[tuple[str, tuple[str, ...]], Any] = {}
         self._parts_of_groups: dict[tuple[str, tuple[str, ...]], list[Any]] = {}
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
-        """By the mesh's name the shapes of its parts in object space: material index, shape, the group it is in."""
+        """By the mesh's name the shapes of its parts in object space: material index, shape, its group."""
         self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
 
     def of(self, instance: Instance) -> list[Any]:
-        """Mitsuba shapes of one placement, none where nothing of it can be seen."""
+        """Mitsuba shapes of one instance; none if no ray can see it."""
         matrix, parts = instance.world_from_object, self.parts[instance.mesh]
         if np.linalg.matrix_rank(matrix[:3, :3]) < 2:
             self.context.note(instance.name, "is scaled to a line or a point, so nothing of it can be seen")
@@ -68,13 +68,13 @@ class Shapes:
 
     @property
     def groups(self) -> list[Any]:
-        """The shape groups that instances show, after all instances were asked for."""
+        """The shape groups of the instances; call it after ``of`` for all instances."""
         return list(self._groups.values())
 
     def _is_shared(self, instance: Instance) -> bool:
-        """Whether a group serves: enough copies, a matrix that can be inverted, and no light or medium of its own.
+        """True if a group can be used: enough copies, an invertible matrix, and neither emission nor medium.
 
-        Where objects are to move later each is placed so, as only then a move rebuilds no triangles.
+        If objects may move later, each is an instance, because only instances move without rebuilding triangles.
         """
         uses = self._uses[(instance.mesh, instance.materials)]
         triangles = sum(len(part.triangles) for part in self.parts[instance.mesh].values())
@@ -99,7 +99,7 @@ class Shapes:
         return self._groups[key]
 
     def _mesh_shape(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
-        """Mitsuba mesh of a part, known to the tables by its material."""
+        """Mitsuba mesh of a part; its material is entered in the tables."""
         shape, name = geometry.mesh_shape(self.context, part, children), self._material(instance, index).name
         self.context.bsdf.surfaces.assign(shape, name)
         self.context.meshes.add(shape)
@@ -111,11 +111,11 @@ class Shapes:
     def _material(self, instance: Instance, index: int) -> Material:
         if not instance.materials:
             return PLAIN
-        # Blender shows the last slot where an index has none
+        # Blender uses the last slot for an index without one
         return self.materials[instance.materials[min(index, len(instance.materials) - 1)]]
 
     def fill(self, medium: ScatteringMedium | None, subject: str) -> int:
-        """Number of a medium that something is filled with, 0 for nothing."""
+        """Number of a material's medium, 0 for none."""
         row = None if medium is None else medium_row(self.context, medium, subject)
         if row is None:
             return 0
@@ -129,7 +129,7 @@ class Shapes:
             self.inside.append((shape, number | (ONLY_BORDER if material.surface is None else 0)))
 
     def _children(self, instance: Instance, index: int, part: geometry.Part) -> tuple[dict[str, Any], Any]:
-        """What a shape wears, and what it glows with where our own tables know that."""
+        """BSDF of a shape, and its emitter if the light tables contain it."""
         material, context = self._material(instance, index), self.context
         if not context.bsdf.surfaces.has(material.name):
             context.bsdf.surfaces.add(material.name, surface.leaves_of(context, material.surface, material.name))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The spectra of a scene that say which wavelengths are worth tracing: those of its lights and of its reflectances."""
+"""The spectra that determine the wavelengths to trace: those of the scene's lights and of its reflectances."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from spectral_core.scene.paint import SpectralImage
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 _MOST = 64
-"""Reflectances that are followed. The mean of more is as flat as the observer's own share."""
+"""Most reflectances that are used. The mean of more is as flat as the observer's share."""
 
 _TEXELS = 4096
-"""Texels of a spectral texture that are looked at."""
+"""Most texels of a spectral texture that are examined."""
 
 
 def light_spectra(scene: Scene) -> list[Spectrum]:
-    """Spectra of everything that emits, where wavelengths are worth tracing."""
+    """Spectra of all emission that determine the wavelengths to trace."""
     paints: list[Any] = [light.color for light in scene.lights]
     if not scene.world.is_black:
         paints.append(scene.world.color)
@@ -33,13 +33,13 @@ def light_spectra(scene: Scene) -> list[Spectrum]:
 def reflectance_spectra(scene: Scene) -> list[Spectrum]:
     """Different reflectances that are given as spectra; of a spectral texture, those of its mean and largest weights.
 
-    Colors are left out: the smooth spectra that they become need no wavelengths of their own.
+    Colors are omitted: their smooth spectra need no additional wavelengths.
     """
     found: dict[bytes, Spectrum] = {}
     for material in scene.materials:
         for value in simple_values_of(material.surface):
             for spectrum in _spectra(value):
-                # An index of refraction and an emission are above 1, and no share of light.
+                # Values above 1 are an index of refraction or an emission, not a reflectance.
                 if 0 < float(spectrum.values.max()) <= 1.0 + 1e-6:
                     found.setdefault(spectrum.grid.wavelengths_nm.tobytes() + spectrum.values.tobytes(), spectrum)
     return list(found.values())[:_MOST]

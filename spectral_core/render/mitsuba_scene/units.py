@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Very small scenes in units of their own: Mitsuba's rays start 1e-4 of a unit off their surface, or more far out."""
+"""Scaling of very small scenes: Mitsuba offsets rays by 1e-4 units from their surface, or more at large coordinates."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from numpy.typing import NDArray
 from spectral_core.scene import Camera, Falloff, Light, Material, ScatteringMedium, Scene, SunLight
 
 SMALLEST_RADIUS = 0.05
-"""Radius of scenes below which they are rendered in units of their own. Large ones are not: a single object far out
-would shrink all others to nothing, and rays start farther off where coordinates are large."""
+"""Radius below which a scene is scaled. Large scenes are not: a single distant object would shrink all others to
+nothing, and offsets of rays grow with the coordinates anyway.
+"""
 
 
 def in_working_units(scene: Scene, radius: float) -> Scene:
-    """The scene scaled to a radius of 1 where it is so small that rays would start beyond it; light is the same.
+    """The scene scaled to a radius of 1 if it is so small that the offset of rays would exceed its details; the light
+    stays the same.
 
-    Sampled volumes state extinction per unit of their own, so a scene with volumes keeps its size.
+    Sampled volumes state extinction per unit of length, so a scene with volumes is not scaled.
     """
     if radius >= SMALLEST_RADIUS or scene.volumes or not radius > 0:
         return scene
@@ -41,7 +43,7 @@ def _scaled(matrix: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
 
 
 def _moved(matrix: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
-    """Only the place changes: a camera and a lamp have no size in their matrix."""
+    """Only the position changes: the matrix of a camera or a lamp contains no size."""
     result = matrix.copy()
     result[:3, 3] *= factor
     return result
@@ -49,7 +51,7 @@ def _moved(matrix: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
 
 def _camera(camera: Camera, factor: float) -> Camera:
     names = ("orthographic_scale", "aperture_radius", "focus_distance", "near", "far")
-    # what lies beyond the bounds of a camera's numbers is as good as at them: the scene itself has a radius of 1
+    # values beyond the bounds of a camera's numbers behave as the bounds: the scene itself has a radius of 1
     lengths = {name: min(max(getattr(camera, name) * factor, 0.0), 1e11) for name in names}
     lengths["focus_distance"] = max(lengths["focus_distance"], 1e-8)
     return replace(camera, world_from_camera=_moved(camera.world_from_camera, factor), **lengths)
@@ -59,7 +61,8 @@ def _light(light: Light, factor: float) -> Light:
     changes: dict[str, Any] = {"world_from_light": _moved(light.world_from_light, factor)}
     if isinstance(light, SunLight):
         return replace(light, **changes)
-    # distances grow by the factor, so irradiance needs its square of power; falloff with distance gives some of it
+    # distances grow by the factor, so equal irradiance needs its square in power; the exponent of the falloff changes
+    # that
     changes["power_w"] = light.power_w * factor ** (2 - light.falloff.power)
     changes["falloff"] = Falloff(light.falloff.power, light.falloff.smooth * factor**2)
     if hasattr(light, "radius"):

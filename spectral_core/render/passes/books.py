@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where shares of the light go: rows of a pixel's sums, one per pass and one per light group.
+"""Accumulation of shares of the light: rows of a pixel's sums, one per pass and one per light group.
 
-Functions on the integrator (``path``), which has them as its methods.
+The integrator (``path``) has these functions as methods.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from spectral_core.render.passes import lobes
 from spectral_core.scene.passes import GROUP_PREFIX, LIGHT_PASSES, LOBES
 
 LIGHT_ROWS = {name: row for row, name in enumerate(LIGHT_PASSES)}
-"""Row of each pass among a pixel's sums; light groups follow."""
+"""Row of each pass among a pixel's sums; rows of light groups follow."""
 
 
 def light_group_names(groups: tuple[str, ...]) -> dict[str, int]:
@@ -21,7 +21,9 @@ def light_group_names(groups: tuple[str, ...]) -> dict[str, int]:
 
 
 def book_into(path: Any, sums: Any, lane: Any, measured: Any) -> None:
-    """Where light goes: sums (pixels · rows · 3), each lane's pixel, and the color of radiance; or None."""
+    """Set the target of accumulation: sums (pixels · rows · 3), each lane's pixel, and the conversion of radiance to
+    color; or None.
+    """
     path.sums, path.lane, path.measured = sums, lane, measured
 
 
@@ -38,7 +40,7 @@ def book(path: Any, row: int | Any, light: Any, active: Any) -> None:
 
 
 def book_lobes(path: Any, light: Any, order: str, parts: tuple[Any, ...], active: Any) -> None:
-    """Add light to the passes of the first surface's lobes by their parts, and the rest to that of a medium."""
+    """Add light to the passes of the first surface's lobes by their shares, and the rest to the pass of the medium."""
     import mitsuba as mi
 
     rest = mi.Spectrum(1.0)
@@ -61,7 +63,7 @@ def book_group(path: Any, light: Any, number: Any, active: Any) -> None:
 
 
 def parts_of(path: Any, hit: tuple[Any, ...], wo: Any, value: Any, active: Any) -> tuple[Any, ...]:
-    """Shares of what a surface sends to ``wo`` that are diffuse, mirrored otherwise, and passed on."""
+    """Diffuse, glossy and transmitted shares of a surface's scattering toward ``wo``."""
     import drjit as dr
     import mitsuba as mi
 
@@ -71,7 +73,7 @@ def parts_of(path: Any, hit: tuple[Any, ...], wo: Any, value: Any, active: Any) 
 
 
 def complete(path: Any, parts: tuple[Any, Any], even: Any, floats: Any) -> tuple[Any, ...]:
-    """Parts of diffuse and glossy lobes with that of transmission; evenly bright light is diffuse."""
+    """Shares of the diffuse and glossy lobes with that of transmission; light that leaves evenly is diffuse."""
     import drjit as dr
     import mitsuba as mi
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cryptomattes: which names cover a pixel, and how much of it (Friedman and Jones 2015, specification 1.2).
+"""Cryptomattes: names at a pixel with their coverage (Friedman and Jones 2015, specification 1.2).
 
-A name is known by its 32-bit MurmurHash3 read as a float. A pixel keeps the names that cover most of it.
+The id of a name is its 32-bit MurmurHash3 read as a float. A pixel keeps the names of largest coverage.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _rotated(word: int, bits: int) -> int:
 
 
 def id_of(name: str) -> np.float32:
-    """Id of a name: its hash as a float that is no special number."""
+    """Id of a name: its hash as a float that is normal and finite."""
     word = murmur_hash(name)
     exponent = min(max(word >> 23 & 255, 1), 254)
     bits = (exponent << 23) | (word & 0x007FFFFF) | (word & 0x80000000)
@@ -48,7 +48,7 @@ def id_of(name: str) -> np.float32:
 
 
 def header(layer: str, name: str, subjects: Iterable[str]) -> dict[str, str]:
-    """What a file says about a cryptomatte ``name`` of a layer: how names became ids, and all names."""
+    """Header of a cryptomatte ``name`` of a layer: the hash function, and the ids of all names."""
     full = f"{layer}.{name}"
     key = f"cryptomatte/{murmur_hash(full):08x}"[:19]
     names = {subject: f"{murmur_hash_float_bits(subject):08x}" for subject in sorted(set(subjects))}
@@ -72,13 +72,13 @@ class Slots:
         self._mi, self._dr, self.count = mi, dr, count
 
     def empty(self, lanes: int) -> list[Any]:
-        """Numbers of names from 1 (0 for a free place), then weights, of no pixel yet."""
+        """State without any name: numbers of names from 1 (0 for a free slot), then weights."""
         mi, dr = self._mi, self._dr
         names = [dr.opaque(mi.UInt32, 0, lanes) for _ in range(self.count)]
         return [*names, *(dr.opaque(mi.Float, 0.0, lanes) for _ in range(self.count))]
 
     def add(self, state: list[Any], name: Any, weight: Any, active: Any) -> list[Any]:
-        """The state with a name's weight added, in its own place or in the first that is free."""
+        """The state with a name's weight added, in the slot of that name or in the first free one."""
         dr = self._dr
         names, weights = list(state[: self.count]), list(state[self.count :])
         open_ = active & (name != 0) & (weight > 0.0)

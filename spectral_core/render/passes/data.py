@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passes of what camera rays see, without any light: depth, normals, colors of surfaces, indices, cryptomattes, AOVs.
+"""Passes of the camera rays' first hits, without light: depth, normals, colors of surfaces, indices, cryptomattes,
+AOVs.
 
-As in Cycles: depth, position and indices are those of a pixel's first sample, so that no two objects mix in a number;
-all others are means over the samples. Surfaces that cover less than the alpha threshold are looked through.
+As in Cycles, depth, position and indices come from a pixel's first sample, so that numbers of two objects are never
+mixed; all other passes are means over the samples. Surfaces with a coverage below the alpha threshold are transparent.
 """
 
 from __future__ import annotations
@@ -19,7 +20,6 @@ from spectral_core.render.passes.lobes import drawn_parts
 from spectral_core.render.passes.subjects import Subjects
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.numbers import channel_mean, table
-from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import path_sampler_class
@@ -31,20 +31,22 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 Array = NDArray[np.float32]
 
 MOST_SAMPLES, COLOR_SAMPLES = 64, 128
-"""Camera rays per pixel: as many as the picture has, at most, for what has edges; colors of lobes are drawn."""
+"""Most camera rays per pixel, at most as many as the picture has: for passes with edges, and for colors of lobes, which
+are drawn at random.
+"""
 MOST_PASSED = 64
-"""Transparent surfaces that a ray passes."""
+"""Most transparent surfaces on a ray."""
 FAR = 1e10
-"""Depth where nothing is met, as Cycles writes it."""
+"""Depth of the background, as Cycles writes it."""
 WHITE_NM = np.arange(360.0, 831.0)
 AOV_CHANNELS = 4
-"""A color and how much of the pixel it covers."""
+"""A color and its coverage of the pixel."""
 RAREST = 1e-4
-"""Chance of a lobe down to which it is drawn as often as others: a pane of glass mirrors 1 % of light."""
+"""Least probability of a lobe that is drawn as often as others: a pane of glass reflects 1 % of light."""
 
 
 class DataPasses(Accumulator):
-    """Traces the data passes of one loaded scene. ``unit``: the renderer's units in one of the scene's."""
+    """Traces the data passes of one loaded scene. ``unit``: the renderer's units per unit of the scene."""
 
     _measured: Any = None
 
@@ -73,7 +75,7 @@ class DataPasses(Accumulator):
         self._crypto = cryptomatte.Slots(mitsuba, self._dr, wanted.levels + wanted.levels % 2)
 
     def trace(self, first_hit: FirstHit) -> dict[str, Array]:
-        """Every wanted pass (height, width, channels), row 0 at the bottom; cryptomattes as layers 00, 01, …."""
+        """Every requested pass (height, width, channels), row 0 at the bottom; cryptomattes as layers 00, 01, …."""
         mi, dr = self._mi, self._dr
         width, height = self.film.size
         count = width * height
@@ -111,7 +113,7 @@ class DataPasses(Accumulator):
         return {name: np.ascontiguousarray(p.reshape(height, width, -1), np.float32) for name, p in pictures.items()}
 
     def _walk(self, first_hit: FirstHit, ray: Any, sampler: Any, is_first: Any, slots: Any) -> Any:
-        """One camera ray, through what it passes straight, to what covers all of it."""
+        """One camera ray, through transparent surfaces, to an opaque one."""
         mi, dr = self._mi, self._dr
         pick, direction = sampler.next_1d(), sampler.next_2d()
         pick, weight = self._spread(pick, sampler.index)
@@ -119,12 +121,7 @@ class DataPasses(Accumulator):
         bounds = dr.opaque(mi.UInt32, MOST_PASSED)
 
         def body(origin: Any, length: Any, clear: Any, done: Any, layers: Any, walking: Any, *slots: Any) -> Any:
-            probe = mi.Ray3f(ray)
-            probe.o, probe.maxt = origin, length
-            si = first_hit.intersect(probe, walking)
-            si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
-            met = walking & si.is_valid()
-            unseen, hole = first_hit._rules_of(si, met)
+            si, met, unseen, hole = first_hit.meet(ray, origin, length, walking)
             seen = met & ~unseen & ~hole
             bsdf = first_hit.surface(si)
             passed = dr.select(seen, bsdf.eval_null_transmission(si, seen), 1.0)
@@ -155,7 +152,7 @@ class DataPasses(Accumulator):
         return dr.while_loop(start, lambda *state: state[5], body)[6:]
 
     def _add(self, name: str, values: tuple[Any, ...], active: Any) -> None:
-        """Add numbers to a pass of the pixel, where it is wanted."""
+        """Add numbers to a pass of the pixel, if it is requested."""
         if name not in self._rows:
             return
         for k, value in enumerate(values):
@@ -168,9 +165,9 @@ class DataPasses(Accumulator):
         dr.scatter_add(self._sums, mi.Float(finite), at, active, dr.ReduceMode.NoConflicts)
 
     def _spread(self, pick: Any, index: Any) -> tuple[Any, Any]:
-        """A number that draws a lobe, and its weight: every other one is evenly spread over magnitudes.
+        """A number that draws a lobe, and its weight: every other one is distributed evenly over orders of magnitude.
 
-        Lobes are drawn by their share of [0, 1), the mirroring ones from 0 on.
+        Lobes are drawn by their share of [0, 1), reflecting lobes from 0 on.
         """
         mi, dr = self._mi, self._dr
         spread = float(np.log(1.0 / RAREST))
@@ -180,7 +177,7 @@ class DataPasses(Accumulator):
         return dr.minimum(pick, 1.0 - 1e-6), mi.Float(dr.rcp(density))
 
     def _see_place(self, si: Any, rows: tuple[Any, Any], single: Any, is_first: Any) -> None:
-        """Where and what the surface is."""
+        """Position, depth and indices of the surface."""
         mi, dr = self._mi, self._dr
         frame = self.frame
         from_eye = si.p - mi.Point3f(*(self._number(part) for part in frame.origin))
@@ -202,7 +199,7 @@ class DataPasses(Accumulator):
         self._add("Denoising Normal", (facing.x, facing.y, facing.z), single)
 
     def _see_outputs(self, si: Any, material: Any, single: Any) -> None:
-        """What materials write to AOVs."""
+        """Values of the materials for AOVs."""
         for name, parts in self._subjects.outputs.items():
             for row, textures in parts:
                 mine = single & (material == row)
@@ -210,7 +207,7 @@ class DataPasses(Accumulator):
                 self._add(name, (*values, self._mi.Float(1.0)), mine)
 
     def _see_mist(self, si: Any, seen: Any, weight: Any) -> None:
-        """How clear the surface is in the mist."""
+        """Transmittance of the mist in front of the surface."""
         dr = self._dr
         if "Mist" not in self._rows:
             return
@@ -232,7 +229,7 @@ class DataPasses(Accumulator):
         self._add("Mist", ((1.0 - share) * weight,), seen)
 
     def _see_colors(self, si: Any, bsdf: Any, clear: Any, draws: tuple[Any, Any], seen: Any) -> None:
-        """Shares of light that the lobes send on, by a direction that the surface draws itself."""
+        """Colors of the lobes, each for a direction that the surface draws."""
         mi, dr = self._mi, self._dr
         bs, weight = bsdf.sample(mi.BSDFContext(), si, *draws, seen)
         straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
@@ -248,7 +245,7 @@ class DataPasses(Accumulator):
             self._add(f"{lobe} Color", (color.x, color.y, color.z), usable)
 
     def _white_at(self, si: Any) -> Any:
-        """The light that a white surface shows white under: its radiance per nm, or 1."""
+        """The light under which a white surface appears white: radiance per nm, or 1."""
         mi, dr = self._mi, self._dr
         if self.plan is None:
             return mi.Spectrum(1.0)
@@ -261,7 +258,7 @@ class DataPasses(Accumulator):
         return mi.Spectrum(*values)
 
     def _see_names(self, rows: tuple[Any, Any], weight: Any, seen: Any, slots: list[Any]) -> list[Any]:
-        """Cryptomattes' registers with the names of a surface."""
+        """The cryptomatte registers with the names of a surface."""
         mi, dr = self._mi, self._dr
         size = 2 * self._crypto.count
         result: list[Any] = []

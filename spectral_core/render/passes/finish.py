@@ -21,9 +21,9 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 Array = NDArray[np.float32]
 
 LEAST_COLOR = 1e-6
-"""Colors of a lobe below it are no lobe: light over them would be noise."""
-WITH_MEDIA = "light is not told apart where sampled volumes are in the scene; the file holds it in Combined only"
-SMOOTH_NORMALS = "Normal holds smooth normals: bumps and normal maps bend light, and not the pass"
+"""Colors of a lobe below it count as no lobe: light divided by them would be noise."""
+WITH_MEDIA = "light passes do not support sampled volumes; the file holds the light in Combined only"
+SMOOTH_NORMALS = "Normal holds smooth normals: bumps and normal maps change the light, but not the pass"
 EQUAL_SAMPLES = (
     "shares of the light were traced beside the picture, whose pixels took different numbers of samples; they add up "
     "to it but for noise"
@@ -33,10 +33,10 @@ EQUAL_SAMPLES = (
 def made_passes(
     job: RenderJob, wanted: Passes, samples: Array, noisy: Array | None
 ) -> tuple[dict[str, Array], tuple[Note, ...]]:
-    """Every pass that is wanted (height, width, channels), row 0 at the bottom, and what a user must know of them.
+    """Every requested pass (height, width, channels), row 0 at the bottom, and notes for the user.
 
-    ``samples``: (height, width) per pixel. ``noisy``: the picture before it was denoised, None where it was not.
-    Raises RenderError where Mitsuba fails.
+    ``samples``: (height, width) per pixel. ``noisy``: the picture before it was denoised, None without denoising.
+    Raises RenderError if Mitsuba fails.
     """
     try:
         return _made(job, wanted, samples, noisy)
@@ -79,7 +79,7 @@ def _made(
 
 
 def _light(job: RenderJob, wanted: Passes, samples: float) -> tuple[dict[str, Array], list[Note]]:
-    """Shares of the light: traced with the picture, or beside it where its pixels took different numbers of samples."""
+    """Shares of the light: traced with the picture, or separately if its pixels took different numbers of samples."""
     notes = []
     if not job.tells_light_apart:
         return {}, [Note("Passes", WITH_MEDIA)]

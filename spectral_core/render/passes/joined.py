@@ -11,12 +11,12 @@ from spectral_core.scene.passes import CRYPTOMATTES, LOBES
 Pixels = NDArray[np.float32]
 
 OF_FIRST_SAMPLE = ("Depth", "Position", "Object Index", "Material Index")
-"""Passes that hold what one camera ray of each pixel has seen."""
+"""Passes of one camera ray of each pixel."""
 FIRST_MOMENT = "depth, position, indices and cryptomattes of a moving scene are those of one moment"
 
 
 def joined_passes(before: dict[str, Pixels], samples: int, more: dict[str, Pixels], others: int) -> dict[str, Pixels]:
-    """Means by samples; of what has no mean, that of the moment that came first."""
+    """Means weighted by samples; passes that have no mean come from the first moment."""
     total = max(samples + others, 1)
     first, second = samples / total, others / total
     found = {}

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The renderer's paths, which book the light they bring by pass: what the first surface does with it, from which
-group of lights it comes, and whether it was reflected before.
+"""A path integrator that accumulates light by pass: by the first surface's lobe, by the light group, and by direct or
+indirect light.
 
-As in Cycles: *direct* is light that reaches the camera over one surface, *indirect* over more; a surface's diffuse
-part (matt, also what lies below it) is *diffuse*, what else it mirrors is *glossy*, what passes it *transmission*.
-Light that the camera sees itself is *emission* or *environment*.
+As in Cycles, *direct* is light that reaches the camera over one surface, *indirect* over more. A surface's diffuse part
+(with subsurface scattering) is *diffuse*, its other reflections are *glossy*, light through it is *transmission*. Light
+that the camera sees directly is *emission* or *environment*.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ def light_pass_class(variant: str) -> Any:
     import mitsuba as mi
 
     class LightPassPath(scene_path_class(variant)):  # type: ignore[misc]
-        """``groups``: light groups that have rows after those of the passes; ``groups_by_light``: each light's group
-        from 1, 0 for one without, by its number.
+        """``groups``: light groups, whose rows follow those of the passes; ``groups_by_light``: number of each light's
+        group from 1, 0 for none.
         """
 
         met: Any
@@ -55,9 +55,9 @@ def light_pass_class(variant: str) -> Any:
             self.rows = len(LIGHT_ROWS) + len(groups)
             self.by_light = mi.UInt32(by_light.astype(np.uint32))
             self.parts: Any = None
-            """Shares of the path's light that diffuse, glossy and transmitting lobes of the first surface send on."""
+            """Diffuse, glossy and transmitted shares of the path's light at the first surface."""
             self.here: Any = None
-            """The hit that the path is at."""
+            """The current hit of the path."""
 
         def trace(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
             if self.sums is None:
@@ -68,7 +68,7 @@ def light_pass_class(variant: str) -> Any:
                 state, sampler = self.step(scene, state, sampler)
                 return state, sampler, *self.parts
 
-            # of no lobe yet: what scatters in a medium first is of none
+            # no lobe yet: paths that scatter in a medium first belong to none
             start = (self.begin(ray, active), sampler, mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
             labels = ("path", "sampler", "diffuse", "glossy", "transmission")
             state, *_ = dr.while_loop(start, lambda state, *_: state.active, body, labels=labels)
@@ -103,7 +103,7 @@ def light_pass_class(variant: str) -> Any:
             return value
 
         def of_group(self, number: Any, row: int) -> Any:
-            """Whether a light is in a group."""
+            """True if a light belongs to a group."""
             return dr.gather(mi.UInt32, self.by_light, number) == row + 1
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:

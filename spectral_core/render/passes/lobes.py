@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which part of what a surface sends on is diffuse, mirrored otherwise, or passed on."""
+"""Diffuse, glossy and transmitted shares of a surface's scattering."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 
 
 def parts_of(mi: Any, dr: Any, si: Any, bsdf: Any, wo: Any, value: Any, active: Any) -> tuple[Any, Any]:
-    """Shares of ``value``, what a BSDF sends to ``wo``, that are diffuse, and that are mirrored otherwise.
+    """Diffuse and glossy shares of ``value``, the BSDF's value toward ``wo``.
 
-    What is neither passes the surface. A BSDF of several lobes is asked for its diffuse ones alone.
+    The rest is transmission. The diffuse lobes of a BSDF are evaluated separately.
     """
     flags = bsdf.flags()
     matt_lobes = int(mi.BSDFFlags.Diffuse)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What passes know of objects and materials, by the numbers of the shapes that rays hit."""
+"""Data on objects and materials for passes, by the numbers of the shapes that rays hit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 
 class Subjects:
-    """Tables by shape: rows of objects and of materials, and what each row stands for.
+    """Tables by shape: rows of objects and of materials, and the meaning of each row.
 
     ``names``: of objects, materials and assets, in the order of their rows, from 1; ``ids``: their ids by row.
     """
@@ -29,8 +29,8 @@ class Subjects:
         materials = {material.name: row for row, material in enumerate(scene.materials, 1)}
         meshes = {mesh.name: mesh for mesh in scene.meshes}
         objects = [(shape, row) for row, item in enumerate(scene.instances, 1) for shape in placed[item.name]]
-        worn = [(shape, materials.get(name, 0)) for shape, name in context.material_of_shape]
-        self._objects, self._materials = self._rows(objects), self._rows(worn)
+        material_rows = [(shape, materials.get(name, 0)) for shape, name in context.material_of_shape]
+        self._objects, self._materials = self._rows(objects), self._rows(material_rows)
         self.names = {
             "CryptoObject": [item.shown_as or item.name for item in scene.instances],
             "CryptoMaterial": [material.name for material in scene.materials],
@@ -44,9 +44,9 @@ class Subjects:
         has_uv = [float(meshes[item.mesh].uvs is not None) for item in scene.instances]
         self.has_uv = table(mitsuba.Float, [0.0, *has_uv])
         self.outputs = _outputs(context, scene, wanted)
-        if any(self.outputs.values()):
-            context.tables.rebuild()  # what their programs read of objects
         """By AOV: the material's row and three textures of numbers."""
+        if any(self.outputs.values()):
+            context.tables.rebuild()  # writes the data on objects that the programs of the AOVs read
 
     def _rows(self, shapes: list[tuple[Any, int]]) -> Any:
         import drjit as dr
@@ -59,7 +59,7 @@ class Subjects:
         return table(mi.UInt32, rows)
 
     def of_hit(self, tables: Any, si: Any, active: Any) -> tuple[Any, Any]:
-        """Rows of the object and of the material of a hit; 0 where there is none."""
+        """Rows of the object and of the material of a hit; 0 if there is none."""
         import drjit as dr
 
         mi = self._mi
@@ -71,7 +71,7 @@ class Subjects:
 
 
 def _firsts(names: list[str]) -> list[int]:
-    """Of each name the number, from 1, of the first that is equal."""
+    """For each name the number, from 1, of the first equal one."""
     first: dict[str, int] = {}
     return [first.setdefault(name, number) for number, name in enumerate(names, 1)]
 
@@ -90,7 +90,7 @@ def _outputs(context: Context, scene: Scene, wanted: Passes) -> dict[str, list[t
 
 
 def _numbers(context: Context, value: Any) -> list[Any] | None:
-    """Three textures of numbers: red, green, blue, or three times the same."""
+    """Three textures of numbers: red, green, blue, or the same one three times."""
     if isinstance(value, (int, float)):
         return [context.constant(float(value))] * 3
     if isinstance(value, (Color, Spectrum)):

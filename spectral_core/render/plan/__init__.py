@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which effects a scene calls for, and why."""
+"""The effects that a scene needs, with reasons."""

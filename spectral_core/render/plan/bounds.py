@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bounds, from a scene's data alone, on the color error of leaving an effect out.
+"""Bounds on the color error of omitting an effect, from a scene's data alone.
 
-Errors are ΔE2000 with a white of radiance 1 (after the film's exposure), where the bound is worst.
+Errors are ΔE2000 relative to a white of radiance 1 (after the film's exposure), for the worst color.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ _EVERYTHING = 100.0
 
 
 def error_of_share(share: float) -> float:
-    """ΔE2000 of losing a share of the light, at the gray where it shows most."""
+    """ΔE2000 of losing a share of the light, at the gray with the largest error."""
     share = min(max(share, 0.0), 1.0)
     return _largest(_GRAYS, _GRAYS * (1 - share))
 
 
 def error_of_light(radiance: float) -> float:
-    """ΔE2000 of losing some radiance, at the gray where it shows most: where there is no other light."""
+    """ΔE2000 of losing some radiance, at the gray with the largest error: without any other light."""
     radiance = min(max(radiance, 0.0), 1e6)
     base = np.concatenate([[0.0], _GRAYS])
     return _largest(base, base + radiance)
@@ -65,12 +65,12 @@ def _largest(first: Array, second: Array) -> float:
 
 
 def error_of_blur(pixels: float) -> float:
-    """ΔE2000 of leaving out a blur of a diameter in pixels, at the sharpest edge that a picture can have."""
+    """ΔE2000 of omitting a blur of a diameter in pixels, at the sharpest possible edge."""
     return min(EDGE_CURVATURE * pixels * pixels, _EVERYTHING)
 
 
 def pixels_per_unit(scene: Scene) -> float:
-    """Pixels that one unit at distance 1 covers (perspective), or one unit at any distance (orthographic)."""
+    """Pixels per unit at distance 1 (perspective), or per unit at any distance (orthographic)."""
     film, camera = scene.film, scene.camera
     width, height = float(film.width), film.height * film.pixel_aspect
     side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
@@ -88,13 +88,13 @@ def _placed(instance: Instance, mesh: Mesh) -> Array:
 
 
 def seen_points(scene: Scene) -> Array:
-    """(n, 3) corners of everything that is placed: what the camera sees lies between them."""
+    """(n, 3) corners of the boxes of all objects: what the camera sees lies between them."""
     parts = boxes_of(scene)
     return np.concatenate(parts) if parts else np.zeros((0, 3))
 
 
 def depths(scene: Scene, points: Array) -> Array:
-    """Distance of places along the camera's axis, those in front of it alone."""
+    """Distances of points along the camera's axis, only of those in front of it."""
     view = scene.camera.world_from_camera
     back = view[:3, 2] / np.linalg.norm(view[:3, 2])
     along = -(points - view[:3, 3]) @ back
@@ -102,7 +102,7 @@ def depths(scene: Scene, points: Array) -> Array:
 
 
 def blur_of_lens(scene: Scene, points: Array) -> float:
-    """Largest circle of confusion, in pixels, at any of the places that the camera sees."""
+    """Largest circle of confusion, in pixels, at any of the points that the camera sees."""
     camera = scene.camera
     along = depths(scene, points)
     if camera.aperture_radius <= 0 or not len(along):
@@ -121,7 +121,7 @@ def boxes_of(scene: Scene) -> list[Array]:
 
 
 def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, boxes: list[Array]) -> float:
-    """Largest half-shadow of a ball lamp, in pixels, with a shading object (of ``boxes_of``) as near as any is."""
+    """Largest penumbra of a ball lamp, in pixels, with the occluder (of ``boxes_of``) at its nearest position."""
     along = depths(scene, points)
     placed = np.concatenate(boxes) if boxes else np.zeros((0, 3))
     if not len(placed) or not len(along):
@@ -143,7 +143,7 @@ def _distance_to_box(point: Array, box: Array) -> float:
 
 
 def spread_of_dispersion(scene: Scene, materials: list[Material], points: Array) -> float:
-    """Pixels by which light of the ends of the spectrum comes apart in dispersive glass, at moderate angles."""
+    """Distance in pixels between the ends of the spectrum after dispersive glass, at moderate angles."""
     change = 0.0
     for material in materials:
         for leaf in leaves(material.surface):
@@ -158,13 +158,13 @@ def spread_of_dispersion(scene: Scene, materials: list[Material], points: Array)
     placed = seen_points(scene)
     size = float(np.linalg.norm(np.ptp(placed, axis=0)))
     scale = pixels_per_unit(scene)
-    # two surfaces, each turning light by the change of index times the tangent of the angle, 2 at 63 degrees
+    # two surfaces, each deflecting light by the change of index times the tangent of the angle, 2 at 63 degrees
     reach = max(1.0, size / float(along.min())) if scene.camera.kind == "perspective" else size
     return 2 * 2 * change * scale * reach
 
 
 def optical_depth(scene: Scene, material: Material) -> float:
-    """Largest optical depth of a material's medium: extinction times the longest way through any box it fills."""
+    """Largest optical depth of a material's medium: extinction times the longest path through any of its boxes."""
     medium = material.medium
     if medium is None:
         return 0.0
@@ -178,11 +178,11 @@ def optical_depth(scene: Scene, material: Material) -> float:
 
 
 def error_of_medium(scene: Scene, material: Material) -> float:
-    """ΔE2000 of leaving a medium out: light that it takes, light that it scatters to the camera.
+    """ΔE2000 of omitting a medium: the light that it absorbs, and the light that it scatters to the camera.
 
-    Twice the optical depth is lost at most, on the way to a surface and back. What is scattered toward the camera is
-    the way's integral of lamp irradiance: π · intensity over the least distance of a ray from a lamp inside,
-    irradiance at the nearest corner times the way from a lamp outside.
+    At most twice the optical depth is lost, on the path to a surface and back. The light that is scattered toward the
+    camera is the integral of lamp irradiance over the path: π · intensity over the least distance between a ray and a
+    lamp inside the box; irradiance at the nearest corner times the length for a lamp outside.
     """
     medium = material.medium
     if medium is None:
@@ -211,7 +211,7 @@ def error_of_medium(scene: Scene, material: Material) -> float:
 
 
 def _irradiance_along(light: Light, box: Array, length: float, scene: Scene) -> float:
-    """Integral of a lamp's irradiance along a way through a box, at most."""
+    """Upper bound of the integral of a lamp's irradiance along a path through a box."""
     if isinstance(light, SunLight):
         return light.irradiance * length
     center = light.world_from_light[:3, 3]
@@ -226,7 +226,7 @@ def _irradiance_along(light: Light, box: Array, length: float, scene: Scene) -> 
 
 
 def radiances(scene: Scene, materials: list[Material]) -> Iterator[float]:
-    """Radiance of every source that a ray can meet; point lamps have none."""
+    """Radiance of every source that a ray can hit; point lamps have none."""
     for light in scene.lights:
         tint = largest_size(light.color) if isinstance(light.color, Color) else 3.0
         if isinstance(light, SunLight):

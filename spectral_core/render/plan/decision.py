@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A plan as data: decisions, each with its reason, the error of leaving it out and its share of the time."""
+"""A plan as data: decisions, each with its reason, the error of omitting the effect and its share of the time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Literal
 from spectral_core.errors import UnknownNameError
 
 How = Literal["exact", "bounded", "measured", "not known"]
-"""Where an error comes from: nothing would change; a bound from the scene's data; a pilot; nobody has looked."""
+"""Origin of an error: no change at all; a bound from the scene's data; a pilot; unknown."""
 LEFT_OUT = ("off", "none")
 
 
@@ -17,11 +17,11 @@ LEFT_OUT = ("off", "none")
 class Decision:
     """One effect. ``value``: what is simulated (``"spectral"``, ``"off"``, ``"6"``).
 
-    ``reason``: why, in words of the scene. ``cost_if_left_out``: what goes wrong in the picture without it, "" where
-    nothing does. ``choices``: what an override may say, () for a whole number from 0. ``source``: "scene" or "artist".
-    ``error``: ΔE2000 of leaving it out altogether, None where that is not known; ``how`` it was found.
-    ``accepted``: ΔE2000 that the decision itself gives away, at most; None where an artist's choice was not measured.
-    ``time_share``: the part of the time of a render with everything on that the effect takes, or would take.
+    ``reason``: why, in terms of the scene. ``cost_if_left_out``: the visible error without the effect, "" for none.
+    ``choices``: values of an override, () for a whole number from 0. ``source``: "scene" or "artist". ``error``: ΔE2000
+    of omitting the effect completely, None if unknown; ``how``: the origin of that error. ``accepted``: largest ΔE2000
+    of the decision itself; None if an artist's choice was not measured. ``time_share``: share of the effect in the time
+    of a render with all effects.
     """
 
     name: str
@@ -38,15 +38,15 @@ class Decision:
 
     @property
     def is_on(self) -> bool:
-        """Whether it is simulated at all."""
+        """True if the effect is simulated, in any amount."""
         return self.value not in LEFT_OUT
 
 
 @dataclass(frozen=True, slots=True)
 class EffectPlan:
-    """All decisions, in the order in which they are shown. ``pilot_paths``: light paths traced to decide, 0 for none.
+    """All decisions, in the order of display. ``pilot_paths``: light paths traced to decide, 0 without a pilot.
 
-    ``seconds``: how long the plan took.
+    ``seconds``: time to make the plan.
     """
 
     decisions: tuple[Decision, ...]
@@ -63,7 +63,7 @@ class EffectPlan:
 
     @property
     def is_spectral(self) -> bool:
-        """Whether wavelengths are traced instead of red, green and blue."""
+        """True if wavelengths are traced instead of red, green and blue."""
         return self["transport"].value == "spectral"
 
     @property
@@ -73,11 +73,11 @@ class EffectPlan:
 
     @property
     def accepted(self) -> float:
-        """ΔE2000 that all decisions together give away, at most, as far as it is known."""
+        """Largest ΔE2000 of all decisions together, as far as it is known."""
         return sum(decision.accepted or 0.0 for decision in self.decisions)
 
     def is_on(self, name: str) -> bool:
-        """Whether an effect is simulated at all."""
+        """True if an effect is simulated, in any amount."""
         return self[name].is_on
 
     def as_rows(self) -> list[dict[str, str | bool | float | None]]:
@@ -99,7 +99,7 @@ class EffectPlan:
         ]
 
     def header(self) -> dict[str, str]:
-        """What a picture's file says about the plan: each decision, and which were the artist's."""
+        """Header of a picture's file on the plan: each decision, and the artist's overrides."""
         entries = {"spectral.plan.tolerance": f"{self.tolerance_delta_e:g}"}
         for decision in self.decisions:
             forced = " (forced)" if decision.source == "artist" else ""
@@ -110,7 +110,7 @@ class EffectPlan:
 
 
 def table(plan: EffectPlan) -> str:
-    """The plan as text: effect, value, error of leaving it out, how it was found, share of the time, reason."""
+    """The plan as text: effect, value, error of omitting it, origin of the error, share of the time, reason."""
     lines = [f"{'effect':22} {'value':10} {'ΔE without':>10} {'is':9} {'time':>5}  reason"]
     for each in plan.decisions:
         error = "?" if each.error is None else ">99" if each.error > 99 else f"{each.error:.2g}"

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a scene needs simulated: decided from its data where they decide, from a pilot where only light can tell.
+"""Plan the effects of a scene: from its data if they are sufficient, else from a pilot.
 
-``plan_effects`` looks at what is there (lights with spectra, glass, media, an open aperture), asks what the picture
-would lack without it, and leaves out what costs less than the tolerance. The renderer simulates just the rest; the
-artist reads the plan and may override each decision by name through ``RenderSettings.overrides``.
+``plan_effects`` finds the features of the scene (lights with spectra, glass, media, an open aperture), estimates the
+error of omitting each effect, and omits effects whose error is below the tolerance. The renderer simulates only the
+rest; the artist reads the plan and may override each decision by name through ``RenderSettings.overrides``.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from dataclasses import replace
 from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import Decision, EffectPlan
+from spectral_core.render.plan.effects_from_data import Found, effects_of
+from spectral_core.render.plan.effects_from_pilot import measured_effects, unmeasured_kinds
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.levels import KEEP, Effect, chosen
 from spectral_core.render.plan.pilot import PILOT_BOUNCES, Pilot, run_pilot
-from spectral_core.render.plan.piloted import measured_effects, unmeasured_kinds
-from spectral_core.render.plan.rules import Found, effects_of
 from spectral_core.scene import Scene
 
 __all__ = ["MOST_BOUNCES", "Decision", "EffectPlan", "everything_on", "pilot_pays", "plan_effects", "plan_from_data"]
 
 MOST_BOUNCES = 1024
 PAYING_PATHS = 3_000_000
-"""Paths of a render from which on a pilot is traced for it: a few seconds' worth."""
+"""Least number of paths of a render for which a pilot is traced: a few seconds of time."""
 PAYING_SECONDS, USUAL_SAMPLES = 10.0, 64
-"""The same of a time budget; and samples that an asked error is reckoned to take, before anything is known."""
+"""The same for a time budget; and the assumed number of samples of a requested error."""
 _PILOTED = ("bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
 
 
@@ -74,12 +74,12 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
 
 
 def plan_from_data(scene: Scene, tolerance: float | None = None) -> EffectPlan:
-    """``plan_effects`` without a pilot: nothing is traced, and Mitsuba is not needed. Raises as it does."""
+    """``plan_effects`` without a pilot: nothing is traced, and Mitsuba is not needed. Raises the same errors."""
     return plan_effects(scene, tolerance, pilot=False)
 
 
 def pilot_pays(scene: Scene) -> bool:
-    """Whether a picture is so large that a pilot is a small part of its time; a smaller one is planned from data."""
+    """True if a picture is so large that a pilot takes a small part of its time; smaller ones are planned from data."""
     width, height = scene.film.size
     if scene.settings.time_budget_s is not None:
         return scene.settings.time_budget_s >= PAYING_SECONDS
@@ -88,9 +88,9 @@ def pilot_pays(scene: Scene) -> bool:
 
 
 def everything_on(scene: Scene) -> EffectPlan:
-    """The plan of a renderer that looks at nothing: spectra, dispersion, media and transparency, many bounces.
+    """The plan with all effects: spectra, dispersion, media and transparency, many bounces.
 
-    It is what a plan is compared with: time saved, error made.
+    Reference for other plans: time saved, error made.
     """
     values = {"transport": "spectral", "bounces": str(PILOT_BOUNCES), "textures": "on"}
     plan = plan_from_data(scene, 0.0)
@@ -102,7 +102,7 @@ def everything_on(scene: Scene) -> EffectPlan:
 
 
 def _look(scene: Scene, effects: Mapping[str, Effect], choices: Mapping[str, str], tolerance: float) -> Pilot | None:
-    """The pilot, where something is open that it can decide."""
+    """The pilot, if it can decide anything that the data leave open."""
     open_questions = [
         effect.name
         for effect in effects.values()
@@ -120,9 +120,10 @@ def _look(scene: Scene, effects: Mapping[str, Effect], choices: Mapping[str, str
 
 
 def pilot_plan(scene: Scene) -> EffectPlan:
-    """What the pilot simulates: surfaces and lamps, in three channels, with shadows through what is transparent."""
+    """The plan of the pilot: surfaces and lamps, in three channels, with shadows through transparent surfaces."""
     values = {
-        "transport": "rgb", "dispersion": "off", "fluorescence": "off", "media": "off", "volumes": "off",
+        "transport": "rgb", "dispersion": "off", "fluorescence": "off", "thin_film": "off",
+        "media": "off", "volumes": "off",
         "transparency": "on", "emissive_meshes": "on", "lamp_bodies": "on", "textures": "on", "depth_of_field": "off",
         "reflective_caustics": "on", "refractive_caustics": "on",
         "environment": "none" if scene.world.is_black else "on", **dict.fromkeys(_PILOTED, str(PILOT_BOUNCES)),
@@ -131,7 +132,7 @@ def pilot_plan(scene: Scene) -> EffectPlan:
 
 
 def _checked_choices(scene: Scene, effects: Mapping[str, Effect]) -> dict[str, str]:
-    """The artist's decisions by name."""
+    """The artist's overrides by name."""
     settings = scene.settings
     choices = dict(settings.overrides)
     if settings.transport is not None:
@@ -192,7 +193,7 @@ def _overridden(effect: Effect, value: str, own: str) -> Decision:
 
 
 def _cost(effect: Effect) -> str:
-    """What is lost without the effect, with its error."""
+    """The loss without the effect, with its error."""
     if not effect.loses:
         return ""
     error = effect.known

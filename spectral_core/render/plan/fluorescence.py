@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a picture lacks without the light of fluorescent dyes: every dyed surface under every light of the scene."""
+"""Error without the light of fluorescent dyes: every dyed surface under every light of the scene."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Array = NDArray[np.float64]
 Light = Color | Spectrum
 
 LATER_BOUNCES = 3.0
-"""Factor for what other surfaces make of the light, as of that of RGB transport."""
+"""Factor for further reflections of the light, as for RGB transport."""
 MOST_ERROR = 100.0
 
 
 def error_without_dyes(scene: Scene, materials: list[Material], lights: list[Light]) -> float:
-    """Largest ΔE2000 between what dyed surfaces show and what they reflect alone, lit to white."""
+    """Largest ΔE2000 between dyed surfaces with and without their emission, at the exposure of white."""
 
     def reflected_alone(closure: Fluorescent, light: Spectrum, color: Array) -> Array:
         return daylight_rgb(Fluorescent(closure.color), light)
@@ -33,7 +33,7 @@ def error_without_dyes(scene: Scene, materials: list[Material], lights: list[Lig
 
 
 def error_in_rgb(scene: Scene, materials: list[Material], lights: list[Light]) -> float:
-    """Largest ΔE2000 of RGB transport, which shows dyes in the color that they have in daylight, under every light."""
+    """Largest ΔE2000 of RGB transport, which shows dyes with their daylight color under every light."""
 
     def in_daylight(closure: Fluorescent, light: Spectrum, color: Array) -> Array:
         return np.clip(daylight_rgb(closure), 0.0, 1.0) * color

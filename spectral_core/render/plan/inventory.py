@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is in a scene, as far as the renderer cares: a walk over lights, materials and paints, no decisions."""
+"""Inventory of a scene for the plan: a walk over lights, materials and paints, without decisions."""
 
 from __future__ import annotations
 
@@ -42,11 +42,12 @@ _IMAGES = (Computed, ImageTexture, SpectralImage)
 
 @dataclass(frozen=True, slots=True)
 class Inventory:
-    """Names of what carries spectra, is dispersive, emits, is transparent, …; materials count only where used."""
+    """Names of items with spectra, dispersion, emission, transparency, …; materials count only if used."""
 
     spectra: tuple[str, ...]
     dispersive: tuple[str, ...]
     fluorescent: tuple[str, ...]
+    films: tuple[str, ...]
     media: tuple[str, ...]
     emissive: tuple[str, ...]
     transparent: tuple[str, ...]
@@ -59,10 +60,10 @@ class Inventory:
     largest_reflectance: float
 
     def diffuse_error(self, bounces: int) -> float:
-        """ΔE2000 of a matt scene cut after so many bounces, at most.
+        """Upper bound of the ΔE2000 of a diffuse scene after so many bounces.
 
-        What is left after n bounces is at most ρ^(n+1) / (1 - ρ) of the direct light where every path stays inside;
-        half of that is taken for an ordinary room, and ΔE 1 for about 2.5 % of luminance (CIELAB at mid gray).
+        The light after n bounces is at most ρ^(n+1) / (1 - ρ) of the direct light if every path stays inside; half of
+        that is assumed for an ordinary room, and ΔE 1 for about 2.5 % of luminance (CIELAB at mid gray).
         """
         rho = min(self.largest_reflectance, 0.98)
         return 0.0 if rho <= 0 else rho ** (bounces + 1) / (1 - rho) / (2 * 0.025)
@@ -87,6 +88,7 @@ def take_inventory(scene: Scene) -> Inventory:
         + spectral_volumes,
         dispersive=which(_is_dispersive),
         fluorescent=which(lambda m: bool(dyed(m))),
+        films=which(lambda m: any(getattr(leaf, "thin_film_thickness", 0.0) != 0 for leaf in leaves(m.surface))),
         media=which(lambda m: m.medium is not None) + (("World",) if scene.world.medium is not None else ()),
         emissive=emissive,
         transparent=which(lambda m: m.name not in borders and _is_transparent(m)),
@@ -101,7 +103,7 @@ def take_inventory(scene: Scene) -> Inventory:
 
 
 def media_borders(scene: Scene) -> frozenset[str]:
-    """Names of materials that are nothing but the border of a medium, on objects that wear no other.
+    """Names of materials that are only the border of a medium, on objects without other materials.
 
     Paths through media pass them; without the medium there is no object.
     """
@@ -116,7 +118,7 @@ def media_borders(scene: Scene) -> frozenset[str]:
 
 
 def dyed(material: Material) -> list[Fluorescent]:
-    """Closures of a material whose dyes send light out."""
+    """Fluorescent closures of a material."""
     return [
         leaf
         for leaf in leaves(material.surface)
@@ -132,13 +134,13 @@ def shown_materials(scene: Scene) -> set[str]:
         if not instance.materials or instance.hidden_from == Rays.ALL:
             continue
         last = len(instance.materials) - 1
-        # Blender shows the last slot where an index has none
+        # Blender uses the last slot for an index without one
         shown.update(instance.materials[min(slot, last)] for slot in slots[instance.mesh])
     return shown
 
 
 def _used_slots(mesh: Mesh) -> tuple[int, ...]:
-    """Material slots that faces of a mesh wear."""
+    """Material slots that the faces of a mesh use."""
     if mesh.material_indices is None:
         return (0,) if len(mesh.triangles) else ()
     return tuple(int(slot) for slot in np.flatnonzero(np.bincount(mesh.material_indices)))
@@ -152,7 +154,7 @@ def _values(material: Material) -> Iterator[Any]:
 
 
 def paint_parts(paint: Any) -> Iterator[Any]:
-    """A paint's parts: those that it is mixed from, or itself."""
+    """The components of a mixed paint, or the paint itself."""
     if isinstance(paint, MixedPaint):
         for part in (paint.factor, paint.first, paint.second):
             yield from paint_parts(part)
@@ -200,7 +202,7 @@ def _largest_reflectance(material: Material) -> float:
 
 
 def largest_size(paint: Any) -> float:
-    """Largest value of a paint in any channel or at any wavelength; of an image or a program 1."""
+    """Largest value of a paint in any channel or at any wavelength; 1 for an image or a program."""
     if isinstance(paint, MixedPaint):
         return max(map(largest_size, paint_parts(paint)))
     if isinstance(paint, Color):

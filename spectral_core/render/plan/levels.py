@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which effects leave at a tolerance: what each amount of an effect gives away and saves, and the order of leaving.
+"""The effects that are omitted at a tolerance: error and saving of each level of an effect, and the order of omission.
 
-All steps of all effects stand in one row: by magnitude of error (below 0.1, to 1, to 10, above), within a magnitude by
-error per time saved. A tolerance pays for the steps from the front, until their errors together would exceed it. So an
-effect that has left at one tolerance has left at every larger one, and all that is given away stays below the
-tolerance.
+All steps of all effects are sorted: by magnitude of error (below 0.1, to 1, to 10, above), within a magnitude by error
+per time saved. Steps are taken in this order until the sum of their errors would exceed the tolerance. An effect that
+is omitted at one tolerance is therefore omitted at every larger one, and the total error stays below the tolerance.
 """
 
 from __future__ import annotations
@@ -19,12 +18,14 @@ from spectral_core.render.plan.decision import How
 KEEP = float("inf")
 """Error of a step that is not taken at any tolerance."""
 _LEAST_SAVING = 1e-3
-"""Share of the time that every step counts to save: less noise, fewer kernels."""
+"""Least share of the time that a step counts as saving: less noise, fewer kernels."""
 
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """An amount of an effect: its ``error`` (ΔE2000) against all of it, and the share of the time it ``saves``."""
+    """A level of an effect: its ``error`` (ΔE2000) relative to the full effect, and the share of the time that it
+    ``saves``.
+    """
 
     value: str
     error: float = 0.0
@@ -33,9 +34,9 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """An effect and its amounts, from all of it to none; errors and savings increase.
+    """An effect and its levels, from complete to none; errors and savings increase.
 
-    ``reason``: why it is there, or why not. ``loses``: what is seen without it. ``how``: where the errors come from.
+    ``reason``: why it is present, or why not. ``loses``: the visible loss without it. ``how``: origin of the errors.
     """
 
     name: str
@@ -48,7 +49,7 @@ class Effect:
 
     @property
     def known(self) -> float | None:
-        """Error of leaving it out altogether; None where that is not known."""
+        """Error of omitting it completely; None if unknown."""
         return None if self.how == "not known" else self.levels[-1].error
 
     @property
@@ -58,7 +59,7 @@ class Effect:
 
 
 def chosen(effects: Iterable[Effect], tolerance: float) -> Mapping[str, int]:
-    """Number of the level of each effect at a tolerance in ΔE2000."""
+    """Index of the level of each effect at a tolerance in ΔE2000."""
     effects = list(effects)
     steps = []
     for order, effect in enumerate(effects):
@@ -70,7 +71,7 @@ def chosen(effects: Iterable[Effect], tolerance: float) -> Mapping[str, int]:
                 break
             magnitude = int(np.searchsorted([0.1, 1.0, 10.0], after.error, side="right"))
             ratio = more / max(after.saves - before.saves, _LEAST_SAVING)
-            key = max(key, (magnitude, ratio))  # a chain leaves from its far end
+            key = max(key, (magnitude, ratio))  # levels of one effect are taken from the smallest loss on
             steps.append((*key, order, number, more))
     level = {effect.name: 0 for effect in effects}
     spent = 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a pilot's bins to color errors: what the picture lacks without some of its light, with the pilot's own doubt."""
+"""Color errors from a pilot's bins: the loss of part of the light, with the statistical uncertainty of the pilot."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 Array = NDArray[np.float64]
 
 BLOCKS = (4, 6)
-"""Rows and columns of blocks whose means are compared as well: rare bright paths spread over them."""
+"""Rows and columns of blocks whose means are compared too, because rare bright paths are spread over them."""
 DOUBT = 2.0
 """Standard deviations that are added to a measured error."""
 WORST_WEIGHT = 0.5
-"""Weight of the worst block against the mean of the picture."""
+"""Weight of the worst block relative to the mean of the picture."""
 
 
 def error_of_loss(pilot: Pilot, lost: Array, unseen: float = 0.0) -> float:
-    """ΔE2000 of the picture without ``lost`` (height, width, batches, ≥3), at most.
+    """Upper bound of the ΔE2000 of the picture without ``lost`` (height, width, batches, ≥3).
 
-    The larger of three: the mean over pixels, the mean over blocks, half of the worst block; plus twice its standard
-    deviation between batches (jackknife). ``unseen``: radiance that the picture may lack beside, in its mean, from
-    paths so rare that the pilot met none.
+    The largest of three values: mean over pixels, mean over blocks, half of the worst block; plus twice its standard
+    deviation between batches (jackknife). ``unseen``: additional mean radiance of paths that are so rare that the pilot
+    may have met none.
     """
     light, picture = lost[..., :3], pilot.picture
     batches = picture.shape[2]
@@ -37,22 +37,22 @@ def error_of_loss(pilot: Pilot, lost: Array, unseen: float = 0.0) -> float:
     coarse = _difference(blocks.mean(axis=1), lost_blocks.mean(axis=1))
     whole = max(float(pixels.mean()), _of_blocks(coarse))
     without = [(part.sum(axis=1, keepdims=True) - part) / (batches - 1) for part in (blocks, lost_blocks)]
-    parts = _of_blocks(_difference(*without), axis=0)  # one for each batch that is left out
+    parts = _of_blocks(_difference(*without), axis=0)  # one for each omitted batch
     spread = float(np.sqrt((batches - 1) / batches * np.sum((parts - parts.mean()) ** 2)))
     return whole + DOUBT * spread + _error_of_unseen(pilot, unseen)
 
 
 def unseen_radiance(pilot: Pilot, brightest: float) -> float:
-    """Mean radiance of paths that the pilot may have missed, with 95 % certainty.
+    """Upper limit of the mean radiance of paths that the pilot may have missed, at 95 % confidence.
 
-    Of n paths without the event, more than 3/n of all have it in one case of twenty; each brings the brightest
-    source's radiance at most.
+    If n paths do not contain an event, its probability is below 3/n at 95 % confidence; each such path carries at most
+    the radiance of the brightest source.
     """
     return 3.0 / pilot.paths * brightest
 
 
 def _of_blocks(errors: Array, axis: int | None = None) -> Any:
-    """The larger of the blocks' mean and a part of the worst."""
+    """The larger of the mean over blocks and a part of the worst block."""
     return np.maximum(errors.mean(axis=axis), WORST_WEIGHT * errors.max(axis=axis))
 
 

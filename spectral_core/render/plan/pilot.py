@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A pilot: a hundred thousand paths of a small picture, and what each kind of path brings to it.
+"""A pilot: a hundred thousand paths of a small picture, with the light of each kind of path.
 
-The paths are those of the renderer itself (``trace.scene_path``). Beside the picture they fill bins by pixel, batch and
-row: how many bounces were behind the light, in all and by kind, whether it was a caustic, shone through something
-transparent, or came from the surroundings. What a picture lacks without an effect is the sum of the rows it loses.
+The renderer's path integrator traces them (``trace.scene_path``). Beside the picture, they fill bins by pixel, batch
+and row: number of bounces of the light in all and by kind, caustics, light through transparent surfaces, and light of
+the environment. The loss of an effect is the sum of its rows.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from spectral_core.render.trace.scene_path import scene_path_class
 from spectral_core.scene import Film, Rays, Scene
 
 LEVELS = 34
-"""Bounces that are told apart; the last holds all beyond."""
+"""Numbers of bounces with a row each; the last row holds all larger numbers."""
 COUNTS = ("bounces", "diffuse", "glossy", "transmission")
 """Counts of bounces, each with LEVELS rows."""
 FLAGS = ("reflective_caustics", "refractive_caustics", "transparency", "environment", "emissive_meshes")
-"""Kinds of light that have a row each."""
+"""Kinds of light with a row each."""
 TOTAL = len(COUNTS) * LEVELS + len(FLAGS)
 ROWS = TOTAL + 1
 CHANNELS = 4
-"""Red, green, blue, and how many surfaces were met."""
+"""Red, green, blue, and the number of surfaces that were hit."""
 PIXELS, BATCHES, SAMPLES = 576, 8, 192
 """Size of the pilot: pixels, independent parts, samples per pixel."""
 PILOT_BOUNCES = 64
@@ -39,10 +39,10 @@ PILOT_BOUNCES = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pilot:
-    """What the paths brought.
+    """Result of the paths.
 
     ``bins``: (height, width, batches, rows, 4) sums over samples, divided by the samples of a batch. ``samples`` per
-    pixel. ``points``: (n, 3) places that the camera sees, in the scene's own units.
+    pixel. ``points``: (n, 3) points that the camera sees, in the scene's units.
     """
 
     bins: NDArray[np.float64]
@@ -51,7 +51,7 @@ class Pilot:
 
     @property
     def paths(self) -> int:
-        """Paths in all."""
+        """Number of all paths."""
         return self.samples * self.bins.shape[0] * self.bins.shape[1]
 
     @property
@@ -61,25 +61,25 @@ class Pilot:
 
     @property
     def surfaces_met(self) -> float:
-        """Surfaces that paths met, in all: what the time of a render goes with."""
+        """Surfaces that all paths hit: the time of a render is proportional to it."""
         return float(self.bins[..., TOTAL, 3].sum())
 
     def beyond(self, count: str, most: int) -> NDArray[np.float64]:
-        """(height, width, batches, 4): what paths with more than ``most`` bounces of a kind bring."""
+        """(height, width, batches, 4): light of paths with more than ``most`` bounces of a kind."""
         first = COUNTS.index(count) * LEVELS
         return np.asarray(self.bins[..., first + min(most + 1, LEVELS) : first + LEVELS, :].sum(axis=-2))
 
     def flagged(self, name: str) -> NDArray[np.float64]:
-        """(height, width, batches, 4): what light of a kind brings."""
+        """(height, width, batches, 4): light of a kind."""
         return np.asarray(self.bins[..., len(COUNTS) * LEVELS + FLAGS.index(name), :])
 
 
 def small_film(film: Film, pixels: int = PIXELS) -> Film:
-    """The same view in about ``pixels`` pixels, larger ones: the pilot looks at all of the picture."""
+    """The same view with about ``pixels`` pixels, which are larger: the pilot covers the whole picture."""
     width, height = film.width, film.height * film.pixel_aspect
     scale = np.sqrt(pixels / (width * height))
     small = (max(4, round(width * scale)), max(4, round(height * scale)))
-    aspect = (height / width) * small[0] / small[1]  # the view stays as it is, whatever rounding did
+    aspect = (height / width) * small[0] / small[1]  # the view keeps its extent despite rounding
     return Film(
         *small, samples=SAMPLES, seed=film.seed + 77, pixel_aspect=aspect, filter_kind="box", filter_width=1.0,
         exposure=film.exposure,
@@ -87,9 +87,9 @@ def small_film(film: Film, pixels: int = PIXELS) -> Film:
 
 
 def run_pilot(scene: Scene, plan: EffectPlan, samples: int = SAMPLES) -> Pilot:
-    """Trace the pilot of ``scene`` with RGB transport; ``plan``: what it simulates.
+    """Trace the pilot of ``scene`` with RGB transport; ``plan``: its effects.
 
-    Raises RenderError where Mitsuba fails and MissingDependencyError where it or LLVM is missing.
+    Raises RenderError if Mitsuba fails and MissingDependencyError if it or LLVM is missing.
     """
     from spectral_core.render.job import RenderJob
     from spectral_core.render.trace.accumulate import Accumulator
@@ -121,7 +121,7 @@ def _plain(scene: Scene) -> str:
 
 
 def _source_kinds(mi: Any, tracer: Any) -> NDArray[np.uint32]:
-    """By number of a light: 1 for the surroundings, 2 for a surface that glows, 0 for a lamp."""
+    """By number of a light: 1 for the environment, 2 for an emissive surface, 0 for a lamp."""
     import drjit as dr
 
     if isinstance(tracer.lights, SceneLights):
@@ -138,8 +138,8 @@ def _source_kinds(mi: Any, tracer: Any) -> NDArray[np.uint32]:
 
 
 def _book(pilot: Any, light: Any, parts: tuple[Any, Any], counts: Any, when: tuple[Any, Any], met: float) -> None:
-    """Add light to a pilot's rows; ``parts``: from the surroundings and from what glows; ``when``: it is there, and it
-    comes after the first surface.
+    """Add light to a pilot's rows; ``parts``: of the environment and of emissive surfaces; ``when``: active lanes, and
+    those after the first surface.
     """
     import drjit as dr
     import mitsuba as mi
@@ -167,7 +167,7 @@ def _pilot_class(variant: str) -> Any:
     import mitsuba as mi
 
     class PilotPath(scene_path_class(variant)):  # type: ignore[misc]
-        """The renderer's paths, which book what they bring."""
+        """The renderer's path integrator, with bins for the light of each kind of path."""
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any, sources: NDArray[np.uint32]) -> None:
             super().__init__(settings, tables, lights)
@@ -213,7 +213,7 @@ def _pilot_class(variant: str) -> Any:
             )
             light = self.clamped(path.throughput * value, path.depth > 1)
             parts = tuple(self.clamped(path.throughput * of, path.depth > 1) for of in (self.met.world, self.met.glows))
-            # what the camera sees itself is lost with no bounce
+            # light that the camera sees directly is lost at no number of bounces
             _book(self, light, parts, counts, (active, active & (path.depth > 0)), 0.0)
             return value
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene that a plan simulates: what the plan leaves out is taken out before the renderer sees it."""
+"""The scene that a plan simulates: omitted effects are removed before rendering."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from spectral_core.scene import (
     Light,
     LightPaths,
     Material,
+    Metal,
     PointLight,
     Principled,
     Scene,
@@ -28,7 +29,7 @@ from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
 SODIUM_D_NM = 589.3
-"""Where an index of refraction is quoted when it is one number."""
+"""Wavelength at which an index of refraction is quoted as one number."""
 
 
 def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
@@ -46,7 +47,7 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
     if any(new is not old for new, old in zip(materials, scene.materials, strict=True)):
         changes["materials"] = materials
         emptied = media_borders(scene) if not plan.is_on("media") else frozenset()
-        if emptied:  # a fog that is left out leaves no walls behind
+        if emptied:  # an omitted medium leaves no border behind
             changes["instances"] = tuple(
                 item for item in scene.instances if not item.materials or not emptied.issuperset(item.materials)
             )
@@ -60,9 +61,9 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
 
 
 def _light_paths(paths: LightPaths, plan: EffectPlan) -> LightPaths:
-    """Limits by kind where they end paths before the limit on all bounces does; caustics where something throws any.
+    """Limits by kind if they end paths before the limit on all bounces; caustics if any object can cause them.
 
-    Paths through media know none of them.
+    The integrator for media has none of these limits.
     """
     if plan.is_on("media"):
         return paths
@@ -100,6 +101,12 @@ def _surface(surface: Surface, plan: EffectPlan) -> Surface:
 def _closure(surface: Closure, plan: EffectPlan) -> Closure:
     if isinstance(surface, (Glass, Principled)) and isinstance(surface.ior, Spectrum) and not plan.is_on("dispersion"):
         surface = replace(surface, ior=float(surface.ior.at(SODIUM_D_NM)) or 1.5)
+    if (
+        isinstance(surface, (Glass, Metal, Principled))
+        and surface.thin_film_thickness != 0
+        and not plan.is_on("thin_film")
+    ):
+        surface = replace(surface, thin_film_thickness=0.0)
     if isinstance(surface, Fluorescent) and not plan.is_on("fluorescence"):
         return Diffuse(surface.color, normal=surface.normal)
     if not plan.is_on("emissive_meshes"):

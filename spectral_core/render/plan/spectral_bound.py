@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far RGB transport is from spectral transport: every surface under every light, carried in both ways.
+"""Bound on the difference between RGB and spectral transport: every surface under every light, computed in both ways.
 
-RGB transport multiplies the colors of lights and surfaces, spectral transport their spectra; the difference is that of
-the integral of a product from the product of integrals. It is computed for light that is reflected once, and for light
-that is reflected by two surfaces in turn.
+RGB transport multiplies the colors of lights and surfaces, spectral transport their spectra; the difference is that
+between an integral of a product and a product of integrals. It is computed for light that is reflected once, and for
+light that two surfaces reflect in turn.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance, white_light
 from spectral_core.render.plan.fluorescence import error_in_rgb
 from spectral_core.render.plan.inventory import paint_parts, shown_materials
+from spectral_core.render.plan.thin_film import film_surfaces
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import (
     Color,
@@ -38,17 +39,17 @@ from spectral_core.spectra.upsample import upsampled
 Array = NDArray[np.float64]
 
 LATER_BOUNCES = 3.0
-"""Factor for light that is reflected more often than twice: each further surface adds at most as much again."""
+"""Factor for light that is reflected more than twice: each further surface adds at most the same error again."""
 SECOND_BOUNCE = 0.5
-"""Light that comes from a second surface, relative to a lamp's: as in an ordinary room."""
+"""Light from a second surface, relative to that of a lamp: as in an ordinary room."""
 MOST_SURFACES, MOST_LIGHTS, TEXELS = 48, 24, 24
 _PRIMARIES = np.array([[0.8, 0.05, 0.05], [0.05, 0.8, 0.05], [0.05, 0.05, 0.8], [0.8, 0.8, 0.05]])
 
 
 def rgb_transport_error(scene: Scene) -> float:
-    """Largest ΔE2000 that RGB transport makes in ``scene`` where it is lit to white, by all pairs of surfaces.
+    """Largest ΔE2000 of RGB transport in ``scene`` at the exposure of white, over all pairs of surfaces.
 
-    Infinite where a spectrum is in a place that is not compared: the extinction of a medium, a sampled volume.
+    Infinite if a spectrum occurs where nothing is compared: in the extinction of a medium or a sampled volume.
     """
     shown = shown_materials(scene)
     materials = [material for material in scene.materials if material.name in shown]
@@ -61,8 +62,9 @@ def rgb_transport_error(scene: Scene) -> float:
     white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
     lights = distinct_lights(scene)
     surfaces = list(_surfaces([part for material in materials for part in _reflecting(material)]))
+    surfaces += film_surfaces(materials)
     if len(surfaces) > MOST_SURFACES or len(lights) > MOST_LIGHTS:
-        # no more than what the comparison holds: the most saturated surfaces, which differ most
+        # at most as many as the comparison can hold: the most saturated surfaces, which differ most
         surfaces.sort(key=lambda item: (not item[2], -float(np.ptp(item[0]) / max(float(item[0].max()), 1e-6))))
         surfaces, lights = surfaces[:MOST_SURFACES], lights[:MOST_LIGHTS]
     dyes = error_in_rgb(scene, materials, lights)
@@ -78,7 +80,7 @@ def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list
     cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])
     measure = RGB_FROM_XYZ @ (cmfs * (weights * spectrum.at(points)))
     color = emitted_rgb(light)
-    size = max(float(measure.sum(axis=1) @ (0.2126, 0.7152, 0.0722)), 1e-30)  # lit to a luminance of 1
+    size = max(float(measure.sum(axis=1) @ (0.2126, 0.7152, 0.0722)), 1e-30)  # scaled to a luminance of 1
     rgb = np.stack([item[0] for item in surfaces])
     spectra = np.stack([item[1](points) for item in surfaces])
     is_spectral = np.array([item[2] for item in surfaces]) | isinstance(light, Spectrum)
@@ -96,7 +98,7 @@ def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list
 
 
 def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
-    """Colors and spectra of all lights, each once, whatever its brightness."""
+    """Colors and spectra of all lights, each once, without regard to brightness."""
     paints: list[Any] = [
         Color(_planck_rgb(light.color)) if light.is_planckian else light.color for light in scene.lights
     ]
@@ -113,7 +115,7 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     for paint in paints:
         for part in paint_parts(paint):
             usable = part if isinstance(part, (Color, Spectrum)) else Color(np.ones(3))
-            # the brightness of a light changes no difference of color
+            # the brightness of a light does not change color differences
             key = (
                 (usable.grid.wavelengths_nm.tobytes(), usable.values.tobytes())
                 if isinstance(usable, Spectrum)
@@ -128,7 +130,7 @@ def _planck_rgb(paint: Any) -> Array:
 
 
 def _reflecting(material: Any) -> Iterator[Any]:
-    """Paints of a material that take a share of light."""
+    """Paints of a material that are reflectances."""
     for value in values_of(material.surface):
         yield from (part for part in paint_parts(value) if isinstance(part, Paint))
     if material.medium is not None and isinstance(material.medium.color, Color):
@@ -136,12 +138,12 @@ def _reflecting(material: Any) -> Iterator[Any]:
 
 
 def _surfaces(paints: list[Any]) -> Iterator[tuple[Array, Any, bool]]:
-    """Color under D65, spectrum by wavelength, and whether it is one by measurement, of each paint."""
+    """Color under D65, spectrum by wavelength, and True for a measured spectrum, of each paint."""
     for paint in paints:
         if isinstance(paint, Color):
             yield from _colors(np.atleast_2d(paint.linear_rgb))
         elif isinstance(paint, Spectrum):
-            if float(paint.values.max()) <= 1.0 + 1e-6:  # an index of refraction is no share of light
+            if float(paint.values.max()) <= 1.0 + 1e-6:  # an index of refraction is not a reflectance
                 yield RGB_FROM_XYZ @ xyz_of(white_light(), paint), paint.at, True
         elif isinstance(paint, ImageTexture):
             pixels = paint.pixels[..., :3].reshape(-1, min(3, paint.pixels.shape[2]))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The triangles of a scene as one table, from which kernels read what a ray has hit.
 
-Mitsuba calls the shape that was hit: each instance is then a function of its own in the kernel, and an object that is
-placed a hundred times takes seconds to compile. Read from tables, any number of shapes is the same code.
+Mitsuba calls the shape that was hit: each instance is then a function of its own in the kernel, and an object with a
+hundred instances takes seconds to compile. Read from tables, any number of shapes is the same code.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from spectral_core.render.plugins.numbers import aligned, own_copy
 from spectral_core.render.plugins.paints.tables import SceneTables
 
 NONE = 0xFFFFFFFF
-"""Place of what a shape has not."""
+"""Value in place of an index for missing data."""
 COLUMNS = 4
-"""Per shape: first triangle, first vertex, first normal, first place in the UV map; of a ball its number in the second
-column and ``NONE`` in the first; of an instance the first of its parts in the second and ``NONE`` in the first."""
+"""Per shape: first triangle, first vertex, first normal, first UV coordinate; for a ball its number in the second
+column and ``NONE`` in the first; for an instance the first of its parts in the second and ``NONE`` in the first.
+"""
 
 
 @dataclass
@@ -32,7 +33,7 @@ class _Triangles:
 
 
 class MeshTables:
-    """All meshes by their number in Mitsuba's registry; ``scene`` knows where instances stand."""
+    """All meshes by their number in Mitsuba's registry; ``scene`` contains the matrices of instances."""
 
     def __init__(self, scene: SceneTables, *, movable: bool) -> None:
         self.scene, self.mi, self.dr, self.movable = scene, scene.mi, scene.dr, movable
@@ -42,7 +43,7 @@ class MeshTables:
         self.faces = self.positions = self.normals = self.uvs = self.rows = self.parts = self.balls = None
 
     def add(self, shape: Any) -> None:
-        """A mesh or a sphere of Mitsuba's, or one that was added before and has other vertices now."""
+        """Add a mesh or a sphere of Mitsuba, or replace the vertices of one that was added before."""
         number, parameters = self._number(shape), self.mi.traverse(shape)
         if "faces" not in parameters:
             matrix = np.array(parameters["to_world"].matrix, dtype=np.float64).reshape(4, 4)
@@ -58,7 +59,7 @@ class MeshTables:
         )
 
     def add_instance(self, placed: Any, shapes: list[Any]) -> None:
-        """A placement of a group of meshes, which stand in the order that the group has them in."""
+        """Add an instance of a group of meshes, in the order of the group."""
         self._parts[self._number(placed)] = [self._number(shape) for shape in shapes]
 
     def _number(self, shape: Any) -> int:
@@ -101,7 +102,7 @@ class MeshTables:
         return own_copy(kind, flat) if self.movable else kind(aligned(flat))
 
     def intersect(self, scene: Any, ray: Any, coherent: Any, active: Any) -> Any:
-        """The nearest hit of a ray, as Mitsuba's ``ray_intersect`` gives it but for the derivatives of normals."""
+        """The nearest hit of a ray, equal to Mitsuba's ``ray_intersect`` except for the derivatives of normals."""
         mi, dr = self.mi, self.dr
         found = scene.ray_intersect_preliminary(ray, coherent=coherent, active=active)
         valid = mi.Bool(active) & found.is_valid()
@@ -129,8 +130,28 @@ class MeshTables:
         si.wi = dr.select(valid, si.to_local(-ray.d), -ray.d)
         return si
 
+    def corners(self, si: Any, active: Any) -> tuple[list[Any], Any]:
+        """Corners, in the world, of the triangle of a hit, and whether it is one."""
+        mi, dr = self.mi, self.dr
+        number = dr.reinterpret_array(mi.UInt32, si.shape)
+        known = active & si.is_valid()
+        face, vertex = (dr.gather(mi.UInt32, self.rows, number * COLUMNS + k, known) for k in range(2))
+        known &= face != NONE
+        places = dr.gather(mi.Vector3u, self.faces, face + si.prim_index, known)
+        corners = [dr.gather(mi.Point3f, self.positions, vertex + places[k], known) for k in range(3)]
+        if self._parts:
+            placed = dr.reinterpret_array(mi.UInt32, si.instance)
+            moved = known & (placed != 0)
+            out = self.scene.placement(placed, moved)[12:]
+            rows = [out[4 * i : 4 * i + 4] for i in range(3)]
+            corners = [
+                dr.select(moved, mi.Point3f(*(a * p.x + b * p.y + c * p.z + d for a, b, c, d in rows)), p)
+                for p in corners
+            ]
+        return corners, known
+
     def _triangle(self, si: Any, number: Any, place: Any, valid: Any) -> None:
-        """Position, normals, UV map and its tangents at a place in a triangle, in the mesh's own space."""
+        """Position, normals, UV coordinates and tangents at a point of a triangle, in the mesh's space."""
         mi, dr = self.mi, self.dr
         face, vertex, normal, uv = (dr.gather(mi.UInt32, self.rows, number * COLUMNS + k, valid) for k in range(4))
         valid = valid & (face != NONE)
@@ -156,7 +177,7 @@ class MeshTables:
         determinant = dr.fma(d1.x, d2.y, -(d1.y * d2.x))
         inverse = dr.rcp(determinant)
         along = (d2.y * first - d1.y * second) * inverse, (d1.x * second - d2.x * first) * inverse
-        across = mi.coordinate_system(si.n)  # where a map has no area
+        across = mi.coordinate_system(si.n)  # for a UV map without area
 
         def tangent(k: int) -> Any:
             return dr.select(mapped, dr.select(determinant != 0.0, along[k], across[k]), (first, second)[k])

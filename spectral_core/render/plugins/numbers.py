@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers that kernels read instead of knowing."""
+"""Numbers that kernels read from memory."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ CACHE_LINE = 64
 
 
 def opaque_number(mi: Any, dr: Any, value: float) -> Any:
-    """A number that kernels read instead of knowing, so that another value needs no new kernel."""
+    """A number that kernels read from memory, so that another value needs no new kernel."""
     return dr.opaque(mi.Float, float(value))
 
 
 def aligned(values: NDArray[Any]) -> NDArray[Any]:
-    """The same values, flat, where a cache line begins.
+    """The same values, flat, aligned to a cache line.
 
-    Dr.Jit takes NumPy's memory as it lies, and reads pairs of numbers in another way where they do not lie on an even
-    address: the kernel would depend on chance.
+    Dr.Jit uses NumPy's memory without a copy, and reads pairs of numbers differently if they are not aligned: the
+    kernel would then depend on chance.
     """
     flat = np.ravel(values)
     room = np.empty(flat.nbytes + CACHE_LINE, np.uint8)
@@ -40,14 +40,14 @@ def table(kind: Any, values: Any) -> Any:
 def channel_mean(dr: Any, value: Any) -> Any:
     """Mean over the channels of a color or spectrum.
 
-    ``dr.mean`` divides by the number of all entries, lanes included: outside of calls the size of the picture would
-    be written into the kernel.
+    ``dr.mean`` divides by the number of all entries, lanes included: outside of calls, the size of the picture would
+    become a constant of the kernel.
     """
     return dr.sum(value) * (1.0 / len(value))
 
 
 def own_copy(kind: Any, array: NDArray[Any]) -> Any:
-    """Numbers in Dr.Jit's own memory: NumPy's, mapped, would look like another kind to a recorded launch."""
+    """Numbers in Dr.Jit's own memory: mapped NumPy memory would be another type for a recorded launch."""
     import drjit as dr
 
     values = kind(array.ravel())

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rendering in a process of its own, which stays."""
+"""Rendering in a separate process that stays alive."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages between a session and its render process: pickles whose arrays travel beside them, uncopied.
+"""Messages between a session and its render process: pickles whose arrays are sent separately, without a copy.
 
-One message is a head (number of parts, size of each) followed by the parts: the pickle (protocol 5), then the
-memory of its arrays. Both ends are this library started by the same user; nothing else is ever read this way.
+A message is a head (number of parts, size of each) followed by the parts: the pickle (protocol 5), then the memory of
+its arrays. Both ends are this library, started by the same user; nothing else is ever read this way.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _SIZE = struct.Struct("<Q")
 
 
 def send(stream: BinaryIO, message: Any) -> None:
-    """Write one message and flush. Raises BrokenPipeError or OSError where nobody listens."""
+    """Write one message and flush. Raises BrokenPipeError or OSError if the other end is closed."""
     buffers: list[pickle.PickleBuffer] = []
     head = pickle.dumps(message, protocol=5, buffer_callback=buffers.append)
     parts: list[Any] = [head, *(buffer.raw() for buffer in buffers)]
@@ -27,7 +27,7 @@ def send(stream: BinaryIO, message: Any) -> None:
 
 
 def receive(stream: BinaryIO) -> Any:
-    """Read one message. Raises EOFError where the other end is gone, also in the middle of a message."""
+    """Read one message. Raises EOFError if the other end is closed, also in the middle of a message."""
     count = _COUNT.unpack(_exactly(stream, _COUNT.size))[0]
     sizes = [_SIZE.unpack(_exactly(stream, _SIZE.size))[0] for _ in range(count)]
     head, *buffers = (_exactly(stream, size) for size in sizes)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rendering in a process of its own: a crash there is an error here, and never the end of an artist's session."""
+"""Rendering in a separate process: a crash there becomes an error here, and the artist's session survives."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ from spectral_core.scene import Scene
 from spectral_core.spectra.spectrum import Spectrum
 
 CANCEL_GRACE_S = 0.4
-"""How long a cancelled render may take to answer before its process is ended."""
+"""Time limit for a cancelled render to answer before its process is ended."""
 START_LIMIT_S = 60.0
 _POLL_S = 0.02
 _LOG_TAIL_BYTES = 4000
 
 
 class RenderProcess:
-    """A renderer that outlives its crashes.
+    """A render process that is restarted after a crash.
 
-    The process starts with the first render, is used again by the next, and is started anew after it died. Use one
-    object from any thread; renders wait for each other. ``close`` or leaving a ``with`` block ends the process.
+    The process starts with the first render, serves the next ones, and is restarted after a crash. Use one object from
+    any thread; renders wait for each other. ``close`` or the end of a ``with`` block ends the process.
     """
 
     def __init__(self, python: str | None = None) -> None:
@@ -61,13 +61,13 @@ class RenderProcess:
         groups: bool | tuple[str, ...] = False,
         sampling_lights: Sequence[Spectrum] | None = None,
     ) -> RenderResult:
-        """Like ``render_scene``, elsewhere.
+        """Like ``render_scene``, in the process.
 
-        A cancel is answered within CANCEL_GRACE_S: by the process, or by ending it. Raises RenderError where the
-        process died or Mitsuba failed, InvalidInputError for a scene that cannot be rendered.
+        A cancel is answered within CANCEL_GRACE_S: by the process, or by ending it. Raises RenderError if the process
+        crashed or Mitsuba failed, InvalidInputError for a scene that cannot be rendered.
         """
         is_asked(scene.settings)
-        plan = plan_from_data(scene)  # a wrong override is an error before a process starts
+        plan = plan_from_data(scene)  # a wrong override raises before a process starts
         options = {"bands": bands, "groups": groups, "sampling_lights": sampling_lights}
         with self._lock:
             worker = self._running()
@@ -75,25 +75,25 @@ class RenderProcess:
                 worker.post(("render", (scene, options)))
                 return self._follow(worker, (scene, plan), on_progress, should_stop)
             except BaseException:
-                # whatever went wrong here, an answer may still be on its way: the next render gets a new process
+                # after any error here, an answer may still be pending: the next render gets a new process
                 if not worker.idle:
                     self._end()
                 raise
 
     def plan(self, scene: Scene, tolerance: float | None = None) -> EffectPlan:
-        """``plan_effects`` with its pilot, elsewhere. Raises as it does, and RenderError where the process died."""
+        """``plan_effects`` with its pilot, in the process. Raises the same errors, and RenderError after a crash."""
         plan_from_data(scene, tolerance)
         plan: EffectPlan = self.call("plan", scene, tolerance)
         return plan
 
     def cost_curve(self, scene: Scene) -> CostCurve:
-        """``cost_curve``, elsewhere. Raises as it does, and RenderError where the process died."""
+        """``cost_curve`` in the process. Raises the same errors, and RenderError if the process crashed."""
         plan_from_data(scene)
         curve: CostCurve = self.call("cost", scene)
         return curve
 
     def call(self, name: str, *arguments: Any) -> Any:
-        """Answer of one of the worker's ``CALLS``; raises RenderError where the process died."""
+        """Answer of one of the worker's ``CALLS``; raises RenderError if the process crashed."""
         with self._lock:
             worker = self._running()
             try:
@@ -148,7 +148,7 @@ class RenderProcess:
 
     @property
     def process_id(self) -> int | None:
-        """Process id of the worker, None while there is none."""
+        """Process id of the worker; None if it does not run."""
         return self._worker.process.pid if self._worker is not None and self._worker.alive else None
 
     def close(self) -> None:
@@ -169,9 +169,9 @@ class RenderProcess:
 
 
 class Worker:
-    """One process that runs ``module``, its log and the messages it has sent.
+    """One process that runs ``module``, with its log and its messages.
 
-    Raises RenderError where it cannot be started or does not answer.
+    Raises RenderError if it cannot be started or does not answer.
     """
 
     def __init__(self, python: str, module: str = "spectral_core.render.process.worker") -> None:
@@ -197,7 +197,7 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """Whether the process still runs."""
+        """True if the process still runs."""
         return self.process.poll() is None
 
     def _read(self) -> None:
@@ -240,7 +240,7 @@ class Worker:
         )
 
     def log_tail(self) -> str:
-        """The end of what the process said, for an error message; "" where it said nothing."""
+        """The end of the process's output, for an error message; "" without output."""
         self._log.seek(0, os.SEEK_END)
         self._log.seek(max(0, self._log.tell() - _LOG_TAIL_BYTES))
         text = self._log.read().decode("utf-8", "replace").strip()
@@ -253,13 +253,13 @@ class Worker:
         self.process.wait()
         for stream in (self.process.stdin, self.process.stdout):
             if stream is not None:
-                with contextlib.suppress(OSError):  # what was left to flush has no reader
+                with contextlib.suppress(OSError):  # the remaining output has no reader
                     stream.close()
         self._log.close()
 
 
 def _cancelled(scene: Scene, plan: EffectPlan, latest: Progress) -> RenderResult:
-    """What a render had shown when its process was ended."""
+    """The last progress of a render when its process was ended."""
     variant = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant).variant
     return RenderResult(latest.pixels, plan, scene.notes, latest.samples, latest.seconds, "cancelled", variant)
 
@@ -271,9 +271,9 @@ def _as_error(name: str, text: str) -> errors.SpectralError:
 
 @cache
 def find_python() -> str:
-    """An interpreter of this very version: inside Blender ``sys.executable`` may be Blender itself.
+    """An interpreter of the same version: inside Blender, ``sys.executable`` may be Blender itself.
 
-    ``SPECTRAL_SCENE_PYTHON`` wins. Raises RenderError that names what was tried.
+    ``SPECTRAL_SCENE_PYTHON`` has precedence. Raises RenderError that names the candidates.
     """
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     places = [os.environ.get("SPECTRAL_SCENE_PYTHON"), sys.executable, getattr(sys, "_base_executable", None)]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The render process: reads scenes from its standard input, writes pictures to its standard output.
 
-It lives as long as the session that started it: when its input closes, for whatever reason, it ends at once.
+It lives as long as the session that started it: when its input closes, for any reason, it ends at once.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from spectral_core.render.process.messages import receive, send
 def main() -> None:
     """Serve render requests until the input closes."""
     faulthandler.enable()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the session's to answer
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session handles Ctrl-C
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever a library prints goes to the log, not between the messages
+    os.dup2(2, 1)  # output of libraries goes to the log, not between the messages
     requests: queue.SimpleQueue[Any] = queue.SimpleQueue()
     stop = threading.Event()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, requests, stop), daemon=True).start()
@@ -45,12 +45,12 @@ def main() -> None:
 
 
 def _listen(stream: BinaryIO, requests: queue.SimpleQueue[Any], stop: threading.Event) -> None:
-    """Pass requests on and hear "stop" while a render is on its way."""
+    """Pass requests on, and recognize "stop" during a render."""
     while True:
         try:
             kind, content = receive(stream)
         except (EOFError, OSError):
-            os._exit(0)  # the session is gone; a render in flight serves nobody
+            os._exit(0)  # the session has ended; a running render has no reader
         if kind == "stop":
             stop.set()
         else:
@@ -58,7 +58,7 @@ def _listen(stream: BinaryIO, requests: queue.SimpleQueue[Any], stop: threading.
 
 
 def call(name: str, arguments: tuple[Any, ...]) -> Any:
-    """Answer a question about a scene that is no picture: its plan, its cost curve."""
+    """Answer a request for data on a scene: its plan or its cost curve."""
     from spectral_core.render.cost.curve import cost_curve
     from spectral_core.render.plan.effects import plan_effects
 
@@ -81,7 +81,7 @@ def _answer(answers: BinaryIO, scene: Any, options: dict[str, Any], stop: thread
 
 
 def _answer_with(answers: BinaryIO, answer: Callable[[], Any]) -> None:
-    """Send what ``answer`` returns, or the error that it raises."""
+    """Send the result of ``answer``, or the error that it raises."""
     try:
         send(answers, ("done", answer()))
     except SpectralError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Radiance per nm around 31, 61 or 121 wavelengths, under flat light: new spectra, nearly."""
+"""Radiance per nm around 31, 61 or 121 wavelengths, under flat light: new spectra, approximately."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 BAND_COUNTS = (31, 61, 121)
 
-# Mean ΔE2000 of the worst lamp on the worst surfaces, with a fifth to spare: `python -m benchmarks relight-bands`, 21
-# lamps, and any single laser; a color chart, spectra designed on 10 nm, and two bounces of each.
-# (smooth lamps, sodium and fluorescent lamps, lasers)
+# Mean ΔE2000 of the worst lamp on the worst surfaces, plus a fifth: `python -m benchmarks relight-bands` with 21 lamps
+# and any single laser; a color chart, spectra designed on 10 nm, and two bounces of each. (smooth lamps, sodium and
+# fluorescent lamps, lasers)
 BAND_ERRORS = {31: (1.7, 7.0, 45.0), 61: (0.5, 2.3, 38.0), 121: (0.13, 0.7, 34.0)}
 
 
@@ -55,7 +55,7 @@ class BandStorage(Storage):
         return SpectralGrid(np.linspace(400.0, 700.0, self.count))
 
     def channel_names(self) -> tuple[str, ...]:
-        """As in the published layout: ``S0.550,000000nm``."""
+        """Names of the published layout: ``S0.550,000000nm``."""
         return tuple(spectral_channel(knot) for knot in self.grid.wavelengths_nm)
 
     def measured(self) -> Bands:
@@ -65,16 +65,18 @@ class BandStorage(Storage):
         return Bands(tuple(f"{knot:.6f}" for knot in self.grid.wavelengths_nm), hats / widths[:, None])
 
     def rgb_from_channels(self, light: Spectrum) -> Array:
-        """Linear sRGB of ``light`` times each hat, integrated exactly: transport is taken as constant under a hat."""
+        """Linear sRGB of ``light`` times each hat, integrated exactly: transport is assumed to be constant under a
+        hat.
+        """
         below, above = np.array([FIRST_NM - 1.0]), np.array([LAST_NM + 1.0])
         reaching = SpectralGrid(np.concatenate([below, self.grid.wavelengths_nm, above]))
         matrix = linear_rgb_from_product(light, reaching)
-        matrix[:, 1] += matrix[:, 0]  # up to the first knot both hats sum to 1, as the outermost band does
+        matrix[:, 1] += matrix[:, 0]  # up to the first knot both hats sum to 1, like the outermost band
         matrix[:, -2] += matrix[:, -1]
         return matrix[:, 1:-1]
 
     def stated_error(self) -> str:
-        """In words, what a relit picture may differ by from a render."""
+        """Text on the difference of a relit picture from a render."""
         smooth, lines, laser = BAND_ERRORS[self.count]
         return (
             f"mean ΔE2000 on designed surfaces up to {smooth:g} for smooth lamps, {lines:g} for sodium and fluorescent "

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light dial's geometry: a selector's place among bulbs becomes a weight per light (thesis section 6.3.1)."""
+"""Geometry of the light dial: a selector's position among bulbs becomes a weight per light (thesis section 6.3.1)."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ Array = NDArray[np.float64]
 
 MOST_BULBS = 64
 COINCIDENT = 1e-9
-"""Bulbs nearer than this share of the dial's extent stand on one spot."""
+"""Bulbs nearer than this share of the dial's extent count as coincident."""
 
 
 def bulbs_on_polygon(count: int) -> Array:
-    """Where bulbs start: corners (count, 2) of a regular polygon of radius 1, the first at the top, clockwise."""
+    """Initial positions of bulbs: corners (count, 2) of a regular polygon of radius 1, the first at the top,
+    clockwise.
+    """
     if not 2 <= count <= MOST_BULBS:
         raise InvalidInputError(f"a dial has 2 to {MOST_BULBS} lights; got {count}")
     angles = np.pi / 2 - 2 * np.pi * np.arange(count) / count
@@ -27,16 +29,17 @@ def bulbs_on_polygon(count: int) -> Array:
 def dial_weights(selector: ArrayLike, bulbs: ArrayLike, is_on: ArrayLike | None = None) -> Array:
     """Weights (..., n) of n bulbs at ``bulbs`` (..., n, 2) for a selector at (..., 2); leading axes broadcast.
 
-    Eq. 6.1, normalized to sum 1: the weight of bulb i is the product over the others of the selector's distance to
-    them, over bulb i's own distance to them. So it is 1 at the bulb and 0 at every other. ``is_on``: (..., n), all on
-    by default; a bulb that is off has weight 0 and bends nobody's.
+    Eq. 6.1, normalized to sum 1: the weight of bulb i is the product over the other bulbs of the selector's distance to
+    them, over bulb i's distance to them. It is 1 at the bulb and 0 at every other. ``is_on``: (..., n), all on by
+    default; a bulb that is off has weight 0 and does not affect the others.
 
-    The equation divides by the distance between bulbs; where it says nothing, this is what holds:
+    The equation divides by the distance between bulbs. Definitions for the remaining cases:
 
-    - Bulbs on one spot (``COINCIDENT``) count as one and share its weight equally. The limit of the equation would
-      give them everything, everywhere but on the other bulbs.
-    - All bulbs off: all weights 0, the one case in which they do not sum to 1. Nothing is lit.
-    - Far away, the weights tend to those of the bulbs' own distances: the selector is as far from each.
+    - Coincident bulbs (``COINCIDENT``) count as one and share its weight equally. The limit of the equation would give
+      them all weight at every position except the other bulbs.
+    - All bulbs off: all weights are 0, the only case in which they do not sum to 1. Nothing is lit.
+    - Far away, the weights tend to those of the distances between the bulbs, because the selector is equally far from
+      each.
 
     Raises InvalidInputError for shapes that do not fit, fewer than 1 or more than 64 bulbs, NaN or Inf.
     """
@@ -49,12 +52,12 @@ def dial_weights(selector: ArrayLike, bulbs: ArrayLike, is_on: ArrayLike | None 
     extent = np.where(on[..., :, None] & on[..., None, :], between, 0.0).max(axis=(-1, -2), keepdims=True)
     same = between <= COINCIDENT * extent
     first_of_spot = on & ~np.tril(same & on[..., None, :], -1).any(axis=-1)
-    others = first_of_spot[..., None, :] & ~same  # row i: the spots whose distance bulb i's product runs over
+    others = first_of_spot[..., None, :] & ~same  # row i: the other positions in the product of bulb i
 
     with np.errstate(divide="ignore"):
         to_selector = np.log(_distance(at[..., None, :], places))
         apart = np.log(between)
-    # In logarithms, so that 64 factors neither overflow nor vanish; a spot under the selector is log 0 = -inf.
+    # In logarithms, so that 64 factors neither overflow nor vanish; a position at the selector is log 0 = -inf.
     exponents = np.where(others, to_selector[..., None, :], 0.0).sum(-1) - np.where(others, apart, 0.0).sum(-1)
     exponents = np.where(on, exponents, -np.inf)
     top = exponents.max(axis=-1, keepdims=True)

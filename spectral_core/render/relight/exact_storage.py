@@ -17,14 +17,14 @@ from spectral_core.spectra.observer import STANDARD, integration_points, observe
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 EXACT_GRID = SpectralGrid.uniform(380.0, 780.0, 10.0)
-"""Grid of an exact recording where none is named: that of the palette's designs."""
+"""Default grid of an exact recording: that of the palette's designs."""
 _LEAST_WEIGHT = 1e-3
 """Of the observer's sensitivity, relative to its largest: keeps the projection well-conditioned at the grid's ends."""
 
 
 @dataclass(frozen=True, eq=False)
 class ExactStorage(Storage):
-    """Every spectrum of ``knots``; they must be whole nm from 360 to 830, where the observer is tabulated."""
+    """Every spectrum of ``knots``; these must be whole nm from 360 to 830, the range of the observer's table."""
 
     knots: SpectralGrid
 
@@ -71,14 +71,15 @@ class ExactStorage(Storage):
         return Bands(names, responses, pieces.reshape(3, len(names), -1))
 
     def rgb_from_channels(self, light: Spectrum) -> Array:
-        """Linear sRGB from the light's amount of each hat: exact where the light is on the grid."""
+        """Linear sRGB from the light's amount of each hat: exact for a light on the grid."""
         amounts = self._amounts(light)
         return (amounts[None, :, None] * RGB_FROM_XYZ[:, None, :]).reshape(3, -1)
 
     def _amounts(self, light: Spectrum) -> Array:
-        """Values at the knots that are nearest to a light, weighed by the observer; its own where it is on the grid.
+        """Values at the knots that approximate a light best, weighted by the observer; its own values if it is on the
+        grid.
 
-        Reading a light at the knots would lose a line between two of them. The least-squares projection keeps its
+        Sampling a light at the knots would lose a line between two of them. The least-squares projection preserves its
         integral against every hat, and so its power and, for surfaces that vary slowly, its color.
         """
         grid = self.knots
@@ -98,5 +99,5 @@ class ExactStorage(Storage):
         return amounts
 
     def stated_error(self) -> str:
-        """In words, what a relit picture may differ by from a render."""
+        """Text on the difference of a relit picture from a render."""
         return f"exact (float rounding) for every spectrum that is linear between {self.knots}"

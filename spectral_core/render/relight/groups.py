@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light groups of a scene: what shines in each, with which light, and which have changed since a recording."""
+"""Light groups of a scene: their sources, their spectra, and their changes since a recording."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from spectral_core.spectra.spectrum import Spectrum
 
 @dataclass(frozen=True)
 class Fingerprint:
-    """What the share of each light group depends on: its own lights, and everything else."""
+    """Data that determine the share of each light group: its own lights, and everything else."""
 
     rest: str
-    """Hash of all that every group's light meets: geometry, materials, camera, picture, and how light is followed."""
+    """Hash of everything that affects all groups: geometry, materials, camera, film and settings of transport."""
     groups: dict[str, str]
-    """Hash of the lamps, and of the surroundings, of each group."""
+    """Hash of the lamps and the environment of each group."""
 
 
 def fingerprint(scene: Scene, *, one_per_light: bool = False) -> Fingerprint:
-    """Fingerprint of a scene as ``record_transport`` takes it."""
+    """Fingerprint of a scene for ``record_transport``."""
     scene = one_group_per_light(scene) if one_per_light else scene
     dark = World(gray(0.0))
     plan = plan_effects(scene)
@@ -35,20 +35,20 @@ def fingerprint(scene: Scene, *, one_per_light: bool = False) -> Fingerprint:
     for name in light_groups(scene):
         lamps = tuple(light for light in scene.lights if light.group == name)
         own[name] = scene_hash((lamps, scene.world if scene.world.group == name else dark))
-    # the first group has the light that volumes emit themselves, see ``RenderJob``
+    # the first group has the light that volumes emit, see ``RenderJob``
     order = tuple(own) if scene.volumes else ()
     return Fingerprint(scene_hash((rest, plan.is_spectral, plan.bounces, order)), own)
 
 
 def changed_groups(before: Fingerprint, now: Fingerprint) -> tuple[str, ...] | None:
-    """Groups of ``now`` that must be recorded again; None where all must, as something else than lights changed."""
+    """Groups of ``now`` that must be recorded again; None for all, if anything other than lights changed."""
     if before.rest != now.rest:
         return None
     return tuple(name for name, own in now.groups.items() if before.groups.get(name) != own)
 
 
 def light_groups(scene: Scene) -> tuple[str, ...]:
-    """Names of the light groups of everything that shines, sorted."""
+    """Names of the light groups of all sources, sorted."""
     names = {light.group for light in scene.lights}
     if not scene.world.is_black:
         names.add(scene.world.group)
@@ -58,9 +58,9 @@ def light_groups(scene: Scene) -> tuple[str, ...]:
 
 
 def one_group_per_light(scene: Scene) -> Scene:
-    """The scene with every light, glowing object and the surroundings in a group of its own name.
+    """The scene with every light, emissive object and the environment in a group of its own.
 
-    Objects of one name stay apart: the second gets a number, as Blender gives it (``Lamp.001``).
+    Objects of equal names stay separate: the second gets a number, as in Blender (``Lamp.001``).
     """
     taken: set[str] = set()
 
@@ -85,12 +85,12 @@ def one_group_per_light(scene: Scene) -> Scene:
 
 
 def group_light(scene: Scene, group: str) -> Spectrum | None:
-    """The one spectrum that everything of a group shines with, as bright as its color; None where they differ."""
+    """The single spectrum of all sources of a group, scaled to the luminance of its color; None if they differ."""
     paints: list[Any] = [light.color for light in scene.lights if light.group == group]
     if scene.world.group == group and not scene.world.is_black:
         paints.append(scene.world.color)
     paints += _glowing_paints(scene, group)
-    # what varies from place to place was recorded as a filter of the light: by itself it tints white
+    # a varying emission was recorded as a filter of the light: alone it tints white
     spectra = [emitted_spectrum(p) if isinstance(p, (Color, Spectrum)) else white_light() for p in paints]
     if not spectra:
         return None
@@ -104,7 +104,7 @@ def _glowing_materials(scene: Scene) -> set[str]:
 
 
 def _glowing_paints(scene: Scene, group: str) -> list[Any]:
-    """What the glowing objects of a group shine with."""
+    """Paints of the emission of a group's objects."""
     assigned = {name for instance in scene.instances if instance.group == group for name in instance.materials}
     return [paint for material in scene.materials if material.name in assigned for paint in _emitted(material)]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much memory a recording takes at its peak, how much there is, and a refusal before it is spent in vain."""
+"""Peak memory of a recording, available memory, and an error before a recording that cannot fit."""
 
 from __future__ import annotations
 
@@ -11,35 +11,39 @@ from spectral_core.render.relight.storage import Storage
 from spectral_core.render.relight.storages import STORAGES
 
 RENDERER_BYTES = 500e6
-"""Mitsuba, its compiler and a scene of ordinary size, in a process of their own, beside the session's libraries."""
+"""Bytes of Mitsuba, its compiler and a scene of ordinary size, in a separate process, beside the session's
+libraries.
+"""
 COPIES = 4.0
-"""Peak over what is stored, in both processes together: sums in the renderer, the same as arrays, on their way here,
-and in the transport. Measured by ``python -m benchmarks relight-memory``, on LLVM; the slow scalar renderer keeps its
-sums in double precision and takes half more."""
+"""Peak over stored bytes, in both processes together: sums in the renderer, the same as arrays, in the message, and in
+the transport. Measured by ``python -m benchmarks relight-memory``.
+"""
 PIXEL_BYTES = 56.0
-"""Random streams and the picture itself, per pixel and group."""
+"""Random state and the picture itself, per pixel and group."""
 
 
 def peak_bytes(storage: Storage, width: int, height: int, groups: int) -> float:
-    """Memory that recording takes at most, renderer and session together."""
+    """Largest memory of a recording, renderer and session together."""
     pixels = PIXEL_BYTES * width * height * groups
     return RENDERER_BYTES + COPIES * storage.bytes_needed(width, height, groups) + pixels
 
 
 def stated_peak(storage: Storage, width: int, height: int, groups: int) -> str:
-    """One line to show before recording: what is stored, its error, and the peak on the way."""
+    """One line to show before recording: stored bytes, error, and peak memory."""
     peak = peak_bytes(storage, width, height, groups) / 1e6
     return f"{storage.describe(width, height, groups)}. Recording takes up to {peak:,.0f} MB"
 
 
 def available_bytes() -> float | None:
-    """Memory that may be had now without swapping, within this container's limit; None where nobody tells."""
+    """Memory that is available now without swapping, within this container's limit; None if the system does not report
+    it.
+    """
     found = [amount for amount in (_of_machine(), _of_container()) if amount is not None]
     return min(found, default=None)
 
 
 def require_memory(storage: Storage, size: tuple[int, int], groups: int) -> None:
-    """Raise InvalidInputError where recording would take more than there is, with what would fit."""
+    """Raise InvalidInputError with a recording that fits if this one would take more memory than is available."""
     free, needed = available_bytes(), peak_bytes(storage, *size, groups)
     if free is None or needed <= free:
         return
@@ -59,7 +63,7 @@ def _of_machine() -> float | None:
             if line.startswith("MemAvailable:"):
                 return 1024.0 * int(line.split()[1])
     except (OSError, ValueError):
-        pass  # no Linux: the amount installed bounds it, where the system tells that
+        pass  # not Linux: the installed memory is the bound, if the system reports it
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
@@ -67,7 +71,7 @@ def _of_machine() -> float | None:
 
 
 def _of_container() -> float | None:
-    """What a container's limit leaves (cgroup 2), file caches counted as free."""
+    """Memory within a container's limit (cgroup 2), file caches counted as free."""
     folder = Path("/sys/fs/cgroup")
     try:
         limit = float((folder / "memory.max").read_text("ascii"))
@@ -75,5 +79,5 @@ def _of_container() -> float | None:
         rows = (folder / "memory.stat").read_text("ascii").splitlines()
         cached = sum(float(row.split()[1]) for row in rows if row.split()[0] in ("inactive_file", "active_file"))
     except (OSError, ValueError):
-        return None  # no such limit, or it says "max"
+        return None  # there is no limit, or its value is "max"
     return max(0.0, limit - used + cached)

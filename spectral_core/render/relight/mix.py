@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From stored transport to a picture: a matrix product over pixels, and a live mix that redoes only what changed."""
+"""From stored transport to a picture: a matrix product over pixels, and a live mix that recomputes only changes."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def relight(
     """Picture (height, width, 4), linear sRGB and coverage, row 0 at the bottom.
 
     ``lights``: new spectra by group, normalized to the luminance of white; the others keep theirs. ``mix``: intensity
-    by group relative to the render, at least 0; 1 for those not named. Raises UnknownNameError for a group that the
-    transport lacks, InvalidInputError for a negative intensity or a spectrum asked of a ``dial`` transport.
+    by group relative to the render, at least 0, 1 by default. Raises UnknownNameError for a group that the transport
+    does not contain, InvalidInputError for a negative intensity or for a spectrum with a ``dial`` transport.
     """
     live = LiveMix(transport)
     for group, light in (lights or {}).items():
@@ -34,7 +34,7 @@ def relight(
 
 
 def amounts_of(transport: Transport, mix: Mapping[str, float] | None) -> NDArray[np.float64]:
-    """Intensity (groups,) of each light group relative to the render; 1 for those that ``mix`` does not name."""
+    """Intensity (groups,) of each light group relative to the render; 1 for those that ``mix`` does not contain."""
     amounts = np.ones(len(transport.groups))
     for group, amount in (mix or {}).items():
         amounts[transport.index_of(group)] = amount
@@ -42,7 +42,7 @@ def amounts_of(transport: Transport, mix: Mapping[str, float] | None) -> NDArray
 
 
 class LiveMix:
-    """Pictures of one transport, one after the other. Each group's own picture is kept: a dial only adds them up."""
+    """A sequence of pictures of one transport. Each group's picture is kept; a dial only adds them."""
 
     def __init__(self, transport: Transport) -> None:
         self.transport = transport
@@ -60,7 +60,7 @@ class LiveMix:
         self._shine(self.transport.index_of(group), unit_luminance(light))
 
     def _shine(self, index: int, light: Spectrum) -> None:
-        """``light``: with Y = 1 for one that is as bright as the group was recorded."""
+        """``light``: with Y = 1 for the brightness of the recording."""
         self._set(index, self.transport.storage.rgb_from_channels(relative_to_flat(light)))
 
     def _set(self, index: int, rgb_from_channels: NDArray[np.float64]) -> None:
@@ -70,7 +70,7 @@ class LiveMix:
         self._known[index] = True
 
     def _complete(self, amounts: NDArray[np.float64]) -> None:
-        """Groups that are lit and were given no spectrum shine as in the scene."""
+        """Lit groups without a new spectrum keep the spectrum of the scene."""
         storage = self.transport.storage
         for index, group in enumerate(self.transport.groups):
             if self._known[index] or amounts[index] == 0:
@@ -84,10 +84,10 @@ class LiveMix:
             self._set(index, matrix)
 
     def picture(self, weights: ArrayLike) -> Pixels:
-        """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call writes over it."""
+        """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call overwrites it."""
         amounts = frozen_array("weights of the light groups", weights, (len(self.transport.groups),))
         if np.any(amounts < 0):
-            raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot take light away")
+            raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot absorb light")
         self._complete(amounts)
         scaled = (amounts * self.transport.exposure).astype(np.float32)
         np.matmul(scaled, self._group_rgb, out=self._mixed)

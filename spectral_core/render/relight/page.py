@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One self-contained web page with the dial over the picture: for showing a client, without a server."""
+"""A self-contained web page with the dial over the picture, which needs no server."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Spectrum
 
 MOST_BYTES = 200e6
-"""A page larger than this opens slowly or not at all; record a smaller picture for it."""
+"""Largest size of a page; larger ones open slowly or not at all, so record a smaller picture for it."""
 
 
 def write_page(
@@ -36,7 +36,7 @@ def write_page(
     mix: Mapping[str, float] | None = None,
     bulbs: ArrayLike | None = None,
 ) -> None:
-    """Write one HTML file. In the middle of the dial it shows the scene as it was recorded, through its view transform.
+    """Write one HTML file. At the center of the dial it shows the scene as recorded, through its view transform.
 
     Layers are 16-bit floats: eleven bits, finer than the 8 bits of a screen.
 
@@ -88,12 +88,12 @@ def write_page(
     template = resources.files("spectral_core.render.relight").joinpath("page.html").read_text("utf-8")
     text = json.dumps(document).replace("<", "\\u003c")  # a group named "</script>" must not end the script
     filled = {"@TITLE@": html.escape(title), "@TRANSPORT@": text}
-    # in one pass: a title that is a placeholder itself stays what it is
+    # in one pass: a title that equals a placeholder stays unchanged
     write_text(path, re.sub("@TITLE@|@TRANSPORT@", lambda found: filled[found[0]], template))
 
 
 def _bulb_color(lamp: Spectrum | None) -> list[float]:
-    """Display color of a lamp, as bright as a screen shows its hue; white where a group's lights differ."""
+    """Display color of a lamp at the largest brightness of its hue; white if a group's lights differ."""
     if lamp is None:
         return [1.0, 1.0, 1.0]
     linear = np.maximum(linear_rgb_from_xyz(xyz_of(lamp)), 0.0)

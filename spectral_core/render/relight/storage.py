@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a transport render keeps, for what will be changed later: one class per kind of storage.
+"""Data of a transport render, chosen by the later changes: one class per type of storage.
 
 A new storage is one file with a subclass of ``Storage``, listed in ``KINDS`` of ``storages.py``.
 """
@@ -22,29 +22,29 @@ Array = NDArray[np.float64]
 
 
 class Storage(ABC):
-    """Which channels are kept per pixel and light group, and how they become linear sRGB again."""
+    """Channels per pixel and light group, and their conversion to linear sRGB."""
 
     kind: ClassVar[str]
-    """Its word in files, and where the panel and the command line name it."""
+    """Name in files, in the panel and on the command line."""
     keeps_spectra: ClassVar[bool] = True
-    """Whether the scene is recorded under flat light, so that lights can have new spectra."""
+    """True if the scene is recorded under flat light, so that lights can have new spectra."""
     exr_header: ClassVar[dict[str, Any]] = {}
-    """What the header of each part says beside the transport's own attribute."""
+    """Header of each part beside the transport's attribute."""
 
     @classmethod
     @abstractmethod
     def choices(cls) -> dict[str, Storage]:
-        """The storages of this kind that panel and command line offer, by name."""
+        """The storages of this type for panel and command line, by name."""
 
     @classmethod
     @abstractmethod
     def of_grid(cls, grid: SpectralGrid | None) -> Storage | None:
-        """Storage of this kind with that ``grid``, as a file's header states it; None where there is no such one."""
+        """Storage of this type with that ``grid``, as a file's header states it; None if there is no such one."""
 
     @property
     @abstractmethod
     def grid(self) -> SpectralGrid | None:
-        """Wavelengths of the channels; None where they are no wavelengths."""
+        """Wavelengths of the channels; None if channels are not wavelengths."""
 
     @abstractmethod
     def channel_names(self) -> tuple[str, ...]:
@@ -52,24 +52,24 @@ class Storage(ABC):
 
     @abstractmethod
     def measured(self) -> Bands | None:
-        """What the renderer measures beside the picture; None where the picture itself is kept."""
+        """Quantities that the renderer measures beside the picture; None if the picture itself is stored."""
 
     @abstractmethod
     def rgb_from_channels(self, light: Spectrum) -> Array:
-        """Matrix (3, channels): linear sRGB of a pixel that was recorded under flat light, lit by ``light``.
+        """Matrix (3, channels): linear sRGB of a pixel recorded under flat light, lit by ``light``.
 
-        ``light``: relative to the flat light, whose value is 1 everywhere. Raises InvalidInputError where the storage
+        ``light``: relative to the flat light, whose value is 1 everywhere. Raises InvalidInputError if the storage
         keeps no spectra.
         """
 
     @abstractmethod
     def stated_error(self) -> str:
-        """In words, what a relit picture may differ by from a render."""
+        """Text on the difference of a relit picture from a render."""
 
     def rgb_as_recorded(self, light: Spectrum | None) -> Array | None:
-        """Matrix (3, channels) for a group as it shone in the scene; None where its spectrum is not known.
+        """Matrix (3, channels) for a group with its spectrum in the scene; None if that is not known.
 
-        ``light``: the group's spectrum in the scene, with Y = 1 for one as bright as white.
+        ``light``: the group's spectrum in the scene, with Y = 1 for the brightness of white.
         """
         return None if light is None else self.rgb_from_channels(relative_to_flat(light))
 
@@ -91,24 +91,24 @@ class Storage(ABC):
 
 @dataclass(frozen=True)
 class MixtureStorage(Storage):
-    """Linear sRGB per light group. Exact for every mixture of the lights as they are."""
+    """Linear sRGB per light group. Exact for every mixture of the scene's lights."""
 
     kind: ClassVar[str] = "dial"
     keeps_spectra: ClassVar[bool] = False
 
     @classmethod
     def choices(cls) -> dict[str, Storage]:
-        """One storage."""
+        """The only storage of this type."""
         return {cls.kind: cls()}
 
     @classmethod
     def of_grid(cls, grid: SpectralGrid | None) -> Storage | None:
-        """The one storage; it has no wavelengths."""
+        """The only storage; it has no wavelengths."""
         return cls() if grid is None else None
 
     @property
     def grid(self) -> None:
-        """No wavelengths are kept."""
+        """None: no wavelengths are stored."""
         return
 
     def channel_names(self) -> tuple[str, ...]:
@@ -116,7 +116,7 @@ class MixtureStorage(Storage):
         return ("R", "G", "B")
 
     def measured(self) -> None:
-        """The picture itself is kept."""
+        """None: the picture itself is stored."""
         return
 
     def rgb_from_channels(self, light: Spectrum) -> Array:
@@ -128,15 +128,15 @@ class MixtureStorage(Storage):
         return np.eye(3)
 
     def stated_error(self) -> str:
-        """In words, what a relit picture may differ by from a render."""
+        """Text on the difference of a relit picture from a render."""
         return "exact (float rounding) for any mixture of the given lights; new spectra are not possible"
 
 
 def flat_light() -> Illuminant:
-    """The light that transport is recorded under: 1 at every wavelength that is traced."""
+    """The light of a transport recording: 1 at every traced wavelength."""
     return Illuminant("flat", SpectralGrid(np.array([float(FIRST_NM), float(LAST_NM)])), np.ones(2))
 
 
 def relative_to_flat(light: Spectrum) -> Spectrum:
-    """The light divided by what the recording's lights had at every wavelength: flat, with Y = 1."""
+    """The light divided by that of the recording at every wavelength: flat, with Y = 1."""
     return light.scaled(1.0 / float(unit_luminance(flat_light()).values[0]))

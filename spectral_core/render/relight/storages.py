@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All kinds of storage, by the names that panels, command line and files use."""
+"""All types of storage, by their names in panels, on the command line and in files."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from spectral_core.spectra.spectrum import SpectralGrid
 
 KINDS: tuple[type[Storage], ...] = (MixtureStorage, BandStorage, ExactStorage)
 STORAGES = {name: storage for kind in KINDS for name, storage in kind.choices().items()}
-"""What a recording may keep, smallest first, by the name that the command line and panel show."""
+"""Storages of a recording, smallest first, by their names on the command line and in the panel."""
 
 
 def storage_named(name: str) -> Storage:
-    """Give one of STORAGES. Raises UnknownNameError."""
+    """Return one of STORAGES. Raises UnknownNameError."""
     if name not in STORAGES:
         raise UnknownNameError.among("storage", name, STORAGES)
     return STORAGES[name]
 
 
 def storage_of_document(kind: str, wavelengths_nm: Sequence[float] | None) -> Storage:
-    """Give the storage that a file's header states. Raises InvalidInputError for one that this program has not."""
+    """Return the storage that a file's header states. Raises InvalidInputError for an unknown one."""
     grid = None if wavelengths_nm is None else SpectralGrid(np.array(wavelengths_nm, dtype=np.float64))
     for candidate in KINDS:
         if candidate.kind == kind and (storage := candidate.of_grid(grid)) is not None:

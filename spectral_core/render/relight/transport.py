@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A transport render: what each light group contributes, stored so that light can be decided later."""
+"""A transport render: the contribution of each light group, stored so that the light can be chosen later."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ Pixels = NDArray[np.float32]
 class Transport:
     """Channels per light group. ``channels``: (groups, channels, height, width) float32, row 0 at the bottom.
 
-    ``coverage``: (height, width). ``lights``: the spectrum that each group had in the scene, Y = 1 or the luminance of
-    its color, None where its lights differ; ``exposure`` is applied when a picture is made. ``scene_hash``: of the
-    scene it was made from.
+    ``coverage``: (height, width). ``lights``: the spectrum of each group in the scene, Y = 1 or the luminance of its
+    color, None if its lights differ; ``exposure`` is applied when a picture is made. ``scene_hash``: hash of the
+    recorded scene.
     """
 
     storage: Storage
@@ -53,7 +53,7 @@ class Transport:
     samples: int
     seed: int
     view: ViewTransform | None = None
-    """How the scene shows linear light on a screen; None for the plain sRGB curve."""
+    """View transform of the scene; None for the plain sRGB curve."""
 
     def __post_init__(self) -> None:
         expected = (len(self.groups), self.storage.channel_count, *self.coverage.shape)
@@ -69,15 +69,16 @@ class Transport:
         return self.coverage.shape[1], self.coverage.shape[0]
 
     def index_of(self, group: str) -> int:
-        """Place of a group among ``groups``. Raises UnknownNameError."""
+        """Index of a group in ``groups``. Raises UnknownNameError."""
         if group not in self.groups:
             raise UnknownNameError.among("light group of this transport", group, self.groups)
         return self.groups.index(group)
 
 
 SAMPLING_LIGHTS: tuple[Spectrum, ...] = (flat_light(),)
-"""Wavelengths of a transport render are drawn for any light to come. A render with these ``sampling_lights`` and the
-same seed traces the very same paths, so that a relit picture equals it to float rounding."""
+"""Wavelengths of a transport render are drawn for any later light. A render with these ``sampling_lights`` and the same
+seed traces the same paths, so that a relit picture equals it up to float rounding.
+"""
 
 
 def record_transport(
@@ -148,7 +149,7 @@ def record_transport(
     names = tuple(name for name in names if name in planes or name in reused)
     if not names or coverage is None:
         raise InvalidInputError("no light of the scene reaches the picture; there is no transport to store")
-    # the renderer exposes pictures, not bands
+    # the renderer applies the exposure to pictures, not to bands
     channels = np.empty((len(names), storage.channel_count, *coverage.shape), np.float32)
     _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else scene.film.exposure)
     return Transport(
@@ -158,7 +159,7 @@ def record_transport(
 
 
 def _reused(kept: Transport | None, again: Collection[str] | None, scene: Scene, storage: Storage) -> dict[str, Pixels]:
-    """Channels (channels, height, width) of the groups of an earlier transport that are still right."""
+    """Channels (channels, height, width) of the groups of an earlier transport that are still valid."""
     if kept is None or again is None:
         return {}
     film = scene.film
@@ -175,7 +176,7 @@ def _reused(kept: Transport | None, again: Collection[str] | None, scene: Scene,
 def _gather(
     channels: Pixels, names: Sequence[str], planes: dict[str, Pixels], reused: Mapping[str, Pixels], exposure: float
 ) -> None:
-    """Fill (groups, channels, height, width). Empties ``planes``: each picture is let go once it is copied."""
+    """Fill (groups, channels, height, width). Empties ``planes``: each picture is freed after its copy."""
     for own, name in zip(channels, names, strict=True):
         if name in reused:
             np.copyto(own, reused[name])
@@ -185,9 +186,9 @@ def _gather(
 
 
 def under_flat_light(scene: Scene) -> Scene:
-    """The scene with every emission colorless and of equal power per nm; images keep their colors as filters.
+    """The scene with colorless emission of equal power per nm; images keep their colors as filters.
 
-    A spectrum given to a group later takes the place of a light's color, as it does in the scene itself.
+    A spectrum that a group receives later replaces a light's color, as in the scene itself.
     """
     lights: tuple[Light, ...] = tuple(replace(light, color=_colorless(light.color)) for light in scene.lights)
     materials = tuple(
@@ -198,17 +199,8 @@ def under_flat_light(scene: Scene) -> Scene:
     return replace(scene, lights=lights, materials=materials, world=world, settings=settings)
 
 
-def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
-    """The scene with the lights of each named group with that spectrum: what a relit picture is compared with."""
-
-    def lit(item: Any) -> Any:
-        return replace(item, color=spectra[item.group]) if item.group in spectra else item
-
-    return replace(scene, lights=tuple(lit(light) for light in scene.lights), world=lit(scene.world))
-
-
 def _colorless(paint: Any) -> Any:
-    """What varies from place to place stays, as a filter of the flat light; one color or spectrum is left out."""
+    """A varying emission stays as a filter of the flat light; a constant color or spectrum is removed."""
     return gray(1.0) if isinstance(paint, (Color, Spectrum)) else paint
 
 

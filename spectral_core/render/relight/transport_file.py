@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transport in one multi-part EXR: a part per light group, a part for coverage, and what they mean in the header.
+"""Transport in one multi-part EXR: a part per light group, a part for coverage, and a header that describes them.
 
 Band channels follow the published layout of Fichet et al. 2021 (``S0.550,000000nm``), so that spectral viewers open
-them; ``dial`` parts are R, G, B; ``exact`` parts are X, Y, Z at each knot. A checksum over pixels and meaning lets a
-cut or edited file be refused.
+them; ``dial`` parts are R, G, B; ``exact`` parts are X, Y, Z at each knot. A checksum over pixels and header detects a
+truncated or edited file.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def write_transport(path: Path, transport: Transport, *, only_over_transports: b
 
 
 def is_transport(path: Path) -> bool:
-    """Whether a file is a transport, by its header; pixels are not read."""
+    """True if a file is a transport, by its header; pixels are not read."""
     try:
         return any(_ATTRIBUTE in header for header in exr_headers(path)[:1])
     except FileFormatError:
@@ -75,8 +75,8 @@ def is_transport(path: Path) -> bool:
 def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
     """Read a transport file. ``scene_hash``: refuse a file that was made from any other scene.
 
-    Raises FileFormatError for a file that is missing, cut, edited, of another kind or another scene; the message says
-    which, and what to do.
+    Raises FileFormatError for a file that is missing, truncated, edited, of another type or of another scene; the
+    message names the cause and the remedy.
     """
     if not path.is_file():
         raise FileFormatError(f"there is no file {path}; make one with: spectral-scene transport")

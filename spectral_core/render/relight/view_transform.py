@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From linear light to a screen as the scene shows it (AgX, Filmic, Standard, looks, curves), as a sampled table.
+"""View transform of a scene from linear light to a screen (AgX, Filmic, Standard, looks, curves), as a sampled table.
 
-Blender's color management knows the transform; the add-on samples it when a transport is recorded. What is shown
-without Blender, such as the page with the dial, then looks as the scene does.
+Blender's color management provides the transform; the add-on samples it when a transport is recorded. Pictures outside
+of Blender, such as the page with the dial, then match the scene's look.
 """
 
 from __future__ import annotations
@@ -20,15 +20,17 @@ from spectral_core.errors import InvalidInputError
 Array = NDArray[np.float64]
 
 TABLE_SIZE = 33
-"""Nodes per axis, half a stop apart: a mean of a quarter of a level of 255 from AgX, seven at most where it bends."""
+"""Nodes per axis, half a stop apart: error of a quarter of a level of 255 for AgX in the mean, seven at most at its
+sharp bends.
+"""
 _STEEPNESS = 1024.0
 _BRIGHTEST = 64.0
-"""Linear value at the last node; brighter light is shown as that."""
+"""Linear value at the last node; brighter light is shown with this value."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewTransform:
-    """``table``: (n, n, n, 3), what a screen shows, 0 to 1, by red, green and blue of linear sRGB at ``nodes``."""
+    """``table``: (n, n, n, 3), display values, 0 to 1, by red, green and blue of linear sRGB at ``nodes``."""
 
     name: str
     table: Array
@@ -55,13 +57,13 @@ class ViewTransform:
         return result
 
     def document(self) -> dict[str, Any]:
-        """What a file keeps of it: 16 bits per value."""
+        """The entries of a file: 16 bits per value."""
         levels = np.round(self.table * 65535).astype("<u2")
         return {"name": self.name, "size": len(self.table), "table": base64.b64encode(levels.tobytes()).decode("ascii")}
 
     @classmethod
     def of_document(cls, document: dict[str, Any]) -> ViewTransform:
-        """Read what ``document`` wrote. Raises InvalidInputError for a table that is not of its size."""
+        """Read the result of ``document``. Raises InvalidInputError for a table of wrong size."""
         size = int(document["size"])
         levels = np.frombuffer(base64.b64decode(document["table"], validate=True), "<u2")
         if not 2 <= size <= 128 or levels.size != 3 * size**3:
@@ -78,5 +80,5 @@ def shaped(linear_rgb: ArrayLike) -> Array:
 
 
 def nodes(size: int = TABLE_SIZE) -> Array:
-    """Linear values (n,) at the table's nodes: where the add-on samples the transform."""
+    """Linear values (n,) at the table's nodes, where the add-on samples the transform."""
     return (np.exp2(np.linspace(0, 1, size) * np.log2(1 + _STEEPNESS * _BRIGHTEST)) - 1) / _STEEPNESS

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture's sums, on the just-in-time variants: one lane per pixel, a loop over its samples inside the kernel.
+"""Sums of the picture, on the just-in-time variants: one lane per pixel, a loop over its samples in the kernel.
 
-Every random number is a scrambled Sobol point of its pixel, sample and place in the path, and the sums outlive a pass:
-pixels do not depend on how the samples were split into passes.
+Every random number is a scrambled Sobol point of its pixel, sample and dimension of the path, and the sums persist
+between passes: pixels do not depend on the split of samples into passes.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
 LARGEST_SAMPLE = 1e33
-"""Sums of more would overflow in 32 bits after some 100,000 samples."""
+"""Larger sums would overflow in 32 bits after some 100,000 samples."""
 TILE_PIXELS = 1 << 21
 """Pixels per kernel launch. Each launch is recorded anew, which takes longer than tracing a small tile; a full HD
-picture is one launch, and a process that does not hear a cancel meanwhile is ended by its session."""
+picture is one launch, and the session ends a process that does not react to a cancel.
+"""
 
 
 @dataclass
@@ -44,17 +45,17 @@ class _Tile:
     lost: Any
     """Samples per pixel whose radiance was NaN or Inf: they count as black."""
     light: Any = None
-    """Shares of the light (pixels · rows · 3), where the integrator tells them apart."""
+    """Shares of the light (pixels · rows · 3), if the integrator separates them."""
 
 
 class Accumulator:
-    """Running sums of a picture. One per frame and light group; ``add`` traces, ``mean`` reads.
+    """Running sums of a picture, one object per frame and light group; ``add`` traces, ``mean`` reads.
 
-    ``keep`` False makes no room for sums: for what traces pixels of its own choice.
+    ``keep`` False allocates no sums: for tracers of chosen pixels.
     """
 
     keeps_light = True
-    """Whether shares of the light are summed, where the integrator tells them apart."""
+    """True if shares of the light are summed, provided that the integrator separates them."""
 
     def __init__(
         self, mitsuba: Any, camera: Camera, film: Film, wavelengths: WavelengthPlan | None, *, keep: bool = True
@@ -62,7 +63,7 @@ class Accumulator:
         import drjit
 
         self._mi, self._dr = mitsuba, drjit
-        self.film, self.frame = film, camera_frame(camera, film)
+        self.film, self.frame, self._sees_partly = film, camera_frame(camera, film), camera.panorama is not None
         self.samples = 0
         self._offsets = mitsuba.Float(filter_offsets(film))
         self.plan = wavelengths
@@ -82,7 +83,7 @@ class Accumulator:
     def _spectral_tables(self, plan: WavelengthPlan) -> None:
         mi = self._mi
         self._draw = mi.DiscreteDistribution(mi.Float(plan.probability.astype(np.float32)))
-        # the probability that the table in single precision has in fact, or narrow lines would be off by its rounding
+        # the exact probability of the table in single precision, or narrow lines would be off by its rounding
         cumulative = np.concatenate([[0.0], np.array(self._draw.cdf, dtype=np.float64)])
         density = np.diff(cumulative) / cumulative[-1] / plan.widths_nm
         density = np.maximum(density, 1e-30)
@@ -95,7 +96,7 @@ class Accumulator:
             self._band_tables(plan.pieces[:, 3:], density)
 
     def _band_tables(self, pieces: NDArray[np.float64], density: NDArray[np.float64]) -> None:
-        """Per cell the few bands that respond there, their weights at both ends, and their quadratic part."""
+        """Per cell the few bands that respond in it, their weights at both ends, and their quadratic part."""
         mi = self._mi
         touched = np.any(pieces != 0, axis=0)
         self._band_slots = max(1, int(touched.sum(axis=0).max()))
@@ -103,7 +104,7 @@ class Accumulator:
         index = np.zeros((self._band_slots, cells), np.uint32)
         start, end, bulge = np.zeros((3, self._band_slots, cells), np.float32)
         bulges = 4 * (pieces[1] - (pieces[0] + pieces[2]) / 2)
-        bulges[np.abs(bulges) < 1e-12 * np.abs(pieces).max(initial=0)] = 0.0  # rounding of what is linear
+        bulges[np.abs(bulges) < 1e-12 * np.abs(pieces).max(initial=0)] = 0.0  # rounding error of linear parts
         for cell in range(cells):
             for slot, band in enumerate(np.flatnonzero(touched[:, cell])):
                 index[slot, cell] = band
@@ -117,7 +118,7 @@ class Accumulator:
 
     def _new_tile(self, first: int, count: int) -> _Tile:
         mi, dr = self._mi, self._dr
-        # opaque: zeros that the compiler knows would make the first pass a kernel of its own
+        # opaque: zeros that are known to the compiler would give the first pass a kernel of its own
         bands = dr.opaque(mi.Float, 0.0, count * self.band_count) if self.band_count else None
         sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3)))
         return _Tile(first, count, sums, dr.opaque(mi.Float, 0.0, count), bands, dr.opaque(mi.UInt32, 0, count))
@@ -128,7 +129,7 @@ class Accumulator:
         return sum(int(np.array(tile.lost).sum(dtype=np.int64)) for tile in self.tiles)
 
     def add(self, first_hit: FirstHit, integrator: Any, samples: int) -> Iterator[float]:
-        """Trace ``samples`` more per pixel; yields the share of the pass that is done after each tile."""
+        """Trace ``samples`` more per pixel; yields the completed share of the pass after each tile."""
         for done, tile in enumerate(self.tiles, 1):
             self._trace(first_hit, integrator, tile, samples)
             yield done / len(self.tiles)
@@ -155,7 +156,7 @@ class Accumulator:
                 tells_apart(tile.light, lane, lambda light: self._measure(light, cells, within))
             radiance, coverage, finite = self._follow(first_hit, integrator, sampler, ray)
             color = self._measure(radiance, cells, within)
-            # what is finite as radiance may overflow in the measure: it counts as lost as well
+            # a finite radiance may overflow when it is measured: it then counts as lost too
             measured = dr.all(dr.abs(color) < LARGEST_SAMPLE)
             color, finite = dr.select(measured, color, 0.0), finite & measured
             radiance = dr.select(measured, radiance, 0.0)
@@ -184,14 +185,14 @@ class Accumulator:
         return number(self.samples), number(self.samples + samples)
 
     def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any, Any]:
-        """Radiance along a camera ray, how much of the pixel it covers, and whether it was a finite number."""
+        """Radiance along a camera ray, its coverage of the pixel, and True if it was a finite number."""
         mi, dr = self._mi, self._dr
         looks = ray.maxt > 0.0
         ray = first_hit.past_hidden(ray)
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
         if first_hit.looks_through:
             passed, behind = first_hit.straight_through(ray)
-        # volumes stand before whatever the walk has met; their first extra channel is what they let through
+        # volumes are in front of the walk's first hit; their first extra channel is their transmittance
         has_volumes = bool(integrator.aov_names())
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
@@ -199,14 +200,14 @@ class Accumulator:
             passed, behind = passed * extra[0], behind * extra[0]
         finite = dr.all(dr.isfinite(radiance)) | ~seen
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
-        # what is not covered shows the environment: taken out in expectation
+        # the uncovered share shows the environment: subtracted in expectation
         radiance, covered = radiance - dr.select(seen, behind, 0.0), 1.0 - channel_mean(dr, passed)
-        if self.frame.camera.panorama is not None:  # outside a fisheye's circle there is nothing
+        if self._sees_partly:  # outside a fisheye's circle the picture is empty
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
         return radiance, covered, finite
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
-        """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""
+        """Camera ray of a sample, and for spectral transport the cells of its wavelengths and positions within them."""
         mi, dr = self._mi, self._dr
         place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
         offset = mi.Vector2f(self._offset(place.x), self._offset(place.y))
@@ -220,16 +221,15 @@ class Accumulator:
         return ray, *self._draw_wavelengths(ray, spectral)
 
     def _draw_wavelengths(self, ray: Any, spectral: Any) -> tuple[Any, Any]:
-        """Give a ray its wavelengths; their cells and places within them, None in RGB transport."""
+        """Give a ray its wavelengths; their cells and positions within them, None in RGB transport."""
         mi, dr = self._mi, self._dr
         if self.plan is None:
             return None, None
-        # a comb of four that slides through a quarter of the interval; under dispersion one tooth stands for all
+        # a comb of four that slides through a quarter of the interval; under dispersion one tooth represents all
         comb = [0.25 * (spectral + k) for k in range(4)] if self.plan.teeth == 4 else [spectral] * 4
         cells, within = [], []
         for k in range(4):
-            # One number chooses the cell, and what is left of it the place within: the stratification reaches into
-            # cells.
+            # One number chooses the cell, and its remainder the position within: the stratification extends into cells.
             cell, rest = self._draw.sample_reuse(comb[k])
             cells.append(cell)
             within.append(rest)
@@ -239,7 +239,7 @@ class Accumulator:
         return cells, within
 
     def _number(self, value: float) -> Any:
-        """A number that the kernel reads instead of knowing: another frame's then needs no new kernel."""
+        """A number that the kernel reads from memory: another frame then needs no new kernel."""
         return self._dr.opaque(self._mi.Float, float(value))
 
     def _offset(self, draw: Any) -> Any:
@@ -264,7 +264,7 @@ class Accumulator:
         return mi.Color3f(*channels)
 
     def _scatter_bands(self, bands: Any, lane: Any, radiance: Any, drawn: tuple[Any, Any]) -> None:
-        """Add a sample to its pixel's band channels; each lane owns its pixel, so nothing collides."""
+        """Add a sample to its pixel's band channels; each lane owns its pixel, so no two lanes collide."""
         mi, dr = self._mi, self._dr
         for k, (cell, within) in enumerate(zip(*drawn, strict=True)):
             for slot in range(self._band_slots):

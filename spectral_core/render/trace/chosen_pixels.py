@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Samples for some pixels of a picture: a probe's, or those that adaptive sampling has not finished.
+"""Samples for some pixels of a picture: those of a probe, or those that adaptive sampling has not finished.
 
-The samples of a pixel are those that a render of the whole picture takes, but they come in two halves with random
-numbers of their own, so that the halves tell how far the picture is from its limit.
+A pixel has the samples of a render of the whole picture, but in two halves with different random numbers, whose
+difference estimates the error of the picture.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
 _SEED_STEP = 0x5BD1E995
-"""Between the seeds of the halves."""
+"""Difference between the seeds of the halves."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sums:
     """Sums over samples, by pixel: ``colors`` (n, 3) linear sRGB with exposure, ``covered`` (n,), ``lost`` samples.
 
-    ``bands``: (n, n_bands), or None where none are measured.
+    ``bands``: (n, n_bands), or None if none are measured.
     """
 
     colors: NDArray[np.float64]
@@ -63,12 +63,12 @@ class ChosenPixels(Accumulator):
         more: NDArray[np.integer[Any]],
         half: int,
     ) -> Sums:
-        """Trace samples ``done`` to ``done + more`` of pixels, all (n,), with the numbers of one half (0, 1)."""
+        """Trace samples ``done`` to ``done + more`` of pixels, all (n,), with the random numbers of one half (0, 1)."""
         mi = self._mi
         self._chosen = mi.UInt32(np.ascontiguousarray(pixels, dtype=np.uint32))
         first = np.ascontiguousarray(done, dtype=np.uint32)
         self._samples_of = mi.UInt32(first), mi.UInt32(first + np.asarray(more, dtype=np.uint32))
-        # Another seed gives the other half numbers of its own, so that their difference is the noise of both.
+        # Another seed gives the other half independent numbers, so that their difference is the noise of both.
         self.film = replace(self.film, seed=(self._seed + half * _SEED_STEP) % (1 << 31))
         tile = self._new_tile(0, len(pixels))
         self._trace(self._first_hit, self._integrator, tile, 0)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a camera ray passes before it meets something: lamps that cameras do not see, and, for a film with transparent
-surroundings, everything that light goes straight through.
+"""Camera rays up to the first visible hit: they pass lamps that are invisible to cameras and, for a film with a
+transparent background, transparent surfaces.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.scene import Rays
 
 MOST_LAYERS = 64
-"""Surfaces that one camera ray may pass; behind as many an environment counts as covered."""
+"""Most surfaces that one camera ray may pass; after as many, the pixel counts as covered by the environment."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstHit:
-    """Walks camera rays of one loaded scene. ``hidden``: shapes that the camera does not see.
+    """Traces camera rays of one loaded scene. ``hidden``: shapes that the camera does not see.
 
-    ``transparent``: the environment is not seen directly; ``radiance`` and coverage then leave it out. Holdouts
-    cut holes into either kind of film.
+    ``transparent``: the environment is not visible directly, and not part of radiance and coverage. Holdouts cut holes
+    into either type of film.
     """
 
     mitsuba: Any
@@ -34,15 +34,15 @@ class FirstHit:
     background: Any | None = None
     """The emitter that the camera sees behind everything, None for black."""
     rules: Tables | None = None
-    """Which shapes the camera does not see, and which are holdouts."""
+    """The shapes that the camera does not see, and the holdouts."""
 
     @property
     def looks_through(self) -> bool:
-        """Whether a pixel may be covered in part."""
+        """True if a pixel may be covered in part."""
         return self.transparent or (self.rules is not None and self.rules.cuts_holes)
 
     def past_hidden(self, ray: Any) -> Any:
-        """The ray, started behind the hidden shapes that lie on its way before anything else."""
+        """The ray, continued behind the hidden shapes before its first visible hit."""
         if not self.hidden:
             return ray
         import drjit as dr
@@ -67,9 +67,10 @@ class FirstHit:
         return ray
 
     def straight_through(self, ray: Any) -> tuple[Any, Any]:
-        """Share of the pixel that nothing covers straight along ``ray``, per wavelength, and the light seen there.
+        """Share of the pixel that nothing covers straight along ``ray``, per wavelength, and the light that is visible
+        there.
 
-        A holdout covers nothing and shows nothing. Where the film is not transparent the environment covers.
+        A holdout covers nothing and emits nothing. If the film is not transparent, the environment covers.
         """
         import drjit as dr
 
@@ -78,12 +79,7 @@ class FirstHit:
         fills = None if self.rules is None else self.rules.media
 
         def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, layers: Any, walking: Any) -> Any:
-            probe = mi.Ray3f(ray)
-            probe.o, probe.maxt = origin, length
-            si = self.intersect(probe, walking)
-            si.dn_dv = camera_marks(mi)
-            met = walking & si.is_valid()
-            unseen, is_hole = self._rules_of(si, met)
+            si, met, unseen, is_hole = self.meet(ray, origin, length, walking)
             clear = self.surface(si).eval_null_transmission(si, met & ~unseen)
             hole = dr.select(is_hole, passed, hole)
             if self.rules is not None and self.rules.has_holdout_surfaces:
@@ -96,7 +92,7 @@ class FirstHit:
                 passed = dr.select(walking, passed * fills.clear(fog[0], way, ray.wavelengths, walking), passed)
                 fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met)
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < bounds)
-            # a walk that is cut off here has not reached the environment
+            # a walk that ends at the limit has not reached the environment
             passed = dr.select(met & ~onward, 0.0, passed)
             origin = dr.select(onward, si.spawn_ray(ray.d).o, origin)
             return origin, dr.select(onward, length - si.t, length), passed, hole, fog, layers + 1, onward
@@ -118,16 +114,29 @@ class FirstHit:
 
     def intersect(self, ray: Any, active: Any) -> Any:
         """The nearest hit of a ray."""
-        assert self.rules is not None, "scenes that are not ours have no tables of ours"
+        assert self.rules is not None, "a scene without tables has no rules of shapes"
         return self.rules.intersect(self.scene, ray, active)
 
+    def meet(self, ray: Any, origin: Any, length: Any, walking: Any) -> tuple[Any, Any, Any, Any]:
+        """The next hit of a camera ray from ``origin``, within ``length``.
+
+        Returns the hit, whether it is one, whether the camera passes it unseen, and whether it is a holdout.
+        """
+        mi = self.mitsuba
+        probe = mi.Ray3f(ray)
+        probe.o, probe.maxt = origin, length
+        si = self.intersect(probe, walking)
+        si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
+        met = walking & si.is_valid()
+        return si, met, *self._rules_of(si, met)
+
     def surface(self, si: Any) -> Any:
-        """What the surface at a hit does with light."""
-        assert self.rules is not None, "scenes that are not ours have no surfaces of ours"
+        """The BSDF of the surface at a hit."""
+        assert self.rules is not None, "a scene without tables has no surfaces"
         return self.rules.surface(si)
 
     def _rules_of(self, si: Any, met: Any) -> tuple[Any, Any]:
-        """Whether the camera passes a hit as if it were not there, and whether it is a holdout."""
+        """True if the camera passes the hit, and True if it is a holdout."""
         mi = self.mitsuba
         if self.rules is None or self.rules.shapes is None:
             return mi.Bool(False), mi.Bool(False)

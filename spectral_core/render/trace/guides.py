@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Albedo and normals of what the camera sees first: a denoiser's guides. No light is traced."""
+"""Albedo and normals of the first visible surfaces, the guides of a denoiser. No light is traced."""
 
 from __future__ import annotations
 
@@ -8,29 +8,28 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.denoise import Guides
-from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.scene import Camera, Film
 
 GUIDE_SAMPLES = 16
-"""Camera rays per pixel: enough for smooth edges, fewer than any picture that is worth a denoiser costs."""
+"""Camera rays per pixel: enough for smooth edges, fewer than in any picture that needs a denoiser."""
 MOST_PASSED = 16
-"""Transparent surfaces that a ray of the guides may pass."""
+"""Most transparent surfaces that a ray of the guides may pass."""
 RED_GREEN_BLUE_NM = (610.0, 545.0, 450.0)
-"""Where the albedo is looked up in spectral transport: it tells surfaces apart and need not be their very color."""
+"""Wavelengths of the albedo in spectral transport: it distinguishes surfaces and need not be their exact color."""
 
 
 class GuidePass(Accumulator):
-    """Traces the guides of one loaded scene: what it shows through transparent surfaces, by chance as light goes."""
+    """Traces the guides of one loaded scene; transparent surfaces are passed at random, as by light."""
 
     def __init__(self, mitsuba: Any, camera: Camera, film: Film, *, spectral: bool) -> None:
         super().__init__(mitsuba, camera, film, None, keep=False)
         self._spectral = spectral
 
     def trace(self, first_hit: FirstHit, samples: int = GUIDE_SAMPLES) -> Guides:
-        """Albedo and normals of the whole picture; zeros where a ray meets nothing."""
+        """Albedo and normals of the whole picture; zeros where a ray hits nothing."""
         mi, dr = self._mi, self._dr
         width, height = self.film.size
         pixel = dr.arange(mi.UInt32, width * height)
@@ -65,19 +64,14 @@ class GuidePass(Accumulator):
         return None, None
 
     def _first_seen(self, first_hit: FirstHit, ray: Any, sampler: Any) -> tuple[Any, Any]:
-        """Share of light that the first surface sends on, and its normal towards the viewer."""
+        """Albedo of the first surface, and its normal toward the viewer."""
         mi, dr = self._mi, self._dr
-        # one draw for all surfaces on the way: what lets half of the light through is seen by half of the rays
+        # one number for all surfaces of a ray: half of the rays pass a surface that transmits half of the light
         pick, direction = sampler.next_1d(), sampler.next_2d()
         bounds = dr.opaque(mi.UInt32, MOST_PASSED)
 
         def body(origin: Any, length: Any, albedo: Any, normal: Any, layers: Any, walking: Any) -> Any:
-            probe = mi.Ray3f(ray)
-            probe.o, probe.maxt = origin, length
-            si = first_hit.intersect(probe, walking)
-            si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
-            met = walking & si.is_valid()
-            unseen, hole = first_hit._rules_of(si, met)
+            si, met, unseen, hole = first_hit.meet(ray, origin, length, walking)
             seen = met & ~unseen & ~hole
             bs, weight = first_hit.surface(si).sample(mi.BSDFContext(), si, pick, direction, seen)
             straight = unseen | (seen & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null))

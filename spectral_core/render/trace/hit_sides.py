@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sides of a surface at a hit: methods of the path integrator, where geometry and shading normals disagree."""
+"""Sides of a surface at a hit: methods of the path integrator for hits where geometric and shading normals disagree."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from spectral_core.scene import Rays
 
 
 def upright(_self: Any, si: Any) -> Any:
-    """Direction to the viewer on the side of the surface that the geometry has, as in Cycles.
+    """Direction to the viewer on the geometry's side of the surface, as in Cycles.
 
-    Where interpolated normals lean away from the viewer it would lie below the surface that is seen, and the
-    surface would be lit from behind; mirrored at the surface it keeps its angle and its side.
+    If interpolated normals lean away from the viewer, that direction would lie below the visible surface, and the
+    surface would be lit from behind; mirrored at the surface, it keeps its angle and its side.
     """
     import drjit as dr
     import mitsuba as mi
@@ -25,7 +25,7 @@ def upright(_self: Any, si: Any) -> Any:
 
 
 def keeps_side(_self: Any, si: Any, wo: Any, outward: Any) -> Any:
-    """Whether a direction leaves on the side of the geometry that it leaves the shading on: no leaks."""
+    """True if a direction leaves on the same side of the geometry as of the shading, so that no light leaks."""
     import drjit as dr
 
     outside = dr.dot(si.n, outward) * dr.dot(si.n, si.sh_frame.n) > 0.0
@@ -33,7 +33,7 @@ def keeps_side(_self: Any, si: Any, wo: Any, outward: Any) -> Any:
 
 
 def leaves_as_drawn(_self: Any, si: Any, bs: Any, outward: Any) -> Any:
-    """Whether a drawn direction reflects off, or passes through, the geometry as it does the shading."""
+    """True if a drawn direction reflects off, or passes through, both the geometry and the shading."""
     import drjit as dr
     import mitsuba as mi
 
@@ -49,14 +49,14 @@ def seen_side(_self: Any, si: Any, direction: Any) -> Any:
 
 
 def lets_through(_self: Any, bsdf: Any) -> Any:
-    """Whether light from behind a surface reaches its front."""
+    """True if light from behind a surface reaches its front."""
     import mitsuba as mi
 
     return mi.has_flag(bsdf.flags(), mi.BSDFFlags.Transmission)
 
 
 def kind_of(_self: Any, bsdf: Any, si: Any, wo: Any) -> Any:
-    """Kind of ray that a direction is for a surface: a mixed one counts as diffuse on its own side."""
+    """Type of ray of a direction from a surface: a mixture counts as diffuse on its own side."""
     import drjit as dr
     import mitsuba as mi
 

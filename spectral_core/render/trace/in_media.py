@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a path does inside media: fly to the next surface, scatter on the way, ask a light from there."""
+"""Steps of a path in media: free flight to the next surface, scattering, and direct light there."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from spectral_core.render.trace.media import Flight, Media
 from spectral_core.scene import Rays
 
 BY_ANGLE = 0.5
-"""How often a path that scatters asks from a place by the angle at the lamp, not from where it scatters."""
+"""Probability of equiangular sampling on a segment where the path scatters; else the scattering point is used."""
 DEEPEST = 4.0
-"""Optical depth up to which a place on a way is drawn by the angle at the lamp; light from deeper is dim."""
+"""Optical depth up to which equiangular sampling is used; light from deeper is dim."""
 
 
 def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[Flight, Any]:
-    """What becomes of a path (``of``: the next hit, the path) on its way, and the place to ask lights from."""
+    """Flight of a path (``of``: the next hit, the path), and the point for direct light."""
     import drjit as dr
     import mitsuba as mi
 
@@ -32,7 +32,7 @@ def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[F
 
 
 def stretch_of(flight: Flight, ray: Any) -> Stretch:
-    """The part of a way that lights are asked along."""
+    """Part of a segment that lights are sampled along."""
     import drjit as dr
 
     deepest = DEEPEST * dr.rcp(dr.maximum(dr.min(flight.extinction), 1e-30))
@@ -40,17 +40,17 @@ def stretch_of(flight: Flight, ray: Any) -> Stretch:
 
 
 def asks_light(flight: Flight, ends: Any, lights: Any) -> Any:
-    """Whether paths ask a light on their way: those that scatter, and those that no surface (``ends``) will ask for."""
+    """True for paths that sample a light on their segment: they scatter on it, or it ends at no surface (``ends``)."""
     flight.ends = ends
     return flight.inside & (flight.scatters | ~ends) if lights.asked_along_ways else flight.scatters
 
 
 def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], sampler: Any, active: Any) -> Any:
-    """Where on its way (``at``: hit, ray) a path asks a light, and the light that it carries from there.
+    """Point on a segment (``at``: hit, ray) to sample a light from, and the throughput there.
 
-    Light falls with the squared distance to a lamp, and with the depth of the way: the place is drawn by either, and
-    weighed against both (one-sample balance heuristic). Where a way ends at a surface only paths that scatter ask on
-    it, and densities are those among them.
+    Equiangular sampling follows the squared distance to a lamp, the scattering point the optical depth; both are
+    combined by the one-sample balance heuristic. On a segment that ends at a surface only paths that scatter sample a
+    light, and densities are conditional on that.
     """
     import drjit as dr
     import mitsuba as mi
@@ -63,21 +63,21 @@ def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], 
     angular = ~chosen.far & (~flight.scatters | (sample.x < by_angle))
     distance = dr.select(angular, view.draw(sample.y), flight.distance)
     depth = flight.scattering * flight.reach
-    # 1 - exp(-x), by its series where that cancels
+    # 1 - exp(-x), by its series if that cancels
     scattered = dr.sum(flight.share * dr.select(depth > 1e-3, 1.0 - dr.exp(-depth), depth * (1.0 - 0.5 * depth)))
     by_depth = dr.sum(flight.share * flight.scattering * dr.exp(-flight.scattering * distance))
     often = dr.select(flight.ends | chosen.far, by_angle * scattered, 1.0 - (1.0 - by_angle) * scattered)
     density = often * view.density(distance) + (1.0 - by_angle) * by_depth
     arrives = flight.scattering * dr.exp(-flight.extinction * distance)
     asks = active & (density > 0.0) & (flight.scatters | angular)
-    place = mi.SurfaceInteraction3f(si)  # the path itself goes on from where it scatters
+    place = mi.SurfaceInteraction3f(si)  # the path itself continues from its scattering point
     place.p = dr.select(active, ray.o + ray.d * distance, si.p)
     place.n = dr.select(active, mi.Normal3f(0.0), si.n)
     return place, dr.select(asks, flight.carried * arrives / dr.maximum(density, 1e-30), 0.0)
 
 
 def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]) -> Any:
-    """Turn the paths (``of``: place, path) that scatter in a medium; which of them go on.
+    """Change the direction of paths (``of``: point, path) that scatter in a medium; returns those that continue.
 
     ``draws``: one random number and two; ``limits``: bounces in media, and in all.
     """
@@ -92,12 +92,12 @@ def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: A
     path.volume = dr.select(turns, path.volume + 1, path.volume)
     path.last |= turns & ((path.volume > limits[0]) | (path.depth > limits[1]))
     path.kind = dr.select(turns, int(Rays.VOLUME), path.kind)
-    # A light that the ray meets next could have been asked from here; its weight needs the place and the density.
+    # A light that the ray hits next could have been sampled here; its weight needs the point and the density.
     path.before = dr.select(turns, mi.Interaction3f(place), path.before)
     path.before_pdf = dr.select(turns, density, path.before_pdf)
     path.before_delta &= ~turns
     path.before_both |= turns
-    # Shape 0: light linking knows surfaces only.
+    # Shape 0: light linking is defined for surfaces only.
     path.before_shape = dr.select(turns, 0, path.before_shape)
     onward = mi.Ray3f(path.ray)
     onward.o, onward.d, onward.maxt = place.p, way, dr.largest(mi.Float)
@@ -108,10 +108,10 @@ def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: A
 def toward(
     media: Media, hits: tuple[Any, Any, Any], ways: tuple[Any, Any], fog: tuple[Any, Any], active: Any
 ) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-    """Phase function and its density toward a light, and the medium (and the one around it) that the way begins in.
+    """Phase function and its density toward a light, and the medium (and the one around it) at the start of the ray.
 
-    ``hits``: interaction, number of its shape, path; ``ways``: of the path and to the light; ``fog``: whether the path
-    scatters in a medium here, and in which.
+    ``hits``: interaction, number of its shape, path; ``ways``: directions of the path and to the light; ``fog``: True
+    if the path scatters in a medium here, and the medium.
     """
     import drjit as dr
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Media that fill objects and the space around them: how far light flies, where it scatters, what glows on its way.
+"""Media in objects and around them: free flight, scattering, and emission along rays.
 
-A medium is a number, 0 for empty space. Distances are drawn by scattering alone and absorption is counted on the way,
-so that nothing is lost in a medium that only absorbs. A way between wavelengths is weighed against all of them
+A medium is a number, 0 for empty space. Distances are drawn by scattering alone, and absorption is a factor along the
+ray, so that nothing is lost in a medium that only absorbs. A distance is weighted by its density over all wavelengths
 (Wilkie et al. 2014, "Hero wavelength spectral sampling").
 """
 
@@ -17,16 +17,17 @@ from numpy.typing import NDArray
 from spectral_core.render.trace.subsurface import scattering
 
 FARTHEST = 1e12
-"""Length that a way through a medium without end counts as."""
+"""Length of a ray without end in a medium."""
 ONLY_BORDER = 1 << 16
-"""Bit of an object that has no surface: passing it is passing nothing."""
+"""Bit of an object without surface: rays pass it unchanged."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MediumRow:
-    """One medium: textures of what it scatters, absorbs and glows per unit of length, and its phase function.
+    """One medium: textures of scattering, absorption and emission per unit of length, and its phase function.
 
-    ``lobes``: (n, 3) of weight, g and α: the sum of Draine's phase functions, which are Henyey and Greenstein's at α 0.
+    ``lobes``: (n, 3) of weight, g and α: the sum of Draine's phase functions, which equal Henyey and Greenstein's at α
+    0.
     """
 
     scattering: Any
@@ -37,12 +38,12 @@ class MediumRow:
 
 @dataclass(slots=True, eq=False)
 class Flight:
-    """What became of rays on their way to the next surface: whether they scatter before it, after which distance, the
-    factor on their light, and what glows on the whole way.
+    """Rays on their way to the next surface: True if they scatter before it, the distance, the factor on their light,
+    and the emission along the whole way.
 
-    ``carried``: their light before the flight; ``reach``: length of the way; ``share``: how often each wavelength draws
-    the distance; ``scattering`` and ``extinction`` of the medium. ``inside``: whether there is one; ``ends``: whether
-    the way ends at a surface that may ask for light itself.
+    ``carried``: throughput before the flight; ``reach``: length of the segment; ``share``: probability of each
+    wavelength to draw the distance; ``scattering`` and ``extinction`` coefficients; ``inside``: True in a medium;
+    ``ends``: True if the segment ends at a surface, which samples lights itself.
     """
 
     scatters: Any
@@ -61,8 +62,8 @@ class Flight:
 class Media:
     """All media of a scene.
 
-    ``inside``: by the number of a shape the medium that it holds, and ``ONLY_BORDER``. ``around``: the medium of all
-    space; ``camera``: the one at the camera.
+    ``inside``: the medium in a shape, by the shape's number, and ``ONLY_BORDER``. ``around``: the medium of the world;
+    ``camera``: the one at the camera.
     """
 
     def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, around: int, camera: int) -> None:
@@ -80,7 +81,7 @@ class Media:
         self.glows = any(row.glow is not None for row in rows)
 
     def coefficients(self, medium: Any, wavelengths: Any, active: Any) -> tuple[Any, Any, Any]:
-        """Scattering, absorption and glow per unit of length."""
+        """Scattering, absorption and emission per unit of length."""
         mi, dr = self._mi, self._dr
         place = dr.zeros(mi.SurfaceInteraction3f)
         # Media are homogeneous: their textures are read anywhere, at the path's wavelengths.
@@ -95,12 +96,12 @@ class Media:
         return scatters, absorbs, glow
 
     def fly(self, path: Any, reach: Any, sampler: Any, active: Any) -> Flight:
-        """The way of a path's ray to what it meets at a distance ``reach``."""
+        """Flight of a path's ray to its hit at a distance ``reach``."""
         mi, dr = self._mi, self._dr
         inside = active & (path.medium != 0)
         reach = dr.minimum(reach, FARTHEST)
         scatters, absorbs, glow = self.coefficients(path.medium, path.ray.wavelengths, inside)
-        # A wavelength is chosen by what it still can bring: the brightest one draws the distance most often.
+        # A wavelength is chosen by its remaining contribution: the brightest one draws the distance most often.
         share = dr.abs(path.throughput * scatters)
         total = dr.sum(share)
         channels = dr.size_v(mi.Spectrum)
@@ -122,45 +123,45 @@ class Media:
         weight = dr.select(inside, dr.select(density > 0.0, gained, 0.0), 1.0)
         brought = mi.Spectrum(0.0)
         if self.glows:
-            # Glow is integrated along the whole way, scattered or not, so it adds no noise.
+            # Emission is integrated along the whole way, scattered or not, so it adds no noise.
             depth = extinction * reach
-            # (1 - exp(-x)) / x, by its series where that cancels
+            # (1 - exp(-x)) / x, by its series if that cancels
             mean = dr.select(depth > 1e-3, (1.0 - dr.exp(-depth)) / dr.maximum(depth, 1e-9), 1.0 - 0.5 * depth)
             brought = dr.select(inside, glow * reach * mean, 0.0)
         carried = mi.Spectrum(path.throughput)
         return Flight(collides, distance, weight, brought, carried, reach, share, scatters, extinction, inside)
 
     def clear(self, medium: Any, length: Any, wavelengths: Any, active: Any) -> Any:
-        """Share of light that a way through a medium lets pass."""
+        """Transmittance of a way through a medium."""
         dr = self._dr
         scatters, absorbs, _ = self.coefficients(medium, wavelengths, active)
         passes = dr.exp(-(scatters + absorbs) * dr.minimum(length, FARTHEST))
         return dr.select(active & (medium != 0), passes, 1.0)
 
     def crossed(self, before: tuple[Any, Any], shape: Any, si: Any, ways: tuple[Any, Any], active: Any) -> Any:
-        """Medium, and the one around it, after a ray has met a shape.
+        """Medium, and the one around it, after a ray has hit a shape.
 
-        ``before``: both as they were; ``ways``: directions of the ray to the shape and away from it.
+        ``before``: both before the hit; ``ways``: directions of the ray to the shape and away from it.
         """
         mi, dr = self._mi, self._dr
         medium, outer = before
         inside = self.inside(shape, active)
         to, away = (dr.dot(si.n, way) for way in ways)
-        # A reflection stays on its side: only a way that goes on through the surface changes the medium.
+        # A reflection stays on its side: only a ray that passes through the surface changes the medium.
         through = active & (inside != 0) & (to * away > 0.0)
         enters, leaves = through & (away < 0.0), through & (away > 0.0)
         own = leaves & (medium == inside)
         after = dr.select(enters, inside, dr.select(own, outer, medium))
-        # of media inside of each other two are known, as a bottle with its drink has them
+        # of nested media two are known, as for a bottle and its drink
         around = dr.select(enters, medium, dr.select(own, self.around, outer))
         return mi.UInt32(after), mi.UInt32(around)
 
     def inside(self, shape: Any, active: Any) -> Any:
-        """The medium that a shape holds."""
+        """The medium in a shape."""
         return self._bits(shape, active) & (ONLY_BORDER - 1)
 
     def is_border(self, shape: Any, active: Any) -> Any:
-        """Whether a shape is nothing but the border of a medium."""
+        """True if a shape is only the border of a medium."""
         return (self._bits(shape, active) & ONLY_BORDER) != 0
 
     def _bits(self, shape: Any, active: Any) -> Any:
@@ -176,14 +177,14 @@ class Media:
         return tuple(dr.gather(mi.Float, self._table, start + part, active) for part in range(3))
 
     def phase(self, medium: Any, cosine: Any, active: Any) -> tuple[Any, Any]:
-        """Value of the phase function at an angle to the way ahead, and the density of ``turned`` there."""
+        """Value of the phase function at an angle to the forward direction, and the density of ``turned`` there."""
         mi, dr = self._mi, self._dr
         value, density = mi.Float(0.0), mi.Float(0.0)
         for k in range(self._lobes):
             weight, g, alpha = self._lobe(medium, k, active)
             square = g * g
             base = (1.0 - square) / (4.0 * dr.pi)
-            # At g near 1 and straight ahead the denominator vanishes in single precision.
+            # At g near 1 and in forward direction the denominator vanishes in single precision.
             bend = dr.maximum(1.0 + square - 2.0 * g * cosine, 1e-9)
             plain = weight * base / (bend * dr.sqrt(bend))
             density += plain

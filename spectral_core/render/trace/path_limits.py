@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is cut off from paths: bounces, caustics, contributions above a clamp, and light at surfaces on a shadow ray."""
+"""Limits on paths: bounces, caustics, contributions above a clamp, and attenuation by surfaces on a shadow ray."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from spectral_core.scene import Rays
 
 
 def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:
-    """Whether a diffuse ray meets a mirror or a glass that caustics are switched off for."""
+    """True if a diffuse ray hits a mirror or a glass whose caustics are switched off."""
     import mitsuba as mi
 
     limits = settings.limits
@@ -47,7 +47,7 @@ def count(limits: Any, path: Any, bs: Any, scatters: Any) -> None:
 
 
 def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:
-    """A contribution brought down to the limits on a sample's mean."""
+    """A contribution reduced to the limits on a sample's mean."""
     import drjit as dr
     import mitsuba as mi
 
@@ -65,10 +65,10 @@ def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:
 def shone_through(
     tables: Any, most_layers: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], active: Any
 ) -> Any:
-    """The product of what the surfaces on a shadow ray let through.
+    """The product of the transmittances of the surfaces on a shadow ray.
 
-    ``way``: scene, ray, the medium that it begins in and the one around that; ``light``: number of the light,
-    surfaces passed before, marks of the ray.
+    ``way``: scene, ray, the medium at its start and the one around that; ``light``: number of the light, surfaces
+    passed before, marks of the ray.
     """
     import drjit as dr
     import mitsuba as mi
@@ -98,5 +98,5 @@ def shone_through(
 
     start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), media, active)
     _, clear, layers, _, _ = dr.while_loop(start, lambda _r, _c, _n, _m, active: active, body)
-    # a way that was cut off in the middle is blocked
+    # a ray that ends at the limit counts as occluded
     return dr.select(layers <= most_layers, clear, 0.0)

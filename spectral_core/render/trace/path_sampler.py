@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The random numbers of a path as a Mitsuba sampler: stratified over the samples of a pixel, and stateless.
 
-A number depends on the pixel, the index of the sample and how many numbers the path drew before, so passes and tiles
-need no streams that outlive them.
+A number depends on the pixel, the index of the sample and the number of draws before, so passes and tiles need no
+persistent random state.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far the path integrator follows light."""
+"""Limits of the path integrator."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from spectral_core.scene import UNLIMITED_PATHS, LightPaths
 
 ROULETTE_BOUNCES = 5
-"""Bounces from which on Russian roulette may end a path."""
+"""Number of bounces from which Russian roulette may end a path."""
 MOST_LAYERS = 1024
-"""Surfaces that a ray may pass straight through, whatever the scene allows."""
+"""Most surfaces that a ray may pass straight, whatever the scene allows."""
 
 
 @dataclass(frozen=True)
 class PathSettings:
-    """``bounces`` after the first surface; ``transparency``: whether shadow rays ask surfaces what they let through.
+    """``bounces`` after the first surface; ``transparency``: True if shadow rays pass transparent surfaces.
 
-    ``white``: radiance of a white of strength 1 in the transport's own unit, which clamping is relative to.
+    ``white``: radiance of a white of strength 1 in the unit of the transport, to which clamping is relative.
     """
 
     bounces: int

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a path remembers from hit to hit."""
+"""State of a path between hits."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ def path_state_class(variant: str) -> Any:
     import mitsuba as mi
 
     class PathState:
-        """What a path remembers from hit to hit."""
+        """State of a path between hits."""
 
         DRJIT_STRUCT = {
             "ray": mi.Ray3f,
             "active": mi.Bool,
             "light": mi.Spectrum,  # radiance so far
-            "throughput": mi.Spectrum,  # share of what comes that reaches the camera
-            "eta": mi.Float,  # product of the indices of refraction crossed
-            "seen": mi.Bool,  # whether anything was hit
-            "last": mi.Bool,  # whether only what glows counts any more
+            "throughput": mi.Spectrum,  # throughput to the camera
+            "eta": mi.Float,  # product of the indices of refraction on the path
+            "seen": mi.Bool,  # True if anything was hit
+            "last": mi.Bool,  # True if only emission counts any more
             "depth": mi.UInt32,  # bounces so far, in all and by kind
             "diffuse": mi.UInt32,
             "glossy": mi.UInt32,
             "transmission": mi.UInt32,
             "volume": mi.UInt32,
             "passed": mi.UInt32,  # surfaces passed straight
-            "medium": mi.UInt32,  # what the ray flies through, and what is around that
+            "medium": mi.UInt32,  # the medium of the ray, and the one around that
             "outer": mi.UInt32,
-            "leaves": mi.Bool,  # whether the ray comes from below the surface that it meets next
-            "kind": mi.UInt32,  # Rays: how the ray left the last surface
-            # the last surface that scattered, from which a light met now could have been sampled
+            "leaves": mi.Bool,  # True if the ray comes from below the surface that it hits next
+            "kind": mi.UInt32,  # Rays: type of ray that left the last surface
+            # the last surface that scattered, from which a light that is hit now could have been sampled
             "before": mi.Interaction3f,
             "before_pdf": mi.Float,
             "before_delta": mi.Bool,
             "before_shape": mi.UInt32,
-            "before_both": mi.Bool,  # whether it lets light through as well
+            "before_both": mi.Bool,  # True if that surface transmits light as well
         }
 
         before: Any
@@ -59,7 +59,7 @@ def path_state_class(variant: str) -> Any:
             self.before.p = ray.o
 
         def remember(self, si: Any, bs: Any, shape: Any, scatters: Any, both: Any) -> None:
-            """Where the path has scattered and how likely it was to."""
+            """Store the point where the path has scattered, and the density."""
             place = mi.Interaction3f(si)
             place.n = dr.select(dr.dot(si.n, self.ray.d) > 0.0, -si.n, si.n)
             self.before = dr.select(scatters, place, self.before)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent surfaces on paths: a path that is followed from the camera goes on at the wavelengths that excite dyes.
+"""Fluorescent surfaces on paths: a path from the camera continues at wavelengths that excite dyes.
 
-At a hit with dyes a path either stays at its wavelengths, and the surface reflects, or goes on at others, λ', and the
-surface is evenly matt with the reradiation D(λ, λ') = Σ amount · emission density(λ) · excitation(λ'). λ' is drawn by
+At a hit with dyes a path either stays at its wavelengths, and the surface reflects, or continues at others, λ', and the
+surface is diffuse with the reradiation D(λ, λ') = Σ amount · emission density(λ) · excitation(λ'). λ' is drawn by
 excitation times the scene's lights, in cells that end at the lights' knots (``wavelengths``), so that a lamp of one
-line excites without noise. Either way the throughput is divided by the probability of what was chosen.
+line excites without noise. The throughput is divided by the probability of the choice.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 Array = NDArray[np.float64]
 
 FLAT_SHARE = 0.2
-"""Share of wavelengths that are drawn by excitation alone: light that other surfaces reflect or send out."""
+"""Share of wavelengths that are drawn by excitation alone, for light that other surfaces reflect or emit."""
 LEAST_CHANCE, MOST_CHANCE = 0.05, 0.95
-"""Of going on at other wavelengths, where a dye sends anything out at those of the path."""
+"""Probability of continuing at other wavelengths, if a dye emits at those of the path."""
 _SIZE = EXCITED_NM.size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dyed:
-    """What is fluorescent of a material: closures, each with the texture of its share of the surface (None for all of
-    it), and the shapes that wear the material.
+    """Fluorescence of a material: closures, each with the texture of its share of the surface (None for all of it), and
+    the shapes with the material.
     """
 
     parts: list[tuple[Fluorescent, Any | None]] = field(default_factory=list)
@@ -43,9 +43,9 @@ class Dyed:
 
 
 class Reradiation:
-    """Tables of what shapes' dyes take in and send out.
+    """Tables of the excitation and emission of the dyes of shapes.
 
-    ``lights``: spectra of what lights the scene. ``teeth``: different wavelengths per path, 4 or 1.
+    ``lights``: spectra of the scene's lights. ``teeth``: different wavelengths per path, 4 or 1.
     """
 
     def __init__(self, mitsuba: Any, dyed: Sequence[Dyed], lights: Sequence[Spectrum], teeth: int = 4) -> None:
@@ -57,7 +57,7 @@ class Reradiation:
         self._dyes = max(counts)
         excitation, emission = np.zeros((2, len(dyed), self._dyes, _SIZE))
         self._weights: list[tuple[int, int, Any]] = []
-        """Material's row from 1, number of a dye of it, and the share of the surface that it has."""
+        """Material's row from 1, number of one of its dyes, and that dye's share of the surface."""
         for row, item in enumerate(dyed):
             k = 0
             for closure, weight in item.parts:
@@ -67,7 +67,7 @@ class Reradiation:
                     if weight is not None:
                         self._weights.append((row + 1, k, weight))
                     k += 1
-        # Tables, not constants of the kernel: another dye compiles nothing.
+        # Tables, not constants of the kernel: another dye needs no new kernel.
         self._excitation, self._emission = table(mi.Float, excitation), table(mi.Float, emission)
         edges = cell_edges(lights, EXCITED_NM)
         self._cells = edges.size - 1
@@ -81,14 +81,16 @@ class Reradiation:
             for row, item in enumerate(dyed)
             for shape in item.shapes
         ]
-        # By Mitsuba's number of a shape: one lookup at a hit tells the dyes. 0: not fluorescent.
+        # By Mitsuba's number of a shape: one lookup at a hit finds the dyes. 0: not fluorescent.
         rows = np.zeros(max((number for number, _ in numbers), default=0) + 1, np.uint32)
         for number, row in numbers:
             rows[number] = row
         self._rows = table(mi.UInt32, rows)
 
     def shift(self, si: Any, sampler: Any, active: Any) -> tuple[Any, Any, Any]:
-        """Wavelengths that a path goes on at, the factor on its throughput, and whether they are others than before."""
+        """Wavelengths at which a path continues, the factor on its throughput, and True if they differ from those
+        before.
+        """
         import drjit as dr
 
         mi = self._mi
@@ -110,7 +112,7 @@ class Reradiation:
         found: list[Any] = []
         factors: list[Any] = []
         for k in range(4):
-            # Under dispersion the four are one wavelength; four exciting ones would part them.
+            # Under dispersion the four are one wavelength; four exciting ones would separate them.
             if k and self._teeth == 1:
                 found.append(found[0])
                 factors.append(factors[0])
@@ -124,15 +126,15 @@ class Reradiation:
                 sent = weight * self._at(self._emission, which, si.wavelengths[k], shifted)
                 reradiated += sent * self._at(self._excitation, which, wavelength, shifted)
             found.append(wavelength)
-            # D(λ, λ') over the probability of this way; the surface's cosine and π are the even lobe's.
+            # D(λ, λ') over the probability of this choice; the surface's cosine and π belong to the even lobe.
             factors.append(reradiated / dr.maximum(density * chance, 1e-30))
-        # Who stays makes up for those who left.
+        # The paths that stay carry the weight of those that changed.
         stays = dr.rcp(1.0 - chance)
         factor = dr.select(shifted, mi.Spectrum(*factors), mi.Spectrum(stays))
         return dr.select(shifted, mi.Spectrum(*found), si.wavelengths), factor, shifted
 
     def _weights_at(self, si: Any, row: Any, active: Any) -> list[Any]:
-        """Share of the surface that each dye has."""
+        """Share of the surface of each dye."""
         import drjit as dr
 
         weights = [self._mi.Float(1.0) for _ in range(self._dyes)]
@@ -174,9 +176,9 @@ class Reradiation:
 
 
 def even_lobe(integrator: Any, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
-    """Where light leaves evenly whatever the surface is, and a direction on the side that it leaves on.
+    """True where light leaves diffusely whatever the closure is, and a direction on the side on which it leaves.
 
-    So it does where it comes from below the surface, and where a dye sends it out: the path then goes on at the
+    This holds for light from below the surface, and for the emission of a dye: the path then continues at the
     wavelengths that excite the dye.
     """
     import drjit as dr
@@ -195,7 +197,7 @@ def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emi
     """(m + 1,) cumulative probability of exciting wavelengths; ``excitation``, ``emission``: (dyes, n) of a surface."""
     viewer = observer(STANDARD)
     seen = np.interp(EXCITED_NM, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0), left=0, right=0)
-    # dyes count by what the eye gets of them; a tenth more, for what other dyes take in
+    # dyes are weighted by the observer's response to their emission; a tenth more for the excitation of other dyes
     wanted = (emission @ seen + 0.1 * emission.sum(axis=1)) @ excitation
     flat = share_by_cell(edges, EXCITED_NM, wanted)
     lit = np.zeros_like(flat)
@@ -207,9 +209,9 @@ def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emi
 
 
 def _chance(closures: Sequence[Fluorescent], lights: Sequence[Spectrum]) -> Array:
-    """(n,) how much of the light that leaves the surface at each wavelength comes from dyes, under all lights."""
+    """(n,) share of dyes in the light that leaves the surface at each wavelength, under all lights."""
     grid = SpectralGrid(EXCITED_NM)
-    # A twentieth of even light: what other dyes or surfaces send may excite as well.
+    # A twentieth of even light: the emission of other dyes or surfaces may excite as well.
     light = np.full(_SIZE, 0.05 / _SIZE)
     for spectrum in lights:
         values = spectrum.resampled(grid, average=True).values

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The path integrator: light as Blender's scenes ask for it, in which rays know what kind they are.
+"""The path integrator for Blender's scenes, in which rays have types.
 
-Unidirectional path tracing with multiple importance sampling (Veach 1997, balance of squares), as Mitsuba's own
-``path`` does it, and beyond it: objects and lights that only some rays meet, light and shadow linking, transparent
-surfaces in shadows, limits by kind of bounce, clamping, and hits whose side is the geometric normal's.
+Unidirectional path tracing with multiple importance sampling (Veach 1997, power heuristic), as in Mitsuba's ``path``,
+with these additions: objects and lights that only some rays hit, light and shadow linking, transparent shadows, limits
+by kind of bounce, clamping, and sides by the geometric normal.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from spectral_core.scene import Rays
 
 
 def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules, lights: Any = None) -> Any:
-    """The integrator under the active variant; ``lights``: our own tables, None for Mitsuba's emitters."""
+    """The integrator under the active variant; ``lights``: our light tables, None for Mitsuba's emitters."""
     return scene_path_class(mitsuba.variant())(settings, Tables(mitsuba, rules), lights)
 
 
@@ -34,7 +34,7 @@ def scene_path_class(variant: str) -> Any:
     import mitsuba as mi
 
     def squared_share(pdf: Any, other: Any) -> Any:
-        """Weight of one of two ways to sample a path, by the squares of their densities (power heuristic)."""
+        """Weight of one of two sampling methods of a path, by the squares of their densities (power heuristic)."""
         square = pdf * pdf
         weight = square / (square + other * other)
         return dr.select(dr.isfinite(weight), weight, 0.0)
@@ -54,22 +54,22 @@ def scene_path_class(variant: str) -> Any:
             self.tables, self.settings, self.lights = tables, settings, lights
             limits = settings.limits
             count = lambda value: dr.opaque(mi.UInt32, int(value))  # noqa: E731
-            # opaque: kernels read the numbers, so that another limit compiles nothing
+            # opaque: kernels read the numbers, so that another limit needs no new kernel
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
             self.diffuse, self.glossy = count(limits.diffuse), count(limits.glossy)
             self.transmission, self.volume = count(limits.transmission), count(limits.volume)
             self.met: Any = None
-            """What the ray brought, by what it came from."""
+            """Light along the ray, by its origin."""
             self.asked: Any = None
-            """Number of the light that the last surface asked."""
+            """Number of the light that was sampled at the last surface."""
             self.asked_way: Any = None
-            """Local direction to that light, and what the surface sends on from there."""
+            """Local direction to that light, and the surface's scattering from there."""
             self.fog: Any = None
-            """Whether the path asks a light from within a medium now, and the medium."""
+            """True if the path samples a light from within a medium now, and the medium."""
             self.flight: Any = None
-            """The way there."""
+            """The segment in that medium."""
             self.carried: Any = None
-            """What the path carries from where the last light was asked."""
+            """Throughput at the point that the last light was sampled from."""
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active))
@@ -82,7 +82,7 @@ def scene_path_class(variant: str) -> Any:
                 lambda state, sampler: self.step(scene, state, sampler),
                 labels=("path", "sampler"),
             )
-            # they are of inside the loop; a recorded launch reads every member of the integrator after it
+            # they belong to the loop; a recorded launch reads every member of the integrator after it
             self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
             return state.light, state.seen, []
 
@@ -94,11 +94,11 @@ def scene_path_class(variant: str) -> Any:
             return state
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
-            """One ray to the next hit: what it brings, what is sampled there, and how the path goes on."""
+            """One ray to the next hit: emission along it, direct light at the hit, and the continuation of the path."""
             si = self.tables.intersect(scene, path.ray, path.active, path.depth == 0)
             shape = self.tables.shape_number(si)
             unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
-            si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
+            si.dn_du = -path.ray.d  # the viewer's direction for closures, see plugins.closures.upright
             si.dn_dv = ray_marks(mi, dr, path)
             si.wi = self.upright(si)
             leaves = path.leaves & path.active
@@ -115,7 +115,7 @@ def scene_path_class(variant: str) -> Any:
             hit = path.active & si.is_valid() & ~unseen & ~floats & ~self.is_hole(shape, path.kind)
             path.seen |= hit | floats
             bsdf = self.tables.surface(si)
-            # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
+            # as many transparent surfaces as the scene allows, and one more segment behind the last
             hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
             matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
             place.wavelengths = si.wavelengths  # a dye may have changed them
@@ -149,7 +149,7 @@ def scene_path_class(variant: str) -> Any:
             self.count(path, bs, scatters)
             path.remember(si, bs, shape, scatters, self.lets_through(bsdf) | leaves)
 
-            # A surface passed straight does not renew the ray's length.
+            # A surface that is passed straight does not renew the ray's length.
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
@@ -169,10 +169,10 @@ def scene_path_class(variant: str) -> Any:
                 path.leaves |= dives
                 onward |= dives
 
-            # Russian roulette by the light that a path can still bring, freed of what refraction spread it by
+            # Russian roulette by the remaining contribution of a path, without the scaling by refraction
             strongest = dr.max(path.throughput)
             survival = dr.minimum(strongest * dr.square(path.eta), 0.95)
-            # Only real bounces gamble: a stack of clear surfaces must not end paths.
+            # Only real bounces take part: a stack of transparent surfaces must not end paths.
             gamble = bounces & (path.depth >= ROULETTE_BOUNCES)
             dies = gamble & (sampler.next_1d() >= survival)
             spared = path.throughput * dr.rcp(dr.maximum(survival, 1e-8))
@@ -181,7 +181,7 @@ def scene_path_class(variant: str) -> Any:
             return path, sampler
 
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
-            """Through a medium to the next surface: whether the path scatters before it, and where."""
+            """Through a medium to the next surface: True if the path scatters before it, and the point."""
             flight, place = in_media.fly(self.tables.media, (si, path), sampler, active)
             glow = mi.Spectrum(dr.select(active, path.throughput * flight.glow, 0.0))
             path.light = mi.Spectrum(path.light + self.clamped(glow, path.depth > 1))
@@ -190,13 +190,13 @@ def scene_path_class(variant: str) -> Any:
             return flight.scatters, place
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
-            """Count a bounce by its kind, as Cycles does, and see whether it was the last."""
+            """Count a bounce by its kind, as Cycles does; True if it was the last."""
             path_limits.count(self, path, bs, scatters)
 
         def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
-            """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling.
+            """Light that a ray hits: of lamps, an emissive surface or the environment, weighted against sampling.
 
-            ``of``: which lights count, by their number; all if None.
+            ``of``: predicate of the lights that count, by their number; all if None.
             """
             scattered = dr.select(path.depth > 0, path.depth - 1, 0)
 
@@ -204,9 +204,9 @@ def scene_path_class(variant: str) -> Any:
                 lit = on & self.tables.lights_it(number, path.kind, scattered, path.before_shape)
                 lit = lit if of is None else lit & of(number)
                 if self.tables.shadowless is not None:
-                    # what nothing blocks is sampled only: a ray may be blocked on its way there
+                    # a light without occlusion is only sampled: the ray may be occluded
                     lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
-                # Power heuristic; after a mirror no light could have been sampled, so what is met counts in full.
+                # Power heuristic; after a mirror no light could have been sampled, so emission counts in full.
                 own = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, pdf))
                 return dr.select(lit, own, 0.0)
 
@@ -219,7 +219,9 @@ def scene_path_class(variant: str) -> Any:
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
-            """Light of one emitter drawn for a hit (interaction, BSDF, number, even lobe), through what is clear."""
+            """Direct light of one drawn emitter at a hit (interaction, BSDF, number, even lobe), through transparent
+            surfaces.
+            """
             self.asked, self.carried = mi.UInt32(0), path.throughput
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
@@ -239,7 +241,7 @@ def scene_path_class(variant: str) -> Any:
             wo = si.to_local(drawn.direction)
             kind = dr.select(floats, int(Rays.VOLUME), self.kind_of(bsdf, si, wo))
             wanted &= self.tables.lights_it(drawn.number, kind, path.depth, dr.select(floats, 0, shape))
-            # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
+            # reflecting lobes check the geometry themselves, with a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
             wanted &= kept | matt | floats
             value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~matt & ~floats)
@@ -264,9 +266,9 @@ def scene_path_class(variant: str) -> Any:
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
 
         def clear_way(self, scene: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
-            """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks).
+            """Transmittance of the way from a point of an emitter (number, surfaces passed before, marks).
 
-            ``way``: the ray there, and the medium that it begins in with the one around that.
+            ``way``: the ray to the point, and the medium at its start with the one around that.
             """
             ray, media = way
             if not (self.settings.transparency or self.tables.blocks_selectively or self.tables.media is not None):
@@ -274,18 +276,18 @@ def scene_path_class(variant: str) -> Any:
             return path_limits.shone_through(self.tables, self.layers, (scene, ray, media), light, mi.Bool(active))
 
         def is_hole(self, shape: Any, kind: Any) -> Any:
-            """Whether a ray of the camera meets a holdout, which shows nothing."""
+            """True if a ray of the camera hits a holdout, which shows nothing."""
             if self.tables.shapes is None:
                 return mi.Bool(False)
             bits = self.tables.look_up(self.tables.shapes, shape)
             return ((bits & HOLDOUT) != 0) & ((kind & int(Rays.CAMERA)) != 0)
 
         def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
-            """Whether a diffuse ray meets a mirror or a glass that caustics are switched off for."""
+            """True if a diffuse ray hits a mirror or a glass whose caustics are switched off."""
             return path_limits.cut_caustic(self.settings, bsdf, kind)
 
         def clamped(self, value: Any, indirect: Any) -> Any:
-            """A contribution brought down to the limits on a sample's mean."""
+            """A contribution reduced to the limits on a sample's mean."""
             return path_limits.clamped(self.settings, value, indirect)
 
         def to_string(self) -> str:

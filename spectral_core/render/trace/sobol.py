@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Owen-scrambled Sobol points in padded pairs: what every random decision of a path draws from.
+"""Owen-scrambled Sobol points in padded pairs, the random numbers of every decision of a path.
 
 Burley 2020, "Practical hash-based Owen scrambling" (JCGT 9(4)): each pair of dimensions takes the two-dimensional
 Sobol sequence with its own shuffled order and scrambled digits. Any power of two of consecutive samples is stratified
@@ -31,7 +31,7 @@ def hashed(value: Any) -> Any:
 def _owen_reversed(bits: Any, seed: Any) -> Any:
     """Scramble digits of a number whose bits are already reversed (Laine and Karras 2011, with Burley's constants)."""
     # Each step carries only from lower to higher bits of the reversed number: a digit is scrambled by the more
-    # significant ones alone, which is what Owen scrambling asks.
+    # significant ones alone, as Owen scrambling requires.
     bits = bits ^ (bits * 0x3D20ADEA)
     bits = bits + seed
     bits = bits * ((seed >> 16) | 1)
@@ -59,7 +59,7 @@ def pair(index: Any, seed: Any) -> tuple[Any, Any]:
     # Three independent scrambles: of the order of the points and of the digits of either coordinate.
     order, first, second = hashed(seed), hashed(seed ^ 0x55555555), hashed(seed ^ 0x33333333)
     shuffled = reversed_bits(_owen_reversed(reversed_bits(index), order))
-    # a fraction is scrambled from its largest digit on, which a reversal puts first
+    # a fraction is scrambled from its most significant digit on, which a reversal puts first
     x = reversed_bits(_owen_reversed(reversed_bits(first_sobol(shuffled)), first))
     y = reversed_bits(_owen_reversed(reversed_bits(second_sobol(shuffled)), second))
     return x, y

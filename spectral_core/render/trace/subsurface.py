@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light below the surface: a random walk inside the object, from where light enters to where it leaves.
+"""Subsurface scattering: a random walk inside the object, from the point of entry to the point of exit.
 
 Chiang, Kutz and Burley 2016, "Practical and controllable subsurface scattering for production path tracing"; the
-albedo of a single scattering from the color that is to be seen by d'Eon, "A Hitchhiker's Guide to Multiple Scattering",
-Eq. 53.7.
+single-scattering albedo from the visible color by d'Eon, "A Hitchhiker's Guide to Multiple Scattering", Eq. 53.7.
 """
 
 from __future__ import annotations
@@ -12,13 +11,13 @@ from typing import Any
 
 MOST_STEPS = 256
 START = 1e-6
-"""How far below the surface a walk starts, over the size of its coordinates."""
+"""Depth below the surface at which a walk starts, over the size of its coordinates."""
 LEAST_ALBEDO = 0.2
-"""Darker media are walked as this one, and what leaves them is dimmed."""
+"""Least albedo of a walk; for darker media the result is dimmed."""
 SCALE = 0.25 / 3.14159265358979
-"""Mean free path over Blender's radius, so that the walk looks as its older models did."""
+"""Mean free path over Blender's radius, so that the walk resembles Blender's older models."""
 PEAKS_NM = (610.0, 550.0, 465.0)
-"""Wavelengths that the radii of red, green and blue hold at; in between they change evenly."""
+"""Wavelengths of the radii of red, green and blue; in between, the radii are interpolated."""
 
 
 def per_wavelength(mi: Any, dr: Any, rgb: Any, wavelengths: Any) -> Any:
@@ -34,7 +33,7 @@ def per_wavelength(mi: Any, dr: Any, rgb: Any, wavelengths: Any) -> Any:
 def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) -> tuple[Any, Any, Any, Any]:
     """Follow light from ``start`` (hit, its number, drawn sample, seen color, active).
 
-    Returns the ray that meets the surface from inside where light leaves, the factor on the throughput, whether it
+    Returns the ray that hits the surface from inside at the exit, the factor on the throughput, True if the light
     leaves at all, and the sampler.
     """
     si, own, bs, color, active = start
@@ -44,11 +43,11 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
     direction = mi.Frame3f(-smooth).to_world(mi.warp.square_to_cosine_hemisphere(sampler.next_2d()))
     enters = mi.Bool(active) & (dr.dot(direction, outward) < 0.0)
 
-    # The closure hands its parameters over in the fields of the sample that a walk has no other use for.
+    # The closure passes its parameters in fields of the sample that a walk does not use otherwise.
     g = bs.eta
     radius = dr.maximum(per_wavelength(mi, dr, bs.wo, si.wavelengths) * SCALE, 1e-9)
     seen = dr.clip(color, 0.0, 0.9999)
-    # d'Eon's fit, inverted: the albedo of a single scattering whose multiple scattering shows the wanted color.
+    # d'Eon's fit, inverted: the single-scattering albedo whose multiple scattering shows the wanted color.
     root = dr.safe_sqrt(9.59217 + 41.6808 * seen + 17.7126 * seen * seen)
     square = dr.square(4.20863 * seen - root + 4.09712)
     albedo = dr.clip((1.0 - square) / (1.0 - g * square), 0.0, 0.999999)
@@ -60,7 +59,7 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
     channels = dr.size_v(mi.Spectrum)
 
     def body(ray: Any, factor: Any, steps: Any, walking: Any, left: Any, sampler: Any) -> tuple[Any, ...]:
-        # One channel draws the distance, chosen by what it still carries; all channels are weighed against the mixture.
+        # One channel draws the distance, chosen by its throughput; all channels are weighted against the mixture.
         share = dr.abs(factor * albedo)
         share = dr.select(dr.sum(share) > 0.0, share / dr.maximum(dr.sum(share), 1e-30), 1.0 / channels)
         pick, place = sampler.next_1d(), sampler.next_1d()
@@ -82,27 +81,27 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
         factor = dr.select(walking, factor * gained, factor)
         onward = walking & ~ends
         turned = mi.Frame3f(ray.d).to_world(scattering(mi, dr, g, sampler.next_2d()))
-        # another object inside of this one is not there for its walk
+        # other objects inside this one are ignored by its walk
         step = dr.select(met, length * (1.0 + 1e-4) + 1e-6, length)
         ray.o = dr.select(onward, ray.o + ray.d * step, ray.o)
         ray.d = dr.select(onward & ~met, turned, ray.d)
-        # A walk that carries less than a millionth adds nothing that is visible.
+        # A walk with a throughput below a millionth adds nothing visible.
         alive = onward & (steps < MOST_STEPS) & (dr.max(factor) > 1e-6)
         return ray, factor, steps + 1, alive, left | ends, sampler
 
     first = mi.Ray3f(si.spawn_ray(direction))
-    # nearer to the surface than other rays start: paths may be shorter than their distance
+    # nearer to the surface than other rays start, because paths may be shorter than that offset
     first.o = si.p - outward * ((1.0 + dr.max(dr.abs(si.p))) * START)
     state = (first, factor, mi.UInt32(0), enters, mi.Bool(False), sampler)
     labels = ("ray", "factor", "steps", "walking", "left", "sampler")
     ray, factor, _, _, left, sampler = dr.while_loop(state, lambda r, f, s, walking, e, m: walking, body, labels=labels)
-    # The walk's last distance must not cut the ray that goes on from here.
+    # The walk's last distance must not limit the ray that continues from here.
     ray.maxt = dr.largest(mi.Float)
     return ray, factor, left, sampler
 
 
 def leaving(mi: Any, dr: Any, si: Any, along: Any, sample: Any) -> tuple[Any, Any]:
-    """How light leaves a surface evenly bright, on the side of ``along``: a BSDF's sample and a direction."""
+    """Diffuse emission from a surface, on the side of ``along``: a BSDF's sample and a direction."""
     bs = dr.zeros(mi.BSDFSample3f)
     local = mi.warp.square_to_cosine_hemisphere(sample)
     outward = mi.Frame3f(_out(mi, dr, si, along)).to_world(local)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which wavelengths are traced, and what they weigh in the picture.
+"""Wavelengths to trace and their weights in the picture.
 
 Radiance is integrated against measurement functions (the observer's three, or spectral bands) that are linear between
 knots of 1 nm. Four wavelengths per path are drawn where observer and lights have their power, in cells that end at the
@@ -29,15 +29,17 @@ FIRST_NM, LAST_NM = 360, 830
 WAVELENGTHS_NM: Array = np.arange(FIRST_NM, LAST_NM + 1, dtype=np.float64)
 WAVELENGTHS_NM.setflags(write=False)
 _OBSERVER_SHARE = 0.2
-"""Share of samples that follow the observer alone: what indirect light or fluorescence may need is never starved."""
+"""Share of samples that follow the observer alone, for wavelengths of indirect light or fluorescence."""
 _REFLECTED_SHARE = 0.4
-"""Share of samples that follow lights times reflectances, where some are given as spectra. Light that meets no such
-surface keeps half of the samples that it had: at most twice its variance, where a spike gains ten times and more."""
+"""Share of samples that follow lights times reflectances, if some are given as spectra. Light that hits no such surface
+keeps half of its samples: at most twice its variance, while a spike gains ten times and more.
+"""
 _LEAST_DENSITY = 1e-6
-"""Probability per nm that is left to each cell that is measured, relative to the whole."""
+"""Least probability per nm of each measured cell, relative to the whole."""
 MOST_LIGHT_KNOTS = 2048
-"""Knots of lights between whole nm that cells end at. Beyond, the least important ones are passed over: the picture
-converges to the same integral, with a little more noise."""
+"""Most knots of lights between whole nm that are ends of cells. The least important ones beyond are ignored: the
+picture converges to the same integral, with a little more noise.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,8 +47,8 @@ class Bands:
     """Spectral channels to measure beside the picture.
 
     ``names``: one per channel. ``responses``: (n_bands, 471) at 360 to 830 nm, 1 nm; a channel is ∫ L · response dλ.
-    ``pieces``: (3, n_bands, 470), responses at the start, middle and end of each 1 nm cell, for ones that are quadratic
-    within a cell and may jump between two; None where ``responses`` are linear in between.
+    ``pieces``: (3, n_bands, 470), responses at the start, middle and end of each 1 nm cell, for responses that are
+    quadratic within a cell and may be discontinuous between cells; None if ``responses`` are linear in between.
     """
 
     names: tuple[str, ...]
@@ -83,7 +85,7 @@ class Bands:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WavelengthPlan:
-    """Density to draw wavelengths from, and what is measured.
+    """Density of wavelengths, and the measured responses.
 
     ``edges_nm``: (m + 1,) ends of m cells of constant density: the whole nm and the knots of lights between them, in
     single precision as the renderer has them. ``probability``: (m,), sums to 1. ``responses``: (n_channels, 471) at
@@ -112,11 +114,12 @@ def plan_wavelengths(
     disperses: bool = False,
     follow_bands: bool = True,
 ) -> WavelengthPlan:
-    """Draw in proportion to what the eye gets from ``lights`` together, plus a fifth by the eye's sensitivity alone.
+    """Draw in proportion to the observer's response to all ``lights``, plus a fifth by the observer's sensitivity
+    alone.
 
-    With ``reflectances`` two fifths follow what the eye gets from the lights by way of each, in equal shares. With
-    ``bands`` half of all follow these, so that no channel is left without samples; not without ``follow_bands``, where
-    the same wavelengths must be drawn whatever is measured.
+    With ``reflectances``, two fifths follow the observer's response to the lights after each reflectance, in equal
+    shares. With ``bands`` half of all follow these, so that every channel gets samples; without ``follow_bands`` they
+    do not, if the same wavelengths must be drawn whatever is measured.
     """
     edges = cell_edges(lights)
     widths = np.diff(edges)
@@ -132,14 +135,14 @@ def plan_wavelengths(
         reflected = _reflected(edges, power, reflectances)
         straight = 1 - _OBSERVER_SHARE - (_REFLECTED_SHARE if reflected.any() else 0.0)
         share = _OBSERVER_SHARE * share + straight * power + _REFLECTED_SHARE * reflected
-    # The picture's three responses come first, so that every reader knows where they are.
+    # The picture's three responses come first, so that every reader knows their index.
     responses = cmfs if bands is None else np.concatenate([cmfs, bands.responses])
     if bands is not None and follow_bands:
         wanted = share_by_cell(edges, WAVELENGTHS_NM, bands.responses.sum(axis=0))
-        # Half for the picture, half for the channels: either has at most twice the variance of a render for itself.
+        # Half for the picture, half for the channels: either has at most twice the variance of a separate render.
         share = 0.5 * share + 0.5 * wanted if wanted.any() else share
     pieces = _pieces(edges, cmfs, bands)
-    # A response over a cell of zero density would be lost: keep every cell that is measured open.
+    # A response over a cell of zero density would be lost: every measured cell keeps some density.
     measured = np.any(pieces != 0, axis=(0, 1))
     probability = np.where(measured, np.maximum(share, _LEAST_DENSITY * widths), share)
     return WavelengthPlan(edges, probability / probability.sum(), responses, pieces, 1 if disperses else 4)
@@ -149,8 +152,8 @@ def single_precision_spectrum(spectrum: Spectrum) -> tuple[Array, Array]:
     """Give knots (nm) that single precision holds, and values, with the same integral around every knot.
 
     The renderer computes in single precision, whose numbers are 6e-5 nm apart at 600 nm. Rounding the knots alone would
-    change the power of a line of 0.01 nm by half a percent; here each value makes up for the change of its hat's width.
-    Knots that fall on one number become one.
+    change the power of a line of 0.01 nm by half a percent; here each value compensates the change of its hat's width.
+    Knots with equal rounded values are merged.
     """
     knots, values = spectrum.grid.wavelengths_nm, spectrum.values
     # Whole and half nm are exact in single precision: most spectra pass unchanged.
@@ -158,11 +161,11 @@ def single_precision_spectrum(spectrum: Spectrum) -> tuple[Array, Array]:
     if np.array_equal(rounded, knots):
         return knots, values
     held, index = np.unique(rounded, return_inverse=True)
-    if held.size < 2:  # the whole spectrum is narrower than the spacing: the narrowest tent that there is
+    if held.size < 2:  # the whole spectrum is narrower than the spacing: the narrowest possible triangle
         at = np.float32(held[0])
         held = np.array([np.nextafter(at, np.float32(0)), at, np.nextafter(at, np.float32(1e9))], dtype=np.float64)
         index = np.ones(knots.size, dtype=np.intp)
-    # Merged knots give their areas to the one they fall on.
+    # Merged knots give their areas to the common knot.
     areas = np.bincount(index, values * _hat_areas(knots), held.size)
     return held, areas / _hat_areas(held)
 
@@ -184,8 +187,8 @@ def cell_edges(lights: Sequence[Spectrum], whole_nm: Array = WAVELENGTHS_NM) -> 
         # Whole nm are edges anyway.
         between = (knots != np.round(knots)) & (knots > whole_nm[0]) & (knots < whole_nm[-1])
         if between.sum() > MOST_LIGHT_KNOTS:
-            # how much a cell without this knot would have its power in the wrong place, relative to the light's
-            # A knot matters by how much the spectrum bends there: feet and tip of a line, not the slope between.
+            # power in the wrong position if a cell does not end at this knot, relative to the light's. A knot is
+            # important by the change of slope there: feet and tip of a line, not the slope between.
             slope = np.diff(values) / np.diff(knots)
             bend = np.abs(np.diff(slope, prepend=slope[0], append=slope[-1])) * _hat_areas(knots)
             importance = bend * _hat_areas(knots) / max(float((values * _hat_areas(knots)).sum()), 1e-300)
@@ -195,15 +198,15 @@ def cell_edges(lights: Sequence[Spectrum], whole_nm: Array = WAVELENGTHS_NM) -> 
         weights.append(importance[between])
     extra, weight = np.concatenate(found), np.concatenate(weights)
     if extra.size > MOST_LIGHT_KNOTS:
-        # The sharpest bends of the lights first: a cell across a slight bend loses least.
+        # The largest changes of slope first: a cell across a small one loses least.
         extra = extra[np.argsort(-weight, kind="stable")[:MOST_LIGHT_KNOTS]]
     return np.union1d(whole_nm, extra)
 
 
 def share_by_cell(edges: Array, nm: Array, response: Array, light: Spectrum | None = None) -> Array:
-    """Share of ∫ light · response dλ that each cell has, (m,); zeros where there is none. ``response``: at ``nm``."""
+    """Share of ∫ light · response dλ of each cell, (m,); zeros if there is none. ``response``: at ``nm``."""
     knots = [] if light is None else [light.grid.wavelengths_nm]
-    # Exact for products of linear pieces, as everywhere where spectra are integrated.
+    # Exact for products of linear pieces, as everywhere in the integration of spectra.
     points, weights = integration_points(edges, *knots)
     amount = weights * np.interp(points, nm, response)
     amount = amount if light is None else amount * light.at(points)
@@ -214,8 +217,8 @@ def share_by_cell(edges: Array, nm: Array, response: Array, light: Spectrum | No
 
 
 def _reflected(edges: Array, power: Array, reflectances: Sequence[Spectrum]) -> Array:
-    """Share of reflected light that each cell has, the mean over reflectances, (m,); zeros where there is none."""
-    # A reflectance changes little within 1 nm: its value in the middle of a cell stands for the cell.
+    """Share of reflected light of each cell, the mean over reflectances, (m,); zeros if there is none."""
+    # A reflectance changes little within 1 nm: its value at the middle represents the cell.
     middle = (edges[:-1] + edges[1:]) / 2
     total = np.zeros_like(power)
     for reflectance in reflectances:
@@ -227,7 +230,7 @@ def _reflected(edges: Array, power: Array, reflectances: Sequence[Spectrum]) -> 
 
 def _pieces(edges: Array, cmfs: Array, bands: Bands | None) -> Array:
     """Responses at the start, middle and end of each cell, (3, channels, m)."""
-    # Responses are known per whole nm: each cell takes its part of the polynomial of the nm it lies in.
+    # Responses are known per whole nm: each cell takes its part of the polynomial of its nm.
     nm = np.floor(edges[:-1]).astype(np.intp) - FIRST_NM
     ends = (edges[:-1], (edges[:-1] + edges[1:]) / 2, edges[1:])
     within = [end - FIRST_NM - nm for end in ends]

@@ -44,7 +44,7 @@ def joined(xp: Any, x: Any, y: Any, z: Any) -> Any:
 
 
 def _power(xp: Any, a: Any, b: Any) -> Any:
-    """Blender's power: of negative numbers only whole powers exist; else 0."""
+    """Blender's power: negative bases have only integer exponents; else 0."""
     size = xp.maximum(xp.absolute(a), 1e-38)
     whole = xp.floor(b) == b
     odd = xp.absolute(b - 2.0 * xp.floor(b * 0.5)) > 0.5
@@ -103,7 +103,7 @@ MATH: dict[str, Callable[..., Any]] = {
     "LESS_THAN": lambda xp, a, b, c: _flag(xp, a < b),
     "GREATER_THAN": lambda xp, a, b, c: _flag(xp, a > b),
     "SIGN": lambda xp, a, b, c: _flag(xp, a > 0.0) - _flag(xp, a < 0.0),
-    "COMPARE": lambda xp, a, b, c: _flag(xp, (a == b) | (xp.absolute(a - b) <= xp.maximum(c, 1e-5))),
+    "COMPARE": lambda xp, a, b, c: _flag(xp, (a == b) | (xp.absolute(a - b) <= xp.maximum(c, 1.1920929e-7))),
     "SMOOTH_MIN": lambda xp, a, b, c: _smooth_minimum(xp, a, b, c),
     "SMOOTH_MAX": lambda xp, a, b, c: -_smooth_minimum(xp, -a, -b, c),
     "ROUND": lambda xp, a, b, c: xp.floor(a + 0.5),
@@ -147,7 +147,7 @@ def clamp(xp: Any, value: Any, low: Any, high: Any, kind: str) -> Any:
 
 @operation("3", 3)
 def clamped_color(xp: Any, color: Any) -> Any:
-    """Components held within [0, 1]."""
+    """Components clipped to [0, 1]."""
     return each(lambda c: clip(xp, c), color)
 
 

@@ -12,7 +12,7 @@ from spectral_core.scene.shading.noise import hashed
 
 
 def cell_numbers(xp: Any, cell: tuple[Any, ...]) -> tuple[Any, ...]:
-    """As many numbers in [0, 1] as three, from the whole coordinates of a cell."""
+    """As many numbers in [0, 1] as coordinates, from the integer coordinates of a cell."""
     if len(cell) == 1:
         zero = 0.0 * cell[0]
         return (hashed(xp, cell[0]), hashed(xp, cell[0], zero + 1.0), hashed(xp, cell[0], zero + 2.0))
@@ -54,7 +54,7 @@ def _pcg_2d(xp: Any, x: Any, y: Any) -> tuple[Any, Any]:
 
 
 def point_in_cell(xp: Any, cell: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Where the point of a cell stands within it."""
+    """Position of a cell's point within the cell."""
     if len(cell) == 1:
         return (hashed(xp, cell[0]),)
     if len(cell) == 2:

@@ -104,7 +104,7 @@ def to_hsv(xp: Any, color: Any) -> Any:
 
 @operation("3", 3)
 def to_rgb(xp: Any, hsv: Any) -> Any:
-    """Inverse of to_hsv; a hue outside [0, 1] falls into the last sixth, as in Cycles."""
+    """Inverse of to_hsv; a hue outside [0, 1] belongs to the last sixth, as in Cycles."""
     hue, saturation, value = hsv
     hue = xp.where(hue == 1.0, 0.0, hue)
     place = hue * 6.0
@@ -116,7 +116,7 @@ def to_rgb(xp: Any, hsv: Any) -> Any:
 
 
 def _wheel(xp: Any, hue: Any) -> Any:
-    """Pure color of a hue in [0, 1], held at its ends' red beyond."""
+    """Pure color of a hue in [0, 1]; red beyond both ends."""
     place = hue * 6.0
     red = clip(xp, xp.absolute(place - 3.0) - 1.0)
     return red, clip(xp, 2.0 - xp.absolute(place - 2.0)), clip(xp, 2.0 - xp.absolute(place - 4.0))
@@ -192,7 +192,7 @@ def ramp_number(xp: Any, factor: Any, table: Any) -> Any:
 
 @operation("1 3", 3)
 def curves(xp: Any, factor: Any, color: Any, table: Any, low: float, high: float) -> Any:
-    """RGB or Vector Curves: a table (rows, 3) over ``low`` to ``high``; beyond it the ends' slopes go on."""
+    """RGB or Vector Curves: a table (rows, 3) over ``low`` to ``high``; beyond it the slopes of the ends continue."""
     parts = [_beyond(xp, table, part, column, low, high) for column, part in enumerate(color)]
     return mix(color, tuple(parts), factor)
 

@@ -31,7 +31,7 @@ def jenkins(xp: Any, *keys: Any) -> Any:
             a = a - c
             a = a ^ _turn(c, shift)
             c = c + b
-            a, b, c = b, c, a  # the six steps are one step with the names going round
+            a, b, c = b, c, a  # the six steps are one step with rotated names
         a = a + keys[3]
     for shift in (14, 11, 25, 16, 4, 14, 24):
         c = c ^ b
@@ -117,7 +117,7 @@ def fbm(xp: Any, p: Any, detail: Any, rough: Any, lac: Any, offset: Any, gain: A
     whole, rest = xp.floor(detail), detail - xp.floor(detail)
 
     def body(octave: Any, scale: Any, size: Any, largest: Any, total: Any) -> Any:
-        # the octave after the last whole one counts by the fraction of detail that is left
+        # the octave after the last integer one has the weight of the fractional detail
         share = xp.where(octave > whole, rest, 1.0)
         value = total + perlin(xp, _scaled(p, scale)) * size
         most = largest + size
@@ -125,7 +125,7 @@ def fbm(xp: Any, p: Any, detail: Any, rough: Any, lac: Any, offset: Any, gain: A
             before = 0.5 * total / xp.maximum(largest, 1e-30) + 0.5
             after = 0.5 * value / xp.maximum(most, 1e-30) + 0.5
             mixed = mix(before, after, share)
-            # kept as a total, so that the loop's last division gives the mix again
+            # stored as a sum, so that the loop's last division gives the mix again
             value, most = xp.where(octave > whole, mixed * 2.0 - 1.0, value), xp.where(octave > whole, 1.0, most)
         else:
             value = mix(total, value, share)
@@ -154,7 +154,7 @@ def multifractal(xp: Any, p: Any, detail: Any, rough: Any, lac: Any, offset: Any
 
 
 def hetero_terrain(xp: Any, p: Any, detail: Any, rough: Any, lac: Any, offset: Any, gain: Any, normalizes: bool) -> Any:
-    """Octaves that weigh by the height so far."""
+    """Octaves weighted by the height so far."""
     value = offset + perlin(xp, p)
 
     def body(octave: Any, scale: Any, power: Any, value: Any) -> Any:
@@ -168,7 +168,7 @@ def hetero_terrain(xp: Any, p: Any, detail: Any, rough: Any, lac: Any, offset: A
 
 
 def hybrid(xp: Any, p: Any, detail: Any, rough: Any, lac: Any, offset: Any, gain: Any, normalizes: bool) -> Any:
-    """Octaves that weigh by the signal so far."""
+    """Octaves weighted by the signal so far."""
     zero = 0.0 * p[0]
 
     def body(octave: Any, scale: Any, power: Any, value: Any, weight: Any) -> Any:
@@ -205,12 +205,12 @@ FRACTALS: dict[str, Callable[..., Any]] = {
 
 
 def coordinates(vector: Any, w: Any, dimensions: str) -> tuple[Any, ...]:
-    """The coordinates that a texture of so many dimensions reads."""
+    """The coordinates of a texture of the given number of dimensions."""
     return {"1D": (w,), "2D": vector[:2], "3D": tuple(vector), "4D": (*vector, w)}[dimensions]
 
 
 def _offset(xp: Any, like: Any, seed: float, count: int) -> tuple[Any, ...]:
-    """Where the noise number ``seed`` is read, so that it is independent of the others."""
+    """Offset of the noise number ``seed``, which makes it independent of the others."""
     zero = 0.0 * like
     if count == 1:
         return (100.0 + hashed(xp, zero + seed) * 100.0,)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The backend that folds constants, bakes and tests: NumPy arrays, float64 unless float32 is asked for."""
+"""The backend for constant folding, baking and tests: NumPy arrays, float64 unless float32 is requested."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class NumPy:
         return np.where(condition, yes, no)
 
     def sqrt(self, value: Any) -> Any:
-        """Root, of negative numbers 0."""
+        """Square root, 0 for negative numbers."""
         return np.sqrt(np.maximum(value, 0))
 
     def log(self, value: Any) -> Any:
@@ -37,11 +37,11 @@ class NumPy:
         return np.log(value)
 
     def asin(self, value: Any) -> Any:
-        """Arc sine of a number held within [-1, 1]."""
+        """Arc sine of a number clipped to [-1, 1]."""
         return np.arcsin(np.clip(value, -1, 1))
 
     def acos(self, value: Any) -> Any:
-        """Arc cosine of a number held within [-1, 1]."""
+        """Arc cosine of a number clipped to [-1, 1]."""
         return np.arccos(np.clip(value, -1, 1))
 
     def power(self, base: Any, exponent: Any) -> Any:
@@ -49,7 +49,7 @@ class NumPy:
         return np.power(base, exponent)
 
     def isfinite(self, value: Any) -> Any:
-        """Whether a number is one."""
+        """True for finite numbers."""
         return np.isfinite(value)
 
     def integer(self, value: Any) -> Any:
@@ -86,7 +86,7 @@ class NumPy:
         return float(len(table) - 1)
 
     def texel(self, image: Any, column: Any, row: Any) -> tuple[Any, Any, Any, Any]:
-        """Stored color and alpha in [0, 1] or beyond, at whole-numbered places inside the image."""
+        """Stored color and alpha in [0, 1] or beyond, at integer positions inside the image."""
         pixels = image.pixels
         found = pixels[np.asarray(row).astype(np.int64), np.asarray(column).astype(np.int64)]
         found = found.astype(self.dtype) / (255.0 if pixels.dtype == np.uint8 else 1.0)
@@ -96,3 +96,15 @@ class NumPy:
     def size(self, image: Any) -> tuple[Any, Any]:
         """Width and height of an image."""
         return float(image.pixels.shape[1]), float(image.pixels.shape[0])
+
+    def open_share(self, normal: Any, distance: Any, samples: int, inside: bool, own: bool) -> Any:
+        """Where there is no scene, nothing is near."""
+        return 1.0 + 0.0 * (normal[0] + distance)
+
+    def rounded(self, normal: Any, radius: Any, samples: int) -> Any:
+        """Where there is no scene, there are no edges."""
+        return normal
+
+    def edge_distance(self, in_pixels: bool) -> Any:
+        """Where there is no scene, there are no triangles."""
+        return self.number(1e9)

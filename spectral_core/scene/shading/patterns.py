@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Patterns without points or octaves of their own: Wave, Magic, Gradient, Checker, Brick."""
+"""Patterns without random points or octaves: Wave, Magic, Gradient, Checker, Brick."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from spectral_core.scene.shading.tuples import add, clip, each, length, mix, mul
 
 
 def _inside(p: Any) -> Any:
-    """Coordinates moved off whole numbers, where a pattern's sides would meet."""
+    """Coordinates moved off integers, where the cells of a pattern meet."""
     return multiply(add(p, 0.000001), 0.999999)
 
 

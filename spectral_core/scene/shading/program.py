@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene.shading import arithmetic, colors, geometry, noise, patterns, vectors, voronoi  # noqa: F401
+from spectral_core.scene.shading import arithmetic, colors, geometry, noise, patterns, pictures, vectors, voronoi  # noqa: F401
 from spectral_core.scene.shading.numpy_backend import NumPy
 from spectral_core.scene.shading.registry import OPERATIONS
 
@@ -24,7 +24,7 @@ Setting = str | int | float | bool
 class Instruction:
     """One step: ``inputs`` are the numbers of earlier steps.
 
-    ``operation`` is ``"number"`` (1 value) or ``"vector"`` (3) for constants, which ``values`` holds, else a name of
+    ``operation`` is ``"number"`` (1 value) or ``"vector"`` (3) for constants, stored in ``values``, else a name of
     ``OPERATIONS``. ``settings`` belong to the shape, ``values`` and ``data`` (a table or an ImageTexture) do not.
     """
 
@@ -87,9 +87,9 @@ class Program:
 
         Parameters
         ----------
-        read : inputs by name and shift, arrays (n,) or tuples of three; None where the program reads none.
+        read : inputs by name and shift, arrays (n,) or tuples of three; None if the program reads none.
         dtype : float64, or float32 to compute as the renderer does.
-        transform : (vector, kind, space, inverse) to the vector in another space; None where the program asks for none.
+        transform : (vector, kind, space, inverse) to the vector in another space; None if the program asks for none.
 
         Returns
         -------
@@ -132,7 +132,7 @@ def step(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Computed:
-    """A color or number that a program computes where light meets the surface."""
+    """A color or number that a program computes at a hit point."""
 
     program: Program
 
@@ -143,7 +143,7 @@ class Computed:
 
 
 def mean_of(program: Program, size: int = 16) -> NDArray[np.float64]:
-    """Mean (1,) or (3,) of a program over a square of coordinates from 0 to 1, seen straight from above."""
+    """Mean (1,) or (3,) of a program over a square of coordinates from 0 to 1, seen perpendicularly from above."""
     u, v = (c.ravel() for c in np.meshgrid(*(((np.arange(size) + 0.5) / size,) * 2)))
     zero, one = np.zeros_like(u), np.ones_like(u)
     vectors_at = {
@@ -173,7 +173,7 @@ def mean_of(program: Program, size: int = 16) -> NDArray[np.float64]:
 
 
 class Builder:
-    """Grows the instructions of a material: equal ones are shared, constants are computed at once."""
+    """Collects the instructions of a material: equal ones are shared, constants are folded at once."""
 
     def __init__(self) -> None:
         self._instructions: list[Instruction] = []
@@ -194,13 +194,13 @@ class Builder:
         return np.array(values, dtype=np.float64) if values else None
 
     def number(self, value: Any) -> int:
-        """A constant: a number or three."""
+        """A constant: one number or three."""
         flat = tuple(float(v) for v in np.ravel(value))
         finite = tuple(v if np.isfinite(v) else 0.0 for v in flat)
         return self._enter(Instruction("number" if len(finite) == 1 else "vector", values=finite))
 
     def add(self, operation: str, inputs: tuple[int, ...] = (), *settings: Setting, data: Any = None) -> int:
-        """Result of an operation; inputs of another width than it reads are converted as Blender does a vector."""
+        """Result of an operation; inputs of other widths are converted as in Blender."""
         known = OPERATIONS[operation]
         converted = tuple(self.as_width(i, w) for i, w in zip(inputs, known.widths, strict=True))
         new = Instruction(operation, converted, settings, data=data)
@@ -217,7 +217,7 @@ class Builder:
         return self.add("luminance" if is_color else "mean", (register,))
 
     def program(self, register: int) -> Program:
-        """The instructions that a result needs, as a program of its own."""
+        """The instructions that a result needs, as a separate program."""
         needed, stack = set(), [register]
         while stack:
             at = stack.pop()

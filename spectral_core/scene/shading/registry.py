@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operations by name: how many values each reads and gives, and the function that computes it.
+"""Operations by name: the widths of their inputs and results, and the functions that compute them.
 
 A function's first argument ``xp`` is a backend (``numpy_backend.NumPy``, or Dr.Jit's in the renderer). A value of
 width 1 is one array, a value of width 3 a tuple of three; settings follow the inputs. One function serves both
@@ -15,7 +15,7 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """``widths``: of the inputs; ``result``: of the value; ``folds``: whether constants may be computed ahead."""
+    """``widths``: of the inputs; ``result``: of the value; ``folds``: True if constants may be computed ahead."""
 
     name: str
     function: Callable[..., Any]
@@ -25,13 +25,13 @@ class Operation:
 
 
 OPERATIONS: dict[str, Operation] = {}
-"""Every operation that a program may hold, filled by the modules of this folder."""
+"""Every operation of programs, registered by the modules of this folder."""
 
 
 def operation(
     inputs: str, result: int, *, name: str | None = None, folds: bool = True
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Enter a function under its name; ``inputs`` lists the widths, as in ``"3 1"``."""
+    """Register a function under its name; ``inputs`` lists the widths, as in ``"3 1"``."""
 
     def enter(function: Callable[..., Any]) -> Callable[..., Any]:
         key = name or function.__name__

@@ -69,5 +69,5 @@ def safe_divide(xp: Any, a: Any, b: Any) -> Any:
 
 
 def clip(xp: Any, value: Any, low: Any = 0.0, high: Any = 1.0) -> Any:
-    """Value held between two bounds."""
+    """Value clipped to two bounds."""
     return xp.minimum(xp.maximum(value, low), high)

@@ -126,7 +126,7 @@ def vector_number(xp: Any, a: Any, b: Any, mode: str) -> Any:
 
 @operation("3 3 3 1", 3)
 def rotate(xp: Any, vector: Any, center: Any, axis: Any, angle: Any) -> Any:
-    """Vector Rotate about an axis; nothing moves where the axis is zero."""
+    """Vector Rotate about an axis; the identity if the axis is zero."""
     k = normalized(xp, axis)
     r = subtract(vector, center)
     cosine, sine = xp.cos(angle), xp.sin(angle)

@@ -43,7 +43,7 @@ def _offset_of(xp: Any, number: Any, count: int, reach: int) -> tuple[Any, ...]:
 
 
 def _nearest(xp: Any, p: tuple[Any, ...], random: Any, metric: str, exponent: Any, second: bool) -> tuple[Any, ...]:
-    """Distance, hashed color and place of the nearest point, or the second nearest."""
+    """Distance, hashed color and position of the nearest point, or of the second nearest."""
     count = len(p)
     cell = tuple(xp.floor(x) for x in p)
     within = tuple(x - c for x, c in zip(p, cell, strict=True))
@@ -140,7 +140,7 @@ def _edge(xp: Any, p: tuple[Any, ...], random: Any) -> Any:
 
 
 def _sphere_radius(xp: Any, p: tuple[Any, ...], random: Any) -> Any:
-    """Half the distance from the nearest point to its own nearest neighbor."""
+    """Half the distance from the nearest point to its nearest neighbor."""
     count = len(p)
     cell = tuple(xp.floor(x) for x in p)
     within = tuple(x - c for x, c in zip(p, cell, strict=True))

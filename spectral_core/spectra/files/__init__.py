@@ -4,8 +4,8 @@
 >>> lamps = read_spectra("lamps.csv", kind="illuminant")  # doctest: +SKIP
 >>> write_spectra("paint.spdx", [paint])  # doctest: +SKIP
 
-What a file states about itself (kind, units) is believed; what it does not state, the caller says. Nothing is
-guessed from the size of numbers: where they contradict the stated unit, the error says which unit would fit.
+Statements of a file (type, units) are used; the caller states the others. Nothing is inferred from the size of numbers:
+if they contradict the stated unit, the error names the unit that would fit.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def write_spectra(path: str | Path, spectra: Sequence[Spectrum], *, file_format:
 
 
 def detect_format(path: str | Path) -> str:
-    """``"csv"``, ``"spdx"`` or ``"spd"``: from what the file holds, and its ending where that leaves a choice.
+    """``"csv"``, ``"spdx"`` or ``"spd"``: from the contents of the file, and from its extension if that is ambiguous.
 
     Raises FileFormatError for a file that is absent, empty or not text.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Code that every spectrum format shares: text with line numbers in, one checked spectrum per column out."""
+"""Code shared by all spectrum formats: from text with line numbers to one checked spectrum per column."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PLAUSIBLE_NM = (10.0, 1e6)
 
 @dataclass(frozen=True, slots=True)
 class ReadOptions:
-    """The caller's statements about a file; None leaves them to the file."""
+    """The caller's statements about a file; None uses the file's."""
 
     kind: SpectrumKind | None = None
     wavelength_unit: str | None = None
@@ -85,7 +85,7 @@ def known_unit(given: str, known: dict[str, float]) -> str:
 
 
 def is_number(text: str) -> bool:
-    """Whether ``text`` reads as a number, NaN and Inf included."""
+    """True if ``text`` reads as a number, NaN and Inf included."""
     try:
         float(text)
     except ValueError:
@@ -129,7 +129,7 @@ def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:
 
 
 def _require_wavelengths(path: Path, lines: list[int], wavelengths: NDArray[np.float64], unit: str) -> None:
-    """Wavelengths ascend and lie where the unit makes sense."""
+    """Check that wavelengths ascend and are plausible for their unit."""
     steps = np.diff(wavelengths)
     if np.any(steps <= 0):
         at = int(np.argmax(steps <= 0)) + 1
@@ -152,7 +152,7 @@ def _require_wavelengths(path: Path, lines: list[int], wavelengths: NDArray[np.f
 
 
 def _require_values(path: Path, name: str, lines: list[int], values: NDArray[np.float64], kind: SpectrumKind) -> None:
-    """Values are possible for the kind: a light is not negative, a surface reflects between 0 and 1."""
+    """Check that values are possible for the type: a light is not negative, a surface reflects between 0 and 1."""
     if kind == "spectrum":
         return
     at = int(values.argmin())
@@ -160,7 +160,7 @@ def _require_values(path: Path, name: str, lines: list[int], values: NDArray[np.
     if values[at] < -slack:
         raise FileFormatError(
             f"{path}, line {lines[at]}: {kind} {name!r} is {values[at]:g}, expected at least 0; correct the sample, or "
-            "read it with kind='spectrum' to see it as it is"
+            "read it with kind='spectrum' unchanged"
         )
     at = int(values.argmax())
     if kind == "reflectance" and values[at] > 1 + slack:

@@ -56,7 +56,7 @@ def write(path: Path, spectra: Sequence[Spectrum]) -> None:
         known = dict(zip(spectrum.grid.wavelengths_nm.tolist(), spectrum.values.tolist(), strict=True))
         cells.append([repr(known[wavelength]) if wavelength in known else "" for wavelength in wavelengths.tolist()])
     buffer = StringIO()
-    # A name that ends like a unit would be read as one; then names and unit are stated in words as well.
+    # A name that ends like a unit would be read as one; names and unit are then also stated in words.
     names_mislead = any(_stated_unit(spectrum.name, FRACTION_PER_UNIT) for spectrum in spectra)
     buffer.writelines(line + "\n" for line in statements_of(spectra, names=names_mislead))
     writer = csv.writer(buffer, lineterminator="\n")
@@ -68,7 +68,7 @@ def write(path: Path, spectra: Sequence[Spectrum]) -> None:
 
 
 def _rows(path: Path, statements: Statements) -> list[Row]:
-    """Rows that hold anything, split into cells; comments go to ``statements``."""
+    """Rows that are not empty, split into cells; comments go to ``statements``."""
     numbered = list(enumerate(read_text(path).splitlines(), 1))
     for line_number, line in numbered:
         if line.lstrip().startswith("#"):
@@ -104,7 +104,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 
 def _runs_across(header: Row, body: list[Row]) -> bool:
-    """Whether the first row holds the wavelengths: only if the first column cannot be wavelengths."""
+    """True if the first row contains the wavelengths: only if the first column cannot contain them."""
     across = header[1][1:]
     if len(across) < 2 or not all(map(is_number, across)):
         return False
@@ -178,7 +178,7 @@ def _named_column(heading: str, fallback: str, wavelength_unit: str | None) -> C
 
 
 def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
-    """Unit named at the end of a heading: ``wavelength_nm``, ``Wavelength (µm)``, ``paint [%]``; None where none is."""
+    """Unit named at the end of a heading: ``wavelength_nm``, ``Wavelength (µm)``, ``paint [%]``; None if none is."""
     try:
         return known_unit(_last_word(heading)[1], known)
     except ValueError:
@@ -188,8 +188,8 @@ def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
 def _last_word(heading: str) -> tuple[str, str, bool]:
     """A heading without its last word, that word, and whether it is in brackets; a single word is the last one.
 
-    Written out, not as a pattern: a pattern that finds the bracket from the front tries every start, and a heading of
-    20,000 blanks took hours.
+    Without a regular expression: one that finds the bracket from the front tries every start, and took hours for a
+    heading of 20,000 blanks.
     """
     text = heading.rstrip()
     if text.endswith(("]", ")")):

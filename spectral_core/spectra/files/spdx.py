@@ -53,7 +53,7 @@ class SpdxDocument:
     bandwidth_nm: float | None = None
     bandwidth_corrected: bool | None = None
     geometry: str | None = None
-    """Reflection or transmission geometry, such as ``"di:8"``; None where not stated."""
+    """Reflection or transmission geometry, such as ``"di:8"``; None if not stated."""
 
     def __post_init__(self) -> None:
         if self.quantity not in KIND_OF_QUANTITY:
@@ -201,6 +201,6 @@ class _Handler:
         if name == "SpectralData":
             value = number(self._path, line, text, "a value")
             self.column.add(line, self._wavelength, value)
-        elif text and text != "None":  # what colour-science writes for an element it has no text for
+        elif text and text != "None":  # colour-science's text of an empty element
             self.texts[name] = (text, line)
         self._text = []

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Statements of a text file about its spectra, in comments: ``# kind: reflectance``, ``# unit: nm, percent``.
 
-One statement holds for all columns, or one per column separated by commas. Comments of other words are only read
-by people.
+One statement applies to all columns, or one per column separated by commas. Comments with other words are ignored.
 """
 
 from __future__ import annotations

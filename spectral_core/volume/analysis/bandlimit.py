@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How finely a mapped function g(f(x)) must be sampled: the bound of Eq. 4.14 beside the product bound before it."""
+"""Sampling rate of a mapped function g(f(x)): the bound of Eq. 4.14 and the earlier product bound."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class CompositeBandlimit:
 
     @property
     def product_frequency(self) -> float:
-        """The earlier bound ν_g · ω_f · (max f − min f)/2: f taken as one sinusoid of its own band limit and range.
+        """The earlier bound ν_g · ω_f · (max f − min f)/2: f is treated as one sinusoid at its band limit and range.
 
         By Bernstein's inequality a function of band limit ω_f with |f − c| <= A has |f'| <= ω_f · A, with equality
         for the sinusoid; so for a truly band limited f this is never below ``frequency``. In cycles and for
@@ -65,9 +65,9 @@ def composite_bandlimit(
 ) -> CompositeBandlimit:
     """Bound on the frequencies of g(f(x)) from samples of f (one or more variables) and of g (one variable).
 
-    An array for f has unit spacing; an array or a function for g stands for the range of f's values; a transfer
-    function counts with the material curve that asks for most. ``energy`` is the fraction of their energy that the band
-    limits of f and g keep; ``max_slope`` replaces the largest slope of f's linear interpolant where the derivative is
+    An array for f has unit spacing; an array or a function for g represents the range of f's values; of a transfer
+    function, the material curve with the largest bandwidth counts. ``energy`` is the fraction of their energy that the
+    band limits of f and g keep; ``max_slope`` replaces the largest slope of f's linear interpolant if the derivative is
     known better. Source: thesis Eq. 4.14 and section 4.1.5.
     """
     data = _data(f)

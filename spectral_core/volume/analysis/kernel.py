@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frequency transfer kernel K(ω, ν): how much of frequency ν of g arrives at frequency ω of g(f(x)).
+"""The frequency transfer kernel K(ω, ν): the response at frequency ω of g(f(x)) to frequency ν of g.
 
-K depends on f alone (Eq. 4.6). It is small inside a cone about the ω axis whose edges are the extreme slopes of f
-(Eq. 4.11), and beyond an edge it dies like the Airy function (Eq. 4.18). That edge is the stated band limit.
+K depends on f alone (Eq. 4.6). It is small inside a cone about the ω axis whose edges are the extreme slopes of f (Eq.
+4.11), and beyond an edge it decays like the Airy function (Eq. 4.18). That edge is the stated band limit.
 """
 
 from __future__ import annotations
@@ -63,12 +63,12 @@ def frequency_transfer_kernel(f: SampledFunction, nu: ArrayLike) -> TransferKern
 
 @dataclass(frozen=True)
 class ConeEdge:
-    """One edge of the cone: the line ω = slope · ν, made by the points where f' is extreme."""
+    """One edge of the cone: the line ω = slope · ν of the points where f' is extreme."""
 
     slope: float
     """Extreme f', data values per unit length."""
     positions: NDArray[np.float64]
-    """(p,) points x_e where f' takes that value."""
+    """(p,) points x_e with that value of f'."""
     data_values: NDArray[np.float64]
     """(p,) f(x_e)."""
     third_derivatives: NDArray[np.float64]
@@ -99,7 +99,7 @@ class ConeEdge:
 def cone_edges(f: SampledFunction) -> tuple[ConeEdge, ConeEdge]:
     """The lower and upper edge of the cone of f (one variable): its extreme slopes, from a quintic spline.
 
-    An extreme at an end of the interval has no turning point and hence no Airy edge: InvalidInputError says so.
+    An extreme at an end of the interval has no turning point and hence no Airy edge: this raises InvalidInputError.
     """
     from scipy.interpolate import PPoly, make_interp_spline
 
@@ -107,7 +107,7 @@ def cone_edges(f: SampledFunction) -> tuple[ConeEdge, ConeEdge]:
     if f.values.size < 8:
         raise InvalidInputError(f"{f.values.size} samples were given; the edges of the cone need 8 or more")
     positions, values = f.positions, f.values
-    if f.periodic:  # two periods of margin pin the spline; roots are taken from the middle one
+    if f.periodic:  # two periods of margin stabilize the spline; roots are taken from the middle period
         length = positions.size * f.spacing[0]
         positions = np.concatenate([positions - length, positions, positions + length])
         values = np.tile(values, 3)
@@ -118,7 +118,7 @@ def cone_edges(f: SampledFunction) -> tuple[ConeEdge, ConeEdge]:
     inside = (turning >= f.positions[0]) & (turning < f.positions[0] + f.values.size * f.spacing[0])
     turning = np.unique(np.round(turning[inside], 12))
     slopes, thirds = first(turning), third(turning)
-    # A quintic's noise makes roots where f is flat; those have no curvature of the slope and make no edge.
+    # A quintic's noise has roots where f is flat; the slope has no curvature there, so they are no edge.
     real = np.abs(thirds) * f.spacing[0] ** 3 > 1e-13 * max(f.half_range, 1e-300)
     edges = []
     for extreme, sign, ends in ((np.min, 1.0, np.min(first(positions))), (np.max, -1.0, np.max(first(positions)))):

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sampling a mapped function g(f(x)) of one variable at a chosen rate and rebuilding it, as in Figs. 4.1 and 4.4."""
+"""Sampling of a mapped function g(f(x)) of one variable at a chosen rate, and its reconstruction, as in Figs. 4.1 and
+4.4.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ class RegularSamples:
     distance: float
     samples: NDArray[np.float64]
     interval: tuple[float, float]
-    """The interval of interest; samples stand on both sides of it, so that its ends are not starved."""
+    """The interval of interest; samples lie on both sides of it, so that its ends are reconstructed as well as its
+    middle.
+    """
 
     @property
     def positions(self) -> NDArray[np.float64]:
@@ -33,7 +37,7 @@ class RegularSamples:
 
     @property
     def count_inside(self) -> int:
-        """Number of samples inside the interval: the cost of the rate."""
+        """Number of samples inside the interval, the cost of the rate."""
         inside = (self.positions >= self.interval[0]) & (self.positions <= self.interval[1])
         return int(inside.sum())
 

@@ -21,10 +21,9 @@ from spectral_core.errors import InvalidInputError
 class SampledFunction:
     """Samples of a real function on a regular grid: ``values[i]`` is its value at ``origin + i * spacing``.
 
-    ``periodic`` says that sample ``n`` of an axis would repeat sample 0; otherwise the function is continued by
-    mirroring at its first and last sample, which adds no jump that the data do not have.
-    Raises InvalidInputError for fewer than three samples along an axis, for values that are not finite, and for
-    spacings that are not positive.
+    ``periodic``: True if sample ``n`` of an axis would repeat sample 0; otherwise the function is continued by
+    mirroring at its first and last sample, which adds no jump. Raises InvalidInputError for fewer than three samples
+    along an axis, for values that are not finite, and for spacings that are not positive.
     """
 
     values: NDArray[np.float64]
@@ -53,7 +52,7 @@ class SampledFunction:
         origin: float | Sequence[float] = 0.0,
         periodic: bool = False,
     ) -> SampledFunction:
-        """Samples at ``origin + i * spacing``; one number stands for every axis."""
+        """Samples at ``origin + i * spacing``; a single number applies to every axis."""
         array = np.asarray(values, dtype=np.float64)
         per_axis = [
             tuple(np.broadcast_to(np.asarray(given, float), (array.ndim,)).tolist()) for given in (spacing, origin)
@@ -74,7 +73,7 @@ class SampledFunction:
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """(n,) where the samples of a function of one variable stand."""
+        """(n,) positions of the samples of a function of one variable."""
         self.require_one_variable()
         return self.origin[0] + self.spacing[0] * np.arange(self.values.size)
 
@@ -84,7 +83,7 @@ class SampledFunction:
         return float(np.ptp(self.values)) / 2
 
     def require_one_variable(self) -> None:
-        """InvalidInputError unless this is a function of one variable."""
+        """Raise InvalidInputError unless this is a function of one variable."""
         if self.values.ndim != 1:
             raise InvalidInputError(
                 f"a function of {self.values.ndim} variables was given; expected one, sampled along a ray"
@@ -106,7 +105,7 @@ def spectrum_energy(signal: SampledFunction) -> tuple[NDArray[np.float64], NDArr
         energy = fft.dctn(signal.values, type=1) ** 2
         for axis, count in enumerate(
             shape
-        ):  # each inner cosine stands for a pair of the mirrored signal's exponentials
+        ):  # each inner cosine represents a pair of exponentials of the mirrored signal
             pairs = np.full(count, 2.0)
             pairs[[0, -1]] = 1.0
             energy *= pairs.reshape([-1 if i == axis else 1 for i in range(len(shape))])
@@ -128,8 +127,8 @@ def energy_beyond(signal: SampledFunction, angular_frequency: float) -> float:
 def essential_bandlimit(signal: SampledFunction, energy: float = 0.999) -> float:
     """Smallest angular frequency that keeps the fraction ``energy`` of the energy about the mean; 0 for a constant.
 
-    Functions with kinks have no band limit; this is what stands for ν_g of Eq. 4.14 then. The answer is one of the
-    signal's own spectral frequencies, so a longer or finer grid resolves it better.
+    Functions with kinks have no band limit; this replaces ν_g of Eq. 4.14 for them. The answer is one of the signal's
+    spectral frequencies, so a longer or finer grid resolves it better.
     """
     require_range("energy fraction", energy, 0.0, 1.0)
     frequency, contained = spectrum_energy(signal)
@@ -164,5 +163,5 @@ def steepest_slope(signal: SampledFunction) -> float:
 
 
 def _negligible(signal: SampledFunction) -> float:
-    """Spectral energy that rounding alone leaves: a constant's transform is not exactly zero."""
+    """Spectral energy of rounding: a constant's transform is not exactly zero."""
     return signal.values.size * signal.values.size * float(np.max(np.abs(signal.values))) ** 2 * 1e-29

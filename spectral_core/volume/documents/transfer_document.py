@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A transfer function as people state it: over data values or fractions of their range, per world unit or voxel.
+"""A transfer function in its stated units: over data values or fractions of their range, per world unit or voxel.
 
-``TransferDocument`` keeps that statement; ``for_volume`` converts it to a transfer function. As a plain document of
-strings, numbers, lists and tables it is what the files hold, and what a .blend stores.
+``TransferDocument`` keeps the stated units; ``for_volume`` converts it to a transfer function. As a plain document of
+strings, numbers, lists and tables it is the content of files and of a .blend.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ FORMAT = "spectral-scene transfer function"
 VERSION = 1
 TRANSFER_SCHEMA = Schema("spectral_core.volume.documents", "transfer.schema.json")
 MOST_SAMPLES = 20_000_000
-"""Of the spectra of all materials together."""
+"""Most samples of the spectra of all materials together."""
 
 
 @dataclass(frozen=True, eq=False)
 class TransferDocument:
-    """A transfer function with the units that it is stated in.
+    """A transfer function with its stated units.
 
     ``values``: ``"data"``, or ``"fraction"`` of the range from a volume's least to its greatest value. ``length``:
     extinction, emission and gradients are per ``"world"`` unit or per ``"voxel"``.
@@ -48,8 +48,8 @@ class TransferDocument:
     def for_volume(self, volume: ScalarVolume, value_range: tuple[float, float] | None = None) -> TransferFunction:
         """The function over the volume's data values, per world unit.
 
-        Fractions refer to ``value_range``, by default the volume's own: a sequence keeps one for all its frames.
-        A voxel's length is the cube root of its volume, for voxels that are no cubes.
+        Fractions refer to ``value_range``, by default the volume's: a sequence has one range for all its frames. A
+        voxel's length is the cube root of its volume, if voxels are no cubes.
         """
         low, high = volume.value_range if value_range is None else value_range
         span = high - low if high > low else 1.0
@@ -70,7 +70,7 @@ def stated_in_fractions(
 
 
 def voxel_length(volume: ScalarVolume) -> float:
-    """Edge of the cube that has a voxel's volume, world units."""
+    """Edge of the cube with a voxel's volume, world units."""
     return float(abs(np.linalg.det(volume.world_from_index[:3, :3])) ** (1 / 3))
 
 
@@ -97,7 +97,7 @@ def document_of(stated: TransferDocument) -> dict[str, Any]:
 
 
 def transfer_of(document: Any, folder: Path) -> TransferDocument:
-    """The statement that a document makes; spectrum files are sought in ``folder``.
+    """The transfer document of a plain document; spectrum files are searched in ``folder``.
 
     Raises FileFormatError that names the place in the document.
     """
@@ -126,10 +126,10 @@ def _grid_of(document: dict[str, Any]) -> SpectralGrid | None:
         return None
     try:
         if len(names) > 1:
-            raise InvalidInputError("it is the same as [grid]; state it once")
+            raise InvalidInputError("it is equal to [grid]; state it once")
         grid = decoded_grid(document[names[0]])
         if grid.interpolation != "linear":
-            raise InvalidInputError("colors here are linear between wavelengths; remove the word interpolation")
+            raise InvalidInputError("colors here are linear between wavelengths; remove interpolation")
     except InvalidInputError as error:
         raise FileFormatError(f"{names[-1]}: {error}") from error
     return grid
@@ -170,7 +170,7 @@ def _decoded_material(table: dict[str, Any], grid: SpectralGrid | None, files: S
 
 
 def _decoded_color(given: Any, lit: bool, grid: SpectralGrid | None, files: SpectrumFiles) -> Array:
-    """Linear sRGB, or samples on the document's grid: of a reflectance where the material is lit, else of a light."""
+    """Linear sRGB, or samples on the document's grid: of a reflectance if the material is lit, else of a light."""
     is_spectrum = isinstance(given, dict) or (isinstance(given, str) and not given.startswith("#"))
     if grid is None:
         if is_spectrum:
@@ -179,5 +179,5 @@ def _decoded_color(given: Any, lit: bool, grid: SpectralGrid | None, files: Spec
     if not is_spectrum:
         raise InvalidInputError("its color is no spectrum, but the document has a [grid]; give all of them spectra")
     spectrum = decoded_spectrum(given, "reflectance" if lit else "illuminant", grid, files)
-    # A lamp's lines may be narrower than a step: their power counts, not the value that a knot happens to meet.
+    # A lamp's lines may be narrower than a step: their power counts, not the value at a knot.
     return (spectrum if spectrum.grid.same_as(grid) else spectrum.resampled(grid, average=not lit)).values

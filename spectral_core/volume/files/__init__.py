@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scalar volumes from and to files: ``read_volume(path)`` finds the format by the file's own first bytes.
+"""Scalar volumes from and to files: ``read_volume(path)`` detects the format by the file's first bytes.
 
 ======== =============================== =========================================================================
 format   files                           what gives size, spacing and orientation

@@ -9,7 +9,7 @@
     Format:         USHORT             (UCHAR, SHORT, FLOAT, ... or UINT8, FLOAT32, ...; USHORT_12 is USHORT)
     ByteOffset:     0                  (optional; bytes before the data)
     Endianness:     LittleEndian       (optional; or BigEndian)
-    Origin:         0 0 0              (optional; centre of the first voxel)
+    Origin:         0 0 0              (optional; center of the first voxel)
 """
 
 from __future__ import annotations

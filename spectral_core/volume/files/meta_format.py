@@ -97,12 +97,12 @@ def _read_header(stream: BinaryIO, path: Path) -> _Header:
         key, separator, value = line.decode("utf-8", "replace").partition("=")
         if not separator:
             if line.strip():
-                raise FileFormatError(f"line {line[:40]!r} of {path.name} is no 'key = value'; the header is odd")
+                raise FileFormatError(f"line {line[:40]!r} of {path.name} is no 'key = value'; the header is invalid")
             continue
         fields[key.strip()] = value.strip()
         if key.strip() == "ElementDataFile":
             return _Header(fields, path)
-    raise FileFormatError(f"the header of {path.name} ends before ElementDataFile; the file is cut")
+    raise FileFormatError(f"the header of {path.name} ends before ElementDataFile; the file is truncated")
 
 
 def _numbers(header: _Header, stream: BinaryIO, path: Path, shape: list[int]) -> NDArray[Any]:
@@ -119,9 +119,7 @@ def _numbers(header: _Header, stream: BinaryIO, path: Path, shape: list[int]) ->
         return read_numbers(stream, dtype, count, path, encoding=encoding)
     files = _data_files(named, stream, path, shape[-1])
     if count % len(files):
-        raise FileFormatError(
-            f"{path.name} names {len(files)} data files for sizes {shape}; that does not come out even"
-        )
+        raise FileFormatError(f"{path.name} names {len(files)} data files for sizes {shape}; that is not a multiple")
     parts = []
     for file in files:
         with open_payload(file, path) as data:
@@ -137,7 +135,7 @@ def _skip_header(header: _Header, data: BinaryIO, expected: int, file: Path) -> 
     if skip == -1:  # the data are the end of the file
         size = data.seek(0, 2)
         if size < expected:
-            raise FileFormatError(f"{file.name} is cut: {size} bytes where {expected} of data are stated")
+            raise FileFormatError(f"{file.name} is truncated: {size} bytes where {expected} of data are stated")
         skip = size - expected
     data.seek(skip)
 

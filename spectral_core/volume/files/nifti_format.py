@@ -39,7 +39,9 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     except InvalidInputError:
         raise
     except Exception as error:
-        raise FileFormatError(f"{path.name} is not a NIfTI file that can be read, or it is cut: {error}") from error
+        raise FileFormatError(
+            f"{path.name} is not a NIfTI file that can be read, or it is truncated: {error}"
+        ) from error
     while array.ndim > 3:
         array = pick_component(
             array, array.ndim - 1, request.component if array.shape[-1] > 1 else None, path, "time steps"
@@ -53,7 +55,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 
 
 def _values(image: Any) -> NDArray[Any]:
-    """The voxels: as stored where the header's slope and intercept change nothing, else slope · stored + intercept."""
+    """The voxels: as stored if the header's slope and intercept change nothing, else slope · stored + intercept."""
     proxy = image.dataobj
     stored = np.array(proxy.get_unscaled(), order="K")
     if (proxy.slope, proxy.inter) == (1.0, 0.0):

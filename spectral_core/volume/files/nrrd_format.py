@@ -103,7 +103,7 @@ def _pynrrd(purpose: str) -> Any:
 
 
 def _header_lines(stream: BinaryIO, path: Path) -> list[bytes]:
-    """Lines up to the blank one, or to ``data file: LIST``, after which names follow that pynrrd cannot parse."""
+    """Lines up to the blank one, or to ``data file: LIST``, after which file names follow that pynrrd cannot parse."""
     lines: list[bytes] = []
     for line in header_lines(stream, path):
         if len(line) > MOST_LINE:
@@ -119,7 +119,9 @@ def _header_lines(stream: BinaryIO, path: Path) -> list[bytes]:
 def _numbers(header: Mapping[str, Any], stream: BinaryIO, path: Path) -> NDArray[Any]:
     missing = [key for key in ("dimension", "type", "encoding", "sizes") if key not in header]
     if missing:
-        raise FileFormatError(f"the NRRD header of {path.name} lacks {', '.join(missing)}; the file is cut or not NRRD")
+        raise FileFormatError(
+            f"the NRRD header of {path.name} lacks {', '.join(missing)}; the file is truncated or not NRRD"
+        )
     sizes = [int(n) for n in header["sizes"]]
     if len(sizes) != header["dimension"] or min(sizes) < 1:
         raise FileFormatError(f"{path.name} states dimension {header['dimension']} and sizes {sizes}; they must agree")
@@ -134,7 +136,7 @@ def _numbers(header: Mapping[str, Any], stream: BinaryIO, path: Path) -> NDArray
         files = _data_files(named, stream, path)
         if count % len(files):
             raise FileFormatError(
-                f"{path.name} spreads {count} numbers over {len(files)} files, which does not come out even"
+                f"{path.name} spreads {count} numbers over {len(files)} files, which is not a multiple"
             )
         parts = []
         for file in files:
@@ -145,7 +147,7 @@ def _numbers(header: Mapping[str, Any], stream: BinaryIO, path: Path) -> NDArray
 
 
 def _dtype(header: Mapping[str, Any], path: Path) -> np.dtype:
-    """The type of the numbers, with the byte order that a header states where it matters."""
+    """The type of the numbers, with the byte order in the header if it matters."""
     kind = " ".join(str(header["type"]).split())
     if kind not in _TYPES:
         raise FileFormatError(f"{path.name} holds type {kind[:40]!r}; expected one of {', '.join(_TYPES)}")
@@ -173,7 +175,9 @@ def _payload(
     if skip == -1:
         size = stream.seek(0, 2)
         if size < count * dtype.itemsize:
-            raise FileFormatError(f"{path.name} is cut: {size} bytes where {count * dtype.itemsize} of data are stated")
+            raise FileFormatError(
+                f"{path.name} is truncated: {size} bytes where {count * dtype.itemsize} of data are stated"
+            )
         stream.seek(size - count * dtype.itemsize)
     else:
         stream.seek(skip, 1)
@@ -192,7 +196,7 @@ def _data_files(named: str, stream: BinaryIO, path: Path) -> list[Path]:
 
 
 def _space_axes(header: Mapping[str, Any], path: Path) -> list[int]:
-    """The three axes that are space: those with a direction, else those of a space kind, else the only three."""
+    """The three spatial axes: those with a direction, else those of a spatial kind, else the only three."""
     dimension = int(header["dimension"])
     axes = list(range(dimension))
     if "space directions" in header:
@@ -209,7 +213,7 @@ def _space_axes(header: Mapping[str, Any], path: Path) -> list[int]:
 
 
 def _directions(header: Mapping[str, Any]) -> NDArray[np.float64]:
-    """(axes, 3) space directions; a row of NaN for an axis that is not space."""
+    """(axes, 3) space directions; a row of NaN for an axis that is not spatial."""
     rows = [np.full(3, np.nan) if row is None else np.asarray(row, float) for row in header["space directions"]]
     return np.array(rows)
 
@@ -229,7 +233,7 @@ def _world_from_index(header: Mapping[str, Any], space: list[int], path: Path) -
 
     spacing, origin = per_axis("spacings", 1.0), per_axis("axis mins", 0.0)
     if ("axis mins" in header or "axismins" in header) and "centerings" in header:
-        # For cell-centred axes the minimum is the outer face of the first voxel, not its centre.
+        # For cell-centered axes the minimum is the outer face of the first voxel, not its center.
         cell = np.array([header["centerings"][axis] == "cell" for axis in space])
         origin = origin + np.where(cell, spacing / 2, 0.0)
     return affine(np.diag(spacing), origin)

@@ -41,7 +41,9 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     except InvalidInputError:
         raise
     except Exception as error:
-        raise FileFormatError(f"{path.name} is not a NumPy file of plain numbers, or it is cut: {error}") from error
+        raise FileFormatError(
+            f"{path.name} is not a NumPy file of plain numbers, or it is truncated: {error}"
+        ) from error
     name = _choose(arrays, request.field, path)
     array = arrays[name]
     if array.ndim == 4:

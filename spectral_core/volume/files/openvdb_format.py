@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """OpenVDB grids, dense within the box of their active voxels, through the ``openvdb`` module that Blender ships.
 
-Without the module (Debian's Blender has none) plain and zipped files are read, and zipped ones written, by our own
-code; what OpenVDB packed with Blosc needs the module. It is looked for as ``openvdb``, as ``pyopenvdb`` (its earlier
-name) and inside an installed ``bpy`` package, which keeps it off the module path. A grid's sample (i, j, k) stands at
-``transform(i, j, k)``, which is where ``ScalarVolume`` puts the centre of its voxel.
+Without the module (Debian's Blender has none), this package reads plain and zipped files and writes zipped ones; files
+that OpenVDB packed with Blosc need the module. It is searched as ``openvdb``, as ``pyopenvdb`` (its earlier name) and
+inside an installed ``bpy`` package, which is not on the module path. A grid's sample (i, j, k) is at ``transform(i, j,
+k)``, the center of its voxel in ``ScalarVolume``.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ _SHAPE_KEY, _TYPE_KEY, _NAME_KEY = "spectral_shape", "spectral_dtype", "spectral
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume of one grid, ``request.field`` by name; vector grids need ``request.component``.
 
-    Files that ``write`` made come back with their own type, size and name; other grids with the value type of the
-    grid and the box of their active voxels.
+    Files of ``write`` keep their type, size and name; other grids have the value type of the grid and the box of their
+    active voxels.
     """
     names = grid_names(path)
     name = str(choose_array({name: name for name in names}, request.field, path, DENSITY_GRID))
@@ -64,13 +64,13 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 
 
 def write(volume: ScalarVolume, path: Path) -> None:
-    """Write one grid named ``density``: float where that is exact for the data's type, double otherwise.
+    """Write one grid named ``density``: float if that is exact for the data's type, else double.
 
-    Voxels of value 0 are left to the background. Shape, type and name go into the grid's metadata.
-    Raises InvalidInputError for integers that double cannot hold.
+    Voxels of value 0 become background. Shape, type and name are stored in the grid's metadata. Raises
+    InvalidInputError for integers that double cannot represent.
     """
     texts = {_SHAPE_KEY: " ".join(map(str, volume.shape)), _TYPE_KEY: volume.data.dtype.name, _NAME_KEY: volume.name}
-    # The binding takes no read-only array, so this copies one that is of the right type already.
+    # The binding takes no read-only array, so this copies even an array of the right type.
     data = np.require(volume.data, _exact_float(volume), ["C", "W"])
     openvdb: Any = find_openvdb()
     if openvdb is None:
@@ -89,13 +89,13 @@ def write(volume: ScalarVolume, path: Path) -> None:
 
 
 def require_whole(path: Path) -> None:
-    """Raise FileFormatError where a file that was just written is cut: OpenVDB does not report a full disk."""
+    """Raise FileFormatError if a file that was just written is truncated: OpenVDB does not report a full disk."""
     grid_names(path)
 
 
 @cache
 def find_openvdb() -> ModuleType | None:
-    """The OpenVDB module of this Python or of the bpy package beside it; None where there is none."""
+    """The OpenVDB module of this Python or of the bpy package; None if there is none."""
     for name in ("openvdb", "pyopenvdb"):
         if importlib.util.find_spec(name) is not None:
             try:
@@ -123,7 +123,9 @@ def _read_with_openvdb(path: Path, name: str) -> tuple[NDArray[Any], dict[str, A
     try:
         grid = openvdb.read(str(path), name)
     except (RuntimeError, OSError, ValueError) as error:
-        raise FileFormatError(f"{path.name} is not an OpenVDB file that can be read, or it is cut: {error}") from error
+        raise FileFormatError(
+            f"{path.name} is not an OpenVDB file that can be read, or it is truncated: {error}"
+        ) from error
     if grid.valueTypeName not in _DTYPES:
         raise FileFormatError(f"grid {name!r} of {path.name} holds {grid.valueTypeName}; expected numbers")
     active = None if grid.activeVoxelCount() == 0 else grid.evalActiveVoxelBoundingBox()
@@ -169,7 +171,7 @@ def _box(metadata: dict[str, Any], active: Any) -> tuple[tuple[int, int, int], t
 
 
 def _require_holdable(name: str, shape: tuple[int, ...], dtype: np.dtype, path: Path) -> None:
-    """FileFormatError where a grid shows nothing, or is too large or too sparse to be held dense."""
+    """Raise FileFormatError if a grid is empty, or too large or too sparse for a dense array."""
     dense = math.prod(shape) * dtype.itemsize
     if dense == 0:
         raise FileFormatError(f"grid {name!r} of {path.name} has no active voxel; there is nothing to read")

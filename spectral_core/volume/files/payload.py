@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bytes of a file as numbers, counted: a short or overlong payload is an error that states both lengths."""
+"""Bytes of a file as numbers, with checks of their count: a short or overlong payload is an error that states both
+lengths.
+"""
 
 from __future__ import annotations
 
@@ -21,15 +23,17 @@ from spectral_core.volume.field import ScalarVolume
 
 _CHUNK = 1 << 20
 MOST_DIGITS = 64
-"""Characters that a number of a text file may take, blanks included."""
+"""Most characters of a number in a text file, blanks included."""
 _BLANK = re.compile(rb"\s")
 Names = TypeVar("Names", list[str], range)
 BROKEN_STREAM = (EOFError, OSError, zlib.error, lzma.LZMAError)
-"""Errors of the standard decompressors for a stream that is cut or damaged."""
+"""Errors of the standard decompressors for a truncated or damaged stream."""
 
 
 def open_payload(path: Path, named_by: Path) -> BinaryIO:
-    """Open the data file that header ``named_by`` names; FileFormatError when it is not there or no regular file."""
+    """Open the data file that header ``named_by`` names; raises FileFormatError if it does not exist or is no regular
+    file.
+    """
     try:
         return open_regular(path)
     except FileFormatError as error:
@@ -59,7 +63,7 @@ def numbered_files(pattern: str, numbers: range, folder: Path, header: Path) -> 
 
 
 def _bounded(names: Names, header: Path) -> Names:
-    """As they are where there is at least one and not more than a volume has slices."""
+    """The files unchanged if there is at least one, and not more than a volume has slices."""
     try:
         count = len(names)
     except OverflowError:
@@ -73,7 +77,7 @@ def _bounded(names: Names, header: Path) -> Names:
 def read_numbers(
     stream: BinaryIO, dtype: np.dtype, count: int, source: Path, *, encoding: str = "raw", exact: bool = True
 ) -> NDArray[Any]:
-    """``count`` numbers from ``stream`` at its position, encoded raw, gzip, bzip2, zlib or ascii; native, read-only.
+    """``count`` numbers from ``stream`` at its position, encoded as raw, gzip, bzip2, zlib or ascii; native, read-only.
 
     ``exact`` refuses further bytes after the numbers, for payloads that should fill their file.
     """
@@ -103,7 +107,7 @@ def _room_for(count: int, dtype: np.dtype, source: Path) -> NDArray[Any]:
     except (MemoryError, ValueError) as error:
         raise FileFormatError(
             f"{source.name} states {count} numbers of type {dtype.name}, more than memory holds; "
-            "the header is odd, or the volume must be cropped or resampled first"
+            "the header is invalid, or the volume must be cropped or resampled first"
         ) from error
 
 
@@ -115,17 +119,21 @@ def _bytes_left(stream: BinaryIO) -> int:
 
 
 def _require_length(stream: BinaryIO, needed: int, source: Path) -> None:
-    """FileFormatError where the rest of a file is shorter than its header states, before room is made for it."""
+    """Raise FileFormatError if the rest of a file is shorter than its header states, before memory is allocated for
+    it.
+    """
     left = _bytes_left(stream)
     if left < needed:
         raise FileFormatError(
-            f"{source.name} is cut: its data have {left} bytes where its header states {needed}; "
+            f"{source.name} is truncated: its data have {left} bytes where its header states {needed}; "
             "copy or export it again"
         )
 
 
 def _fill(stream: BinaryIO, target: NDArray[np.uint8], source: Path, encoding: str, exact: bool) -> int:
-    """Fill ``target`` from the decoded stream, FileFormatError when it is short; 1 if ``exact`` and more follows."""
+    """Fill ``target`` from the decoded stream; raises FileFormatError if it is short; 1 if ``exact`` and more
+    follows.
+    """
     openers: dict[str, Any] = {
         "raw": lambda: stream,
         "gzip": lambda: gzip.GzipFile(fileobj=stream),
@@ -142,11 +150,11 @@ def _fill(stream: BinaryIO, target: NDArray[np.uint8], source: Path, encoding: s
         rest = len(decoded.read(1)) if exact else 0
     except BROKEN_STREAM as error:
         raise FileFormatError(
-            f"the {encoding} data of {source.name} are cut or damaged after {done} bytes: {error}"
+            f"the {encoding} data of {source.name} are truncated or damaged after {done} bytes: {error}"
         ) from error
     if done < len(view):
         raise FileFormatError(
-            f"{source.name} is cut: its data have {done} bytes where its header states {len(view)}; "
+            f"{source.name} is truncated: its data have {done} bytes where its header states {len(view)}; "
             "copy or export it again"
         )
     return rest
@@ -176,9 +184,9 @@ class _ZlibStream:
 
 
 def parse_text(text: bytes, dtype: np.dtype, count: int, source: Path) -> NDArray[Any]:
-    """``count`` numbers of a text, native; FileFormatError where there are more or fewer.
+    """``count`` numbers of a text, native; raises FileFormatError if there are more or fewer.
 
-    A million at a time: a word of Python takes 40 bytes beside the two that it may have in the file.
+    A million at a time: a Python string takes 40 bytes in addition to the two that it may have in the file.
     """
     require_room(count * dtype.itemsize, source)
     parts, found, start = [], 0, 0
@@ -196,7 +204,7 @@ def parse_text(text: bytes, dtype: np.dtype, count: int, source: Path) -> NDArra
 
 
 def parse_words(words: Sequence[bytes], dtype: np.dtype, source: Path) -> NDArray[Any]:
-    """Text numbers as ``dtype``; FileFormatError for a word that is none or does not fit the type."""
+    """Text numbers as ``dtype``; raises FileFormatError for a text that is no number or does not fit the type."""
     try:
         if dtype.kind == "f":
             return np.array(words, dtype=np.float64).astype(dtype.newbyteorder("="))
@@ -217,7 +225,7 @@ def x_first(numbers: NDArray[Any], shape: Sequence[int]) -> NDArray[Any]:
 def pick_component(
     array: NDArray[Any], axis: int, component: int | None, source: Path, what: str = "components"
 ) -> NDArray[Any]:
-    """One entry of a non-space axis; an axis of length 1 needs no choice."""
+    """One entry of a non-spatial axis; an axis of length 1 needs no choice."""
     length = array.shape[axis]
     if component is None and length > 1:
         raise InvalidInputError(
@@ -236,7 +244,7 @@ def make_volume(name: str, array: NDArray[Any], world_from_index: NDArray[np.flo
     """The volume, with errors that name the file; booleans become uint8 0 and 1."""
     if array.dtype.kind == "b":
         array = array.view(np.uint8)
-    if array.flags.writeable:  # just read and held by nobody else: frozen in place instead of copied
+    if array.flags.writeable:  # just read and not shared: frozen in place instead of copied
         array.setflags(write=False)
     try:
         return ScalarVolume(name, array, world_from_index)

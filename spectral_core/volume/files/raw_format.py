@@ -18,7 +18,7 @@ _HEADERS = (".mhd", ".nhdr", ".dat", ".hdr")
 
 
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
-    """The volume that ``request.raw`` or the file's name lays out."""
+    """The volume with the layout of ``request.raw`` or of the file's name."""
     layout = request.raw or RawLayout.from_name(path.name)
     if layout is None:
         beside = [path.with_suffix(ending).name for ending in _HEADERS if path.with_suffix(ending).exists()]
@@ -35,7 +35,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 
 
 def read_layout(path: Path, layout: RawLayout) -> ScalarVolume:
-    """The volume of one raw file; a file of another length than the layout states is refused."""
+    """The volume of one raw file; a file whose length differs from the layout is refused."""
     count = math.prod(layout.shape)
     expected = count * layout.stored_dtype.itemsize
     with open_regular(path) as stream:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One call for every format."""
+"""The reader for every format."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def read_volume(
 ) -> ScalarVolume:
     """The scalar volume of a file, with the file's own type, spacing, orientation and origin.
 
-    ``field`` chooses an array, grid or key by name where a file holds several; ``component`` chooses an entry of an
-    axis that is not space (vector component, color channel, time step); ``raw`` lays out a file of bare numbers, of
-    any name. Raises FileFormatError for a file that is cut, odd or of another kind, InvalidInputError for a choice
-    that is missing or not in the file, and MissingDependencyError where the format's own library is absent.
+    ``field`` selects an array, grid or key by name if a file contains several; ``component`` selects an entry of a
+    non-spatial axis (vector component, color channel, time step); ``raw`` is the layout of a file of bare numbers, of
+    any name. Raises FileFormatError for a file that is truncated, invalid or of another format, InvalidInputError for a
+    choice that is missing or not in the file, and MissingDependencyError if the format's library is not installed.
     """
     path = Path(path)
     request = ReadRequest(field, component, raw)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which reader a file belongs to: by its first bytes, and by its name where the bytes say nothing."""
+"""Detection of a file's format: by its first bytes, or by its name if the bytes do not identify it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class VolumeFormat:
     description: str
     extensions: tuple[str, ...]
     recognises: Callable[[bytes], bool]
-    """Whether a file's first bytes are this format's; always False where the format has no mark of its own."""
+    """True if a file's first bytes are this format's; always False for a format without a signature."""
     writes: bool = False
 
 
@@ -59,7 +59,7 @@ FORMATS: tuple[VolumeFormat, ...] = (
 
 
 def known_formats() -> tuple[VolumeFormat, ...]:
-    """Every format that ``read_volume`` tries, in the order they are recognised."""
+    """Every format that ``read_volume`` tries, in the order they are recognized."""
     return FORMATS
 
 
@@ -72,16 +72,16 @@ def by_name(name: str) -> VolumeFormat:
 
 
 def by_extension(path: Path) -> VolumeFormat | None:
-    """The format that the file's name promises, or None."""
+    """The format of the file's extension, or None."""
     lower = path.name.lower()
     return next((entry for entry in FORMATS if lower.endswith(entry.extensions)), None)
 
 
 def detect_format(path: str | Path) -> VolumeFormat:
-    """The format of a file or of a folder (a TIFF stack); FileFormatError when nothing fits.
+    """The format of a file or of a folder (a TIFF stack); raises FileFormatError if none fits.
 
-    The first bytes decide before the name does, since files are renamed; a name that promises a marked format over
-    bytes that do not begin as it does is an error, which shows these bytes.
+    The first bytes have precedence over the name, since files are renamed; the name of a format with a signature over
+    other bytes is an error, which shows these bytes.
     """
     path = Path(path)
     if path.is_dir():
@@ -101,7 +101,7 @@ def detect_format(path: str | Path) -> VolumeFormat:
 
 
 def file_head(path: Path) -> bytes:
-    """The first bytes of a file, unpacked if it is gzipped; FileFormatError when it cannot be opened."""
+    """The first bytes of a file, unpacked if it is gzipped; raises FileFormatError if it cannot be opened."""
     with open_regular(path) as stream:
         head = stream.read(_HEAD)
     if head.startswith(b"\x1f\x8b"):
@@ -109,5 +109,5 @@ def file_head(path: Path) -> bytes:
             with gzip.open(path) as stream:
                 head = stream.read(_HEAD)
         except BROKEN_STREAM as error:
-            raise FileFormatError(f"{path} is gzipped but cut or damaged: {error}") from error
+            raise FileFormatError(f"{path} is gzipped but truncated or damaged: {error}") from error
     return head

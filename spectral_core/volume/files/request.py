@@ -20,10 +20,10 @@ _NAMED_LAYOUT = re.compile(
 
 @dataclass(frozen=True)
 class RawLayout:
-    """How a file of bare numbers is laid out; x varies fastest.
+    """Layout of a file of bare numbers; x varies fastest.
 
-    ``shape`` is (nx, ny, nz); ``dtype`` names a NumPy integer or float type; ``offset`` bytes before the data are
-    passed over, and -1 takes the data from the end of the file; ``spacing`` and ``origin`` are in world units.
+    ``shape`` is (nx, ny, nz); ``dtype`` names a NumPy integer or float type; ``offset`` is the number of bytes before
+    the data, -1 takes the data from the end of the file; ``spacing`` and ``origin`` are in world units.
     """
 
     shape: tuple[int, int, int]
@@ -62,7 +62,7 @@ class RawLayout:
 
     @classmethod
     def from_name(cls, name: str) -> RawLayout | None:
-        """Layout that a file name spells, as ``foot_256x256x256_uint8.raw`` does; None when it spells none."""
+        """Layout in a file name such as ``foot_256x256x256_uint8.raw``; None if it contains none."""
         found = _NAMED_LAYOUT.search(name)
         if found is None:
             return None
@@ -73,10 +73,10 @@ class RawLayout:
 
 @dataclass(frozen=True)
 class ReadRequest:
-    """What ``read_volume`` passes to a reader."""
+    """Arguments of ``read_volume`` for a reader."""
 
     field: str | None = None
-    """Which array, grid or key of a file that holds several."""
+    """Name of the array, grid or key in a file with several."""
     component: int | None = None
-    """Which entry of an axis that is not space: a vector's component, a color channel or a time step."""
+    """Index on a non-spatial axis: a vector's component, a color channel or a time step."""
     raw: RawLayout | None = None

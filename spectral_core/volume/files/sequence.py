@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Time sequences: files whose names differ in one number, a frame each."""
+"""Time sequences: files whose names differ in one number, one frame each."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HOLE = re.compile(r"#+|%0?(\d*)d|\{(?::0?(\d*)d?)?\}|\*")
 
 @dataclass(frozen=True)
 class VolumeSequence:
-    """Frames in ascending order; nothing is read before it is asked for."""
+    """Frames in ascending order; files are read on demand."""
 
     pattern: str
     frames: tuple[tuple[int, Path], ...]
@@ -35,12 +35,12 @@ class VolumeSequence:
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """Frame numbers as the files name them."""
+        """Frame numbers in the file names."""
         return tuple(number for number, _ in self.frames)
 
     @property
     def missing(self) -> tuple[int, ...]:
-        """Numbers between the first and the last frame that have no file."""
+        """Numbers between the first and the last frame without a file."""
         held = set(self.numbers)
         return tuple(n for n in range(self.numbers[0], self.numbers[-1] + 1) if n not in held)
 
@@ -64,8 +64,8 @@ def find_sequence(
 ) -> VolumeSequence:
     """The frames of a numbered pattern: ``flow_####.vti``, ``flow_%04d.vti``, ``flow_{:04d}.vti`` or ``flow_*.vti``.
 
-    The number stands in the file name, once. Digits of another width than a pattern with leading zeros states do not
-    match, as in ``printf``. Raises InvalidInputError when no file matches or two files have the same number.
+    The number occurs in the file name once. Digits of another width than that of a pattern with leading zeros do not
+    match, as in ``printf``. Raises InvalidInputError if no file matches or two files have the same number.
     """
     path = Path(pattern)
     holes = list(_HOLE.finditer(path.name))
@@ -90,7 +90,7 @@ def find_sequence(
 
 
 def sequence_of(path: str | Path) -> VolumeSequence | None:
-    """The sequence that a file is a frame of, by the last number in its name; None when it stands alone."""
+    """The sequence of a file, by the last number in its name; None if there is no other frame."""
     path = Path(path)
     numbers = list(re.finditer(r"\d+", path.name.removesuffix(".gz").rsplit(".", 1)[0]))
     if not numbers:
@@ -102,7 +102,7 @@ def sequence_of(path: str | Path) -> VolumeSequence | None:
 
 
 def _digits(hole: re.Match[str]) -> str:
-    """Regular expression of the number: zero-padded to a width, and longer once the number needs it; or any digits."""
+    """Regular expression of the number: zero-padded to a width, and longer if the number needs it; or any digits."""
     text = hole[0]
     if text == "*":
         return r"(\d+)"

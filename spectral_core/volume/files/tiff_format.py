@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """TIFF stacks: the pages of one file, or the files of a folder in the order of their numbers, through tifffile.
 
-Columns are x, rows are y (downwards, as stored), pages are z. Spacing comes from ImageJ or OME metadata; the plain
-resolution tag of a TIFF is a print size and says nothing about depth, so without those a voxel is 1×1×1.
+Columns are x, rows are y (downward, as stored), pages are z. Spacing comes from ImageJ or OME metadata; the plain
+resolution tag of a TIFF is a print size without depth, so without those a voxel is 1×1×1.
 """
 
 from __future__ import annotations
@@ -96,11 +96,11 @@ def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray
             array, axes = series.asarray(), series.axes
             spacing = _spacing(file, series)
         if complaints:
-            raise FileFormatError(f"{path.name} is cut or damaged: {complaints[0]}")
+            raise FileFormatError(f"{path.name} is truncated or damaged: {complaints[0]}")
     except Exception as error:
         if isinstance(error, SpectralError):
             raise
-        raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is cut: {error}") from error
+        raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is truncated: {error}") from error
     for letter in [a for a in axes if a not in "YX" + _DEPTH]:
         what = {"S": "color channels", "C": "channels", "T": "time steps"}.get(letter, f"entries along {letter}")
         several = array.shape[axes.index(letter)] > 1
@@ -115,7 +115,7 @@ def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray
 
 @contextmanager
 def _collected_errors() -> Iterator[list[str]]:
-    """What tifffile logs as errors, such as a page beyond the file's end; it then goes on without that page."""
+    """Errors in tifffile's log, such as a page beyond the file's end; tifffile then continues without that page."""
     complaints: list[str] = []
 
     class Collector(logging.Handler):
@@ -140,7 +140,7 @@ def _refuse_cut(file: Any, path: Path) -> None:
         for offset, count in zip(page.dataoffsets, page.databytecounts, strict=True):
             if offset + count > size:
                 raise FileFormatError(
-                    f"{path.name} is cut: page {number} needs {offset + count} bytes, the file has {size}"
+                    f"{path.name} is truncated: page {number} needs {offset + count} bytes, the file has {size}"
                 )
         _require_honest_strips(page, number, path)
 
@@ -165,7 +165,7 @@ def _require_honest_strips(page: Any, number: int, path: Path) -> None:
 
 
 def _require_ending_chain(path: Path) -> None:
-    """FileFormatError where the list of pages leads back into itself, which tifffile would follow for ever."""
+    """Raise FileFormatError if the list of pages is cyclic, which tifffile would follow forever."""
     with open_regular(path) as stream:
         head = stream.read(16)
         order = "<" if head[:2] == b"II" else ">"
@@ -196,7 +196,7 @@ def _spacing(file: Any, series: Any) -> NDArray[np.float64]:
 
 
 def _pixel_size(tags: Any, key: str) -> float:
-    """ImageJ keeps pixels per unit in the resolution tags."""
+    """Read spacing from the resolution tags, in which ImageJ stores pixels per unit."""
     if key not in tags:
         return 1.0
     pixels, units = tags[key].value

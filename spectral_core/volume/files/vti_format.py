@@ -48,7 +48,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     except (ValueError, KeyError, binascii.Error, OverflowError) as error:
         if isinstance(error, InvalidInputError):
             raise
-        raise FileFormatError(f"{path.name} is cut or odd: {error}") from error
+        raise FileFormatError(f"{path.name} is truncated or invalid: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def _parse(path: Path) -> _File:
     try:
         root = ElementTree.fromstring(head)
     except ElementTree.ParseError as error:
-        raise FileFormatError(f"{path.name} is not well formed XML, or it is cut: {error}") from error
+        raise FileFormatError(f"{path.name} is not well formed XML, or it is truncated: {error}") from error
     as_base64 = mark is not None and b'encoding="base64"' in mark.group(0)
     return _File(path, root, appended, as_base64)
 
@@ -112,7 +112,7 @@ def _assemble(file: _File, pieces: list[Any], name: str, whole: NDArray, of_cell
         extent = _extent(piece.attrib["Extent"])
         element = next((e for e in piece.findall(f"{section}/DataArray") if e.get("Name", "") == name), None)
         if element is None:
-            raise FileFormatError(f"a piece of {file.path.name} lacks the array {name!r}; the file is odd")
+            raise FileFormatError(f"a piece of {file.path.name} lacks the array {name!r}; the file is invalid")
         components, counts = int(element.get("NumberOfComponents", 1)), _counts(extent, of_cells)
         values = _values(file, element, components * math.prod(counts))
         block = values.reshape(*counts[::-1], components).transpose(3, 2, 1, 0)
@@ -137,7 +137,7 @@ def _assemble(file: _File, pieces: list[Any], name: str, whole: NDArray, of_cell
 def _extent(text: str) -> NDArray[np.int64]:
     values = np.array([int(word) for word in text.split()])
     if values.size != 6 or (values[1::2] < values[::2]).any():
-        raise FileFormatError(f"extent {text!r} is empty or odd; expected six ascending numbers")
+        raise FileFormatError(f"extent {text!r} is empty or invalid; expected six ascending numbers")
     return values
 
 
@@ -156,7 +156,7 @@ def _world_from_index(image: Any, whole: NDArray, of_cells: bool) -> NDArray[np.
         return values
 
     directions = numbers("Direction", "1 0 0 0 1 0 0 0 1", 9).reshape(3, 3) * numbers("Spacing", "1 1 1", 3)
-    # Origin is where index 0 lies, which an extent need not contain; a cell's value stands at its middle.
+    # Origin is the position of index 0, which need not be in the extent; a cell's value is at its center.
     first = whole[::2] + np.where(whole[1::2] > whole[::2], 0.5, 0.0) * of_cells
     return affine(directions, numbers("Origin", "0 0 0", 3) + directions @ first)
 
@@ -184,7 +184,9 @@ def _values(file: _File, element: Any, count: int) -> NDArray[Any]:
 
 
 def _decode(file: _File, text: bytes, as_base64: bool, needed: int) -> bytes:
-    """The ``needed`` plain bytes of the payload at the start of ``text``; one that states another length is refused."""
+    """The ``needed`` plain bytes of the payload at the start of ``text``; a payload that states another length is
+    refused.
+    """
     word = file.header_type.itemsize
     require_room(needed, file.path)
 
@@ -197,7 +199,7 @@ def _decode(file: _File, text: bytes, as_base64: bool, needed: int) -> bytes:
         )
         if len(piece) < length:
             raise FileFormatError(
-                f"{file.path.name} is cut: a payload has {len(piece)} bytes where {length} are stated"
+                f"{file.path.name} is truncated: a payload has {len(piece)} bytes where {length} are stated"
             )
         return piece[:length]
 

@@ -2,7 +2,7 @@
 """VTK legacy files with a STRUCTURED_POINTS (image) dataset, ASCII or binary.
 
 The format is a list of keyword lines with payloads between them; every payload's length follows from its line, so the
-wanted one is found by stepping over the others. Binary payloads are big-endian by definition.
+requested one is found by skipping the others. Binary payloads are big-endian by definition.
 """
 
 from __future__ import annotations
@@ -58,7 +58,9 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InvalidInputError):
             raise
-        raise FileFormatError(f"{path.name} is cut or odd near byte {parser.stream.tell()}: {error}") from error
+        raise FileFormatError(
+            f"{path.name} is truncated or invalid near byte {parser.stream.tell()}: {error}"
+        ) from error
     chosen = choose_array({array.name: array for array in arrays}, request.field, path)
     cells = chosen.of_cells
     shape = [max(n - 1, 1) for n in parser.shape] if cells else parser.shape
@@ -83,7 +85,7 @@ def choose_array(arrays: dict[str, Any], field: str | None, path: Path, active: 
 
 
 class _Parser:
-    """Walks the keyword lines of one file."""
+    """Reads the keyword lines of one file."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -102,7 +104,7 @@ class _Parser:
         while words := self._line():
             self._section(words[0].upper(), words[1:])
         if not self.shape:
-            raise FileFormatError(f"{self.path.name} ends before its DIMENSIONS; the file is cut")
+            raise FileFormatError(f"{self.path.name} ends before its DIMENSIONS; the file is truncated")
         return self._arrays
 
     def _line(self) -> list[str]:
@@ -166,7 +168,7 @@ class _Parser:
             self._numbers("unsigned_char" if self._binary else "float", 4 * int(words[1]))
         else:
             raise FileFormatError(
-                f"{self.path.name} has the unknown section {key[:30]!r}; the file is cut, odd or a newer format"
+                f"{self.path.name} has the unknown section {key[:30]!r}; the file is damaged or of a newer format"
             )
 
     def _field_line(self) -> tuple[str, int, int, str]:
@@ -206,6 +208,6 @@ class _Parser:
                 words = []
         if found != count:
             raise FileFormatError(
-                f"{self.path.name} lists {found} numbers where {count} are stated; the file is cut or odd"
+                f"{self.path.name} lists {found} numbers where {count} are stated; the file is truncated or invalid"
             )
         return np.concatenate([*parts, parse_words(words, dtype, self.path)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Volumes to files: OpenVDB for Blender's Volume objects, NRRD for everybody else."""
+"""Volumes to files: OpenVDB for Blender's Volume objects, NRRD for other programs."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from spectral_core.volume.files.registry import FORMATS, by_extension
 
 
 def write_volume(volume: ScalarVolume, path: str | Path) -> Path:
-    """Write ``volume`` in the format that the ending of ``path`` names (.vdb or .nrrd); the path.
+    """Write ``volume`` in the format of the extension of ``path`` (.vdb or .nrrd); returns the path.
 
-    The file appears whole or not at all. Raises InvalidInputError for another ending or a folder that does not exist,
-    FileWriteError where the disk is full.
+    The file is written completely or not at all. Raises InvalidInputError for another extension or a folder that does
+    not exist, FileWriteError if the disk is full.
     """
     path = Path(path)
     chosen = by_extension(path)

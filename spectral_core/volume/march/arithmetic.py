@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arithmetic that the march does many times per iteration, in as few instructions as possible.
+"""Fast arithmetic for the inner loop of the march.
 
-Dr.Jit's own minimum and maximum follow the IEEE rules for NaN, for which x86 has no instruction. Each takes several
-times as long as these, and an iteration has thirty. Where either argument is NaN the second is returned.
+Dr.Jit's minimum and maximum follow the IEEE rules for NaN, for which x86 has no instruction. Each takes several times
+as long as these, and an iteration has thirty. If either argument is NaN, the second is returned.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-_OFFSET = int((1.0 + 5 / 16) * (127.0 - 0.045) * 2**23)  # 0.045: how far the bits are from the logarithm, on average
+_OFFSET = int((1.0 + 5 / 16) * (127.0 - 0.045) * 2**23)  # 0.045: mean difference of the bits from the logarithm
 
 
 def larger(a: Any, b: Any) -> Any:
@@ -43,7 +43,7 @@ def step_growth(types: Any, transmittance: Any) -> Any:
 
 
 def mean_attenuation(depth: Any, transmittance: Any) -> Any:
-    """(1 - e^-τ)/τ of an optical depth τ and its transmittance e^-τ; by a series where τ is small or zero."""
+    """(1 - e^-τ)/τ of an optical depth τ and its transmittance e^-τ; by a series if τ is small or zero."""
     import drjit as dr
 
     series = 1.0 - depth * (0.5 - depth / 6.0)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The word of a brick: everything that an iteration of the march reads about the brick in which a ray is, in 32 bits.
+"""The word of a brick: all data that an iteration of the march reads about the ray's brick, in 32 bits.
 
-A brick that shows something holds a positive float32: its relative step in voxels. For a rule that passes over values
-that show nothing, the lower 16 bits hold the upper half of another float32: the *pace*, the least number of voxels
-along a ray over which the stored value can change by one. Values far from every visible value are thus passed in few
-steps, as in sphere tracing (Hart 1996), however fine the brick's own step is.
+A visible brick has a positive float32: its relative step in voxels. For a rule that skips invisible values, the lower
+16 bits hold the upper half of another float32: the *pace*, the least number of voxels along a ray over which the stored
+value can change by one. Values far from every visible value are thus passed in few steps, as in sphere tracing (Hart
+1996), however fine the brick's step is.
 
-A brick that shows nothing has the sign bit set and, in three bits for each octant of ray directions, a level: the size
-of the cube of bricks ahead that is empty too (``REACHES``). So a ray leaves a surface in one skip although the surface
-is close behind it.
+An empty brick has the sign bit set and, in three bits for each octant of ray directions, a level: the size of the cube
+of bricks ahead that is empty too (``REACHES``). So a ray leaves a surface in one skip although the surface is close
+behind it.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class BrickWord:
 
     @staticmethod
     def pack(steps: NDArray[np.float32], paces: NDArray[np.float32] | None, empty: Words, shows: Mask) -> Words:
-        """Words of bricks: ``steps`` (and ``paces``) where ``shows``, the words of ``empty`` elsewhere."""
+        """Words of bricks: ``steps`` (and ``paces``) where ``shows``, elsewhere the words ``empty``."""
         words = steps.view(np.uint32)
         if paces is not None:
             # The upper half of a float32 is at most 1/128 below the value, never above: a pace is never too large.
@@ -66,12 +66,12 @@ class BrickWord:
 
     @staticmethod
     def shown(words: Words) -> Mask:
-        """Which of NumPy's ``words`` are of bricks that show something."""
+        """True for NumPy's ``words`` of visible bricks."""
         return words < _EMPTY
 
     @staticmethod
     def paces_of(words: Words) -> NDArray[np.float32]:
-        """Paces in NumPy's ``words``, of bricks that show something."""
+        """Paces in NumPy's ``words`` of visible bricks."""
         return (words << np.uint32(16)).view(np.float32)
 
     @staticmethod
@@ -81,12 +81,12 @@ class BrickWord:
 
     @property
     def shows(self) -> Any:
-        """Whether the brick shows something."""
+        """True if the brick is visible."""
         return self.bits < int(_EMPTY)
 
     @property
     def step(self) -> Any:
-        """Relative step in voxels; not above zero where the brick is empty. A pace makes it up to 1/128 longer."""
+        """Relative step in voxels; zero or negative if the brick is empty. A pace makes it up to 1/128 longer."""
         import drjit as dr
 
         return dr.reinterpret_array(self.types.Float, self.bits)
@@ -99,7 +99,7 @@ class BrickWord:
         return dr.reinterpret_array(self.types.Float, self.bits << 16)
 
     def reach(self, octant_shift: Any) -> Any:
-        """Bricks per axis of the empty cube ahead, as a float; 1 where the brick shows something."""
+        """Bricks per axis of the empty cube ahead, as a float; 1 for a visible brick."""
         import drjit as dr
 
         bits = dr.select(self.shows, self.types.UInt32(0), (self.bits >> octant_shift) & 7)
@@ -109,12 +109,14 @@ class BrickWord:
 
 
 def _and_ahead(empty: NDArray[np.uint8], shift: int, axis: int, down: bool) -> NDArray[np.uint8]:
-    """``empty`` and itself ``shift`` bricks further along ``axis`` (back, if ``down``); outside counts as empty."""
+    """``empty`` combined with itself ``shift`` bricks further along ``axis`` (back, if ``down``); outside counts as
+    empty.
+    """
     both = empty.copy()
     if shift < empty.shape[axis]:
         near, far = [slice(None)] * 3, [slice(None)] * 3
         near[axis], far[axis] = slice(None, -shift), slice(shift, None)
-        # A ray that runs down an axis has its bricks ahead at smaller indices.
+        # For a ray in negative direction, the bricks ahead have smaller indices.
         here, there = (far, near) if down else (near, far)
         np.bitwise_and(empty[tuple(here)], empty[tuple(there)], out=both[tuple(here)])
     return both

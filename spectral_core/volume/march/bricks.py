@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Statistics of a field per brick, independent of the transfer function: range, slope and second difference.
 
-A brick of edge B holds the cells between voxel centers [bB, (b+1)B] on each axis, so it is decided by B + 1 voxels
-per axis; the outer half voxel of the field belongs to the outermost bricks. ``edge`` 1 with ``centered`` makes one
-brick per voxel around its center instead, as the thesis' volume of filtered gradient magnitudes is.
+A brick of edge B contains the cells between voxel centers [bB, (b+1)B] on each axis, so B + 1 voxels per axis determine
+it; the outer half voxel of the field belongs to the outermost bricks. ``edge`` 1 with ``centered`` makes one brick per
+voxel around its center instead, like the thesis' volume of filtered gradient magnitudes.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def voxel_statistics(volume: ScalarVolume, window: int) -> BrickStatistics:
     slope = np.zeros_like(data)
     for axis in range(3):
         if data.shape[axis] > 1:
-            slope = np.hypot(slope, np.gradient(data, axis=axis))  # whose squares may be beyond float32
+            slope = np.hypot(slope, np.gradient(data, axis=axis))  # their squares may exceed float32
     slope = ndimage.maximum_filter(slope, size=2 * window + 1, mode="nearest")
     low = ndimage.minimum_filter(data, size=3, mode="nearest")
     high = ndimage.maximum_filter(data, size=3, mode="nearest")
@@ -81,7 +81,7 @@ def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, 
     # Cells share their corners, so a brick of B cells reads B + 1 voxels.
     start, stop = first * edge, min(last * edge + 1, depth)
     part = data[start:stop]
-    # One voxel more on either side, where there is one, for the second differences at the slab's faces.
+    # One voxel more on either side, if it exists, for the second differences at the slab's faces.
     before, after = max(start - 1, 0), min(stop + 1, depth)
     padded: NDArray[Any] = data[before:after].astype(wide, copy=False)
     along_axes = [_second_difference(padded, axis)[start - before : stop - before] for axis in range(3)]
@@ -91,14 +91,15 @@ def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, 
     for axis in range(3):
         if inner.shape[axis] > 1:
             rise = np.abs(np.diff(inner, axis=axis))
-            # Greatest rise along each axis, joined as if all three met at one point: an upper bound of the gradient.
+            # Greatest rise along each axis, combined as if all three occurred at one point: an upper bound of the
+            # gradient.
             slope = np.hypot(slope, _reduce(rise, edge, np.maximum, edges_along=axis).astype(np.float32))
     low, high = _single(_reduce(part, edge, np.minimum), -np.inf), _single(_reduce(part, edge, np.maximum), np.inf)
     return low, high, slope, second_difference.astype(np.float32)
 
 
 def _single(bound: NDArray[Any], outward: float) -> Array:
-    """As float32, rounded outward where that cannot hold the value."""
+    """As float32, rounded outward if float32 cannot represent the value."""
     rounded: Array = bound.astype(np.float32)
     if bound.dtype.itemsize < 4 or bound.dtype == np.float32:
         return rounded
@@ -107,7 +108,7 @@ def _single(bound: NDArray[Any], outward: float) -> Array:
 
 
 def _wide(dtype: np.dtype[Any]) -> type:
-    """A type that holds differences of ``dtype`` without overflow."""
+    """A type for differences of ``dtype`` without overflow."""
     if dtype.kind in "iu":
         return np.int16 if dtype.itemsize == 1 else np.int32 if dtype.itemsize == 2 else np.float64
     return np.float64 if dtype.itemsize == 8 else np.float32
@@ -139,7 +140,7 @@ def _reduce(data: NDArray[Any], edge: int, pick: np.ufunc, edges_along: int | No
 
 
 def _reduce_last(moved: NDArray[Any], bricks: int, edge: int, width: int, pick: np.ufunc) -> NDArray[Any]:
-    """The same along the fastest axis: whole strided slices, since a reduction over few neighbors is slow."""
+    """The same along the fastest axis: whole strided slices, because a reduction over few neighbors is slow."""
     missing = (bricks - 1) * edge + width - len(moved)
     if missing > 0:
         moved = np.concatenate([moved, np.repeat(moved[-1:], missing, axis=0)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A field's voxels as the march reads them: Dr.Jit arrays of one back end.
+"""A field's voxels for the march: Dr.Jit arrays of one back end.
 
 ``types`` is a Dr.Jit array module: ``drjit.llvm`` or ``drjit.cuda``, or their ``.ad`` forms (Mitsuba's variants). All
 sizes are opaque variables, so that one compiled march serves every field.
@@ -24,9 +24,9 @@ _MOST_VOXELS = (1 << 32) - 1  # Dr.Jit numbers the entries of an array in 32 bit
 class DeviceVolume:
     """The field's voxels, with ``value(p)``: trilinear data value at an index-space point, in stored units.
 
-    Stored are uint8 data as they are (four neighbors packed in one word up to 2^28 voxels, which halves the time of
-    a fetch; else one byte each) and all others as float32 of (f - ``base``) / ``unit``. The base is 0, where float32
-    is finest, unless all data lie far from it on one side; the unit is a power of two, which rounds nothing.
+    Stored are uint8 data unchanged (four neighbors packed in one word up to 2^28 voxels, which halves the time of a
+    fetch; else one byte each) and all others as float32 of (f - ``base``) / ``unit``. The base is 0, where float32 is
+    finest, unless all data are far from it on one side; the unit is a power of two, so it causes no rounding.
 
     Raises InvalidInputError for a field of 2^32 voxels or more.
     """
@@ -93,8 +93,8 @@ class DeviceVolume:
 
 def _stored_units(low: float, high: float) -> tuple[float, float]:
     """(base, unit) so that (f - base) / unit is at most 1 and loses as little as possible in float32."""
-    # Data whose range is smaller than their distance from 0 would lose their differences in float32, so they count from
-    # the least value.
+    # Data whose range is smaller than their distance from 0 would lose their differences in float32, so they are stored
+    # relative to the least value.
     is_far = low * high > 0 and min(abs(low), abs(high)) > high - low
     base = low if is_far else 0.0
     greatest = max(abs(low - base), abs(high - base))
@@ -102,7 +102,7 @@ def _stored_units(low: float, high: float) -> tuple[float, float]:
 
 
 def aligned(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The same on a 64-byte boundary: elsewhere Dr.Jit falls back, unasked, to one gather per number of a packet."""
+    """The same on a 64-byte boundary: elsewhere Dr.Jit silently uses one gather per number of a packet."""
     room = np.empty(values.nbytes + 64, np.uint8)
     start = -room.ctypes.data % 64
     there: NDArray[np.float32] = room[start : start + values.nbytes].view(np.float32)
@@ -128,7 +128,7 @@ def _mix(a: Any, b: Any, t: Any) -> Any:
 
 
 def opaque(kind: Any, values: Any) -> list[Any]:
-    """Constants that a kernel reads from memory, so that other values do not make another kernel."""
+    """Constants that a kernel reads from memory, so that other values need no new kernel."""
     import drjit as dr
 
     return [dr.opaque(kind, v.item() if hasattr(v, "item") else v) for v in values]

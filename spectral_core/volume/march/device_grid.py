@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A step grid on the device, and rays through it: each iteration of the march reads its skip and step from them."""
+"""A step grid on the device, and rays through it, from which each iteration of the march reads its skip and step."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from spectral_core.volume.march.brick_word import BrickWord
 from spectral_core.volume.march.device import opaque, opaque_vector
 from spectral_core.volume.march.rules import StepGrid
 
-_PARALLEL = 1e-4  # component of a unit direction: below it, the ray is taken to cross no face along that axis
+_PARALLEL = 1e-4  # component of a unit direction below which the ray counts as parallel to that axis' faces
 _NEVER = 1e9
-BEYOND = 1e-3  # voxels by which a lookup is ahead of the ray, so that it never falls on a face between two bricks
+BEYOND = 1e-3  # voxels by which a lookup is ahead of the ray, so that it never lies on a face between two bricks
 
 
 class DeviceGrid:
@@ -36,7 +36,7 @@ class DeviceGrid:
 
 @dataclass(frozen=True)
 class BrickLookup:
-    """The brick in which a ray is: its ``word``, and ``brick`` and ``point`` in brick coordinates (Array3f)."""
+    """The brick of a ray's position: its ``word``, and ``brick`` and ``point`` in brick coordinates (Array3f)."""
 
     word: BrickWord
     brick: Any
@@ -44,7 +44,7 @@ class BrickLookup:
 
 
 class BrickLine:
-    """A ray through a grid, with everything that is constant along it computed once.
+    """A ray through a grid, with all quantities that are constant along it.
 
     ``origin``, unit ``direction`` and its ``inverse`` (large where it is zero) are Array3f in index space.
     """
@@ -67,7 +67,7 @@ class BrickLine:
         self.octant_shift = bits.x + bits.y + bits.z
 
     def lookup(self, distance: Any, active: Any = True) -> BrickLookup:
-        """Read the brick that is ``distance`` voxels along the ray, and ``BEYOND`` further."""
+        """Read the brick at ``distance`` voxels along the ray, plus ``BEYOND``."""
         import drjit as dr
 
         types, grid = self.grid.types, self.grid
@@ -78,8 +78,8 @@ class BrickLine:
         return BrickLookup(BrickWord(dr.gather(types.UInt32, grid.words, index, active), types), brick, point)
 
     def skip(self, found: BrickLookup) -> Any:
-        """Voxels from ``lookup``'s distance to just past the empty cube of bricks ahead; past this brick if it shows
-        something. Never less than 0.002.
+        """Voxels from ``lookup``'s distance to just past the empty cube of bricks ahead; past this brick if it is
+        visible. Never less than 0.002.
         """
         import drjit as dr
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A transfer table where the march reads it: one small record per segment, found through a guide.
+"""A transfer table on the device: one small record per segment, found through a guide.
 
 The guide divides the stored values above the first knot into cells of equal *ratio*: the upper bits of a float32 are
-such a scale, and reading them costs a shift. So knots at 10, 100, … 1e6 fall into cells of their own as well as
-evenly spaced ones do. A cell knows its first segment; a comparison, or a bisection of a few where knots crowd, finds
-the segment exactly. Rounding cannot mislead it: every operation from the value to the cell is monotone, and knots go
-through the same ones.
+such a scale, and reading them costs a shift. So knots at 10, 100, … 1e6 have cells of their own, as evenly spaced ones
+do. A cell stores its first segment; a comparison, or a bisection of a few if knots are dense, finds the segment
+exactly. Rounding cannot affect it: every operation from the value to the cell is monotone, and the same operations are
+applied to knots.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Guide:
         """The coarsest guide over increasing ``knots`` (n,) in which no two share a cell; else the best one."""
         above = knots - knots[0]
         positive = above[above > 0]
-        # Below half the least distance nothing is to be told apart; the scale of ratios would have no end there.
+        # Distances below half the least one need not be distinguished; the scale of ratios would have no end there.
         least = np.float32(0.5 * positive.min()) if len(positive) else np.float32(1.0)
         least = max(least, np.float32(1e-30))
         # For positive floats the order of the bit patterns is the order of the numbers.
@@ -71,7 +71,9 @@ class Guide:
 
 @dataclass(frozen=True)
 class Segment:
-    """The segment of a stored value on the device: its ``index``, its ``record``, and the value from its anchor."""
+    """The segment of a stored value on the device: its ``index``, its ``record``, and the distance of the value from
+    its anchor.
+    """
 
     index: Any
     part: Any
@@ -81,7 +83,7 @@ class Segment:
 class DeviceTable:
     """A transfer table in a field's stored units; ``find(x)`` reads one segment.
 
-    A record holds the anchor, whether the segment is empty, the values and rises of the columns and, with
+    A record contains the anchor, the empty flag of the segment, the values and rises of the columns and, with
     ``integrals``, their integrals from stored value 0 to the anchor. They start there because float32 is finest there.
     """
 
@@ -92,7 +94,7 @@ class DeviceTable:
         def stored(values: Any) -> Any:
             return (values - volume.base) / volume.unit
 
-        # Where nothing shows at all the anchor is infinitely far; float32 products need a finite number.
+        # If nothing is visible at all, the anchor is infinitely far; float32 products need a finite number.
         anchors = np.where(np.isfinite(table.anchors), stored(table.anchors), -_ENDLESS)
         blocks = [anchors[:, None], table.is_empty[:, None], table.values, table.rises * volume.unit]
         if integrals:
@@ -106,7 +108,7 @@ class DeviceTable:
         self.widths = [part.shape[1] for part in parts]
         self.stores: list[Any] = [types.Float(aligned(part.ravel())) for part in parts]
         ends = table.values + table.rises * _widths(table)
-        # Heights tell how large a rounding error matters, see ``quadrature._means``.
+        # Heights determine the effect of a rounding error, see ``quadrature._means``.
         self.heights = opaque(types.Float, np.maximum(table.values, ends).max(axis=0))
         self._upload_guide(stored(table.knots).astype(np.float32))
 
@@ -151,7 +153,7 @@ class DeviceTable:
         return [dr.fma(part, record[2 + c + k], record[2 + k]) for k in range(c)]
 
     def clearance(self, segment: Segment) -> Any:
-        """Distance in stored units to the next value that shows something; zero where this one does."""
+        """Distance in stored units to the next visible value; zero if this one is visible."""
         import drjit as dr
 
         return dr.abs(segment.part) * segment.record[1]
@@ -175,7 +177,7 @@ def _integral(table: TransferTable, at: float) -> NDArray[np.float64]:
 
 
 def _widths(table: TransferTable) -> NDArray[np.float64]:
-    """Width of each segment (n, 1); 0 for the two without end, which are level."""
+    """Width of each segment (n, 1); 0 for the two unbounded ones, which are constant."""
     return np.concatenate([[0.0], np.diff(table.knots), [0.0]])[:, None]
 
 

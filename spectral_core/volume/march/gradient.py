@@ -11,8 +11,8 @@ from spectral_core.volume.field import ScalarVolume
 def gradient_magnitude(volume: ScalarVolume) -> ScalarVolume:
     """|∇f| by central differences (one-sided at faces), in data units per world unit, float32, on the same grid.
 
-    Between voxels it is trilinear, as the field is. The second axis of a two-dimensional transfer function reads it.
-    Needs some 20 bytes per voxel while it is computed.
+    Between voxels it is trilinear, as the field is. The second axis of a two-dimensional transfer function reads it. It
+    needs some 20 bytes per voxel during its computation.
     """
     data = volume.data.astype(np.float32 if volume.data.dtype.itemsize <= 2 else np.float64)
     per_index = np.zeros((3, *volume.shape), np.float32)

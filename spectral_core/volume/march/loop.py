@@ -5,9 +5,9 @@ Light that reaches the eye from a step of world length h, behind a transmittance
 
     T · j_k · ∫₀ʰ e^(-σs) ds  =  T · j_k · h · (1 - e^(-σh)) / (σh)
 
-with the source j_k and the total extinction σ constant in the step. It is j_k·h where there is no extinction (X-ray)
-and exact for a homogeneous step. An iteration looks up, for each field, the brick in which the ray is. It then chooses
-one skip and one step for all fields, and composites the light and the extinction of the step.
+with the source j_k and the total extinction σ constant in the step. It is j_k·h without extinction (X-ray) and exact
+for a homogeneous step. An iteration looks up, for each field, the brick at the ray's position. It then chooses one skip
+and one step for all fields, and composites the light and the extinction of the step.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Step, StepO
 
 @dataclass(frozen=True)
 class Shown:
-    """Light of one step: ``source`` per material of all fields, the ``gain`` that weighs it, and the world distance."""
+    """Light of one step: ``source`` per material of all fields, its ``gain``, and the world distance."""
 
     source: list[Any]
     gain: Any
@@ -38,7 +38,7 @@ Shade = Callable[[Any, Any, Shown], tuple[Any, Any]]
 class MarchState:
     """State of the loop: each iteration reads it and returns the next one.
 
-    Counts and light are None unless the caller asked for them.
+    Counts and light are None unless the caller requested them.
     """
 
     t: Any
@@ -61,7 +61,7 @@ class MarchState:
 
 @dataclass(frozen=True)
 class Marched:
-    """Result of a march: ``amounts`` per material, ``transmittance``, and the counts and light that were asked for."""
+    """Result of a march: ``amounts`` per material, ``transmittance``, and the requested counts and light."""
 
     amounts: list[Any]
     transmittance: Any
@@ -165,7 +165,7 @@ def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Sh
 
 
 def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
-    """Read the brick in which the ray is: whether it shows something, the rule's step, and the distance to its end."""
+    """Read the brick at the ray's position: True if it is visible, the rule's step, and the distance to its end."""
     import drjit as dr
 
     data, local, inside = field.data, field.local(t), field.inside(t)
@@ -211,7 +211,7 @@ def _agree(path: Path, marches: list[FieldMarch], aheads: list[Ahead], now: Marc
 
 
 def _until_border(field: FieldPath, t: Any) -> Any:
-    """Units of t to the next entry or exit of the field: no step crosses either."""
+    """Distance in t to the next entry or exit of the field: no step crosses either."""
     import drjit as dr
 
     left = field.along(field.rays.length - field.local(t))

@@ -19,10 +19,10 @@ QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")
 class Limits:
     """Limits at which a march trades exactness for time.
 
-    A ray ends at ``least_transmittance``. A step through values that show nothing may be ``most_stretch`` times longer
-    than is certain to miss nothing, and is then checked for missed values; at 1 nothing is missed, to a thousandth of
-    a voxel. No step is shorter than ``shortest_step`` voxels, by default the thesis' "hundred times the frequency of
-    the data grid".
+    A ray ends at ``least_transmittance``. A step through invisible values may be ``most_stretch`` times longer than is
+    certain to miss nothing, and is then checked for missed values; at 1 nothing is missed, to a thousandth of a voxel.
+    No step is shorter than ``shortest_step`` voxels, by default the thesis' "hundred times the frequency of the data
+    grid".
     """
 
     least_transmittance: float = 1e-5
@@ -77,7 +77,7 @@ class MarchInput:
 
     @property
     def adapts(self) -> bool:
-        """Whether steps grow as transmittance falls, and pass over values that show nothing."""
+        """True if steps grow as transmittance falls, and skip invisible values."""
         return self.grid.grid.adapts
 
     def optics(self, columns: list[Any], point: Any) -> tuple[list[Any], Any]:
@@ -96,7 +96,7 @@ class MarchInput:
 
 
 def clip_to_box(grid: DeviceGrid, point: Any, along: Any, world: Any, begin: Any) -> Rays:
-    """The part of rays where ``grid`` shows anything: from the later of ``begin`` (voxels along) and the entry.
+    """The part of rays in the visible box of ``grid``: from the later of ``begin`` (voxels along) and the entry.
 
     ``point`` and ``along`` (unit) are Array3f in index space; ``world`` as in Rays.
     """

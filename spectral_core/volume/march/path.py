@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays through one field or several: the coordinate that the march goes along.
+"""Rays through one field or several: the coordinate along which the march advances.
 
 Through one field the coordinate t counts voxels from the ray's entry, so that float32 is exact enough wherever the
 field is in the world. Through several it counts world units from the first entry, and each field stores its begin.
@@ -75,7 +75,7 @@ class Placed:
 @dataclass(frozen=True)
 class FieldPath:
     """One field along the path. ``begin`` is t at its entry, ``voxel`` the length of a voxel in units of t; both None
-    where t counts this field's own voxels.
+    if t counts this field's own voxels.
     """
 
     data: MarchInput
@@ -92,7 +92,7 @@ class FieldPath:
         return voxels if self.voxel is None else voxels * self.voxel
 
     def inside(self, t: Any) -> Any:
-        """Whether t lies in this field (the Python True where there is no other)."""
+        """True if t lies in this field (the Python True if there is no other field)."""
         if self.begin is None:
             return True
         local = self.local(t)
@@ -101,7 +101,7 @@ class FieldPath:
         return (local > -10.0 * _REST) & (local < self.rays.length - _REST)
 
     def until_entry(self, t: Any) -> Any:
-        """Units of t until the ray enters; NEVER where it is past the entry or never enters."""
+        """Distance in t until the ray enters; NEVER if it is past the entry or never enters."""
         import drjit as dr
 
         # The complement of ``inside`` at the entry: a ray must be in exactly one of the two states, or it stands still.
@@ -128,7 +128,7 @@ class Path:
 
     @property
     def is_shared(self) -> bool:
-        """Whether t is common to several fields."""
+        """True if t is common to several fields."""
         return len(self.fields) > 1
 
     def distance(self, t: Any) -> Any:

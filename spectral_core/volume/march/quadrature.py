@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How an iteration of the march advances in one field, and the source and extinction of its step.
+"""Advance of an iteration of the march in one field, with the source and extinction of its step.
 
 Within a step, sources and extinction are taken as constant. `midpoint` takes them at the middle of the step.
-`preintegrated` takes their mean over the data values between the step's ends, from running integrals: no feature of
-the transfer function between these values is missed, however narrow. Both take long steps through values that show
-nothing: the distance from the value to the nearest one that shows something, times the pace (voxels per stored unit) of
-the brick, is a length over which nothing can show.
+`preintegrated` takes their mean over the data values between the step's ends, from running integrals: no feature of the
+transfer function between these values is missed, however narrow. Both take long steps through invisible values: the
+distance from the value to the nearest visible one, times the pace (voxels per stored unit) of the brick, is a length
+over which nothing can be visible.
 
 An iteration has two parts: a skip, over which no light is added, and a step. All fields on a path share both. So each
-field first states how far it could skip, then how long its step may be after the common skip, and then evaluates the
-common step.
+field first returns its longest skip, then its longest step after the common skip, and then evaluates the common step.
 """
 
 from __future__ import annotations
@@ -35,10 +34,9 @@ _ROUNDED = 2.0**-12
 class Ahead:
     """The brick lookup of one field in an iteration; lengths are in voxels of that field.
 
-    ``steps``: whether the ray is in a brick that shows something. ``planned`` is the step of the rule (after a skip,
-    the rule's first step). ``skip`` is the distance to the end of the empty bricks, or of this brick if it shows
-    something, or to the entry if the ray is not yet in the field. ``pace`` is as in ``BrickWord``; it has no meaning in
-    empty bricks.
+    ``steps``: True if the ray is in a visible brick. ``planned`` is the step of the rule (after a skip, the rule's
+    first step). ``skip`` is the distance to the end of the empty bricks, or of this brick if it is visible, or to the
+    entry if the ray is not yet in the field. ``pace`` is as in ``BrickWord``; it has no meaning in empty bricks.
     """
 
     steps: Any
@@ -47,7 +45,7 @@ class Ahead:
     pace: Any = None
 
     def stays(self, way: Any) -> Any:
-        """Whether the ray is still in this brick after ``way`` voxels, with a margin above the lookahead ``BEYOND``."""
+        """True if the ray is still in this brick after ``way`` voxels, with a margin above the lookahead ``BEYOND``."""
         return self.steps & (way < self.skip - 3.0 * BEYOND)
 
 
@@ -67,8 +65,8 @@ class Step:
 class StepOptics:
     """Optical properties of one field in a step: ``source`` per material and ``extinction``, both per world unit.
 
-    ``after`` is the field's state after the step. ``missed`` says that the step was too long and must be
-    repeated; None where that cannot happen.
+    ``after`` is the field's state after the step. ``missed``: True if the step was too long and must be repeated; None
+    if that cannot happen.
     """
 
     source: list[Any]
@@ -93,12 +91,12 @@ class FieldMarch(Protocol):
         """Evaluate sources and extinction in the step."""
 
     def settled(self, now: Any, optics: StepOptics, missed: Any) -> Any:
-        """The state after the step, or the one before where any field ``missed`` something."""
+        """The state after the step, or the one before if any field ``missed`` something."""
 
 
 @dataclass
 class MidpointState:
-    """``clear``: voxels ahead in which nothing can show; None where the rule does not use it."""
+    """``clear``: voxels ahead in which nothing can be visible; None if the rule does not use it."""
 
     clear: Any
 
@@ -155,7 +153,7 @@ class PreintegratedState:
 
     ``value`` is the stored value there, ``segment`` its segment's number and ``integrals`` the running integrals of
     the columns. ``clear`` is the distance in stored units to the next value that shows something, and ``stretch`` the
-    factor by which a step may exceed the certain distance; both None where the rule does not use them.
+    factor by which a step may exceed the certain distance; both None if the rule does not use them.
     """
 
     value: Any
@@ -181,7 +179,7 @@ class Preintegrated:
         return dr.select(ahead.steps, 0.0, ahead.skip)
 
     def step(self, field: FieldPath, ahead: Ahead, now: PreintegratedState, rest: Any) -> Any:
-        """A step through values that are known to show nothing may be longer than planned: its means are zero."""
+        """A step through values that are known to be invisible may be longer than planned: its means are zero."""
         import drjit as dr
 
         return dr.select(ahead.steps, self._reach(ahead, now), 0.0 if rest is None else rest)
@@ -215,7 +213,7 @@ class Preintegrated:
         return StepOptics(optics.source, optics.extinction, after, speculative & _missed(now, after, way, ahead.pace))
 
     def settled(self, now: PreintegratedState, optics: StepOptics, missed: Any) -> PreintegratedState:
-        """Where a step is rejected the state is kept, and the field that missed something resets ``stretch`` to 1."""
+        """If a step is rejected, the state is kept, and the field that missed something resets ``stretch`` to 1."""
         import drjit as dr
 
         after: PreintegratedState = optics.after
@@ -241,12 +239,12 @@ class Preintegrated:
 
 
 def quadrature_of(field: FieldPath) -> FieldMarch:
-    """The quadrature that a field asks for."""
+    """The quadrature of a field."""
     return Midpoint() if field.data.quadrature == "midpoint" else Preintegrated(field.data.most_stretch)
 
 
 def _within(inside: Any, source: list[Any], extinction: Any) -> tuple[list[Any], Any]:
-    """Zero outside the field, and where a field of a shared path has no step of its own."""
+    """Zero outside the field, and where a field of a shared path has no step."""
     import drjit as dr
 
     if inside is True:
@@ -255,13 +253,13 @@ def _within(inside: Any, source: list[Any], extinction: Any) -> tuple[list[Any],
 
 
 def _missed(now: PreintegratedState, after: PreintegratedState, way: Any, pace: Any) -> Any:
-    """Whether a long step may have missed something: at its end, between the two end values, or on an excursion.
+    """True if a long step may have missed something: at its end, between the two end values, or on an excursion.
 
     On an excursion the value leaves the range of the end values and returns. It must then change nearly as fast as the
     brick's bound on the slope allows; excursions that need more than ``_UNLIKELY`` of that bound are disregarded.
     """
     at_end = after.clear <= 0.0
-    # Down to something visible and back again needs at least this way, if the slope were at its bound all along.
+    # The path to a visible value and back needs at least this length, even with the slope at its bound everywhere.
     excursion = (now.clear + after.clear) * pace < _UNLIKELY * way
     missed = at_end | excursion
     for old, new in zip(now.integrals, after.integrals, strict=True):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How rough a transfer function is between any two data values: it converts a brick's range to a step."""
+"""Roughness of a transfer function between any two data values: it converts a brick's range to a step."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ Floats = NDArray[np.float64]
 class RangeTables:
     """Bounds of a transfer function between two data values: arrays (bins, bins) read at [lowest, highest].
 
-    ``slope`` is the steepest rise of opacity-saturated source per data unit,
-    ``kink`` the greatest change of that rise. Saturated (1 - exp(-σ·voxel)): more extinction than fills a voxel
-    cannot make a picture rougher. They decide how long steps are, never whether something is shown: that is exact.
+    ``slope`` is the steepest rise of opacity-saturated source per data unit, ``kink`` the greatest change of that rise.
+    Saturated (1 - exp(-σ·voxel)): more extinction than fills a voxel cannot make a picture rougher. They determine the
+    length of steps, never visibility, which is exact.
     """
 
     table: TransferTable
     voxel: float
 
     def shows(self, low: NDArray[np.float32], high: NDArray[np.float32]) -> Mask:
-        """Whether anything shows at some value between ``low`` and ``high``; exact, as narrow as a peak may be."""
+        """True if any value between ``low`` and ``high`` is visible; exact for any narrow peak."""
         shown = np.zeros(low.shape, bool)
         for start, end, at_start, at_end in self.table.support:
             above = (high >= start) if at_start else (high > start)
-            # Half-open where the height is 0 at the end: a value exactly there shows nothing.
+            # Half-open if the height is 0 at the end: a value exactly there is invisible.
             shown |= above & ((low <= end) if at_end else (low < end))
         return shown
 
     def empties(self, statistics: BrickStatistics) -> tuple[Mask, Words]:
-        """(bricks that show something, words as if all were empty); kept, since every rule's grid starts from them."""
+        """(visible bricks, words as if all were empty); cached, because every rule's grid starts from them."""
         key = (statistics.edge, statistics.centered)
         if key not in self._empties:
             shows = self.shows(statistics.low, statistics.high)
@@ -52,7 +52,7 @@ class RangeTables:
 
     @cached_property
     def is_even(self) -> bool:
-        """Whether bins of equal width resolve the function: two of them at least lie between any two knots."""
+        """True if bins of equal width resolve the function: at least two of them lie between any two knots."""
         knots = self.table.knots
         return len(knots) < 2 or float(np.diff(knots).min()) * BINS > 2.0 * float(knots[-1] - knots[0])
 
@@ -60,7 +60,7 @@ class RangeTables:
     def edges(self) -> Floats:
         """Data values (bins + 1,) between the bins: the span of the knots, and a bin more on either side.
 
-        Bins are of equal width, or equally many between any two knots where the knots lie too unevenly for that.
+        Bins have equal width, or equal numbers between any two knots if the knots are too uneven for that.
         """
         knots = self.table.knots
         if len(knots) < 2:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Step rules: how long a step may be in each brick, for a field and a transfer function.
+"""Step rules: longest step in each brick, for a field and a transfer function.
 
 - `uniform`: one length everywhere.
 - `thesis`: inverse to the band limit of g(f(x)), which is the essential frequency of g times the greatest slope of f
@@ -32,9 +32,9 @@ class StepGrid:
     """Steps and skips of one rule: ``words`` (bz, by, bx) are ``BrickWord``s.
 
     ``longest`` is the longest step in voxels that the rule allows (its statistics hold no further than that).
-    ``adapts`` says that the step grows as T^(-5/16), where light from further on hardly counts, and that words hold a
-    pace. ``first`` is the relative step that a midpoint march makes in the same iteration as a skip, before it knows
-    the brick where that ends.
+    ``adapts``: True if the step grows as T^(-5/16), because light from further on hardly counts, and if words hold a
+    pace. ``first`` is the relative step of a midpoint march in the same iteration as a skip, before the brick at its
+    end is known.
     """
 
     rule: Rule
@@ -46,9 +46,9 @@ class StepGrid:
     first: float
 
     def bounds(self, shape: tuple[int, int, int]) -> tuple[list[float], list[float]]:
-        """Index box (low, high), x first, of the bricks that show something in a field of ``shape`` voxels.
+        """Index box (low, high), x first, of the visible bricks in a field of ``shape`` voxels.
 
-        Empty (low above high) where nothing shows: rays then end before they begin.
+        Empty (low above high) if nothing is visible: rays then end before they begin.
         """
         filled = BrickWord.shown(self.words)
         low, high = [], []

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A transfer function exactly as given: one linear segment between two neighboring knots of any of its materials.
+"""A transfer function as an exact table: one linear segment between two neighboring knots of any of its materials.
 
-Nothing is sampled. Tens of records stand for the function over any range of data, however narrow a peak is beside the
-range: a density over six decades, or one voxel of 1e6 in a field of 0 to 1.
+Nothing is sampled. A few records represent the function over any range of data, however narrow a peak is relative to
+the range: a density over six decades, or one voxel of 1e6 in a field of 0 to 1.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class TransferTable:
     is the sum of the sources). A two-dimensional function has the extinction of each material first, then the
     emission of each, and the table ``weights`` of the materials' weights over the gradient magnitude.
 
-    Where ``is_empty`` (n + 1,), no column shows anything, and the anchor is the nearest data value that does: so
-    |v - anchor| is the distance to it, which is why an empty stretch between two peaks is two segments.
+    Where ``is_empty`` (n + 1,), no column is visible, and the anchor is the nearest visible data value: so |v - anchor|
+    is the distance to it, and an empty interval between two peaks consists of two segments.
     """
 
     knots: Array
@@ -44,7 +44,7 @@ class TransferTable:
     is_empty: NDArray[np.bool_]
     materials: int
     support: tuple[tuple[float, float, bool, bool], ...] = ()
-    """Data values that show something: intervals (from, to) and whether either end does."""
+    """Visible data values: intervals (from, to) with a flag for each end."""
     weights: TransferTable | None = None
 
     @property
@@ -97,7 +97,7 @@ def support(transfer: TransferFunction) -> tuple[tuple[float, float, bool, bool]
     for m in transfer.materials:
         height = m.extinction + (0.0 if m.emission is None else m.emission)
         knots, heights = m.values.tolist(), height.tolist()
-        # Beyond its knots a function keeps its end heights, without end.
+        # Beyond its knots a function keeps its end heights without limit.
         ends = [(-np.inf, knots[0], heights[0], heights[0]), (knots[-1], np.inf, heights[-1], heights[-1])]
         inner = zip(knots, knots[1:], heights, heights[1:], strict=False)
         pieces += [(a, b, left > 0, right > 0) for a, b, left, right in [*ends, *inner] if max(left, right) > 0]
@@ -137,7 +137,7 @@ def _columns(transfer: TransferFunction, extinction: Array, source: Array) -> Ar
 
 
 def _between(knots: Array, low: float, high: float) -> Array:
-    """The knots between ``low`` and ``high`` and these two, each once."""
+    """The knots between ``low`` and ``high``, and these two, each once."""
     return np.unique(np.concatenate([[low, high], knots[(knots > low) & (knots < high)]]))
 
 
@@ -164,7 +164,7 @@ def _segments(knots: Array, after: Curves, before: Curves, materials: int) -> Tr
 
 
 def _with_merged_empties(table: TransferTable) -> TransferTable:
-    """Each run of empty segments as two that are anchored at its ends, or one where it reaches without end."""
+    """Each run of empty segments as two that are anchored at its ends, or one if the run is unbounded."""
     bounds = np.concatenate([[-np.inf], table.knots, [np.inf]])
     rows: list[int] = []
     anchors: list[float] = []

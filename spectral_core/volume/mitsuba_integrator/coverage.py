@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render loop whose alpha is an opacity.
 
-Mitsuba's sampling integrators tell the film for each ray whether something was hit, yes or no. Every pixel that a wisp
-touches would be opaque, and a picture composited by that alpha would have black fringes. Here alpha is 1 - T.
+Mitsuba's sampling integrators report to the film for each ray only if something was hit. Every pixel with a trace of a
+volume would be opaque, and a picture composited by that alpha would have black fringes. Here alpha is 1 - T.
 """
 
 from __future__ import annotations

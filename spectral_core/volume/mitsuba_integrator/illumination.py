@@ -17,11 +17,11 @@ WHITE = "D65"
 
 
 def display_matrix(transfer: TransferFunction, light: Illuminant | None = None) -> Array:
-    """Linear sRGB (K, 3) of each material under ``light`` (D65 where None); times the amounts it is the picture.
+    """Linear sRGB (K, 3) of each material under ``light`` (D65 if None); amounts times this matrix are the picture.
 
-    The light is scaled so that a perfect white has luminance 1, then lit materials reflect it. A material that shines
-    by itself keeps its color; as a spectrum, 1 at every wavelength has luminance 1. With colors in linear RGB the
-    light counts by its own linear RGB, relative to D65.
+    The light is scaled so that a perfect white has luminance 1, then lit materials reflect it. An emissive material
+    keeps its color; as a spectrum, 1 at every wavelength has luminance 1. With colors in linear RGB, the light is
+    replaced by its linear RGB, relative to D65.
     """
     lamp = normalized(catalogue.illuminant(WHITE) if light is None else light)
     lit = np.array([material.lit for material in transfer.materials])
@@ -36,10 +36,10 @@ def display_matrix(transfer: TransferFunction, light: Illuminant | None = None) 
 
 
 def spectrum_of_color(linear_rgb: ArrayLike, wavelengths_nm: ArrayLike) -> Array:
-    """Spectrum (..., n) of a material of linear sRGB (..., 3): the reflectance that a surface of that color has.
+    """Spectrum (..., n) of a material of linear sRGB (..., 3): the reflectance of a surface of that color.
 
-    A color brighter than 1 is that of its own hue at 1, times its brightness. What lies outside the gamut of sRGB
-    is taken to its border: no reflectance has a negative component.
+    A color brighter than 1 is the color of its hue at 1, times its brightness. Colors outside the gamut of sRGB are
+    moved to its border, because no reflectance has a negative component.
     """
     color = np.maximum(np.asarray(linear_rgb, dtype=np.float64), 0.0)
     brightness = np.maximum(color.max(axis=-1, keepdims=True), 1.0)

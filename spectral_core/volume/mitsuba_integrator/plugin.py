@@ -27,7 +27,7 @@ _LIMITS = np.finfo(np.float32), np.finfo(np.float64)
 
 
 def register_integrator() -> None:
-    """Make `adaptive_volume` known to Mitsuba; raises where Mitsuba is absent or no variant is set."""
+    """Register `adaptive_volume` with Mitsuba; raises if Mitsuba is not installed or no variant is set."""
     try:
         import mitsuba as mi
     except ImportError as error:
@@ -51,7 +51,7 @@ def _register() -> None:
 
 
 def _integrator_class() -> Any:
-    """The integrator for the variant that is set: Mitsuba's base class is another one in each."""
+    """The integrator class for the variant that is set: Mitsuba's base class differs between variants."""
     import drjit as dr
     import mitsuba as mi
 
@@ -95,11 +95,12 @@ def _integrator_class() -> Any:
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             light, coverage, channels = self.sample_coverage(scene, sampler, ray, active)
-            # Who calls this (an aov integrator around it) has room for a yes or no: right on average.
+            # The caller (an aov integrator around this one) accepts only a Boolean: it is drawn at random, correct in
+            # the mean.
             return light, active & (sampler.next_1d(active) < coverage), channels
 
         def sample_coverage(self, scene: Any, sampler: Any, ray: Any, active: Any = True) -> Any:
-            """(light, opacity in front of nothing, extra channels) along Mitsuba's ``ray``."""
+            """(light, opacity without background, extra channels) along Mitsuba's ``ray``."""
             if not self.fields.placed:
                 self.fields.prepare(None)
             hit = scene.ray_intersect_preliminary(ray, True, active)
@@ -128,7 +129,7 @@ def _integrator_class() -> Any:
             return out.amounts, out.transmittance, light
 
         def behind(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
-            """(light, whether there is any) from surfaces and surroundings behind the fields."""
+            """(light, True if there is any) from surfaces and the environment behind the fields."""
             if self.settings.shadows:
                 return surface_light(scene, sampler, ray, self.fields.placed, active, self.settings.max_depth)
             if self.surface is None:

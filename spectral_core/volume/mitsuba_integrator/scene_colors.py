@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Material colors as the renderer's variant needs them: RGB, one luminance, or at a ray's wavelengths."""
+"""Material colors for the renderer's variant: RGB, one luminance, or values at a ray's wavelengths."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class SceneColors:
         return [mi.Spectrum([self._lookup(k, wavelengths[i]) for i in range(4)]) for k in range(self.materials)]
 
     def _lookup(self, material: int, wavelength: Any) -> Any:
-        """Linear between table entries; nothing outside the table."""
+        """Linear between table entries; zero outside the table."""
         import drjit as dr
 
         types = self.types
@@ -75,7 +75,7 @@ def _spectra(transfer: TransferFunction, light: str, bare: bool) -> tuple[float,
     """(first wavelength, spacing, (K, n) radiance) at 1 nm over the visible range; ``bare`` leaves reflectances so.
 
     Mitsuba's film divides by the integral of ȳ, so a flat radiance of 1 has luminance 1, as here. RGB becomes the
-    reflectance that surfaces of this color have; RGB that shines by itself is that times D65.
+    reflectance of surfaces of this color; RGB of an emitting material is that reflectance times D65.
     """
     from spectral_core.volume.mitsuba_integrator.illumination import spectrum_of_color
 

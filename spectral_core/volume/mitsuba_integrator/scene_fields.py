@@ -39,8 +39,8 @@ def variant_types() -> Any:
 class SceneFields:
     """All fields of one integrator, ready to march for one sensor at a time.
 
-    The choice of the pilot rays is kept per sensor: only the first frame of each pays for it, and a sensor that moves,
-    zooms or changes its size is another one. ``plans`` are those of the sensor that was prepared last.
+    The choice of the pilot rays is cached per sensor: only the first frame of each pays for it, and a sensor that
+    moves, zooms or changes its size counts as another one. ``plans`` belong to the sensor that was prepared last.
     """
 
     def __init__(self, items: list[SceneVolume], settings: VolumeSettings) -> None:
@@ -53,11 +53,11 @@ class SceneFields:
 
     @property
     def materials(self) -> list[str]:
-        """Names of the material channels; with several fields, each with its field's name before it."""
+        """Names of the material channels; with several fields, each with its field's name as prefix."""
         if len(self.items) == 1:
             return list(self.items[0].transfer.names)
         fields = [item.volume.name for item in self.items]
-        # A film takes no two channels of one name, so fields that share a name are numbered.
+        # Names of channels in a film are unique, so fields with equal names are numbered.
         marks = [name if fields.count(name) == 1 else f"{name} {i + 1}" for i, name in enumerate(fields)]
         return [f"{mark}.{name}" for mark, i in zip(marks, self.items, strict=True) for name in i.transfer.names]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fields in a scene's light: gradient shading, and surfaces that fields shadow."""
+"""Fields lit by a scene, with gradient shading and shadows between fields and surfaces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from spectral_core.volume.mitsuba_integrator.settings import VolumeSettings
 
 
 def transmittance(volumes: list[Placed], ray: WorldRay) -> Any:
-    """Share of light that all fields let pass between the ray's origin and its end."""
+    """Transmittance of all fields between the ray's origin and its end."""
     return march(path_through(volumes, ray)).transmittance
 
 
@@ -22,7 +22,7 @@ class Lit:
     """Shading of lit materials by the scene's emitters: Lambert on both sides of the isosurface through a sample.
 
     Where the gradient vanishes there is no surface, and light scatters evenly in all directions. One emitter is sampled
-    per step; ``shadows`` asks whether surfaces or fields stand between. ``colors`` and ``lit`` are per material.
+    per step; ``shadows``: True to test for surfaces or fields in between. ``colors`` and ``lit`` are per material.
     """
 
     scene: Any
@@ -85,7 +85,8 @@ def facing_light(volume: Placed, point: Any, towards: Any) -> Any:
 def surface_light(
     scene: Any, sampler: Any, ray: Any, volumes: list[Placed], active: Any, max_depth: int
 ) -> tuple[Any, Any]:
-    """(light, whether a surface or surroundings are there) along ``ray``, with fields dimming every later segment.
+    """(light, True if a surface or the environment is there) along ``ray``, with attenuation of every later segment by
+    fields.
 
     A path tracer with light sampling and BSDF sampling joined by the balance heuristic. The first segment is the
     caller's, who has marched it already. Later segments lose light in the fields and gain none of theirs.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `adaptive_volume` is asked to render: fields with their transfer functions, and how.
+"""Settings of `adaptive_volume`: fields with their transfer functions, and the parameters of the integrator.
 
-A scene dictionary or XML file cannot hold Python objects, so fields go in by handle (``integrator_dict``), by file
+A scene dictionary or XML file cannot hold Python objects, so fields are passed by handle (``integrator_dict``), by file
 name (``file``) or as Mitsuba's own grid volumes (``volume``).
 """
 
@@ -25,10 +25,10 @@ from spectral_core.volume.transfer import TransferFunction
 
 @dataclass(frozen=True, eq=False)
 class SceneVolume:
-    """A field and the transfer function it is shown with; its name marks its extra channels.
+    """A field and its transfer function; its name is the prefix of its extra channels.
 
-    ``gains``, one per material, multiply the light that each shows (None: 1). They are apart from the colors, since the
-    spectrum of a color is not that of half the color twice.
+    ``gains``, one per material, multiply its light (None: 1). They are separate from the colors, because the spectrum
+    of half a color is not half its spectrum.
     """
 
     volume: ScalarVolume
@@ -38,7 +38,7 @@ class SceneVolume:
 
 @dataclass(frozen=True)
 class VolumeSettings:
-    """How `adaptive_volume` renders; each field is a property of the integrator.
+    """Parameters of `adaptive_volume`; each is a property of the integrator.
 
     ``quality`` is the SNR in dB that pilot rays find steps for; ``scale`` (above 0) fixes the steps instead.
     ``jitter`` varies each ray's steps by up to a quarter. ``channels`` adds K material channels and the transmittance
@@ -74,7 +74,7 @@ _numbers = count(1)
 
 
 def share(item: SceneVolume) -> str:
-    """Handle under which an integrator of this process finds ``item``; give it back with ``release``."""
+    """Handle by which an integrator of this process finds ``item``; ``release`` it after use."""
     handle = f"volume-{next(_numbers)}"
     _shared[handle] = item
     return handle
@@ -99,11 +99,11 @@ def integrator_dict(items: list[SceneVolume], surface: dict[str, Any] | None = N
 
 
 _PREFIXES = ("file", "transfer", "to_world")
-"""Properties that come once per field, alone or with the field's name behind an underscore."""
+"""Properties that occur once per field, alone or with the field's name after an underscore."""
 
 
 def require_known(props: Any, nested: tuple[type, ...]) -> None:
-    """Refuse properties that nothing reads, with the nearest name that something does.
+    """Raise an error for unknown properties, with the nearest known name.
 
     Parameters
     ----------

@@ -195,7 +195,7 @@ def test_file_round_trip_and_damage(tmp_path, design: LightDesign, basis: Textur
     with pytest.raises(InvalidInputError, match=r"ending in \.exr"):
         write_texture(tmp_path / "t.png", texture)
     path.write_bytes(path.read_bytes()[:200])
-    with pytest.raises(FileFormatError, match="cut, damaged"):
+    with pytest.raises(FileFormatError, match="truncated, damaged"):
         read_texture(path)
     header = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION}
     plane = {"weight.0": np.ones((4, 4), np.float16)}

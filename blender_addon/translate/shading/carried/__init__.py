@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a material itself carries beside its nodes: a spectrum, and fluorescent dyes."""
+"""Data that a material has beside its nodes: a spectrum, and fluorescent dyes."""

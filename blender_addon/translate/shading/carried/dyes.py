@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fluorescent dyes that a material carries, in the closures whose color its spectrum stands for."""
+"""The fluorescent dyes of a material, in the closures whose color its spectrum replaces."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from ...context import Translation
 from ..surfaces import BLACK
 
 LEAST_AMOUNT = 1e-4
-"""Amounts of a dye below it are left out: a design holds a little of every dye that it may use."""
+"""Amounts of a dye below it are omitted: a design contains a little of every dye that it may use."""
 
 
 def dyes_of(owner: Any) -> tuple[tuple[FluorescentDye, ...], tuple[float, ...]]:
-    """Dyes that a material carries, and their amounts; its spectrum's wavelengths are those that dyes are known at.
+    """Dyes of a material, and their amounts, at the wavelengths of its spectrum.
 
-    Raises InvalidInputError for a dye that sends out what it takes in.
+    Raises InvalidInputError for a dye that emits at its excitation wavelengths.
     """
     spectral = getattr(owner, "spectral", None)
     used = [] if spectral is None else [dye for dye in spectral.dyes if dye.amount > LEAST_AMOUNT]
@@ -48,9 +48,9 @@ def dyes_of(owner: Any) -> tuple[tuple[FluorescentDye, ...], tuple[float, ...]]:
 
 
 def with_dyes(translation: Translation, surface: Surface, material: Any, spectrum: Spectrum | None) -> Surface:
-    """The surface with the dyes of its material in its matt closures (Diffuse, and the base of Principled).
+    """The surface with the dyes of its material in its diffuse closures (Diffuse, and the base of Principled).
 
-    Dyes that would return more light than comes are reduced, and a note says by how much.
+    Dyes that would return more light than arrives are reduced, and a note states the factor.
     """
     try:
         dyes, amounts = dyes_of(material)
@@ -59,7 +59,7 @@ def with_dyes(translation: Translation, surface: Surface, material: Any, spectru
         return surface
     if not dyes:
         return surface
-    if spectrum is not None:  # a designed dye is known at the wavelengths of the design
+    if spectrum is not None:  # a designed dye is defined at the wavelengths of the design
         grid = spectrum.grid
         known = [(dye, dye.excitation_on(grid), amount) for dye, amount in zip(dyes, amounts, strict=True)]
         known = [each for each in known if np.any(each[1] > 0)]
@@ -87,7 +87,7 @@ def with_dyes(translation: Translation, surface: Surface, material: Any, spectru
 def _fitting(
     translation: Translation, name: str, color: Any, dyes: Any, amounts: tuple[float, ...], normal: Any
 ) -> Fluorescent:
-    """The closure, with less of its dyes where they return more than comes."""
+    """The closure, with a smaller amount of its dyes if they return more than arrives."""
     if not isinstance(color, (Color, Spectrum)):
         text = "its texture and its dyes together are not checked for returning more light than comes"
         translation.note(name, text)
@@ -101,9 +101,9 @@ def _fitting(
 def _on_principled(
     translation: Translation, name: str, leaf: Principled, dyes: Any, amounts: tuple[float, ...]
 ) -> Surface:
-    """Principled, and beside it the light of dyes in its base: where it is neither metal nor glass nor transparent.
+    """Principled, mixed with the emission of dyes in its base: where it is neither metal nor glass nor transparent.
 
-    What the gloss above reflects on the way in does not reach the dyes.
+    Light that the gloss above reflects does not reach the dyes.
     """
     within = _fitting(translation, name, leaf.base_color, dyes, amounts, None)
     reached = 1.0 - mean_reflectance(leaf.ior if isinstance(leaf.ior, (int, float)) else float(leaf.ior.at(589.3)))
@@ -117,7 +117,7 @@ def _on_principled(
 
 
 def mean_reflectance(ior: float) -> float:
-    """Share of even light that a smooth surface of an index of refraction reflects, over all angles (Fresnel)."""
+    """Share of even light that a smooth surface with an index of refraction reflects, over all angles (Fresnel)."""
     cosines = (np.arange(512) + 0.5) / 512
     inside = np.sqrt(np.maximum(1 - (1 - cosines**2) / max(ior, 1.0) ** 2, 0.0))
     index = max(ior, 1.0)

@@ -33,8 +33,8 @@ from ..surfaces import BLACK
 def with_spectrum(surface: Surface, spectrum: Spectrum) -> Surface:
     """The surface with the spectrum of its material in place of its main color.
 
-    The main color is that of what scatters diffusely (Principled and Diffuse); where nothing does, of every closure
-    that reflects or lets through.
+    The main color belongs to the closures that scatter diffusely (Principled and Diffuse); without these, to every
+    closure that reflects or transmits.
     """
     main: tuple[type, ...] = (Principled, Diffuse)
     if not any(isinstance(leaf, main) and leaf is not BLACK for leaf in leaves(surface)):
@@ -42,7 +42,7 @@ def with_spectrum(surface: Surface, spectrum: Spectrum) -> Surface:
 
     def change(leaf: Closure) -> Surface:
         name = "base_color" if isinstance(leaf, Principled) else "color"
-        # a node's own spectrum, or spectra, come before its material's
+        # a node's spectra have precedence over its material's
         own = (Illuminant, Spectrum, SpectralImage)
         if leaf is BLACK or not isinstance(leaf, main) or isinstance(getattr(leaf, name), own):
             return leaf
@@ -53,7 +53,7 @@ def with_spectrum(surface: Surface, spectrum: Spectrum) -> Surface:
 
 
 def covers_texture(surface: Surface, spectrum: Spectrum) -> bool:
-    """Whether ``spectrum`` stands where the surface has an image or a pattern, as ``with_spectrum`` puts it."""
+    """True if ``spectrum`` replaces an image or a pattern of the surface in ``with_spectrum``."""
     held = {id(value) for value in values_of(with_spectrum(surface, spectrum))}
     lost = (value for value in values_of(surface) if id(value) not in held)
     return any(isinstance(value, (ImageTexture, MixedPaint, Computed)) for value in lost)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is inside a closed mesh, or in all of space: the volume socket of a material or a world.
+"""Media in a closed mesh, or in all of space: the volume socket of a material or a world.
 
-What varies from place to place is shown with its mean, with a note.
+Values that vary with position are replaced by their means, with a note.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ Rgb = np.ndarray[Any, np.dtype[np.float64]]
 
 @dataclass(frozen=True)
 class Fill:
-    """What a volume shader scatters, absorbs and emits per unit of length, linear RGB each, and its phase functions."""
+    """Scattering, absorption and emission of a volume shader per unit of length, linear RGB each, and its phase
+    functions.
+    """
 
     scatters: Rgb
     absorbs: Rgb
@@ -34,7 +36,7 @@ class Fill:
     lobes: Lobes = ()
 
     def times(self, factor: float) -> Fill:
-        """So much of it."""
+        """The same medium, multiplied by a factor."""
         return replace(self, scatters=self.scatters * factor, absorbs=self.absorbs * factor, glows=self.glows * factor)
 
 
@@ -42,7 +44,7 @@ NOTHING = Fill(np.zeros(3), np.zeros(3), np.zeros(3))
 
 
 def medium_of(reader: Reader, output: Any) -> ScatteringMedium | None:
-    """Medium of an output node, None where its volume socket is free or not understood (with a Note)."""
+    """Medium of an output node, None if its volume socket is unlinked or unsupported (with a Note)."""
     source = linked(Input(output.inputs["Volume"]))
     if source is None:
         return None
@@ -71,7 +73,7 @@ def _fill(reader: Reader, source: Output | None) -> Fill:
         return NOTHING
     read = FILLS.get(source.node.type)
     if read is None:
-        reader.note(f"the volume shader {source.label!r} is not understood; it is left out")
+        reader.note(f"the volume shader {source.label!r} is not supported; it is left out")
         return NOTHING
     return read(reader, source)
 
@@ -115,7 +117,7 @@ def _emission(reader: Reader, source: Output) -> Fill:
 
 
 BLACKBODY_SCALE = 5.670373e-8 * 1e-6 / np.pi
-"""Light of Principled Volume's blackbody over the fourth power of its temperature, as Cycles has it."""
+"""Emission of Principled Volume's blackbody over the fourth power of its temperature, as in Cycles."""
 
 
 def _principled(reader: Reader, source: Output) -> Fill:
@@ -129,7 +131,7 @@ def _principled(reader: Reader, source: Output) -> Fill:
     amount = _number(reader, source, "Blackbody Intensity", 0.0)
     temperature = _number(reader, source, "Temperature", 1000.0)
     if amount > 0 and temperature > 0:
-        # at full intensity it is as bright as physics has it
+        # at full intensity it has its physical brightness
         brightness = BLACKBODY_SCALE * ((temperature**4 - 1) * amount + 1)
         tint = _rgb(reader, source, "Blackbody Tint", 1.0)
         glow = glow + brightness * tint * _planckian(temperature)
@@ -138,7 +140,7 @@ def _principled(reader: Reader, source: Output) -> Fill:
 
 def _planckian(temperature: float) -> Rgb:
     """Linear sRGB of a blackbody, of luminance 1."""
-    lamp = blackbody(min(max(temperature, 800.0), 12000.0))  # where Blender's own table ends
+    lamp = blackbody(min(max(temperature, 800.0), 12000.0))  # the range of Blender's own table ends here
     return np.maximum(color_of_spectrum(lamp), 0.0)
 
 
@@ -155,14 +157,14 @@ def _mix(reader: Reader, source: Output) -> Fill:
 
 
 def _sum(parts: list[Fill]) -> Fill:
-    """Media that fill the same space; each scatters its share."""
+    """Media in the same space; each scatters its share."""
     lobes = [(weight * float(part.scatters.mean()), g, alpha) for part in parts for weight, g, alpha in part.lobes]
     kept = tuple(lobe for lobe in lobes if lobe[0] > 0)
     scatters, absorbs, glows = (sum(getattr(p, name) for p in parts) for name in ("scatters", "absorbs", "glows"))
     return Fill(np.asarray(scatters), np.asarray(absorbs), np.asarray(glows), kept)
 
 
-# with a spectrum as their color, which RGB cannot hold
+# with a spectrum as their color, which RGB cannot represent
 
 
 def _spectrum(reader: Reader, source: Output) -> Spectrum | None:

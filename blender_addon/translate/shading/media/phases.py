@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's phase functions as sums of Draine's, of which Henyey and Greenstein's is the plainest."""
+"""Blender's phase functions as sums of Draine's, which include Henyey and Greenstein's."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _held(g: float) -> float:
 
 
 CANDIDATES = (-0.7, -0.3, 0.0, 0.3, 0.5, 0.7, 0.8, 0.87, 0.92, 0.95, 0.97, 0.985, 0.99)
-"""g of the lobes that a phase function in another form is fitted with."""
+"""g of the lobes that are fitted to other phase functions."""
 FAINTEST = 1e-4
 
 
@@ -82,13 +82,13 @@ def fournier_forand(index: float, backscatter: float) -> Lobes:
     cosine = np.cos(angle)
     lobes = [(1 - g * g) / (4 * np.pi * np.maximum(1 + g * g - 2 * g * cosine, 1e-12) ** 1.5) for g in CANDIDATES]
     weights, _ = nnls(np.stack(lobes, axis=1) / target[:, None], np.ones(len(angle)))
-    weights[-1] += max(1 - weights.sum(), 0.0)  # light that goes on all but unturned, in a peak too narrow to be fitted
+    weights[-1] += max(1 - weights.sum(), 0.0)  # forward light in a peak that is too narrow to fit
     weights = weights / weights.sum()
     return tuple((float(w), g, 0.0) for w, g in zip(weights, CANDIDATES, strict=True) if w > FAINTEST)
 
 
 def _slope(n: float, backscatter: float) -> float:
-    """Exponent ν of the particles' sizes for a share of light that turns back."""
+    """Exponent ν of the particles' sizes for a share of backscattered light."""
     delta = 4 / (3 * (n - 1) ** 2) * 0.5
     # (1 - δ^(ν+1) - (1 - δ^ν) / 2) / ((1 - δ) δ^ν) = 1 - B, solved for δ^ν
     power = 0.5 / (delta - 0.5 - (1 - backscatter) * (delta - 1))

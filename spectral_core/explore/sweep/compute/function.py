@@ -67,7 +67,7 @@ class FunctionNode:
 
 
 def load_function(address: str) -> Callable[..., Any]:
-    """The function at an address; InvalidInputError where there is none."""
+    """The function at an address; InvalidInputError if there is none."""
     place, _, name = address.rpartition(":")
     try:
         module = _load_file(Path(place)) if place.endswith(".py") else importlib.import_module(place)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A palette problem as a compute node: its numbers are swept, its colors and errors are the outcome."""
+"""A palette problem as a compute node: a sweep sets its numbers and collects its colors and errors."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ MAX_PATH = 400
 
 
 def parse_path(path: str) -> list[Any]:
-    """Steps of a path: ("field", name), ("item", name) or ("index", numbers). InvalidInputError where it is none."""
+    """Steps of a path: ("field", name), ("item", name) or ("index", numbers). InvalidInputError if it is none."""
     if not isinstance(path, str) or not path or len(path) > MAX_PATH:
         raise InvalidInputError(f"a path is a text of 1 to {MAX_PATH} characters; got {str(path)[:60]!r}")
     steps: list[Any] = []
@@ -47,7 +47,7 @@ def parse_path(path: str) -> list[Any]:
 def set_path(whole: Any, path: str, value: Any) -> Any:
     """A copy of ``whole`` with the number or text at ``path`` replaced.
 
-    Raises UnknownNameError for a name that is not there, InvalidInputError where the place holds no number or text,
+    Raises UnknownNameError for a name that is not there, InvalidInputError if the place holds no number or text,
     or not of that kind.
     """
     return _set(whole, parse_path(path), value, path)
@@ -118,7 +118,7 @@ def _declared(whole: Any, name: Any) -> str:
 
 
 def _fitting(old: Any, new: Any, path: str, declared: str) -> Any:
-    """The new value where it is of the old one's kind, or of the kind that its field declares."""
+    """The new value if it has the type of the old one, or the type that its field declares."""
     if isinstance(old, bool):
         if new in (0, 1, "true", "false"):
             return new in (1, "true")
@@ -131,6 +131,6 @@ def _fitting(old: Any, new: Any, path: str, declared: str) -> Any:
         return float(new)
     if isinstance(old, str) and isinstance(new, str):
         return new
-    if old is None:  # a setting that is left to the plan takes what it is given
+    if old is None:  # a setting of None, which leaves a decision to the plan, accepts any value
         return new
     raise InvalidInputError(f"{path} holds a {type(old).__name__}, which cannot be set to {new!r}")

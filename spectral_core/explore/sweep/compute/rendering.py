@@ -89,7 +89,7 @@ def with_unit_lights(scene: Scene) -> Scene:
 
 
 def light_amount(scene: Scene, group: str) -> float:
-    """Power of the light that a group is named after; 1 for the surroundings and glowing objects."""
+    """Power of the light that a group is named after; 1 for the environment and emissive objects."""
     for light in scene.lights:
         if light.name == group:
             return float(light.irradiance if isinstance(light, SunLight) else light.power_w)
@@ -97,5 +97,5 @@ def light_amount(scene: Scene, group: str) -> float:
 
 
 def swept_lights_only(paths: Mapping[str, str]) -> bool:
-    """Whether every swept path is the power of a light."""
+    """True if every swept path is the power of a light."""
     return all(path.startswith("lights[") and path.rpartition(".")[2] in LIGHT_PROPERTIES for path in paths.values())

@@ -70,7 +70,7 @@ class SceneNode:
 
     @property
     def relights(self) -> bool:
-        """Whether points are re-lit instead of rendered."""
+        """True if points are re-lit instead of rendered."""
         return self.relight and not self.per_light and swept_lights_only(dict(self.paths))
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:

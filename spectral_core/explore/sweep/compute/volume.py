@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A volume's look as a compute node: its transfer function, its view and the steps of the march are swept."""
+"""A volume's rendering as a compute node: its transfer function, its view and the steps of the march are swept."""
 
 from __future__ import annotations
 

@@ -16,9 +16,8 @@ def register(mi: Any, dr: Any) -> None:
     class Bent(Closure):
         """``closure`` about ``normal``, world directions that face the viewer.
 
-        ``softens``: whether light fades out toward the smooth surface's horizon, as Cycles does for what scatters
-        diffusely (Estevez, Lecocq and Stein 2019, "A microfacet-based shadowing function to solve the bump terminator
-        problem").
+        ``softens``: True if light fades toward the horizon of the smooth surface, as in Cycles for diffuse scattering
+        (Estevez, Lecocq and Stein 2019, "A microfacet-based shadowing function to solve the bump terminator problem").
         """
 
         def __init__(self, inputs: Any) -> None:
@@ -28,7 +27,7 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = self.child.flags()
 
         def about(self, si: Any, active: Any) -> Any:
-            """The hit with the frame of the bent normal."""
+            """The hit in the frame of the bent normal."""
             toward = toward_viewer(mi, dr, si)
             normal = mi.Vector3f(mi.Color3f(self.normal.eval_3(si, active)))
             smooth = dr.mulsign(mi.Vector3f(si.sh_frame.n), dr.dot(si.sh_frame.n, toward))
@@ -41,7 +40,8 @@ def register(mi: Any, dr: Any) -> None:
             along = dr.select(dr.squared_norm(along) > 1e-20, dr.normalize(along), other)
             bent.sh_frame.n, bent.sh_frame.s = mi.Normal3f(frame), along
             bent.sh_frame.t = dr.cross(frame, along)
-            # seen from behind the bent normal the side stays that of the surface; lobes that mirror turn it further
+            # seen from behind the bent normal, the side stays that of the surface; reflecting lobes correct the normal
+            # further
             local = bent.to_local(toward)
             bent.wi = mi.Vector3f(local.x, local.y, dr.mulsign(dr.abs(local.z), si.wi.z))
             return bent
@@ -79,7 +79,7 @@ def register(mi: Any, dr: Any) -> None:
             return self.child.eval_null_transmission(si, active)
 
     class Simple(Closure):
-        """One lobe of light per direction, ``color`` times something; knows how to ``draw`` and to ``measure``."""
+        """One lobe of light per direction, ``color`` times a factor; subclasses implement ``draw`` and ``measure``."""
 
         kind = mi.BSDFFlags.DiffuseReflection
         draw: Any
@@ -118,7 +118,7 @@ def register(mi: Any, dr: Any) -> None:
             return density, density
 
     class Toon(Simple):
-        """Cycles' toon lobes: of even brightness within ``size`` · 90°, fading over ``smooth`` · 90°."""
+        """Cycles' toon lobes: constant within ``size`` · 90°, fading over ``smooth`` · 90°."""
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``holdout``: a closure that shows nothing and, where the camera sees it, cuts a hole into the picture.
+"""``holdout``: a closure without light; where the camera sees it, the picture is transparent.
 
-Its share of a surface is asked for like what the surface lets through, by a hit whose mark says so.
+Its share of a surface is queried like transmission, by a hit with a mark of its own.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from typing import Any
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 
 QUESTION = -1.0
-"""The mark (``ray_marks``) of a hit that asks for the hole."""
+"""The mark (``ray_marks``) of a hit that queries the share of holdouts."""
 
 
 def register(mi: Any, dr: Any) -> None:
     """Define and register the closure for the active variant."""
 
     class Holdout(Closure):
-        """Neither scatters nor lets through."""
+        """Neither scatters nor transmits."""
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What closures have in common: called as Mitsuba's BSDFs are, but no objects of Mitsuba's.
+"""Base of closures: they have the interface of Mitsuba's BSDFs, but are no objects of Mitsuba.
 
-Dr.Jit traces every registered BSDF wherever any is called. Closures are parts of the one BSDF that a scene has.
+Dr.Jit traces every registered BSDF at every call of one. Closures are therefore parts of the single BSDF of a scene.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ classes: dict[tuple[str, str], Any] = {}
 
 
 def register_closure(mi: Any, name: str, kind: Any) -> None:
-    """Enter a class of closures for the active variant."""
+    """Register a class of closures for the active variant."""
     classes[mi.variant(), name] = kind
 
 
 class Closure:
-    """Base of closures. ``inputs``: what the class reads, by name: slots, closures, fixed choices.
+    """Base of closures. ``inputs``: slots, closures and fixed choices of the class, by name.
 
-    ``m_flags``: Mitsuba's flags of what it does with light.
+    ``m_flags``: Mitsuba's flags of its scattering.
     """
 
     m_flags = 0
@@ -29,21 +29,21 @@ class Closure:
         del inputs
 
     def flags(self) -> int:
-        """Mitsuba's flags of what it does with light."""
+        """Mitsuba's flags of its scattering."""
         return int(self.m_flags)
 
     def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
-        """A direction drawn, and what comes back from it over its density."""
+        """A drawn direction, and the value over its density."""
         raise NotImplementedError
 
     def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-        """Value · cosine and density of a direction; zeros for closures of sharp directions."""
+        """Value · cosine and density of a direction; zeros for closures of discrete directions."""
         import mitsuba as mi
 
         return mi.Spectrum(0.0), mi.Float(0.0)
 
     def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-        """Share of light that passes straight."""
+        """Share of light that passes straight through."""
         import mitsuba as mi
 
         return mi.Spectrum(0.0)

@@ -23,7 +23,7 @@ def oren_nayar(mi: Any, dr: Any, color: Any, roughness: Any, wi: Any, wo: Any) -
     lost_o = 1.0 - scale * (1.0 + roughness / dr.pi * _albedo_shape(dr, cosine_o))
     mean = scale * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * dr.pi)) * roughness)
     lost = dr.maximum(1.0 - mean, 1e-7)
-    # Cycles tints this part by the color once more than Eq. 17; so do we
+    # Cycles tints this part by the color once more than Eq. 17, and so does this code
     often = color * color * color * mean / (1.0 - color * lost) * (lost_i * lost_o / lost)
     return (once + often) * cosine_o / dr.pi
 
@@ -33,7 +33,7 @@ def _albedo_shape(dr: Any, cosine: Any) -> Any:
     sine = dr.safe_sqrt(1.0 - cosine * cosine)
     angle = dr.safe_acos(cosine)
     steep = 2.0 / 3.0 * (sine / dr.maximum(cosine, 1e-6)) * (1.0 - sine * sine * sine)
-    # towards grazing the tangent cancels; its limit there is cosine itself
+    # toward grazing angles the tangent cancels; its limit is the cosine
     steep = dr.select(cosine < 1e-3, cosine, steep)
     return sine * (angle - sine * cosine) + steep - 2.0 / 3.0 * sine
 
@@ -42,7 +42,7 @@ def register(mi: Any, dr: Any) -> None:
     """Define and register the closures for the active variant."""
 
     class Lambert(Closure):
-        """Reflects ``color`` evenly, both sides alike."""
+        """Reflects ``color`` evenly, the same on both sides."""
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)

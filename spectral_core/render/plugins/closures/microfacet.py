@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""GGX microfacets over Dr.Jit arrays: what the rough BSDFs here share."""
+"""GGX microfacets over Dr.Jit arrays, shared by the rough closures."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 SMALLEST_ALPHA = 1e-3
-"""Below this a rough surface is drawn as this rough: narrower lobes exceed single precision."""
+"""Least alpha of a lobe: narrower lobes exceed single precision."""
 
 
 @dataclass
 class Microfacets:
     """Facets of Blender's ``roughness`` at some points; ``mi`` and ``dr`` are the modules of the active variant.
 
-    ``stretch``: alpha along the tangent over alpha across it, as two factors; None where both are alike.
+    ``stretch``: alpha along the tangent over alpha across it, as two factors; None if both are alike.
     """
 
     mi: Any
@@ -41,7 +41,7 @@ class Microfacets:
         return dr.select(a > 1.6, 0.0, ((0.396 * a - 1.259) * a + 1.0) / ((2.181 * a + 3.535) * a))
 
     def masking(self, wi: Any, wo: Any) -> Any:
-        """G2 / G1(wi): what a direction drawn from visible normals weighs."""
+        """G2 / G1(wi): weight of a direction drawn from visible normals."""
         lambda_i, lambda_o = self.smith_lambda(wi), self.smith_lambda(wo)
         return (1.0 + lambda_i) / (1.0 + lambda_i + lambda_o)
 
@@ -69,7 +69,11 @@ def kept_energy(single_table: Any, mean_table: Any, roughness: Any, cosine: Any,
     scattering compensation for microfacet models"; Kulla and Conty 2017 for Fms). The tables: E, and its mean over the
     hemisphere at every cosine.
     """
-    single, mean = single_table(roughness, cosine), mean_table(roughness, 0.5 + 0.0 * cosine)
+    return kept_of(single_table(roughness, cosine), mean_table(roughness, 0.5 + 0.0 * cosine), average_fresnel)
+
+
+def kept_of(single: Any, mean: Any, average_fresnel: Any) -> Any:
+    """``kept_energy`` where E and its mean are known."""
     many = average_fresnel * mean / (1.0 - average_fresnel * (1.0 - mean))
     return 1.0 + many * (1.0 - single) / single
 

@@ -12,7 +12,7 @@ def register(mi: Any, dr: Any) -> None:
     """Define and register the closures for the active variant."""
 
     class Mirror(Closure):
-        """Reflects ``color`` of what comes from the mirrored direction, on both sides."""
+        """Reflects ``color`` times the light of the mirrored direction, on both sides."""
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
@@ -28,7 +28,7 @@ def register(mi: Any, dr: Any) -> None:
             return bs, dr.select(valid, self.color.eval(si, active), 0.0)
 
     class Clear(Closure):
-        """Lets all light through unbent."""
+        """Transmits all light without refraction."""
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
@@ -47,7 +47,7 @@ def register(mi: Any, dr: Any) -> None:
             return self.share(si, active)
 
     class TintedClear(Clear):
-        """Lets light through unbent, times ``color``."""
+        """Transmits light without refraction, times ``color``."""
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)

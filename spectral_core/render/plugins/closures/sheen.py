@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``blender_sheen``: fabric fibers and dust; ``sheen_clear``: how much a layer of it leaves for what lies below.
+"""``blender_sheen``: fabric fibers and dust; ``sheen_clear``: share of light that a layer of it transmits to the layers
+below.
 
 Microfiber sheen is a linearly transformed cosine (Zeltner, Burley and Chiang 2022, "Practical multiple-scattering sheen
 using linearly transformed cosines"). Its table (roughness, cosine, 3) holds the share of light R and the lobe's a and b
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.plugins.closures.albedo import SIZE
+from spectral_core.render.plugins.closures.albedo import SIZE, nodes
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 
 TABLE = Path(__file__).with_name("sheen.npy")
@@ -29,14 +30,14 @@ def table() -> NDArray[np.float32]:
 
 @cache
 def sheen_tables() -> dict[str, NDArray[np.float64]]:
-    """The share, a and b over roughness and the root of the cosine, as all tables of closures are."""
+    """The share, a and b at the nodes that all tables of closures have."""
     rows = table().astype(np.float64)
     last = len(rows) - 1
-    known, wanted = np.arange(last + 1) / last, np.arange(SIZE) / (SIZE - 1)
-    rough = np.stack([np.interp(wanted, known, column) for column in rows.reshape(last + 1, -1).T], axis=1)
+    known, (roughness, cosine) = np.arange(last + 1) / last, nodes()
+    rough = np.stack([np.interp(roughness, known, column) for column in rows.reshape(last + 1, -1).T], axis=1)
     rough = rough.reshape(SIZE, last + 1, 3)
     names = ("share", "a", "b")
-    return {name: np.stack([np.interp(wanted**2, known, row) for row in rough[..., k]]) for k, name in enumerate(names)}
+    return {name: np.stack([np.interp(cosine, known, row) for row in rough[..., k]]) for k, name in enumerate(names)}
 
 
 class SharedLight:
@@ -72,11 +73,11 @@ def register(mi: Any, dr: Any) -> None:
             return share, dr.maximum(a, 1e-3), b
 
         def upward(self, si: Any, way: Any) -> Any:
-            """A direction with the viewer above the surface."""
+            """A direction in the frame with the viewer above the surface."""
             return mi.Vector3f(way.x, way.y, dr.mulsign(way.z, si.wi.z))
 
         def axes(self, wi: Any) -> tuple[Any, Any]:
-            """Cosine and sine of the turn from the first axis to the viewer's side."""
+            """Cosine and sine of the rotation from the first axis to the viewer's side."""
             size = dr.norm(mi.Vector2f(wi.x, wi.y))
             across = size > 1e-6
             scale = dr.rcp(dr.maximum(size, 1e-6))
@@ -132,7 +133,9 @@ def register(mi: Any, dr: Any) -> None:
             return dr.select(active, self.color.eval(si, active) * value, 0.0), density
 
     class SheenClear(mi.Texture):
-        """What a layer of Microfiber sheen of ``weight``, ``roughness`` and ``color`` leaves, at the angle of view."""
+        """Share that a layer of Microfiber sheen of ``weight``, ``roughness`` and ``color`` transmits, at the view
+        angle.
+        """
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """``subsurface``: light enters here and leaves elsewhere; the path integrator walks in between.
 
-A sample of this kind is no direction. Its ``wo`` holds the radii of red, green and blue, its ``eta`` the anisotropy,
-its ``pdf`` the factor of what lies above, and its weight the color that is to be seen.
+A sample of this type is no direction. Its ``wo`` holds the radii of red, green and blue, its ``eta`` the anisotropy,
+its ``pdf`` the factor of the layers above, and its weight the visible color.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shading normal that a mirroring lobe may use: where the viewer's mirror image would lie below the surface."""
+"""A valid shading normal for reflecting lobes if the viewer's mirror image would lie below the surface."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ LEAST_COSINE = 0.01
 def toward_viewer(mi: Any, dr: Any, si: Any) -> Any:
     """World direction to the viewer.
 
-    The path integrator leaves it in ``dn_du``, which nothing else reads: where interpolated normals lean away from
-    the viewer, ``si.wi`` is mirrored to the side that is seen and no longer tells it.
+    The path integrator stores it in ``dn_du``, which nothing else reads: if interpolated normals lean away from the
+    viewer, ``si.wi`` is mirrored to the visible side and no longer contains it.
     """
     known = mi.Vector3f(si.dn_du)
     return dr.select(dr.squared_norm(known) > 0.5, known, si.to_world(si.wi))
 
 
 def with_valid_normal(mi: Any, dr: Any, si: Any) -> Any:
-    """The hit about a normal that mirrors the viewer to the outer side, turned no further than that takes.
+    """The hit with the nearest normal that mirrors the viewer to the outer side.
 
     Cycles' ``ensure_valid_specular_reflection``: in the plane of the geometric and the shading normal, the normal N'
     nearest to the shading normal with 2 (N'·I)(N'·Ng) - I·Ng = t, a quadratic equation in the square of N'·Ng.
@@ -31,7 +31,7 @@ def with_valid_normal(mi: Any, dr: Any, si: Any) -> Any:
     side = dr.mulsign(mi.Float(1.0), dr.dot(frame_normal, outer))
     normal = frame_normal * side
     height = dr.dot(toward, outer)
-    # a mirrored direction may always be as shallow as the one that comes in
+    # a mirrored direction may always be as shallow as the incident one
     least = dr.minimum(0.9 * height, LEAST_COSINE)
     mirrored = 2.0 * dr.dot(normal, toward) * normal - toward
     invalid = (dr.dot(outer, mirrored) < least) & (height > 0.0)
@@ -43,7 +43,7 @@ def with_valid_normal(mi: Any, dr: Any, si: Any) -> Any:
     a = along * along + height * height
     b, c = 2.0 * (a + height * least), dr.square(least + height)
     root = dr.safe_sqrt(b * b - 4.0 * a * c)
-    # of the two positive solutions the one whose sign the squaring has not turned
+    # of the two positive solutions, the one whose sign did not change by squaring
     squared = dr.clip(0.25 * dr.select(along < 0.0, b + root, b - root) / dr.maximum(a, 1e-20), 0.0, 1.0)
     turned = dr.safe_sqrt(1.0 - squared) * across + dr.safe_sqrt(squared) * outer
     valid = mi.SurfaceInteraction3f(si)
@@ -58,6 +58,6 @@ def with_valid_normal(mi: Any, dr: Any, si: Any) -> Any:
 
 
 def keeps_side(mi: Any, dr: Any, si: Any, wo: Any) -> Any:
-    """Whether a local direction leaves the geometry on the side that it leaves the shading on, seen from the viewer."""
+    """True if a local direction leaves on the same side of the geometry as of the shading, seen from the viewer."""
     outside = dr.dot(si.n, toward_viewer(mi, dr, si)) * dr.dot(si.n, si.to_world(wo)) > 0.0
     return outside == (si.wi.z * wo.z > 0.0)

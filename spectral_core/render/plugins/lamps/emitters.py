@@ -15,7 +15,7 @@ def register(mi: Any, dr: Any) -> None:
     number = partial(opaque_number, mi, dr)
 
     class BlenderPoint(mi.Emitter):
-        """A point: ``intensity``, ``center``; its ``shaping`` is set after it is made."""
+        """A point: ``intensity``, ``center``; ``shaping`` is set after construction."""
 
         NOT_IN_KERNELS = ("place",)
         """Attributes that kernels do not read, so that a live view may change them."""
@@ -60,10 +60,10 @@ def register(mi: Any, dr: Any) -> None:
             return "BlenderPoint"
 
     class BlenderBall(mi.Emitter):
-        """A glowing ball: ``radiance``, optionally with Blender's soft falloff; its ``shaping`` is set later.
+        """An emissive ball: ``radiance``, optionally with Blender's soft falloff; ``shaping`` is set later.
 
-        Soft falloff (``softening``: the radius, else 0): Cycles then lights as a disk of the ball's radius that faces
-        the receiver at its center, which is less than the ball does by d² / (d² + r²).
+        Soft falloff (``softening``: the radius, else 0): Cycles then illuminates as a disk of the ball's radius that
+        faces the receiver at its center, which is less than the ball by d² / (d² + r²).
         """
 
         def __init__(self, properties: Any) -> None:
@@ -75,7 +75,7 @@ def register(mi: Any, dr: Any) -> None:
             self.softening = number(properties["softening"])
 
         def strength(self, receiver: Any, direction: Any, distance: Any) -> Any:
-            """What a receiver gets of the radiance along ``direction``, towards the ball."""
+            """Radiance at a receiver along ``direction``, toward the ball."""
             squared = dr.squared_norm(mi.Point3f(*self.center) - receiver)
             softened = squared / (squared + self.softening * self.softening)
             return softened * self.shaping(-direction, distance)
@@ -149,7 +149,7 @@ def register(mi: Any, dr: Any) -> None:
             cosine = -dr.dot(ds.d, ds.n)
             usable = active & (ds.pdf > 0.0) & (self.profile(cosine) > 0.0)
             si = mi.SurfaceInteraction3f(ds, it.wavelengths)
-            si.wi, si.t = si.to_local(-ds.d), ds.dist  # what the paint may ask for
+            si.wi, si.t = si.to_local(-ds.d), ds.dist  # data that the paint may read
             ds.emitter = mi.EmitterPtr(self)
             amount = self.profile(cosine) * self.shaping(-ds.d, ds.dist)
             return ds, dr.select(usable, self.radiance.eval(si, usable) * amount / ds.pdf, 0.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``tinted_environment``: an image around the scene whose colors tint another white than D65."""
+"""``tinted_environment``: an environment image whose colors tint a white other than D65."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def register(mi: Any, dr: Any) -> None:
     class TintedEnvironment(mi.Emitter):
         """``environment``: an ``envmap``, whose colors tint D65; ``white`` takes the place of ``daylight``, that D65.
 
-        Both whites are spectra with the same knots in every lane, so their quotient is exact at every wavelength.
+        Both whites are spectra with the same knots, so their quotient is exact at every wavelength.
         """
 
         def __init__(self, properties: Any) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Points drawn on glowing surfaces where Mitsuba's own way does not serve: narrow beams, and smooth-shaded meshes."""
+"""Points drawn on emissive surfaces, where Mitsuba's sampling is unsuitable: narrow beams, and smooth-shaded meshes."""
 
 from __future__ import annotations
 
@@ -84,10 +84,10 @@ class Triangles:
 
 
 class NarrowPanel:
-    """Points of a flat rectangle or ellipse that a receiver can get light of within a narrow spread.
+    """Points of a flat rectangle or ellipse whose light can reach a receiver within a narrow spread.
 
-    As Cycles does (light/area.h, area_light_spread_clamp_light): only the part of the panel within the distance times
-    the tangent of the spread is drawn from.
+    As in Cycles (light/area.h, area_light_spread_clamp_light), points are drawn only from the part of the panel within
+    the distance times the tangent of the spread.
     """
 
     def __init__(self, center: NDArray[np.float64], half_axes: NDArray[np.float64], tangent: float, *, ellipse: bool):
@@ -99,7 +99,7 @@ class NarrowPanel:
         self.ellipse = ellipse
 
     def _part(self, it: Any) -> Any:
-        """Lower and upper corner of the part of the panel that reaches a receiver."""
+        """Lower and upper corner of the part of the panel whose light reaches a receiver."""
         import drjit as dr
         import mitsuba as mi
 

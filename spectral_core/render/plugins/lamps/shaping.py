@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What shapes a lamp's light beyond its extent: cones, measured luminaires, falloff with distance."""
+"""Distribution of a lamp's light: cones, measured luminaires, falloff with distance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _number(value: float) -> Any:
 
 
 class _Axes:
-    """Takes a direction in world space to the light's own, scaled axes, the third along its beam."""
+    """Transforms a direction in world space to the light's scaled axes, the third along its beam."""
 
     def __init__(self, own_from_world: NDArray[np.float64]) -> None:
         self.rows = [[_number(float(value)) for value in row] for row in own_from_world]
@@ -34,7 +34,7 @@ class _Axes:
 
 
 class Cone:
-    """Where a spot shines: Cycles' spot_light_attenuation, a smooth step in the cosine from the edge inwards."""
+    """The cone of a spot: Cycles' spot_light_attenuation, a smooth step in the cosine from the edge inward."""
 
     def __init__(self, own_from_world: NDArray[np.float64], cosine: float, blend: float) -> None:
         self.axes, self.cosine = _Axes(own_from_world), _number(cosine)
@@ -84,7 +84,7 @@ class Luminaire:
 
 
 def every_degree(measured: Photometry) -> NDArray[np.float64]:
-    """The table at every degree: (1 or 361, 181); what is measured on a half or a quarter is mirrored all around."""
+    """The table at every degree: (1 or 361, 181); a table of a half or a quarter is mirrored all around."""
     vertical = np.radians(np.arange(181.0))
     rows = np.stack([
         np.interp(vertical, measured.vertical_rad, row, left=0.0, right=0.0) for row in measured.strength

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Textures whose values a shading program computes where light meets the surface."""
+"""Textures whose values a shading program computes at the hit point."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def computed_classes(variant: str) -> tuple[Any, Any]:
             return type(self).__name__
 
     class Computed(Base):
-        """Value of a program: a reflectance, held within [0, 1], or an emitted color of either sign, as in Cycles.
+        """Value of a program: a reflectance, clipped to [0, 1], or an emitted color of either sign, as in Cycles.
 
         ``light``: a texture of the white that emitted colors tint; None for reflectances.
         """
@@ -56,7 +56,7 @@ def computed_classes(variant: str) -> tuple[Any, Any]:
             size = mi.Float(1e-20)
             for c in rgb:
                 size = dr.maximum(size, dr.abs(c))
-            # each sign has a spectrum of its own: reflectances that are upsampled have none below 0
+            # each sign has its own spectrum: upsampled reflectances are never negative
             share = tuple(c / size for c in rgb)
             lit = self.upsampling(share, si.wavelengths) - self.upsampling(tuple(-c for c in share), si.wavelengths)
             return lit * self.light.eval(si, active) * size
@@ -69,7 +69,7 @@ def computed_classes(variant: str) -> tuple[Any, Any]:
             return mi.Color3f(*self.values(si, active))
 
     class Constant(Base):
-        """One number, which kernels read instead of knowing."""
+        """One number, which kernels read from memory."""
 
         def __init__(self, value: float) -> None:
             super().__init__()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shading programs of any shapes as data: one loop in the kernel runs them all, instruction by instruction.
+"""Shading programs of any structure as data: one loop in the kernel runs them all, instruction by instruction.
 
-Its code grows with the operations that a scene uses, not with the programs. Where there are few programs their own
-code is faster.
+The code grows with the number of different operations in a scene, not with the number of programs. A few programs are
+faster as code of their own.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.scene.shading import OPERATIONS, Instruction, Program
 
 REGISTERS = 10
-"""Results that a program may have in use at one time."""
+"""Most results that a program may use at one time."""
 CONSTANT, WIDE = 1 << 31, 1 << 30
-"""Bits of an operand: it is a place among the program's numbers; three numbers are there."""
+"""Bits of an operand: it is an index into the program's numbers; it has three components."""
 
 
 class Interpreter:
-    """Programs by number. ``enter`` adds one; ``run`` computes it."""
+    """Programs by number. ``enter`` adds a program; ``run`` computes it."""
 
     def __init__(self, tables: SceneTables) -> None:
         self.tables = tables
         self.program_values: list[int] = []
-        """Per program its first row of code, the one after its last, and the register of its result."""
+        """Per program its first row of code, the row after its last, and the register of its result."""
         self.code: Any = None
         self.programs: Any = None
         self._targets: list[Instruction] = []
@@ -34,7 +34,7 @@ class Interpreter:
         self._widths: list[int] = []
 
     def enter(self, program: Program) -> int | None:
-        """Number of a program; None where its results need too many registers."""
+        """Number of a program; None if its results need too many registers."""
         rows = self._allocated(program)
         if rows is None:
             return None
@@ -45,12 +45,12 @@ class Interpreter:
 
     @property
     def code_values(self) -> list[int]:
-        """All rows, one after another, each as long as the longest."""
+        """All rows, one after another, padded to the longest."""
         size = 2 + len(self._widths)
         return [value for row in self._rows for value in row + [0] * (size - len(row))]
 
     def _allocated(self, program: Program) -> list[list[int]] | None:
-        """A row per instruction that is no constant: operation, register of the result, operands."""
+        """One row per instruction that is no constant: operation, register of the result, operands."""
         last_use = {operand: k for k, item in enumerate(program.instructions) for operand in item.inputs}
         if program.instructions[-1].values:
             return None
@@ -82,7 +82,9 @@ class Interpreter:
         return self._places[key]
 
     def run(self, numbers: Any, which: tuple[Any, Any], si: Any, active: Any) -> Any:
-        """Three numbers that a program gives at a hit; ``which``: its number, the place of its own in ``numbers``."""
+        """Three numbers, the result of a program at a hit; ``which``: its number, and the index of its first entry in
+        ``numbers``.
+        """
         mi, dr = self.tables.mi, self.tables.dr
         program, start = which
         row, end, out = (dr.gather(mi.UInt32, self.programs, program * 3 + k, active) for k in range(3))
@@ -125,7 +127,7 @@ class Interpreter:
         return mi.Color3f(*parts)
 
     def _call(self, item: Instruction) -> Any:
-        """One operation on operands; a single number comes back three times."""
+        """One operation on operands; a single number is returned three times."""
         tables, of = self.tables, OPERATIONS[item.operation]
 
         def call(operands: list[Any], si: Any, active: Any) -> tuple[Any, Any, Any]:

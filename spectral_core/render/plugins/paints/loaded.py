@@ -12,7 +12,7 @@ from spectral_core.scene.shading import OPERATIONS, Instruction, Program, step
 SHARED = frozenset(
     name for name in OPERATIONS if name.startswith(("noise", "voronoi", "wave", "brick", "magic", "white_noise"))
 )
-"""Operations of so much code that a kernel has it once and calls it."""
+"""Operations with so much code that a kernel contains it once and calls it."""
 
 
 def shared(backend: DrJit, instruction: Instruction, results: list[Any]) -> Any:
@@ -29,13 +29,13 @@ def shared(backend: DrJit, instruction: Instruction, results: list[Any]) -> Any:
     def nothing(given: list[Any], active: Any) -> Any:
         return (mi.Float(0.0),) * 3 if of.result == 3 else mi.Float(0.0)
 
-    # of two targets, as a single one would be written out where it is called; with a name, as Dr.Jit stops at the third
-    # call of one name within each other
+    # with two targets, because the code of a single one would be inlined; with a name, because Dr.Jit fails at the
+    # third nested call of one name
     return dr.switch(tables.first_target, [run, nothing], given, mi.Bool(backend.active), label="operation")
 
 
 class TracedProgram:
-    """A program's code; its numbers are elsewhere, and those of every program of its shape serve."""
+    """A program's code; the numbers are separate, and those of every program of equal structure can be used."""
 
     def __init__(self, tables: SceneTables, program: Program) -> None:
         self.tables, self.program = tables, program
@@ -46,14 +46,14 @@ class TracedProgram:
             count += len(instruction.values)
 
     def take_contents(self, program: Program) -> None:
-        """Read the images and tables of ``program`` from now on, which has the same shape."""
+        """Read the images and tables of ``program`` from now on, which has the same structure."""
         for mine, given in zip(self.program.instructions, program.instructions, strict=True):
             if mine.data is not None and mine.data is not given.data:
                 self.tables.replace(mine.data, given.data)
         self.program = program
 
     def value(self, numbers: Any, start: Any, si: Any, active: Any) -> Any:
-        """Value at a hit point: one number or three; ``start``: where its own begin in ``numbers``."""
+        """Value at a hit point: one number or three; ``start``: index of its first entry in ``numbers``."""
         mi, dr = self.tables.mi, self.tables.dr
         backend = DrJit(self.tables, si, mi.Bool(active))
         results: list[Any] = []
@@ -75,15 +75,15 @@ class LoadedProgram(TracedProgram):
 
     def __init__(self, tables: SceneTables, program: Program) -> None:
         super().__init__(tables, program)
-        # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
+        # a list, not an array: Dr.Jit would map NumPy's memory, which is another type for a recorded kernel launch
         self.numbers = tables.mi.Float(numbers_of(program) or [0.0])
 
     def can_take(self, other: LoadedProgram) -> bool:
-        """Whether one kernel runs both."""
+        """True if one kernel runs both."""
         return self.tables is other.tables and self.program.shape == other.program.shape
 
     def take(self, other: LoadedProgram) -> None:
-        """Compute ``other`` from now on, a program of the same shape; kernels stay as they are."""
+        """Compute ``other`` from now on, a program of the same structure; kernels stay valid."""
         self.take_contents(other.program)
         self.numbers = other.numbers
 

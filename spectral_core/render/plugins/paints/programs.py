@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What operations of shading programs may use on Dr.Jit arrays, and what they read from a hit point."""
+"""Operations on Dr.Jit arrays for shading programs, and the data of a hit point that they read."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.plugins.paints.ray_marks import read_mark
+from spectral_core.render.plugins.paints.probes import Probes
+from spectral_core.render.plugins.paints.ray_marks import SINGULAR, read_mark
 from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
+from spectral_core.scene.rays import Rays
 
 BUMP_STEP = 3e-4
 """Step of Bump's height samples over the distance to the eye: about half a pixel of a full HD picture."""
 
 
 class DrJit:
-    """What operations may use, on Dr.Jit arrays, at one hit point."""
+    """Operations of shading programs on Dr.Jit arrays, at one hit point."""
 
     def __init__(self, tables: SceneTables, si: Any, active: Any) -> None:
         self.tables, self.si, self.active = tables, si, active
@@ -32,11 +34,11 @@ class DrJit:
         return self.mi.Float(value)
 
     def minimum(self, a: Any, b: Any) -> Any:
-        """The smaller."""
+        """The smaller number."""
         return self.dr.minimum(a, b)
 
     def maximum(self, a: Any, b: Any) -> Any:
-        """The larger."""
+        """The larger number."""
         return self.dr.maximum(a, b)
 
     def where(self, condition: Any, yes: Any, no: Any) -> Any:
@@ -48,15 +50,15 @@ class DrJit:
         return self.dr.select(condition, yes, no)
 
     def sqrt(self, value: Any) -> Any:
-        """Root, of negative numbers 0."""
+        """Square root, 0 for negative numbers."""
         return self.dr.safe_sqrt(value)
 
     def asin(self, value: Any) -> Any:
-        """Arc sine of a number held within [-1, 1]."""
+        """Arc sine of a number clipped to [-1, 1]."""
         return self.dr.safe_asin(value)
 
     def acos(self, value: Any) -> Any:
-        """Arc cosine of a number held within [-1, 1]."""
+        """Arc cosine of a number clipped to [-1, 1]."""
         return self.dr.safe_acos(value)
 
     def power(self, base: Any, exponent: Any) -> Any:
@@ -103,10 +105,41 @@ class DrJit:
         """Width and height of an image."""
         return self.tables.image(image)[1:3]
 
+    def open_share(self, normal: Any, distance: Any, samples: int, inside: bool, own: bool) -> Any:
+        """Ambient Occlusion: share of rays from the hit that meet nothing within a distance.
+
+        Before the scene is loaded, while the power of emissive surfaces is estimated, every point counts as open.
+        """
+        if not self.tables.is_live:
+            return self.mi.Float(1.0)
+        found = Probes(self.tables, self.si, self.active)
+        return found.open_share(normal, distance, samples, inside=inside, own=own)
+
+    def rounded(self, normal: Any, radius: Any, samples: int) -> Any:
+        """Bevel: mean normal around the hit; as in Cycles, of what eyes and mirrors see alone."""
+        if not self.tables.is_live:
+            return normal
+        sharp = (self.mi.UInt32(self.si.dn_dv.x) & (int(Rays.CAMERA) | SINGULAR)) != 0
+        found = Probes(self.tables, self.si, self.active)
+        return self._tuple(found.rounded(normal, radius, samples, wanted=sharp))
+
+    def edge_distance(self, in_pixels: bool) -> Any:
+        """Distance in the world to the nearest edge of the triangle that was hit, or in pixels of ``BUMP_STEP``."""
+        mi, dr, si = self.mi, self.dr, self.si
+        if not self.tables.is_live:
+            return mi.Float(dr.inf)
+        corners, is_triangle = self.tables.meshes.corners(si, self.active)
+        nearest = mi.Float(dr.inf)
+        for k in range(3):
+            along = dr.normalize(corners[k] - corners[k - 1])
+            nearest = dr.minimum(nearest, dr.norm(dr.cross(along, si.p - corners[k])))
+        pixel = 2.0 * dr.norm(self._step(1)) if in_pixels else 1.0
+        return dr.select(is_triangle, nearest / pixel, dr.inf)
+
     # the hit point
 
     def input(self, name: str, shift: int) -> Any:
-        """Something of the hit point, or of a small step along the surface from it."""
+        """A quantity of the hit point, or of a point at a small step along the surface."""
         if (name, shift) not in self._read:
             self._read[name, shift] = self._input(name, shift)
         return self._read[name, shift]
@@ -158,7 +191,7 @@ class DrJit:
         mi = self.mi
         moved = mi.SurfaceInteraction3f(self.si)
         place = self._position(shift)
-        if self.tables.has_instances:  # Mitsuba finds the place in the triangle from the point in the mesh's own space
+        if self.tables.has_instances:  # Mitsuba's position in the triangle is from the mesh's space
             is_instance = self._number_of(self.si.instance) != 0
             place = self.dr.select(
                 is_instance, mi.Point3f(*self.transform(self._tuple(place), "POINT", "OBJECT", False)), place
@@ -168,7 +201,7 @@ class DrJit:
         return found.x, found.y, found.z
 
     def _sided(self, normal: Any) -> Any:
-        """A normal turned to the side of the viewer."""
+        """A normal on the viewer's side."""
         toward = self.si.to_world(self.si.wi)
         return self._tuple(self.dr.select(self.dr.dot(self.si.n, toward) < 0.0, -normal, normal))
 
@@ -183,6 +216,19 @@ class DrJit:
 
     def _backfacing(self) -> Any:
         return self.dr.select(self.dr.dot(self.si.n, self.si.to_world(self.si.wi)) < 0.0, self.mi.Float(1.0), 0.0)
+
+    def _parametric(self) -> Any:
+        """Shares of the triangle's first and second corner, as the Geometry node shows them."""
+        mi, dr, si = self.mi, self.dr, self.si
+        if not self.tables.is_live:
+            return si.uv.x, si.uv.y, mi.Float(0.0)
+        corners, is_triangle = self.tables.meshes.corners(si, self.active)
+        whole = dr.cross(corners[1] - corners[0], corners[2] - corners[0])
+        size = dr.maximum(dr.squared_norm(whole), 1e-30)
+        second = dr.dot(dr.cross(si.p - corners[0], corners[2] - corners[0]), whole) / size
+        third = dr.dot(dr.cross(corners[1] - corners[0], si.p - corners[0]), whole) / size
+        first = 1.0 - second - third
+        return dr.select(is_triangle, first, 0.0), dr.select(is_triangle, second, 0.0), mi.Float(0.0)
 
     def _tangent(self) -> Any:
         mi, dr, si = self.mi, self.dr, self.si
@@ -225,7 +271,7 @@ class DrJit:
     def transform(self, vector: Any, kind: str, space: str, inverse: bool) -> Any:
         """From the world to ``OBJECT`` or ``CAMERA`` space, or back."""
         rows = self._camera_rows(inverse) if space == "CAMERA" else self._object_rows(inverse)
-        if kind == "NORMAL":  # by the transposed map the other way
+        if kind == "NORMAL":  # in the other direction by the transposed matrix
             other = self._camera_rows(not inverse) if space == "CAMERA" else self._object_rows(not inverse)
             return tuple(sum(other[j][i] * vector[j] for j in range(3)) for i in range(3))
         moved = tuple(sum(rows[i][j] * vector[j] for j in range(3)) for i in range(3))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What kind of ray a hit was met by, written where the hit has room: shading programs ask for it (Light Path).
+"""Marks on a hit with the type of its ray, which shading programs read (Light Path).
 
-The derivatives of normals are read by nothing here, so ``dn_dv`` holds three marks: the kind of ray; the counts of
-bounces, of diffuse and of glossy ones; surfaces passed straight and transmissions. A hit without marks is one of
-Mitsuba's own, or the sampling of a light: every question about its ray is answered with no.
+Nothing here reads the derivatives of normals, so ``dn_dv`` holds three marks: the type of ray; the counts of bounces,
+of diffuse and of glossy ones; surfaces passed straight and transmissions. A hit without marks comes from Mitsuba
+itself, or from sampling a light: every output for it is 0.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import Any
 from spectral_core.scene.rays import Rays
 
 SINGULAR = 64
-"""Bit beside the kinds of rays: the last bounce was a mirror's or a smooth glass's."""
+"""Bit beside the types of rays: the last bounce was at a mirror or smooth glass."""
 COUNT, PASSED = 255, 1023
-"""Largest counts that are told apart."""
+"""Largest counts that the marks represent."""
 
 
 def ray_marks(mi: Any, dr: Any, path: Any) -> Any:
@@ -31,7 +31,7 @@ def ray_marks(mi: Any, dr: Any, path: Any) -> Any:
 
 
 def shadow_marks(mi: Any, marks: Any) -> Any:
-    """Marks of a ray to a light from where a ray with ``marks`` has met something."""
+    """Marks of a ray to a light, from a hit of a ray with ``marks``."""
     return mi.Vector3f(mi.Float(int(Rays.SHADOW)), marks.y + 1.0, marks.z)
 
 
@@ -53,7 +53,7 @@ COUNTS = {
 
 
 def read_mark(mi: Any, dr: Any, si: Any, name: str) -> Any:
-    """What the Light Path node's output ``name`` says at a hit."""
+    """Value of the Light Path node's output ``name`` at a hit."""
     if name == "Ray Length":
         return dr.select(dr.isfinite(si.t), si.t, 0.0)
     if name in KINDS:

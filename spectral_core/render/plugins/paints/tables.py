@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What shading programs read beside the hit point: numbers, images, tables and matrices of objects, as buffers."""
+"""Data that shading programs read beside the hit point: numbers, images, tables and matrices of objects, as buffers."""
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 ROW = 32
-"""Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random."""
+"""Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random, its own."""
 
 
 def attribute_name(name: str) -> str:
-    """Mitsuba's name of what a program reads by ``name`` per vertex."""
+    """Mitsuba's name of the vertex attribute that a program calls ``name``."""
     return "vertex_" + name.encode().hex()
 
 
@@ -29,7 +30,7 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
 
 @dataclass
 class SceneTables:
-    """What programs read about placed objects and the camera; filled while a scene is loaded.
+    """Data on objects and the camera for programs; filled while a scene is loaded.
 
     ``rows``: by the number of a shape or instance in Mitsuba's registry, ``ROW`` numbers each.
     """
@@ -40,10 +41,16 @@ class SceneTables:
     window: tuple[float, ...] = (1.0, 1.0, 0.0, 0.0, 1.0)
     rows: dict[int, np.ndarray] = field(default_factory=dict)
     has_instances: bool = False
+    has_bodies: bool = False
+    """True if lamps have bodies in the scene, which the rays of programs must pass."""
     attributes: dict[str, int] = field(default_factory=dict)
     """Column of each named attribute; all are known before the first program is traced."""
     first_target: Any = None
-    """A 0 that kernels read instead of knowing: the index of the first of several targets."""
+    """A 0 that kernels read from memory: the index of the first of several targets."""
+    meshes: Any = None
+    """``MeshTables`` of the scene, for programs that send rays."""
+    _home: Any = None
+    _owners: dict[str, int] = field(default_factory=dict)
     _buffer: Any = None
     _camera: Any = None
     _images: dict[int, Any] = field(default_factory=dict)
@@ -53,20 +60,21 @@ class SceneTables:
         self.first_target = self.dr.opaque(self.mi.UInt32, 0)
 
     def place(self, shape: Any, instance: Any, *, is_instance: bool = False) -> None:
-        """Remember where a shape, or an instance of shapes, stands."""
+        """Store the matrix of a shape, or of an instance of shapes."""
         number = int(self.dr.reinterpret_array(self.mi.UInt32, self.mi.ShapePtr(shape))[0])
         matrix = np.asarray(instance.world_from_object, dtype=np.float64)
         inverse = np.linalg.pinv(matrix) if np.linalg.matrix_rank(matrix) < 4 else _inverse(matrix)
         parts = (inverse[:3].ravel(), matrix[:3].ravel(), instance.color, (instance.index, instance.random))
         row = np.zeros(ROW + 3 * len(instance.attributes))
         row[:30] = np.concatenate([np.ravel(part) for part in parts])
+        row[30] = self._owners.setdefault(instance.name, len(self._owners) + 1)
         for name, value in instance.attributes:
             column = self.attributes.setdefault(name, ROW + 3 * len(self.attributes))
             row.resize(max(row.size, column + 3), refcheck=False)
             row[column : column + 3] = value[:3]
         self.rows[number] = row
-        self._buffer = None  # some light may have asked for it while shapes were still being placed
-        self.has_instances |= is_instance  # only its number is kept: a shape that knew its own paints would never end
+        self._buffer = None  # a light may have read it before all shapes were placed
+        self.has_instances |= is_instance  # no reference: it would never be freed
 
     @property
     def row_size(self) -> int:
@@ -74,7 +82,7 @@ class SceneTables:
         return ROW + 3 * len(self.attributes)
 
     def buffer(self) -> Any:
-        """All rows on the device; what was never placed stands in the world as it is."""
+        """All rows on the device; objects without a matrix have the identity."""
         if self._buffer is None:
             plain = np.zeros(self.row_size)
             plain[:24] = np.tile(np.eye(4)[:3].ravel(), 2)
@@ -90,17 +98,39 @@ class SceneTables:
         at = number * self.row_size
         return [self.dr.gather(self.mi.Float, self.buffer(), at + k, active) for k in range(24)]
 
+    def owner(self, number: Any, active: Any) -> Any:
+        """Number of the object to which a shape or instance belongs, whatever its material."""
+        last = self.dr.opaque(self.mi.UInt32, max(self.rows, default=0))
+        known = self.dr.select(number <= last, number, 0)
+        return self.dr.gather(self.mi.Float, self.buffer(), known * self.row_size + 30, active)
+
+    def live_in(self, home: Any) -> None:
+        """Let programs that send rays find the scene, as ``home.scene``.
+
+        The reference is weak: Mitsuba's shapes know these tables, and a scene that they knew would never end.
+        """
+        self._home = weakref.ref(home)
+
+    @property
+    def is_live(self) -> bool:
+        """True if the scene is loaded."""
+        return self._home is not None
+
+    def scene(self) -> Any:
+        """Mitsuba's scene, once it is loaded."""
+        return self._home().scene
+
     def rebuild(self) -> None:
         """Write all rows again, after one was placed anew."""
         self._buffer = None
         self.buffer()
 
     def look_from(self, camera_from_world: np.ndarray, window: tuple[float, ...]) -> None:
-        """Place the camera: programs read its numbers from one array, so that a move needs no new kernel."""
+        """Set the camera: programs read its numbers from one array, so that a moved camera needs no new kernel."""
         self.camera_from_world, self.window = camera_from_world, window
         there = np.asarray(camera_from_world, dtype=np.float64)
         rows = [there[:3].ravel(), np.linalg.pinv(there)[:3].ravel(), np.array(window)]
-        # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
+        # a list, not an array: Dr.Jit would map NumPy's memory, which is another type for a recorded kernel launch
         self._camera = self.mi.Float([float(value) for value in np.concatenate(rows)])
 
     def camera_matrix(self, inverse: bool) -> list[list[Any]]:
@@ -116,11 +146,13 @@ class SceneTables:
         return self.dr.gather(self.mi.Float, self._camera, self.mi.UInt32(place))
 
     def number(self, value: float) -> Any:
-        """A number that kernels read instead of knowing."""
+        """A number that kernels read from memory."""
         return self.dr.opaque(self.mi.Float, float(value))
 
     def image(self, texture: Any) -> tuple[Any, Any, Any, bool]:
-        """Pixels of an image on the device (bytes four to a word), its width, its height, whether it holds bytes."""
+        """Pixels of an image on the device (four bytes to a word), its width, its height, and True if they are
+        bytes.
+        """
         pixels = texture.pixels
         if id(pixels) not in self._images:
             height, width, channels = pixels.shape
@@ -138,7 +170,7 @@ class SceneTables:
         return self._images[id(pixels)]
 
     def replace(self, old: Any, new: Any) -> None:
-        """Put the contents of an image or table where another of its shape was; what is equal is not copied again."""
+        """Replace the contents of an image or table by another of the same size; equal contents are not copied."""
         before, after = (getattr(item, "pixels", item) for item in (old, new))
         if id(before) not in self._images or before is after:
             return
@@ -149,7 +181,7 @@ class SceneTables:
             self._kept.append(after)
         else:
             (self.table if isinstance(new, np.ndarray) else self.image)(new)
-        # the same place in the order, by which recorded launches know their arrays
+        # the same index in the order by which recorded launches identify their arrays
         entries = [(key, value) for key, value in self._images.items() if key != id(after)]
         entries.insert(place, (id(after), self._images[id(after)]))
         self._images = dict(entries)

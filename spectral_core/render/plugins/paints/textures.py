@@ -12,7 +12,7 @@ def register(mi: Any, dr: Any) -> None:
     """Define and register the textures for the active variant."""
 
     class ComputedPaint(mi.Texture):
-        """A paint made of others; sampling by brightness is left to what it stands on."""
+        """A paint made of others; sampling by brightness is left to these."""
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
@@ -51,7 +51,7 @@ def register(mi: Any, dr: Any) -> None:
             return self.scale * dr.lerp(self.first.eval_3(si, active), self.second.eval_3(si, active), factor)
 
     class ProductPaint(ComputedPaint):
-        """``scale · color · amount``; ``amount`` is one number per place, or a spectrum too with ``colored``."""
+        """``scale · color · amount``; ``amount`` is a number, possibly varying, or with ``colored`` also a spectrum."""
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
@@ -69,7 +69,7 @@ def register(mi: Any, dr: Any) -> None:
             return self.scale * self.color.eval_3(si, active) * self.amount.eval_1(si, active)
 
     class SwitchedPaint(ComputedPaint):
-        """``color`` times ``amount``, which may be set between renders: a light group's switch."""
+        """``color`` times ``amount``, which may be changed between renders: a light group's switch."""
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Smooth spectra of colors at a hit point, from the table that Mitsuba itself reads for its colors."""
+"""Smooth spectra of colors at a hit point, from Mitsuba's own table."""
 
 from __future__ import annotations
 
@@ -53,6 +53,6 @@ class Upsampling:
             total += weight * mi.Vector3f(*(dr.gather(mi.Float, self.table, index * 3 + k) for k in range(3)))
         value = dr.fma(dr.fma(total.x, wavelengths, total.y), wavelengths, total.z)
         smooth = 0.5 + 0.5 * value * dr.rsqrt(dr.fma(value, value, 1.0))
-        # of grays the table's coefficients are near infinity; they reflect all wavelengths alike
+        # the table's coefficients of grays are nearly infinite; grays reflect all wavelengths equally
         gray = (r == g) & (g == b)
         return dr.select(gray, mi.Spectrum(z), smooth)

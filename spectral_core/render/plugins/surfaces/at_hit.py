@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the surface at a hit does with light: Cycles' sum of weighted closures, over the rows of ``SurfaceTables``.
+"""The BSDF at a hit: Cycles' sum of weighted closures, over the rows of ``SurfaceTables``.
 
-One leaf is drawn by its weight. A sharp direction (mirror, glass, straight through) is charged to the leaf that gave
-it; any other is weighed against all leaves of the material.
+One leaf is drawn by its weight. A discrete direction (mirror, glass, straight through) belongs to the leaf that drew
+it; any other is evaluated for all leaves of the material.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from spectral_core.render.plugins.surfaces.table import FACTOR, SurfaceTables
 
 
 class SurfaceAt:
-    """The surface at a hit, called as Mitsuba's BSDFs are."""
+    """The surface at a hit, with the interface of Mitsuba's BSDFs."""
 
     def __init__(self, tables: SurfaceTables, si: Any) -> None:
         self.tables, self.mi, self.dr = tables, tables.mi, tables.dr
@@ -31,14 +31,14 @@ class SurfaceAt:
         return self.dr.gather(self.mi.UInt32, self.tables.material_flags, self.material)
 
     def _leaves(self, active: Any) -> tuple[Any, Any, Any]:
-        """First leaf, the one after the last, and where there is any."""
+        """First leaf, the one after the last, and True if there is any."""
         mi, dr = self.mi, self.dr
         first = dr.gather(mi.UInt32, self.tables.first_leaf, self.material, active)
         count = dr.gather(mi.UInt32, self.tables.leaf_count, self.material, active)
         return first, first + count, mi.Bool(active) & (count > 0)
 
     def weight(self, leaf: Any, si: Any, active: Any) -> Any:
-        """Share of a leaf."""
+        """Weight of a leaf."""
         mi, dr, tables = self.mi, self.dr, self.tables
         result = dr.gather(mi.Float, tables.leaf_constant, leaf, active)
         if tables.most_factors == 0:
@@ -60,7 +60,7 @@ class SurfaceAt:
         return dr.while_loop((place, result), lambda place, _: active & (place < end), body)[1]
 
     def _by_kind(self, leaf: Any, call: Callable[..., Any], si: Any, rest: tuple[Any, ...], active: Any) -> Any:
-        """``call(closure, si, rest, active)`` with the closure of a leaf, its inputs read."""
+        """``call(closure, si, rest, active)`` with the closure of a leaf and its inputs."""
         mi, dr, tables = self.mi, self.dr, self.tables
         row = dr.gather(mi.UInt32, tables.leaf_row, leaf, active)
 
@@ -101,7 +101,7 @@ class SurfaceAt:
 
     def _measured(self, leaf: Any, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
         def call(closure: Any, si: Any, rest: tuple[Any, ...], active: Any) -> tuple[Any, Any]:
-            if not closure.flags() & ctx.type_mask:  # of other lobes than those that are asked for
+            if not closure.flags() & ctx.type_mask:  # for lobes that are not requested
                 return self.mi.Spectrum(0.0), self.mi.Float(0.0)
             value, density = closure.eval_pdf(ctx, si, rest[0], active)
             return self.mi.Spectrum(value), self.mi.Float(density)
@@ -131,7 +131,7 @@ class SurfaceAt:
         return value, density
 
     def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
-        """A direction drawn, and what comes from there over its density."""
+        """A drawn direction, and its value over the density."""
         mi, dr = self.mi, self.dr
         leaves = self._leaves(active)
         if self.is_one:
@@ -159,7 +159,9 @@ class SurfaceAt:
         return drawn, dr.select(mine & (drawn.pdf > 0.0), value, 0.0)
 
     def _chosen(self, si: Any, mark: Any, leaves: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-        """The leaf at ``mark`` in the running sum of weights, its weight, and the place within its part, in [0, 1)."""
+        """The leaf at ``mark`` in the running sum of weights, its weight, and the position within its part, in [0,
+        1).
+        """
         mi, dr = self.mi, self.dr
         active = leaves[2]
 
@@ -182,7 +184,7 @@ class SurfaceAt:
         return bs, value
 
     def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-        """Share of light that passes straight."""
+        """Share of light that passes straight through."""
         mi = self.mi
         if not any(self._passes(kind) for kind in self.tables.kinds):
             return mi.Spectrum(0.0)
@@ -199,7 +201,7 @@ class SurfaceAt:
         return bool(kind.flags & int(self.mi.BSDFFlags.Null))
 
     def _passed(self, leaf: Any, si: Any, active: Any) -> Any:
-        """What one leaf lets through, times its weight."""
+        """Transmission of one leaf, times its weight."""
         mi, dr, tables = self.mi, self.dr, self.tables
         kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, active)
         row = dr.gather(mi.UInt32, tables.leaf_row, leaf, active)

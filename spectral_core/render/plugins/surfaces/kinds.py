@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Kinds of closures that a scene has, each traced once, and the numbers that closures of a kind differ in."""
+"""Types of closures in a scene, each traced once, and the numbers in which closures of a type differ."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number,
 
 @dataclass
 class Buffers:
-    """What slots read on the device. ``program_values``: the numbers of all programs, one after another.
+    """Data of slots on the device. ``program_values``: the numbers of all programs, one after another.
 
-    ``upsampling``: of computed colors to spectra, None in RGB transport.
+    ``upsampling``: conversion of computed colors to spectra, None in RGB transport.
     """
 
     scene: SceneTables
@@ -35,7 +35,7 @@ class Buffers:
     _albedo_places: dict[bytes, int] = field(default_factory=dict)
 
     def plain(self, source: Source) -> tuple[list[float], list[int]]:
-        """Numbers and whole numbers of a source in a row, as many as its kind takes; zeros where it is computed."""
+        """Numbers and integers of a source, as many as its type needs; zeros for computed sources."""
         width = WIDTHS[source.kind]
         if isinstance(source, Number):
             return [float(source.value), 0.0], [0, 0]
@@ -46,7 +46,7 @@ class Buffers:
         return [0.0] * width, [0] * width
 
     def _reflectance(self, rgb: Any) -> list[float]:
-        """A color as it is or, in spectral transport, the coefficients of its smooth spectrum."""
+        """A color, or in spectral transport the coefficients of its smooth spectrum."""
         mi = self.scene.mi
         color = [float(part) for part in rgb]
         if not mi.is_spectral:
@@ -55,7 +55,7 @@ class Buffers:
         return [float(found[k]) for k in range(3)]
 
     def _albedo_place(self, values: Any) -> int:
-        """First place of a table in the stack; equal tables are there once."""
+        """Index of a table's first entry in the stack; equal tables are stored once."""
         key = values.tobytes()
         if key not in self._albedo_places:
             self._albedo_places[key] = len(self.albedo_values)
@@ -63,7 +63,7 @@ class Buffers:
         return self._albedo_places[key]
 
     def program_start(self, source: Source, place: int | None) -> int:
-        """First place of a program's numbers, which are written there or, for None, added at the end."""
+        """Index of a program's first number; the numbers are written at ``place`` or, for None, appended."""
         if not isinstance(source, Programmed):
             return 0
         values = numbers_of(source.program)
@@ -76,7 +76,7 @@ class Buffers:
 
 
 class ClosureKind:
-    """One closure of the kernel: an object of its class whose inputs are slots."""
+    """One type of closure in the kernel: an object of its class whose inputs are slots."""
 
     def __init__(self, lobe: Lobe, variant: str) -> None:
         self.build = lobe.build()
@@ -92,18 +92,18 @@ class ClosureKind:
         self.flags = int(self.closure.flags())
 
     def prepare(self, buffers: Buffers, row: Any, si: Any, active: Any) -> Any:
-        """The closure with the inputs of a hit; ``row``: where its numbers begin."""
+        """The closure with the inputs of a hit; ``row``: index of its first number."""
         for slot in self.slots:
             slot.read(buffers, row, si, active)
         return self.closure
 
     def clear(self) -> None:
-        """Forget the inputs, which are variables of the call that has read them."""
+        """Clear the inputs, which are variables of the call that has read them."""
         for slot in self.slots:
             slot.value = None
 
     def pairs(self, lobe: Lobe) -> Iterator[tuple[Slot, Source]]:
-        """Each slot with what a closure of this kind has there."""
+        """Each slot with the source of that input in a closure of this type."""
         return zip(self.slots, lobe.sources, strict=True)
 
 

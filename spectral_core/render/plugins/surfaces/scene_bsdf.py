@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one BSDF that all shapes of a scene have in Mitsuba: its own integrators then know our surfaces."""
+"""The single BSDF of all shapes in Mitsuba: Mitsuba's own integrators then render our surfaces."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ def scene_bsdf_class(variant: str) -> Any:
     import mitsuba as mi
 
     class SceneBSDF(mi.BSDF):
-        """Finds the surface of each hit in ``surfaces``."""
+        """Looks up the surface of each hit in ``surfaces``."""
 
         def __init__(self, surfaces: SurfaceTables) -> None:
             super().__init__(mi.Properties())
             self.surfaces = surfaces
 
         def seal(self) -> None:
-            """Write the surfaces to the device, after all shapes were made."""
+            """Write the surfaces to the device, after all shapes were created."""
             self.surfaces.seal()
             self.m_flags = self.surfaces.flags
             self.m_components = [self.surfaces.flags]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Inputs of a closure at a hit: read once from the tables, then given as often as the closure asks."""
+"""Inputs of a closure at a hit: read once from the tables, then returned at every use."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.surfaces.sources import Programmed, Source, Textured
 
 FIRST_TEXTURE = 1 << 16
-"""Place in a row of the first texture that computes an input; programs count from 1."""
+"""Number of the first texture among the readers of an input; programs count from 1."""
 MOST_PROGRAMS = 6
-"""Programs of an input that have code of their own; more are left to the interpreter."""
+"""Most programs of an input that have code of their own; if there are more, the interpreter runs them."""
 WIDTHS = {"number": 2, "color": 3, "vector": 2, "table": 1}
-"""Places that an input takes in the row of a closure: of numbers, and of whole numbers (reader, first number)."""
+"""Entries of an input in the row of a closure: numbers, and integers (reader, first number)."""
 
 
 class ProgramReader:
-    """Computes programs of one shape that read the same images and tables."""
+    """Computes programs of one structure that read the same images and tables."""
 
     def __init__(self, traced: TracedProgram, kind: str) -> None:
         self.traced, self.kind = traced, kind
 
     def __call__(self, buffers: Any, start: Any, si: Any, active: Any) -> Any:
-        """A number for inputs of that kind, else three."""
+        """One number for inputs of that type, else three."""
         import drjit as dr
         import mitsuba as mi
 
@@ -49,30 +49,39 @@ class AlbedoLookup:
         import mitsuba as mi
 
         last = SIZE - 1
-        x, y = (dr.clip(place, 0.0, 1.0) * last for place in (dr.safe_sqrt(cosine), roughness))
+        # as ``albedo.nodes`` are spaced
+        x, y = dr.safe_sqrt(dr.safe_sqrt(cosine)), dr.safe_sqrt(roughness)
+        x, y = (dr.clip(place, 0.0, 1.0) * last for place in (x, y))
         column, row = (dr.minimum(mi.UInt32(place), last - 1) for place in (x, y))
         right, up = x - mi.Float(column), y - mi.Float(row)
         at = self.first + row * SIZE + column
         low, next_low, high, next_high = (dr.gather(mi.Float, self.stack, at + k) for k in (0, 1, SIZE, SIZE + 1))
         return dr.lerp(dr.lerp(low, next_low, right), dr.lerp(high, next_high, right), up)
 
+    def entry(self, place: Any) -> Any:
+        """One number of the table, by its place."""
+        import drjit as dr
+        import mitsuba as mi
+
+        return dr.gather(mi.Float, self.stack, self.first + place)
+
 
 class Slot:
-    """An input. ``offset``: its first place in a closure's row; ``readers``: what computes it where no number does."""
+    """An input. ``offset``: its first entry in a closure's row; ``readers``: programs and textures that compute it."""
 
     def __init__(self, kind: str, offset: int) -> None:
         self.kind, self.offset = kind, offset
         self.programs: list[ProgramReader] = []
         self.textures: list[Any] = []
         self.places: dict[Any, int] = {}
-        """By build of a source: what stands in a row for the program or texture that computes it."""
+        """By build of a source: the entry of its program or texture in a row."""
         self.has_numbers = False
         self.first_program: int | None = None
-        """Number of the first of its programs for the interpreter; None where each has its own code."""
+        """Number of the first of its programs in the interpreter; None if each has its own code."""
         self.value: Any = None
 
     def enter(self, source: Source, tables: SceneTables) -> int:
-        """What stands in a row for the reader of a source; 0 for a plain number."""
+        """Entry of a row for the reader of a source; 0 for a plain number."""
         build = build_of(source)
         if build is None:
             self.has_numbers = True
@@ -87,24 +96,24 @@ class Slot:
         return self.places[build]
 
     def knows(self, source: Source) -> bool:
-        """Whether the kernel can read a source here."""
+        """True if the kernel can read a source here."""
         build = build_of(source)
         return self.has_numbers if build is None else build in self.places
 
     def choose(self, interpreter: Interpreter) -> None:
-        """Leave the programs to the interpreter where they are many."""
+        """Select the interpreter if there are many programs."""
         if len(self.programs) > MOST_PROGRAMS and self.first_program is None:
             numbers = [interpreter.enter(read.traced.program) for read in self.programs]
             self.first_program = None if None in numbers else numbers[0]
 
     def eval(self, si: Any, active: Any = True) -> Any:
-        """As a spectrum."""
+        """The value as a spectrum."""
         import mitsuba as mi
 
         return mi.Spectrum(self.value) if self.kind == "number" else self.value
 
     def eval_1(self, si: Any, active: Any = True) -> Any:
-        """As a number."""
+        """The value as a number."""
         return self.value
 
     eval_3 = eval_1
@@ -113,8 +122,12 @@ class Slot:
         """Entry of a table of albedos."""
         return self.value(roughness, cosine)
 
+    def entry(self, place: Any) -> Any:
+        """Number of a table at a place."""
+        return self.value.entry(place)
+
     def read(self, buffers: Any, row: Any, si: Any, active: Any) -> None:
-        """Find the value at a hit; ``row``: first place of the closure's row."""
+        """Compute the value at a hit; ``row``: first entry of the closure's row."""
         import drjit as dr
         import mitsuba as mi
 
@@ -146,7 +159,7 @@ class Slot:
         return mi.srgb_model_eval(mi.Vector3f(*found), si.wavelengths) if mi.is_spectral else mi.Color3f(*found)
 
     def _chosen(self, found: Any, mine: Any, read: Any, where: tuple[Any, ...]) -> Any:
-        """``found``, or what ``read`` finds for the lanes ``mine``."""
+        """``found``, but the result of ``read`` for the lanes ``mine``."""
         import drjit as dr
 
         buffers, code, start, si = where
@@ -176,7 +189,7 @@ class Slot:
         return self._as_kind(buffers, found, si)
 
     def _as_kind(self, buffers: Any, found: Any, si: Any) -> Any:
-        """What programs have computed, as the closure wants it."""
+        """The result of a program in the type of the closure's input."""
         import drjit as dr
 
         if self.kind != "color":
@@ -199,7 +212,7 @@ class Slot:
 
 
 def build_of(source: Source) -> Any:
-    """What must be equal for two sources to be computed by the same reader; None for plain numbers."""
+    """Key that is equal for sources with the same reader; None for plain numbers."""
     if isinstance(source, Programmed):
         return (source.program.shape, *(id(i.data) for i in source.program.instructions))
     return ("texture", id(source.texture)) if isinstance(source, Textured) else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the inputs of a closure hold, and a closure as a description: its name, its inputs, its fixed choices."""
+"""Inputs of a closure, and the description of a closure: its name, its inputs, its fixed choices."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Kind = Literal["number", "color", "vector", "table"]
-"""What a closure reads from an input: ``eval_1``, ``eval``, ``eval_3``, or a table of albedos."""
+"""Type of an input: ``eval_1``, ``eval``, ``eval_3``, or a table of albedos."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Albedos:
 
 @dataclass(frozen=True, eq=False)
 class Programmed:
-    """What a shading program computes."""
+    """Value of a shading program."""
 
     program: Any
     kind: Kind
@@ -48,7 +48,7 @@ class Programmed:
 
 @dataclass(frozen=True, eq=False)
 class Textured:
-    """What a texture of Mitsuba, or of ours, shows."""
+    """Value of a texture of Mitsuba or of a plugin."""
 
     texture: Any
     kind: Kind
@@ -59,7 +59,7 @@ Source = Number | Tint | Albedos | Programmed | Textured
 
 @dataclass(frozen=True, eq=False)
 class Lobe:
-    """A closure by the ``name`` of its class. ``parts``: sources, closures within it, and fixed choices."""
+    """A closure by the ``name`` of its class. ``parts``: sources, nested closures and fixed choices."""
 
     name: str
     parts: dict[str, Any]
@@ -80,7 +80,7 @@ class Lobe:
                 yield part
 
     def build(self, places: dict[int, int] | None = None) -> tuple[Any, ...]:
-        """Equal for closures that the same code computes: they differ in what their inputs hold."""
+        """Key that is equal for closures with the same code, which differ only in the contents of their inputs."""
         if places is None:
             places = {id(source): number for number, source in enumerate(self.sources)}
         parts: list[Any] = []

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which closures the shapes of a scene have, with what weights: rows of tables that kernels read.
+"""Closures of the shapes of a scene with their weights: rows of tables that kernels read.
 
-A material is a run of leaves, a leaf a closure with a weight. A hit finds its material by the number of its shape in
+A material is a range of leaves, a leaf a closure with a weight. A hit finds its material by the number of its shape in
 Mitsuba's registry; another number, another material or another mix of known closures needs no new kernel.
 """
 
@@ -20,7 +20,7 @@ from spectral_core.render.plugins.surfaces.sources import Lobe, Programmed, Sour
 
 @dataclass(frozen=True, eq=False)
 class Leaf:
-    """A closure with its weight: ``constant`` times the ``factors``, of which some are taken from 1."""
+    """A closure with its weight: ``constant`` times the ``factors``, some of which are subtracted from 1."""
 
     lobe: Lobe
     constant: float
@@ -29,7 +29,7 @@ class Leaf:
 
 @dataclass
 class _Entry:
-    """A leaf as it stands in the tables: its kind, its row, the place of its first factor, and whose it is."""
+    """A leaf in the tables: its type, its row, the index of its first factor, and its material."""
 
     leaf: Leaf
     kind: int
@@ -38,7 +38,7 @@ class _Entry:
 
 
 FACTOR = 2
-"""Places of a factor in the rows: what it is, and 1 where it is taken from 1."""
+"""Entries of a factor in the rows: its value, and 1 if it is subtracted from 1."""
 
 
 class SurfaceTables:
@@ -81,8 +81,8 @@ class SurfaceTables:
             slot.enter(source, self.buffers.scene)
 
     def _lay_out(self) -> None:
-        """Give each leaf a row with room for any kind. The order of kinds is that of their builds: the same kinds make
-        the same kernel, whichever material comes first.
+        """Give each leaf a row with room for any type. The types are in the order of their builds: equal types give an
+        equal kernel, whichever material comes first.
         """
         order = sorted(range(len(self.kinds)), key=lambda k: repr(self.kinds[k].build))
         self.kinds = [self.kinds[k] for k in order]
@@ -96,7 +96,9 @@ class SurfaceTables:
             self._write(entry, is_there=False)
 
     def _write(self, entry: _Entry, *, is_there: bool) -> None:
-        """Numbers of a leaf; ``is_there``: one of equal build stood there, whose programs' places it takes."""
+        """Write the numbers of a leaf; ``is_there``: a previous leaf of equal build, whose programs' entries are
+        reused.
+        """
         at = entry.row
         for slot, source in self.kinds[entry.kind].pairs(entry.leaf.lobe):
             self._write_source(slot, source, at + slot.offset, is_there)
@@ -115,15 +117,15 @@ class SurfaceTables:
         self._codes[at : at + len(codes)] = codes
 
     def assign(self, shape: Any, name: str) -> None:
-        """Give a shape of Mitsuba's a material."""
+        """Assign a material to a shape of Mitsuba."""
         self._assigned[self.number_of(shape)] = name
 
     def is_assigned(self, shape: Any, name: str) -> bool:
-        """Whether a shape has a material."""
+        """True if a shape has a material."""
         return self._assigned.get(self.number_of(shape)) == name
 
     def has(self, name: str) -> bool:
-        """Whether a material was added."""
+        """True if a material was added."""
         return name in self._materials
 
     def number_of(self, shape: Any) -> int:
@@ -132,12 +134,12 @@ class SurfaceTables:
 
     @property
     def most_leaves(self) -> int:
-        """Leaves of the material that has most."""
+        """Largest number of leaves of a material."""
         return max((count for _, count in self._materials.values()), default=0)
 
     @property
     def most_factors(self) -> int:
-        """Varying factors of the weight that has most."""
+        """Largest number of varying factors of a weight."""
         return max((len(entry.leaf.factors) for entry in self._entries), default=0)
 
     @property
@@ -149,8 +151,8 @@ class SurfaceTables:
         return found
 
     def seal(self) -> None:
-        """Write what was added to the device; what is there already stays the same array."""
-        if not self.kinds:  # nothing is to be hit, yet kernels are traced
+        """Write all rows to the device; existing arrays are kept."""
+        if not self.kinds:  # nothing can be hit, but kernels are traced
             self.add("", [Leaf(Lobe("clear", {}), 1.0)])
         entries, buffers = self._entries, self.buffers
         if self.leaf_kind is None:
@@ -168,7 +170,7 @@ class SurfaceTables:
         self._put(self, "leaf_constant", [float(entry.leaf.constant) for entry in entries])
         self._put(self, "leaf_factor", [entry.factor for entry in entries])
         self._put(self, "leaf_factors", [len(entry.leaf.factors) for entry in entries])
-        # row 0 is of no material: of what a ray misses, and of shapes that are not ours
+        # row 0 belongs to no material: for rays that miss, and for shapes without an entry
         runs = [(0, 0), *self._materials.values()]
         self._put(self, "first_leaf", [first for first, _ in runs])
         self._put(self, "leaf_count", [count for _, count in runs])
@@ -187,15 +189,15 @@ class SurfaceTables:
         if self._written.get(name) == values:
             return
         is_real = name in ("numbers", "program_numbers", "albedos", "leaf_constant")
-        # lists, not arrays: Dr.Jit would map NumPy's memory, which a recorded launch takes for another kind
+        # lists, not arrays: Dr.Jit would map NumPy's memory, which is another type for a recorded launch
         made = self.mi.Float(values or [0.0]) if is_real else self.mi.UInt32(values or [0])
         setattr(owner, name, made)
         self._written[name] = list(values)
 
     def take(self, name: str, leaves: Sequence[Leaf], carry: Callable[[Any, Any], bool]) -> bool:
-        """Other numbers for a material, if no other kernel is needed. ``carry``: of one texture into another.
+        """Change the numbers of a material if that needs no new kernel. ``carry``: copies one texture into another.
 
-        False where it cannot be done; the tables are then of no use any more.
+        False if it is impossible; the tables must not be used any more after that.
         """
         first, count = self._materials[name]
         entries = self._entries[first : first + count]
@@ -216,7 +218,7 @@ class SurfaceTables:
         return True
 
     def _known_kind(self, leaf: Leaf) -> int | None:
-        """Number of the kind of a leaf; None where the kernel has no such closure."""
+        """Number of the type of a leaf; None if the kernel does not contain it."""
         build = leaf.lobe.build()
         return next((number for number, kind in enumerate(self.kinds) if kind.build == build), None)
 
@@ -225,7 +227,7 @@ class SurfaceTables:
         yield from ((self.factor, source) for source, _ in leaf.factors)
 
     def _reads(self, entries: Sequence[_Entry], leaves: Sequence[Leaf], carry: Callable[[Any, Any], bool]) -> bool:
-        """Let readers of programs and textures read the contents that new leaves have."""
+        """Let readers of programs and textures read the contents of new leaves."""
         changed: dict[tuple[int, Any], tuple[Slot, Source, list[Source]]] = {}
         for entry, leaf in zip(entries, leaves, strict=True):
             pairs = zip(self._sources(entry.kind, entry.leaf), self._sources(entry.kind, leaf), strict=True)
@@ -237,7 +239,7 @@ class SurfaceTables:
         return all(self._replace(slot, old, new, carry) for slot, old, new in changed.values())
 
     def _replace(self, slot: Slot, old: Source, new: list[Source], carry: Callable[[Any, Any], bool]) -> bool:
-        """Let one reader read what all its uses have now."""
+        """Let one reader read the new contents of all its uses."""
         build, wanted = build_of(old), build_of(new[0])
         uses = sum(
             of is slot and build_of(source) == build

@@ -14,9 +14,9 @@ from spectral_core.volume.files.vdb.write import LEAF
 
 @dataclass(frozen=True)
 class Tiles:
-    """Cubes of one value each: first indices (n, 3), voxels along an edge (n,), values (n,), which are active (n,).
+    """Cubes of one value each: first indices (n, 3), voxels along an edge (n,), values (n,), True for active ones (n,).
 
-    Arrays, since a small file may hold millions of them.
+    Arrays, because a small file may contain millions of tiles.
     """
 
     corners: NDArray[np.int64]
@@ -27,7 +27,9 @@ class Tiles:
 
 @dataclass(frozen=True)
 class PlainGrid:
-    """One grid: leaves (n, 8, 8, 8) or (n, 8, 8, 8, 3), their first indices (n, 3), which voxels are active, tiles."""
+    """One grid: leaves (n, 8, 8, 8) or (n, 8, 8, 8, 3), their first indices (n, 3), the mask of active voxels,
+    tiles.
+    """
 
     name: str
     metadata: dict[str, Any]
@@ -39,7 +41,7 @@ class PlainGrid:
     tiles: Tiles
 
     def active_box(self) -> tuple[tuple[int, int, int], tuple[int, int, int]] | None:
-        """First and last index of the active voxels, None without any."""
+        """First and last index of the active voxels; None without any."""
         kept = self.tiles.active
         lows = [self.tiles.corners[kept]]
         highs = [self.tiles.corners[kept] + self.tiles.widths[kept, None] - 1]

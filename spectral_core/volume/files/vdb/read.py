@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""OpenVDB files without OpenVDB: grids of numbers, plain or zipped, for Pythons where the module is missing.
+"""OpenVDB files without OpenVDB: grids of numbers, plain or zipped, for a Python without the module.
 
 Reads file versions from 222 on and trees 5-4-3, which programs write since 2013. Blosc, the packing that
 OpenVDB itself prefers, is left to OpenVDB. See ``vdb_write`` for the layout.
@@ -24,7 +24,7 @@ from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, MAGIC, NODE_L
 ACTIVE_MASK, BLOSC = 2, 4
 FIRST_VERSION = 222
 LEAF_BYTES = LEAF**3 // 8 + 1
-"""The least that the values of a leaf take: a mask and a mark."""
+"""Least number of bytes for the values of a leaf: a mask and a mark."""
 TILE_BYTES, MOST_TILE_BYTES = 41, 512 << 20
 _TYPES = {
     "float": "<f4",
@@ -45,7 +45,9 @@ def grid_names(path: Path) -> list[str]:
 
 
 def read_grid(path: Path, name: str) -> PlainGrid:
-    """The grid of that name. Raises FileFormatError for cut or odd files, MissingDependencyError for Blosc."""
+    """The grid of that name. Raises FileFormatError for truncated or invalid files, MissingDependencyError for
+    Blosc.
+    """
     try:
         with path.open("rb") as stream:
             for held, kind, start, _ in descriptors(stream, path):
@@ -55,12 +57,12 @@ def read_grid(path: Path, name: str) -> PlainGrid:
     except (struct.error, zlib.error, ValueError, KeyError) as error:
         if isinstance(error, FileFormatError):
             raise
-        raise FileFormatError(f"{path.name} is cut or odd: {error}") from error
+        raise FileFormatError(f"{path.name} is truncated or invalid: {error}") from error
     raise FileFormatError(f"{path.name} has no grid {name!r}")
 
 
 def descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]:
-    """(name, tree type, where the grid begins, where it ends) of each grid."""
+    """(name, tree type, start, end) of each grid."""
     size = path.stat().st_size
     try:
         magic, version = struct.unpack("<qI", stream.read(12))
@@ -75,18 +77,18 @@ def descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]
             name, kind, parent = _text(stream), _text(stream), _text(stream)
             start, _, end = struct.unpack("<3q", stream.read(24))
             if not stream.tell() <= start <= end <= size:
-                raise FileFormatError(f"{path.name} is cut: its grids end at byte {end}, the file at byte {size}")
+                raise FileFormatError(f"{path.name} is truncated: its grids end at byte {end}, the file at byte {size}")
             if not parent:
-                # Grids of one name are told apart by a number behind a unit separator.
+                # Grids of one name are distinguished by a number after a unit separator.
                 found.append((name.split("\x1e")[0], kind, start, end))
             stream.seek(end)
     except struct.error as error:
-        raise FileFormatError(f"{path.name} is cut: it ends within its list of grids") from error
+        raise FileFormatError(f"{path.name} is truncated: it ends within its list of grids") from error
     return found
 
 
 class GridReader:
-    """Walks one grid in the order of the file."""
+    """Reads one grid in the order of the file."""
 
     def __init__(self, stream: BinaryIO, path: Path, tree: str) -> None:
         self.stream, self.path = stream, path
@@ -123,7 +125,7 @@ class GridReader:
                     origins.append(inner)
                     self.take(LEAF**3 // 8)
         left = os.fstat(self.stream.fileno()).st_size - self.stream.tell()
-        if len(origins) * LEAF_BYTES > left:  # before room is made for them
+        if len(origins) * LEAF_BYTES > left:  # before memory is allocated for them
             raise struct.error(f"{left} bytes for the values of {len(origins)} leaves")
         leaves = np.empty((len(origins), LEAF**3, *self.shape), self.dtype.newbyteorder("="))
         active = np.empty((len(origins), LEAF**3), bool)
@@ -165,7 +167,7 @@ class GridReader:
         return np.frombuffer(self.take(12), "<i4").astype(np.int64)
 
     def _values(self, count: int, active: NDArray[np.bool_]) -> NDArray[Any]:
-        """``readCompressedValues`` of OpenVDB: all values, or the active ones and how to make up the others."""
+        """``readCompressedValues`` of OpenVDB: all values, or the active ones and a rule for the others."""
         mark = self.take(1)[0]
         others = [-self.background if mark == 1 else self.background, self.background]
         if mark in (2, 4, 5):
@@ -189,7 +191,7 @@ class GridReader:
         else:
             plain = self.take(size)
         if len(plain) != size:
-            raise FileFormatError(f"{self.path.name} is odd: a node has {len(plain)} bytes where {size} are due")
+            raise FileFormatError(f"{self.path.name} is invalid: a node has {len(plain)} bytes where {size} are due")
         return np.frombuffer(plain, self.stored).reshape(-1, *self.shape).astype(self.dtype)
 
     def _numbers(self, count: int) -> NDArray[Any]:

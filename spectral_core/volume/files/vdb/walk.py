@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether an OpenVDB file is sound: its structure is followed, in any packing, before OpenVDB believes it."""
+"""Validation of an OpenVDB file: its structure is followed, in any packing, before OpenVDB reads it."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, NODE_LEAVES, 
 
 
 def require_sound(path: Path, name: str) -> None:
-    """Raise FileFormatError where a grid's nodes and their values do not end where the file says.
+    """Raise FileFormatError if a grid's nodes and their values do not end where the file states.
 
-    OpenVDB itself believes every count: a damaged one makes it read for ever, or ask for any amount of memory.
+    OpenVDB itself trusts every count: a damaged one makes it read forever, or allocate any amount of memory.
     """
     try:
         with path.open("rb") as stream:
@@ -34,15 +34,15 @@ def require_sound(path: Path, name: str) -> None:
                     _Walk(stream, path, kind).to(end)
                     return
     except (struct.error, KeyError) as error:
-        raise FileFormatError(f"{path.name} is cut or odd: {error}") from error
+        raise FileFormatError(f"{path.name} is truncated or invalid: {error}") from error
     raise FileFormatError(f"{path.name} has no grid {name!r}")
 
 
 class _Walk(GridReader):
-    """Follows the structure of a grid without its values, so in any packing."""
+    """Follows the structure of a grid without its values, and so in any packing."""
 
     def to(self, end: int) -> None:
-        """Go through the grid, to where it must end. Raises FileFormatError or struct.error."""
+        """Go through the grid to its end. Raises FileFormatError or struct.error."""
         self.flags = read_word(self.stream)
         read_metadata(self.stream)
         if not np.isfinite(transform_of(self.stream, self.path)).all():
@@ -62,10 +62,10 @@ class _Walk(GridReader):
                 leaves += below
         self._leaves(leaves)
         if self.stream.tell() != end:
-            raise FileFormatError(f"{self.path.name} is odd: a grid ends at byte {self.stream.tell()}, not {end}")
+            raise FileFormatError(f"{self.path.name} is invalid: a grid ends at byte {self.stream.tell()}, not {end}")
 
     def _children(self, count: int) -> int:
-        """Pass over a node; the number of its children."""
+        """Pass over a node; returns the number of its children."""
         children, active = self.take(count // 8), self.take(count // 8)
         self._skip_values(count, active)
         return int.from_bytes(children, "little").bit_count()
@@ -84,7 +84,7 @@ class _Walk(GridReader):
         size = count * self.stored.itemsize * (self._width // self.dtype.itemsize)
         if self.flags & (ZIP | BLOSC):
             held = struct.unpack("<q", self.take(8))[0]
-            if abs(held) > size + 64:  # Blosc adds a header of 16 bytes to what it cannot pack
-                raise FileFormatError(f"{self.path.name} is odd: {abs(held)} packed bytes for {size} plain ones")
+            if abs(held) > size + 64:  # Blosc adds a header of 16 bytes to data that it cannot compress
+                raise FileFormatError(f"{self.path.name} is invalid: {abs(held)} packed bytes for {size} plain ones")
             size = abs(held)
         self.take(size)

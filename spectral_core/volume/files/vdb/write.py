@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""OpenVDB files without OpenVDB: one float or double grid, zipped, for Blenders whose Python module is missing.
+"""OpenVDB files without OpenVDB: one float or double grid, zipped, for a Blender without the Python module.
 
 The layout is that of OpenVDB's own ``io`` code, file version 224, tree 5-4-3: a root over nodes of 32³ nodes of 16³
 leaves of 8³ voxels. Voxels of value 0 are background. All numbers are little-endian; within a node x varies slowest.
@@ -52,7 +52,7 @@ def write_grid(
 
 
 def _leaves(data: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.int64]]:
-    """Leaves (n, 512) that hold anything, in file order; (n, 6) places of each in three nodes, and its root corner."""
+    """Leaves (n, 512) with any value, in file order; (n, 6) positions of each in three nodes, and its root corner."""
     blocks = [-(-n // LEAF) for n in data.shape]
     padded = np.zeros([n * LEAF for n in blocks], data.dtype)
     padded[tuple(slice(n) for n in data.shape)] = data
@@ -96,7 +96,7 @@ def _write_buffers(stream: BinaryIO, leaves: NDArray[Any]) -> None:
 
 
 def _packed(values: NDArray[Any]) -> bytes:
-    """A node's values: the mark, the size of the zipped bytes (negative where zipping gains nothing), the bytes."""
+    """A node's values: the mark, the size of the zipped bytes (negative if zipping gains nothing), the bytes."""
     plain = values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
     zipped = zlib.compress(plain, 1)
     size, held = (len(zipped), zipped) if len(zipped) < len(plain) else (-len(plain), plain)

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What closures read about an index of refraction: numbers and tables of albedos, so that another compiles nothing."""
+"""Inputs of closures that depend on an index of refraction: numbers and tables of albedos, so that another index needs
+no new kernel.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.closures import albedo
+from spectral_core.render.plugins.closures.film import response
 from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
+from spectral_core.scene import Glass, Metal, Principled
 from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
@@ -25,12 +29,12 @@ def _kept(name: str, table: Array) -> dict[str, Any]:
 
 
 def facet_inputs() -> dict[str, Any]:
-    """Energy that the facets of a perfect mirror keep."""
+    """Energy that the facets of a perfect mirror reflect in one bounce."""
     return _kept("single", albedo.conductor())
 
 
 def specular_inputs(ior: float, keeps_energy: bool) -> dict[str, Any]:
-    """The dielectric layer over what is diffuse."""
+    """Inputs of the dielectric layer over the diffuse part."""
     return {
         "ior": Number(ior),
         "ior_fresnel": Number(_average_fresnel(ior)),
@@ -40,7 +44,7 @@ def specular_inputs(ior: float, keeps_energy: bool) -> dict[str, Any]:
 
 
 def coat_inputs(ior: float) -> dict[str, Any]:
-    """The dielectric layer over everything else."""
+    """Inputs of the dielectric layer over everything else."""
     return {
         "coat_ior": Number(ior),
         "coat_fresnel": Number(_average_fresnel(ior)),
@@ -49,7 +53,7 @@ def coat_inputs(ior: float) -> dict[str, Any]:
 
 
 def glass_inputs(context: Context, ior: float | Spectrum, *, smooth: bool) -> dict[str, Any]:
-    """An interface that light passes; in RGB transport a spectrum counts at the sodium line."""
+    """Inputs of a transmissive interface; RGB transport reads a spectrum of the index at the sodium line."""
     nominal = (float(ior.at(589.3)) or 1.5) if isinstance(ior, Spectrum) else float(ior)
     index: Any = Number(nominal)
     if isinstance(ior, Spectrum) and context.spectral:
@@ -61,13 +65,37 @@ def glass_inputs(context: Context, ior: float | Spectrum, *, smooth: bool) -> di
     return {"ior": index, **_kept("outside", outside), **_kept("inside", inside)}
 
 
+def film_inputs(
+    context: Context, closure: Glass | Metal | Principled, subject: str, *, passes: bool = False
+) -> dict[str, Any]:
+    """The film upon a surface, nothing where there is none.
+
+    Where its albedo is asked for, its reflectance is taken at the mean cosines to two halves of the facets: where light
+    ``passes``, of those whose reflections are lost.
+    """
+    if closure.thin_film_thickness == 0:
+        return {}
+    small, large = albedo.facing_halves(lost=passes)
+    inputs: dict[str, Any] = {
+        "small_half": Albedos(small),
+        "large_half": Albedos(large),
+        "thin_film_thickness": paint.number(context, closure.thin_film_thickness, subject),
+        "thin_film_ior": paint.number(context, closure.thin_film_ior, subject),
+    }
+    if not context.spectral:
+        inputs["thin_film_response"] = Albedos(response())
+    return inputs
+
+
 @cache
 def _layer_albedo(ior: float, keeps_energy: bool) -> Array:
-    """Directional albedo of a rough dielectric's reflection, the energy between facets included if kept."""
+    """Directional albedo of a rough dielectric's reflection, with the energy of later bounces between facets if
+    kept.
+    """
     reflected, _ = albedo.dielectric(round(ior, 6))
     single = albedo.conductor()
     if not keeps_energy:
-        # Cycles layers by the facets' mean Fresnel factor, as if none of the light were lost between them
+        # Cycles layers by the mean Fresnel factor of the facets, as if no light were lost between them
         return reflected / single
     mean, average_fresnel = albedo.average(single)[:, None], _average_fresnel(ior)
     many = average_fresnel * mean / (1 - average_fresnel * (1 - mean))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Effects of which only light can tell: their errors and shares of the time, from a pilot.
+"""Effects that a pilot decides: their errors and shares of the time.
 
-Where rare paths may carry what a pilot does not meet (sharp mirrors and glass under small bright sources), the errors
-hold what it may have missed, with 95 % certainty.
+If rare paths may carry light that a pilot misses (sharp mirrors and glass under small bright sources), the errors
+include an upper limit of that light, at 95 % confidence.
 """
 
 from __future__ import annotations
@@ -14,25 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
+from spectral_core.render.plan.effects_from_data import Found
 from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
-from spectral_core.render.plan.rules import Found
 from spectral_core.scene import Glass, Glossy, Metal, Principled, leaves
 
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
-"""Numbers of bounces to choose from."""
+"""Candidate numbers of bounces."""
 SHARP_ROUGHNESS = 0.25
 """Roughness below which a lobe is so narrow that paths may miss a lamp in it."""
 _KINDS = {
-    "diffuse_bounces": ("diffuse", "matt surfaces light each other", "dark corners"),
+    "diffuse_bounces": ("diffuse", "diffuse surfaces illuminate each other", "dark corners"),
     "glossy_bounces": ("glossy", "surfaces mirror each other", "dark reflections"),
     "transmission_bounces": ("transmission", "light passes surfaces", "what lies behind glass is dark"),
 }
 
 
 def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) -> dict[str, Effect]:
-    """The effects with what the pilot knows of them."""
+    """The effects with the results of the pilot."""
     known = dict(effects)
     unseen = _unseen(found, pilot)
     for name in ("environment", "emissive_meshes", "transparency"):
@@ -57,11 +57,9 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
 
 
 def unmeasured_kinds() -> dict[str, Effect]:
-    """Bounces by kind where no pilot ran: as many of each as there are bounces at all."""
+    """Bounces by kind without a pilot: the limit of each equals the limit on all bounces."""
     return {
-        name: Effect(
-            name, (Level(str(PILOT_BOUNCES)),), "no limit of its own beside that of all bounces", how="not known"
-        )
+        name: Effect(name, (Level(str(PILOT_BOUNCES)),), "no limit except that on all bounces", how="not known")
         for name in _KINDS
     }
 
@@ -72,7 +70,7 @@ def _with_last(effect: Effect, error: float, share: float) -> Effect:
 
 
 def _chain(name: str, count: str, reason: str, loses: str, pilot: Pilot, unseen: float) -> Effect:
-    """Amounts of bounces, each with what the pilot loses beyond."""
+    """Numbers of bounces, each with the light beyond it in the pilot."""
     levels = [Level(str(COUNTED[0]))]
     for most in COUNTED[1:]:
         lost = pilot.beyond(count, min(most, LEVELS - 1))
@@ -87,7 +85,7 @@ def _share(pilot: Pilot, lost: NDArray[np.float64]) -> float:
 
 
 def _unseen(found: Found, pilot: Pilot) -> float:
-    """Radiance that may hide in paths over sharp mirrors and glass."""
+    """Upper limit of the radiance in paths over sharp mirrors and glass."""
     sharp = any(_is_sharp(leaf) for material in found.materials for leaf in leaves(material.surface))
     if not sharp:
         return 0.0
@@ -99,7 +97,7 @@ def _is_sharp(leaf: object) -> bool:
     if isinstance(leaf, Glass):
         return True
     if isinstance(leaf, (Glossy, Metal, Principled)):
-        # a texture may be sharp anywhere
+        # a texture of the roughness may be low anywhere
         rough = leaf.roughness if isinstance(leaf.roughness, (int, float)) else 0.0
         coated = isinstance(leaf, Principled) and leaf.coat_weight != 0
         clear = isinstance(leaf, Principled) and leaf.transmission != 0

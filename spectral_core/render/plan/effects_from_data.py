@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Effects that a scene's data decide: what there is of each, and a bound on the error without it."""
+"""Effects that a scene's data decide: the scene's features for each, and a bound on the error without it."""
 
 from __future__ import annotations
 
@@ -14,22 +14,24 @@ from spectral_core.render.plan.fluorescence import error_without_dyes
 from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
+from spectral_core.render.plan.thin_film import error_without_films
 from spectral_core.scene import Material, PointLight, Scene, SpotLight
 
 SPECTRAL_SHARE = 0.3
 """Share of the time that spectra take beyond three channels, at equal noise (``plan-effects`` prints it)."""
 DISPERSION_SHARE = 0.5
 FLUORESCENCE_SHARE = 0.1
+FILM_SHARE = 0.1
 MEDIA_SHARE = 0.5
 TRANSPARENCY_SHARE = 0.12
 SMALL_SHARE = 0.02
-"""What costs next to nothing beside the light it brings."""
+"""Share of the time of an effect that costs very little."""
 ON_OFF = ("on", "off")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """A scene, what is in it, and places (n, 3) that its camera sees, or between which they lie."""
+    """A scene, its inventory, and points (n, 3) that span the region that its camera sees."""
 
     scene: Scene
     inventory: Inventory
@@ -37,7 +39,7 @@ class Found:
 
     @property
     def materials(self) -> list[Material]:
-        """Materials that some ray may meet."""
+        """Materials that some ray may hit."""
         shown = shown_materials(self.scene)
         return [material for material in self.scene.materials if material.name in shown]
 
@@ -45,12 +47,12 @@ class Found:
 def absent(
     name: str, reason: str, share: float = 0.0, value: str = "off", choices: tuple[str, ...] = ("off",)
 ) -> Effect:
-    """An effect that the scene has nothing of; ``share``: what a renderer that looks at nothing would pay for it."""
+    """An effect without any feature in the scene; ``share``: its share of the time in the plan with all effects."""
     return Effect(name, (Level("on"), Level(value, 0.0, share)), reason, choices=choices)
 
 
 def names(items: tuple[str, ...], most: int = 3) -> str:
-    """A few names in quotes, and how many more."""
+    """A few names in quotes, and the number of others."""
     shown = ", ".join(repr(item) for item in items[:most])
     return shown if len(items) <= most else f"{shown} and {len(items) - most} more"
 
@@ -62,7 +64,7 @@ def _transport(found: Found) -> Effect:
         reason = f"colors part in the dispersive {names(inventory.dispersive)}"
         return Effect("transport", simple(KEEP), reason, "no rainbows", "bounded", choices)
     if not inventory.spectra:
-        reason = "no light or material carries a spectrum; three channels say all that is given"
+        reason = "no light or material has a spectrum; three channels are exact"
         return Effect("transport", simple(0.0), reason, choices=choices)
     error = rgb_transport_error(found.scene)
     text = "more than can be told" if error == KEEP else f"ΔE {error:.2g}"
@@ -70,7 +72,7 @@ def _transport(found: Found) -> Effect:
         f"{names(inventory.spectra)} carry spectra; all surfaces under all lights differ by {text} in three channels"
     )
     return Effect(
-        "transport", simple(error), reason, "colors that only spectra tell apart become one", "bounded", choices
+        "transport", simple(error), reason, "colors that only spectra can distinguish become equal", "bounded", choices
     )
 
 
@@ -82,7 +84,7 @@ def _dispersion(found: Found) -> Effect:
     reason = f"the index of refraction varies with wavelength in {names(inventory.dispersive)}: {spread:.2g} pixels"
     # a fringe of c pixels at an edge from black to white: the filter's largest slope, 1.1 per pixel
     error = min(100.0, 110.0 * spread)
-    loses = "no rainbows; everything refracts as at 589 nm"
+    loses = "no dispersion; everything refracts as at 589 nm"
     return Effect("dispersion", (Level("on"), Level("off", error, DISPERSION_SHARE)), reason, loses, "bounded", ON_OFF)
 
 
@@ -91,9 +93,19 @@ def _fluorescence(found: Found) -> Effect:
     if not inventory.fluorescent:
         return absent("fluorescence", "no material holds a fluorescent dye", FLUORESCENCE_SHARE)
     error = error_without_dyes(found.scene, found.materials, distinct_lights(found.scene))
-    reason = f"dyes of {names(inventory.fluorescent)} send light out at other wavelengths than it came at"
+    reason = f"dyes of {names(inventory.fluorescent)} emit light at other wavelengths than they absorb"
     levels = (Level("on"), Level("off", error, FLUORESCENCE_SHARE))
     return Effect("fluorescence", levels, reason, "fluorescent materials do not glow", "bounded", ON_OFF)
+
+
+def _thin_film(found: Found) -> Effect:
+    films = found.inventory.films
+    if not films:
+        return absent("thin_film", "no surface has a thin film", FILM_SHARE)
+    error = error_without_films(found.materials)
+    reason = f"light interferes in the thin film of {names(films)}"
+    levels = (Level("on"), Level("off", error, FILM_SHARE))
+    return Effect("thin_film", levels, reason, "no colors of thin films", "bounded", ON_OFF)
 
 
 def _media(found: Found) -> Effect:
@@ -102,7 +114,7 @@ def _media(found: Found) -> Effect:
     carriers = [material for material in found.materials if material.medium is not None]
     depths = [bounds.optical_depth(found.scene, material) for material in carriers]
     error = sum(bounds.error_of_medium(found.scene, material) for material in carriers)
-    if found.scene.world.medium is not None:  # space has no end
+    if found.scene.world.medium is not None:  # the world's medium is unbounded
         depths.append(float("inf"))
         error = 100.0
     depth = max(depths)
@@ -151,7 +163,7 @@ def _emissive_meshes(found: Found) -> Effect:
         return absent("emissive_meshes", "no surface emits light")
     levels = (Level("on"), Level("off", KEEP, SMALL_SHARE))
     reason = f"surfaces glow: {names(found.inventory.emissive)}"
-    return Effect("emissive_meshes", levels, reason, "these surfaces are dark and light nothing", "not known", ON_OFF)
+    return Effect("emissive_meshes", levels, reason, "these surfaces are dark and emit nothing", "not known", ON_OFF)
 
 
 def _lamp_bodies(found: Found) -> Effect:
@@ -163,7 +175,7 @@ def _lamp_bodies(found: Found) -> Effect:
     loses = "shadows are hard, and mirrors do not show the lamps"
     seen = found.inventory.glossy or found.inventory.refractive or any(light.camera_visible for light in balls)
     if seen or found.inventory.media or found.scene.volumes:
-        reason = f"{names(shown)} have a size, and something shows it"
+        reason = f"{names(shown)} have a size, and a visible effect of it"
         return Effect("lamp_bodies", levels, reason, loses, "not known", ON_OFF)
     boxes = bounds.boxes_of(found.scene)
     blur = max(bounds.blur_of_lamp(found.scene, light, found.points, boxes) for light in balls)
@@ -203,7 +215,7 @@ def _caustics(found: Found) -> tuple[Effect, ...]:
             made.append(absent(name, f"the scene has no {what}", choices=ON_OFF))
             continue
         levels = (Level("on"), Level("off", KEEP, 0.1))
-        reason = f"{names(carriers)} may throw light on matt surfaces"
+        reason = f"{names(carriers)} may cast light on diffuse surfaces"
         made.append(Effect(name, levels, reason, f"no light patterns from {what}", "not known", ON_OFF))
     return tuple(made)
 
@@ -227,18 +239,18 @@ def _bounces(found: Found) -> Effect:
         Level(str(count), inventory.diffuse_error(count) - most, 0.5 * (1 - count / MOST_DIFFUSE_BOUNCES))
         for count in counts
     )
-    reason = f"surfaces are matt and reflect at most {inventory.largest_reflectance:.0%}"
+    reason = f"surfaces are diffuse and reflect at most {inventory.largest_reflectance:.0%}"
     return Effect("bounces", levels if last > 0 else levels[-1:], reason, "dark corners", "bounded")
 
 
 _RULES: tuple[Callable[[Found], Effect], ...] = (
-    _transport, _dispersion, _fluorescence, _media, _volumes, _transparency, _environment, _emissive_meshes,
+    _transport, _dispersion, _fluorescence, _thin_film, _media, _volumes, _transparency, _environment, _emissive_meshes,
     _lamp_bodies, _textures, _depth_of_field,
 )  # fmt: skip
 
 
 def effects_of(found: Found) -> dict[str, Effect]:
-    """Every effect, in the order in which a plan shows them."""
+    """Every effect, in the order of display."""
     effects = [rule(found) for rule in _RULES]
     effects += _caustics(found)
     effects.append(_bounces(found))

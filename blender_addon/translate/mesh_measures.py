@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measures of a whole mesh for the Geometry node: Pointiness and Random Per Island, computed as Cycles does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+READ = "attribute_of_mesh:"
+"""Prefix of the name by which a shading program reads a measure."""
+WELDED = 1e-6
+"""Vertices that lie nearer to each other count as one."""
+
+
+def measure(name: str, positions: Array, normals: Array, edges: Array) -> Array:
+    """A measure of each vertex, three times (v, 3); ``edges``: vertices (e, 2)."""
+    values = pointiness(positions, normals, edges) if name == "pointiness" else island_randoms(len(positions), edges)
+    return np.repeat(values.astype(np.float32)[:, None], 3, axis=1)
+
+
+def pointiness(positions: Array, normals: Array, edges: Array) -> Array:
+    """(v,) 0.5 where flat, more where the mesh is convex: the angle of normal and edges, averaged with neighbors."""
+    cells = np.round(np.asarray(positions, dtype=np.float64) / WELDED).astype(np.int64)
+    _, first, welded = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    welded = welded.reshape(-1)
+    count = len(first)
+    normal = _summed(welded, normals, count)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
+    pairs = np.sort(welded[edges], axis=1)
+    pairs = np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)
+    one, other = pairs.T
+    place = np.asarray(positions, dtype=np.float64)[first]
+    along = place[other] - place[one]
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-20)
+    total = _summed(one, along, count) - _summed(other, along, count)
+    met = np.bincount(pairs.ravel(), minlength=count)
+    mean = total / np.maximum(met, 1)[:, None]
+    angle = np.arccos(np.clip(np.einsum("vi,vi->v", normal, mean), -1, 1)) / np.pi
+    raw = np.where(met > 0, angle, 0.0)
+    around = np.bincount(one, raw[other], minlength=count) + np.bincount(other, raw[one], minlength=count)
+    return np.asarray(((raw + around) / (met + 1))[welded])
+
+
+def _summed(place: Array, values: Array, count: int) -> Array:
+    return np.stack([np.bincount(place, column, minlength=count) for column in np.asarray(values, np.float64).T], 1)
+
+
+def island_randoms(count: int, edges: Array) -> Array:
+    """(v,) a random number in [0, 1] of each connected part of a mesh."""
+    parents, ranks = list(range(count)), [0] * count
+
+    def root(vertex: int) -> int:
+        top = vertex
+        while parents[top] != top:
+            top = parents[top]
+        while parents[vertex] != top:
+            parents[vertex], vertex = top, parents[vertex]
+        return top
+
+    # The number of an island depends on the vertex that represents it, so islands are joined as Cycles joins them.
+    for first, second in edges.tolist():
+        one, other = root(first), root(second)
+        if one == other:
+            continue
+        if ranks[one] < ranks[other]:
+            one, other = other, one
+        parents[other] = one
+        ranks[one] += ranks[one] == ranks[other]
+    roots = np.array([root(vertex) for vertex in range(count)], dtype=np.uint32)
+    return hashed(roots) / float(0xFFFFFFFF)
+
+
+def hashed(words: Array) -> Array:
+    """Jenkins' lookup3, its final mix, of one 32-bit word each."""
+    with np.errstate(over="ignore"):
+        start = np.uint32((0xDEADBEEF + (1 << 2) + 13) & 0xFFFFFFFF)
+        a = words.astype(np.uint32) + start
+        b = c = np.full_like(a, start)
+        for first, second, third in ((14, 11, 25), (16, 4, 14)):
+            c = (c ^ b) - _rotated(b, first)
+            a = (a ^ c) - _rotated(c, second)
+            b = (b ^ a) - _rotated(a, third)
+        return (c ^ b) - _rotated(b, 24)
+
+
+def _rotated(words: Array, bits: int) -> Array:
+    return (words << np.uint32(bits)) | (words >> np.uint32(32 - bits))

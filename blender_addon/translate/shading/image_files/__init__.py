@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files behind one Blender image: tiles of a UDIM set, and the frame of a sequence that is shown now."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+MISSING = (1.0, 0.0, 1.0)
+"""The color that Cycles shows where a tile is missing."""
+
+
+def tiles_of(image: Any) -> list[int]:
+    """Numbers of a tiled image's tiles: 1001 and on, ten to a row."""
+    return sorted(int(tile.number) for tile in image.tiles)
+
+
+@contextmanager
+def tile_image(image: Any, number: int) -> Iterator[Any]:
+    """An image of one tile's file alone, None where it has none; gone afterwards."""
+    packed = next((each for each in image.packed_files if f"{number}" in Path(each.filepath).name), None)
+    if packed is not None:
+        handle, path = tempfile.mkstemp(suffix=Path(packed.filepath).suffix)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(packed.data)
+            with _loaded(image, path) as found:
+                yield found
+        finally:
+            Path(path).unlink(missing_ok=True)
+        return
+    u, v = (number - 1001) % 10 + 1, (number - 1001) // 10 + 1
+    name = image.filepath.replace("<UDIM>", str(number)).replace("<UVTILE>", f"u{u}_v{v}")
+    with _loaded(image, bpy.path.abspath(name, library=image.library)) as found:
+        yield found
+
+
+def frame_of(user: Any, frame: int) -> int:
+    """Number of the file that a sequence shows at a frame (Blender's ``BKE_image_user_frame_get``)."""
+    if not user.use_auto_refresh:
+        return int(user.frame_current)
+    length = int(user.frame_duration)
+    if length == 0:
+        return 0
+    place = frame - int(user.frame_start) + 1
+    if user.use_cyclic:
+        place = place % length or length
+    return min(max(place, 0), length) + int(user.frame_offset)
+
+
+@contextmanager
+def frame_image(image: Any, number: int) -> Iterator[Any]:
+    """An image of one file of a sequence, None where there is none; gone afterwards."""
+    path = bpy.path.abspath(image.filepath, library=image.library)
+    digits = list(re.finditer(r"\d+", Path(path).name))
+    if not digits:
+        yield None
+        return
+    last, folder, name = digits[-1], Path(path).parent, Path(path).name
+    written = f"{number:0{last.end() - last.start()}d}"
+    with _loaded(image, str(folder / (name[: last.start()] + written + name[last.end() :]))) as found:
+        yield found
+
+
+@contextmanager
+def _loaded(like: Any, path: str) -> Iterator[Any]:
+    """A file as an image of the same settings."""
+    if not Path(path).is_file():
+        yield None
+        return
+    made = bpy.data.images.load(path, check_existing=False)
+    try:
+        made.colorspace_settings.name = like.colorspace_settings.name
+        made.alpha_mode = like.alpha_mode
+        yield made
+    finally:
+        bpy.data.images.remove(made)

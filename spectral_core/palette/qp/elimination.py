@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One spectrum eliminated: with some samples held at their bounds, everything else is affine in the free colors.
+
+The free samples x_F, the multipliers y of the border rows, and the gradients z of the held samples solve
+
+    [H_FF  E_Fᵀ] [x_F]   [z_F − f + Cᵀg]
+    [E_F   −c  ] [y  ] = [e + T g      ]      with z_F = 0 and the held samples at their bounds
+
+(``arrow`` has the letters). A factorization of H_FF answers that for one set F. Where a walk changes F by one sample
+at a time, a table of all responses is kept instead, and one exchange of a row with a column, a product of two vectors,
+replaces the factorization (principal pivoting; Cottle, Pang and Stone 1992, section 2.3).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.blas import dger
+
+from spectral_core.palette.qp.arrow import Factors, Spectrum
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+MOST_EXCHANGES = 40
+"""Exchanges after which a block is factored anew: each adds some rounding."""
+LEAST_PIVOT = 1e-5
+"""Pivot below which an exchange would lose its digits, relative to that of the sample by itself (its curvature)."""
+
+
+class Elimination:
+    """One block with its present bounds held; kept, and changed by exchanges, from one problem to the next."""
+
+    def __init__(self, spectrum: Spectrum, free: Mask, x: Array) -> None:
+        self.spectrum = spectrum
+        self.free, self.held = free, x
+        self.map: Array = np.zeros((0, 0))
+        """(n + b + q, 1 + q): value of a free sample or gradient of a held one, multipliers, and Cx + Tᵀy, each as
+        constant and by color."""
+        self.exchanges = 0
+        """Changes since the last factorization."""
+        self._factors: Factors | None = None
+        self._table: Array | None = None
+        self._solve(free, x)
+
+    @property
+    def borders(self) -> int:
+        """Number of border rows."""
+        return len(self.spectrum.border)
+
+    @property
+    def multipliers(self) -> Array:
+        """Those of the border rows, (b, 1 + q), as constant and by color."""
+        return self.map[self.free.size : self.free.size + self.borders]
+
+    def follow(self, spectrum: Spectrum, free: Mask, x: Array) -> None:
+        """Take other targets and other held bounds, by exchanges where that is cheaper than a factorization.
+
+        Parameters
+        ----------
+        spectrum
+            The block's present terms.
+        free
+            Which samples are off their bounds, (n,).
+        x
+            Values of the samples, of which those of held ones are read, (n,).
+        """
+        before, self.spectrum = self.spectrum, spectrum
+        flips = np.flatnonzero(free != self.free)
+        same_squares = spectrum.hessian is before.hessian and spectrum.border is before.border
+        many = 2 * flips.size > free.size or self.exchanges + flips.size > MOST_EXCHANGES
+        table = self._table
+        if table is None or not same_squares or many:
+            self._solve(free, x)
+            return
+        if spectrum is not before:
+            self._retarget(table, before)
+        kept = ~(free | self.free)
+        moved = kept & (x != self.held)
+        if moved.any():
+            self.map[:, 0] += table[:, : free.size][:, moved] @ (x - self.held)[moved]
+            self.held = np.where(moved, x, self.held)
+        for i in flips.tolist():
+            if not self.exchange(i, float(x[i])):
+                self._solve(free, x)
+                return
+
+    def exchange(self, i: int, bound: float) -> bool:
+        """Hold sample i at ``bound``, or free it if it is held; False where that would cost digits."""
+        table = self._tabulated() if self._table is None else self._table
+        pivot, own = float(table[i, i]), float(self.spectrum.hessian[i, i])
+        is_free = bool(self.free[i])
+        # The pivot is a curvature where the sample is held, and the inverse of one where it is free.
+        if not (0.0 < pivot * own < 1 / LEAST_PIVOT if is_free else pivot > LEAST_PIVOT * own):
+            return False
+        if is_free:
+            # The table counts a held sample from its bound.
+            self.map[i, 0] -= bound
+        row, column = table[i] / pivot, table[:, i].copy()
+        dger(-1.0, column, row, a=table, overwrite_a=1)
+        table[i] = -row
+        column /= pivot
+        table[:, i] = column
+        table[i, i] = 1.0 / pivot
+        if is_free:
+            self.held[i] = bound
+        else:
+            self.map[i, 0] += self.held[i]
+            self.held[i] = 0.0
+        self.free[i] = not is_free
+        self.exchanges += 1
+        return True
+
+    def current_factors(self) -> Factors:
+        """The factors of H on the samples that are free now."""
+        found = self._factors
+        if found is None or found.hessian is not self.spectrum.hessian or not np.array_equal(found.free, self.free):
+            found = self._factors = Factors(self.spectrum, self.spectrum.hessian, self.free.copy())
+        return found
+
+    # -- by factorization ----------------------------------------------------------------------------------------------
+
+    def _solve(self, free: Mask, x: Array) -> None:
+        """Solve for one right-hand side for the constant part, and one for each free color."""
+        spectrum = self.spectrum
+        self.free, self.held = free.copy(), np.where(free, 0.0, x)
+        factors = self.current_factors()
+        # Held samples move to the right-hand side, so that the factors are those of the free ones alone.
+        right = np.empty((1 + len(spectrum.ties), free.size))
+        right[0], right[1:] = -(spectrum.hessian @ self.held + spectrum.linear), spectrum.ties
+        border = spectrum.border
+        if len(border):
+            outside = np.concatenate([(spectrum.border_target - border @ self.held)[None], spectrum.border_ties.T])
+            values, multipliers = factors.solve(right, outside)
+            gradient = multipliers @ border
+        else:
+            values, multipliers = factors.solve(right, right)
+            gradient = np.zeros(right.shape)
+        values[0] += self.held
+        gradient += values @ spectrum.hessian
+        gradient[0] += spectrum.linear
+        gradient[1:] -= spectrum.ties
+        by_colors = values @ spectrum.ties.T
+        if len(border):
+            by_colors += multipliers @ spectrum.border_ties
+        self.exchanges = 0
+        self._table = None
+        self.map = np.concatenate([np.where(free, values, gradient), multipliers, by_colors], axis=1).T
+
+    # -- by the table --------------------------------------------------------------------------------------------------
+
+    def _tabulated(self) -> Array:
+        """The response of every row of ``map`` to a push z at a free sample, a move of a held one, a border row's
+        target.
+
+        The columns of ``map`` stand behind those of the responses, so that one exchange changes both.
+        """
+        spectrum = self.spectrum
+        size, total = self.free.size, self.free.size + len(spectrum.border)
+        unit = np.zeros((total, total))
+        unit.flat[:: total + 1] = np.concatenate([self.free, np.ones(total - size)])
+        values, multipliers = self.current_factors().solve(unit[:, :size], unit[:, size:])
+        inverse = np.concatenate([values, multipliers], axis=1)
+        system = np.zeros((total, total))
+        system[:size, :size] = spectrum.hessian
+        system[:size, size:], system[size:, :size] = spectrum.border.T, spectrum.border
+        held = np.flatnonzero(~self.free)
+        moved = -inverse @ system[:, held]
+        ties = np.concatenate([spectrum.ties, spectrum.border_ties.T], axis=1)
+        rows = np.zeros((total + len(ties), total + self.map.shape[1]), order="F")
+        rows[:total, :total] = inverse
+        rows[held, :total] = -moved.T
+        rows[:total, held] += moved
+        rows[np.ix_(held, held)] = system[np.ix_(held, held)] + system[held] @ moved
+        rows[total:, :total] = ties @ inverse
+        rows[total:, held] = ties[:, held] + ties @ moved
+        rows[:, total:] = self.map
+        self._table, self.map = rows, rows[:, total:]
+        return rows
+
+    def _retarget(self, table: Array, before: Spectrum) -> None:
+        """Move the constants to other targets: only f and e changed."""
+        spectrum, size = self.spectrum, self.free.size
+        self.exchanges += 1
+        fallen = before.linear - spectrum.linear
+        pushed = np.where(self.free, fallen, 0.0)
+        if self.borders:
+            pushed = np.concatenate([pushed, spectrum.border_target - before.border_target])
+        self.map[:, 0] += table[:, : pushed.size] @ pushed
+        self.map[:size, 0] -= np.where(self.free, 0.0, fallen)

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Images of several files: tiles of a UDIM set where their coordinates are, the frame of a sequence that shows now."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+def saved(path, color):
+    made = bpy.data.images.new("saved", 4, 4)
+    made.pixels.foreach_set(np.tile(np.array([*color, 1.0], np.float32), 16))
+    made.filepath_raw, made.file_format = str(path), "PNG"
+    made.save()
+    bpy.data.images.remove(made)
+
+
+def textured(build, image):
+    """A material that glows with an image."""
+    material = build.material(shader="ShaderNodeEmission")
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    image.colorspace_settings.name = "Non-Color"
+    material.node_tree.links.new(node.outputs["Color"], material.node_tree.nodes["shader"].inputs["Color"])
+    build.plane(material=material)
+    return node
+
+
+def colors(scene, *places):
+    program = scene.materials[0].surface.color.program
+    u, v = np.array(places, dtype=float).T
+    return program.evaluate(lambda name, shift: (u, v, 0 * u))
+
+
+def test_tiles_stand_where_their_coordinates_are(build, translate, tmp_path):
+    shown = {1001: (0.2, 0.4, 0.6), 1002: (0.8, 0.2, 0.0), 1011: (0.0, 0.6, 0.2)}
+    for number, color in shown.items():
+        saved(tmp_path / f"tile.{number}.png", color)
+    image = bpy.data.images.load(str(tmp_path / "tile.1001.png"))
+    image.source, image.filepath = "TILED", str(tmp_path / "tile.<UDIM>.png")
+    for number in (1002, 1011, 1023):
+        image.tiles.new(number)
+    textured(build, image)
+    before = len(bpy.data.images)
+    scene = translate()
+    assert len(bpy.data.images) == before, "the images of the tiles are gone again"
+    found = colors(scene, (0.4, 0.5), (1.7, 0.1), (0.5, 1.5), (2.5, 0.5), (2.2, 2.2), (-1.5, 0.5), (10.5, 0.5))
+    magenta = (1, 0, 1)  # as Cycles shows what is in no tile
+    expected = [*shown.values(), magenta, magenta, magenta, magenta]
+    np.testing.assert_allclose(found, expected, atol=1 / 255)
+    assert [note.message for note in scene.notes] == ["tile 1023 of this UDIM image could not be read; it is magenta"]
+
+
+def test_a_sequence_shows_the_file_of_the_frame(build, translate, tmp_path):
+    for number in (1, 2, 3):
+        saved(tmp_path / f"walk_{number:04d}.png", (number / 5, 0, 0))
+    image = bpy.data.images.load(str(tmp_path / "walk_0001.png"))
+    image.source = "SEQUENCE"
+    user = textured(build, image).image_user
+    user.frame_duration, user.use_auto_refresh = 3, True
+    for frame, number in ((1, 1), (2, 2), (3, 3), (40, 3)):
+        bpy.context.scene.frame_set(frame)
+        scene = translate()
+        np.testing.assert_allclose(colors(scene, (0.5, 0.5))[0][0], number / 5, atol=1 / 255)
+        assert scene.notes == ()
+    user.frame_offset = 7
+    assert "walk_0001.png, file 10" in translate().notes[0].message
+
+
+@pytest.mark.parametrize(
+    ("frame", "settings", "file"),
+    [(5, {}, 5), (5, {"frame_start": 3}, 3), (12, {"use_cyclic": True}, 2), (10, {"use_cyclic": True}, 10),
+     (0, {"use_cyclic": True}, 10), (-3, {}, 0), (99, {"frame_offset": 4}, 14),
+     (5, {"use_auto_refresh": False, "frame_current": 7}, 7)],
+)  # fmt: skip
+def test_frames_are_counted_as_blender_counts_them(frame, settings, file):
+    from blender_addon.translate.shading.image_files import frame_of
+
+    usual = {"frame_duration": 10, "frame_start": 1, "frame_offset": 0, "use_cyclic": False, "use_auto_refresh": True}
+    assert frame_of(SimpleNamespace(**(usual | settings)), frame) == file
