@@ -72,7 +72,7 @@ def all_volumes(quick: bool = False, names: list[str] | None = None) -> Iterator
         elif names and not (folder and (folder / "volumes" / f"{name}.nrrd").is_file()):
             raise UnknownNameError(
                 f"there is no volume {name!r}; real ones are read from volumes/{name}.nrrd under the folder that "
-                f"SPECTRAL_SHARED_DATA names, our own are {', '.join(sizes)}"
+                f"SPECTRAL_SHARED_DATA names; the synthetic ones are {', '.join(sizes)}"
             )
         elif folder:
             yield load_nrrd(folder / "volumes" / f"{name}.nrrd")

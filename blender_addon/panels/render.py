@@ -96,7 +96,7 @@ def _draw_outcome(layout: UILayout, context: Context) -> None:
 
 
 class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
-    """Which effects the renderer will simulate, and why"""
+    """Effects that the renderer will simulate, with reasons"""
 
     bl_label = "Plan"
 

@@ -177,7 +177,7 @@ def _draw_curve_of(
 
 
 class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
-    """How finely the volume is sampled, and how it is lit"""
+    """Sampling and lighting of the volume"""
 
     bl_label = "Quality and Light"
     bl_parent_id = "SPECTRAL_PT_volume"

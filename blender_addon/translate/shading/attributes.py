@@ -43,7 +43,9 @@ def object_attributes(
 
 
 def _of_instance(name: str, instance: Any) -> tuple[float, ...]:
-    """Coordinates of the place on its instancer that an instance stands at; 0 for what is none, as in Cycles."""
+    """Coordinates of the position of an instance on its instancer; 0 for an object that is no instance, as in
+    Cycles.
+    """
     if not instance.is_instance:
         return NOTHING
     if name == "UV":
@@ -105,7 +107,7 @@ def _numbers(value: Any) -> tuple[float, ...] | None:
 
 
 def hashed_pair(first: int, second: int) -> int:
-    """Jenkins' lookup3, its final mix, of two 32-bit words: what Cycles draws random numbers of objects from."""
+    """Jenkins' lookup3, its final mix, of two 32-bit words: the source of Cycles' random numbers of objects."""
     start = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
     a, b = (start + first) & 0xFFFFFFFF, (start + second) & 0xFFFFFFFF
     c = start

@@ -71,7 +71,7 @@ def _held(value: Scalar, limits: tuple[float, float]) -> Scalar:
 
 
 def conductor_colors(index: np.ndarray, extinction: np.ndarray) -> tuple[Paint, Paint]:
-    """Colors that stand for an index and extinction per channel, by Gulbrandsen 2014: facing and edge."""
+    """Colors that represent an index and extinction per channel, by Gulbrandsen 2014: facing and edge."""
     squared = np.square(extinction)
     facing = np.clip((np.square(index - 1) + squared) / (np.square(index + 1) + squared), 0.0, 0.999)
     root = np.sqrt(facing)

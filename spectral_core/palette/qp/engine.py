@@ -221,7 +221,7 @@ class Engine:
         sharp = self._sharpened(problem, Arrow(problem), raw, free, "piqp")
         if sharp is not None and sharp.check.passed and not is_strained(problem, sharp):
             return sharp
-        # piqp's own digits, in case that the active set lost what piqp had.
+        # The digits of piqp, in case the active set lost some of them.
         rough = answer_at(problem, x, problem.forces(x, multipliers), "piqp")
         return sharp if sharp is not None and sharp.check.passed and not rough.check.passed else rough
 

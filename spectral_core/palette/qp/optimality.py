@@ -75,7 +75,7 @@ def checked(
     equality = 0.0
     misses = problem.all_misses(x) if misses is None else misses
     stack = problem.stack
-    # A multiplier must be what its row leaves times its weight, or it explains nothing.
+    # A multiplier must be the error of its row times its weight, or it explains nothing.
     if stack is not None:
         unexplained = np.abs(stack.soft * misses - stack.softness * np.asarray(forces))
         kkt = max(kkt, float(unexplained.max(initial=0.0)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fitted law of a scene: error by samples and time by samples, with predictions for an asked error or time."""
+"""The fitted law of a scene: error by samples and time by samples, with predictions for a requested error or time."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class CostModel:
         return Prediction(samples, self.seconds(samples), self.error(samples), self.work(samples))
 
     def for_error(self, delta_e: float) -> Prediction:
-        """Prediction for an asked error, with equal samples everywhere."""
+        """Prediction for a requested error, with equal samples everywhere."""
         low, high = 1.0, float(MOST_SAMPLES)
         for _ in range(60):
             middle = np.sqrt(low * high)

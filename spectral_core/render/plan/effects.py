@@ -28,7 +28,7 @@ MOST_BOUNCES = 1024
 PAYING_PATHS = 3_000_000
 """Least number of paths of a render for which a pilot is traced: a few seconds of time."""
 PAYING_SECONDS, USUAL_SAMPLES = 10.0, 64
-"""The same for a time budget; and the assumed number of samples of an asked error."""
+"""The same for a time budget; and the assumed number of samples of a requested error."""
 _PILOTED = ("bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
 
 

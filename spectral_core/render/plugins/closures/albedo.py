@@ -55,8 +55,8 @@ def dielectric(relative_ior: float) -> tuple[Array, Array]:
 def _not_below(table: Array) -> Array:
     """The table, raised where it bends down: lines between its nodes lie nowhere below the truth.
 
-    What a table says too little is given to what lies below a layer, or to light between facets, and energy would be
-    above 1.
+    Energy that a table underestimates is given to the closure below a layer, or to light between facets; the sum would
+    exceed 1.
     """
     raised = table.copy()
     for axis in (0, 1):
@@ -75,7 +75,7 @@ def _not_below(table: Array) -> Array:
 def facing_halves(lost: bool = False) -> tuple[Array, Array]:
     """Mean cosines (SIZE, SIZE) to facets of a rough mirror, the smaller and the larger half.
 
-    Each facet counts by the light that it reflects, or by the ``lost`` light that meets other facets.
+    Each facet counts by the light that it reflects, or by the ``lost`` light that hits other facets.
     """
     _, facing, weights, _ = _reflected()
     weights = np.broadcast_to(weights, facing.shape)

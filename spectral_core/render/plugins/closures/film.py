@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A film as thin as a wavelength on glass or metal: what it reflects, by Airy's formula, over Dr.Jit arrays.
+"""A thin film (about a wavelength) on glass or metal: its reflectance, by Airy's formula, over Dr.Jit arrays.
 
 Light that goes through the film m times more is later by m optical paths L = 2 n d cos θ. The amplitudes of all m add
 up, for each polarization, to R = 1 - (1 - ρ²)(1 - a²) / (1 + x² + 2 x cos ψ) with ρ reflected by the film's upper face,
 a e^{iφ} by its lower, x = ρ a and ψ = 2π L / λ + φ (Born and Wolf 1999, "Principles of Optics", section 7.6). Spectral
 transport does just this for each wavelength.
 
-RGB transport shows what Cycles shows: the Fourier series of that in ψ up to the third order, whose cosines are averages
-over the color matching functions under a light of equal energy (Belcour and Barla 2017, "A practical extension to
-microfacet theory for the modeling of varying iridescence"), read from ``response``.
+RGB transport gives the colors of Cycles: the Fourier series of that reflectance in ψ up to the third order, whose
+cosines are averages over the color matching functions under a light of equal energy (Belcour and Barla 2017, "A
+practical extension to microfacet theory for the modeling of varying iridescence"), read from ``response``.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class FilmAt:
     def on_metal(self, cosine: Any, metal: Any, edge: Any = None) -> Any:
         """Reflectance of a metal (index of refraction, extinction) under the film.
 
-        ``edge``: what a metal of the F82 model reflects at a cosine of 1 / 7; its lower face follows that model.
+        ``edge``: reflectance of a metal of the F82 model at a cosine of 1 / 7; its lower face follows that model.
         """
         mi, dr = self.mi, self.dr
         film = self._blended(mi.Float(1.0))
@@ -118,7 +118,7 @@ class FilmAt:
         return dr.select(sine >= dr.square(film), 1.0, dr.clip(found, 0.0, 1.0))
 
     def _blended(self, outside: Any) -> Any:
-        """Index of refraction of the film; that of its surroundings where it is as good as not there."""
+        """Index of refraction of the film; that of the medium above where the film is too thin to matter."""
         dr = self.dr
         if self.mi.is_spectral:
             return self.ior
@@ -126,7 +126,7 @@ class FilmAt:
         return dr.lerp(outside, self.ior, share * share * (3.0 - 2.0 * share))
 
     def _reflected(self, first: Any, second: Any, phase: tuple[Any, Any], path: Any) -> Any:
-        """What both faces reflect together of one polarization: ρ, a, e^{iφ} and the optical path in nm."""
+        """Common reflectance of both faces for one polarization: ρ, a, e^{iφ} and the optical path in nm."""
         mi, dr = self.mi, self.dr
         product = first * second
         passed = (1.0 - dr.square(first)) * (1.0 - dr.square(second))
@@ -160,7 +160,7 @@ def _face(before: Any, behind: Any) -> Any:
 def metal_faces(dr: Any, within: Any, film: Any, metal: tuple[Any, Any], sine: Any) -> Any:
     """Amplitudes (real, imaginary) that a metal reflects of both polarizations, across and along.
 
-    ``within``: cosine times index of refraction ``film`` of what lies above; ``sine``: square of index times sine.
+    ``within``: cosine times index of refraction ``film`` of the medium above; ``sine``: square of index times sine.
     """
     n, k = metal
     real, imaginary = dr.square(n) - dr.square(k), 2.0 * n * k
@@ -223,7 +223,7 @@ def _quotient(dr: Any, above: tuple[Any, Any], below: tuple[Any, Any]) -> tuple[
 
 
 def _f82_within(dr: Any, cosine: Any, film: Any, metal: tuple[Any, Any], edge: Any) -> Any:
-    """What a metal of the F82 model reflects where it borders on the film in place of air."""
+    """Reflectance of a metal of the F82 model at its border with the film instead of air."""
     n, k = metal[0] / film, dr.square(metal[1] / film)
     facing = (dr.square(n - 1.0) + k) / (dr.square(n + 1.0) + k)
     bend = _bend(facing, edge)
@@ -232,6 +232,6 @@ def _f82_within(dr: Any, cosine: Any, film: Any, metal: tuple[Any, Any], edge: A
 
 
 def _bend(facing: Any, edge: Any) -> Any:
-    """How far the F82 model is from Schlick's, by what it reflects facing and at a cosine of 1 / 7."""
+    """Difference of the F82 model from Schlick's, by the reflectance at normal incidence and at a cosine of 1 / 7."""
     sixth = 6.0 / 7.0
     return (facing + (1.0 - facing) * sixth**5 - edge) * (7.0 / sixth**6)

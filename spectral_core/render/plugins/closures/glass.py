@@ -83,8 +83,8 @@ def register(mi: Any, dr: Any) -> None:
             return channel_mean(dr, share) if self.is_colored else share
 
         def under_film(self, si: Any, roughness: Any, cosine: Any, single: Any, active: Any) -> Any:
-            """Energy of one bounce with a film, from that without: what it lets pass in place of reflecting is masked
-            by facets in another way. Fresnel factors are taken at the two halves of the facets.
+            """Energy of one bounce with a film, from that without: the light that it transmits in place of reflecting
+            is masked by facets in another way. Fresnel factors are taken at the two halves of the facets.
             """
             eta = self.relative_ior(si, active)
             facing = [half(roughness, cosine) for half in self.halves]

@@ -21,9 +21,10 @@ def register(mi: Any, dr: Any) -> None:
     class BlenderPrincipled(reflecting):
         """Coat over (metal mixed with specular over diffuse).
 
-        ``specular_tint``, ``diffuse_roughness``, what begins with ``coat`` and ``subsurface`` may be absent. ``ior``
-        and ``coat_ior`` come with the reflectance seen straight on, its hemispherical mean and the table of the
-        directional albedo. As in Cycles a layer takes that albedo at the view direction away from what lies below.
+        ``specular_tint``, ``diffuse_roughness``, and inputs whose names begin with ``coat`` and ``subsurface`` may be
+        absent. ``ior`` and ``coat_ior`` come with the reflectance at normal incidence, its hemispherical mean and the
+        table of the directional albedo. As in Cycles a layer subtracts that albedo at the view direction from the light
+        of the layers below.
         """
 
         def __init__(self, inputs: Any) -> None:
@@ -59,7 +60,7 @@ def register(mi: Any, dr: Any) -> None:
             return None if self.film is None else self.film.at(mi, dr, si, active)
 
         def on_film(self, si: Any, film: Any, cosine: Any, active: Any) -> Any:
-            """What a dielectric under a thin film reflects; the specular tint colors it the more the less it is."""
+            """Reflectance of a dielectric under a thin film; the specular tint colors it more where it is low."""
             reflected = film.on_dielectric(cosine, mi.Float(1.0), self.ior.eval_1(si, active))
             if self.specular_tint is None:
                 return reflected

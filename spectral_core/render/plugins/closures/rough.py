@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``blender_glossy``, and what it shares with ``blender_principled``: reflection as in Cycles, both sides alike."""
+"""``blender_glossy``, and the code that it shares with ``blender_principled``: reflection as in Cycles, both sides
+alike.
+"""
 
 from __future__ import annotations
 
