@@ -40,7 +40,7 @@ RENDER_FIELDS = by_name(
         description="Time of a render from its start; noisy parts of the picture get more samples",
     ),
     Field(
-        "tolerance", FloatProperty, "tolerance_delta_e", name="Tolerance", default=1.0, min=0.0, soft_max=5.0,
+        "tolerance", FloatProperty, "tolerance_delta_e", name="Tolerance", default=0.25, min=0.0, soft_max=5.0,
         description="Color error (ΔE2000) below which the plan may omit an effect",
     ),
     Field(

@@ -43,7 +43,7 @@ class RenderSettings:
     transport: Literal["rgb", "spectral"] | None = None
     max_bounces: int | None = None
     variant: str | None = None
-    tolerance_delta_e: float = 1.0
+    tolerance_delta_e: float = 0.25
     overrides: tuple[tuple[str, str], ...] = ()
     white: Spectrum | None = None
     light_paths: LightPaths = UNLIMITED_PATHS

@@ -18,7 +18,7 @@ from spectral_core.render.plan import bounds
 from spectral_core.render.plan.effects import pilot_plan
 from spectral_core.render.plan.levels import Effect, Level, chosen
 from spectral_core.render.plan.measured import error_of_loss
-from spectral_core.render.plan.pilot import run_pilot
+from spectral_core.render.plan.pilot import CHANNELS, ROWS, TOTAL, Pilot, run_pilot
 from spectral_core.scene import (
     AreaLight,
     Camera,
@@ -84,6 +84,19 @@ def test_the_measured_error_of_fewer_bounces_is_what_a_render_shows():
         said = error_of_loss(seen, seen.beyond("bounces", count))
         true = delta_e_2000(lab_from_linear_rgb(full), lab_from_linear_rgb(_picture(scene, count))).mean()
         assert 0.9 * true < said < 1.5 * true + 0.2
+
+
+def test_the_background_does_not_dilute_the_error_of_a_small_object():
+    """An object on 4 % of the pixels loses a fifth of its light: the error is that of its pixels."""
+    height, width, batches = 24, 24, 8
+    bins = np.zeros((height, width, batches, ROWS, CHANNELS))
+    bins[..., TOTAL, :3] = 0.2  # the light of the sky
+    bins[10:15, 10:15, :, TOTAL, :] = [0.3, 0.3, 0.3, 1.0]
+    lost = np.zeros((height, width, batches, 3))
+    lost[10:15, 10:15] = 0.06
+    pair = [lab_from_linear_rgb(np.full(3, level)) for level in (0.3, 0.24)]
+    said = error_of_loss(Pilot(bins, 192, np.zeros((0, 3))), lost)
+    assert said == pytest.approx(delta_e_2000(*pair), rel=0.01)
 
 
 def _picture(scene, bounces):

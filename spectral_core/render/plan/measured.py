@@ -24,8 +24,8 @@ WORST_WEIGHT = 0.5
 def error_of_loss(pilot: Pilot, lost: Array, unseen: float = 0.0) -> float:
     """Upper bound of the ΔE2000 of the picture without ``lost`` (height, width, batches, ≥3).
 
-    The largest of three values: mean over pixels, mean over blocks, half of the worst block; plus twice its standard
-    deviation between batches (jackknife). ``unseen``: additional mean radiance of paths that are so rare that the pilot
+    The largest of three values: mean over the pixels that show a surface, mean over blocks, half of the worst block;
+    plus twice its standard deviation between batches (jackknife). ``unseen``: additional mean radiance of paths that are so rare that the pilot
     may have met none.
     """
     light, picture = lost[..., :3], pilot.picture
@@ -35,7 +35,9 @@ def error_of_loss(pilot: Pilot, lost: Array, unseen: float = 0.0) -> float:
     pixels = _difference(picture.mean(axis=2), light.mean(axis=2))
     blocks, lost_blocks = _blocks(picture), _blocks(light)  # (blocks, batches, 3)
     coarse = _difference(blocks.mean(axis=1), lost_blocks.mean(axis=1))
-    whole = max(float(pixels.mean()), _of_blocks(coarse))
+    # The background dilutes a mean over all pixels: a small object would lose its shading at a small error.
+    shown = pilot.shows_surfaces
+    whole = max(float(pixels[shown].mean()) if shown.any() else 0.0, _of_blocks(coarse))
     without = [(part.sum(axis=1, keepdims=True) - part) / (batches - 1) for part in (blocks, lost_blocks)]
     parts = _of_blocks(_difference(*without), axis=0)  # one for each omitted batch
     spread = float(np.sqrt((batches - 1) / batches * np.sum((parts - parts.mean()) ** 2)))

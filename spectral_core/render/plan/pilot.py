@@ -64,6 +64,11 @@ class Pilot:
         """Surfaces that all paths hit: the time of a render is proportional to it."""
         return float(self.bins[..., TOTAL, 3].sum())
 
+    @property
+    def shows_surfaces(self) -> NDArray[np.bool_]:
+        """(height, width): True for pixels in which a path hit a surface."""
+        return np.asarray(self.bins[..., TOTAL, 3].sum(axis=2) > 0)
+
     def beyond(self, count: str, most: int) -> NDArray[np.float64]:
         """(height, width, batches, 4): light of paths with more than ``most`` bounces of a kind."""
         first = COUNTS.index(count) * LEVELS
