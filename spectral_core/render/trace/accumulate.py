@@ -202,6 +202,8 @@ class Accumulator:
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # the uncovered share shows the environment: subtracted in expectation
         radiance, covered = radiance - dr.select(seen, behind, 0.0), 1.0 - channel_mean(dr, passed)
+        if extra and not has_volumes:  # the share that the environment has through glass
+            covered -= dr.select(seen & dr.isfinite(extra[0]), extra[0], 0.0)
         if self._sees_partly:  # outside a fisheye's circle the picture is empty
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
         return radiance, covered, finite

@@ -14,6 +14,7 @@ from typing import Any
 from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
 from spectral_core.render.plugins.closures.subsurface import DIVES
+from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace import hit_sides, in_media, path_limits, reradiation
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
@@ -80,7 +81,7 @@ def scene_path_class(variant: str) -> Any:
             )
             # they belong to the loop; a recorded launch reads every member of the integrator after it
             self.met = self.asked = self.asked_way = self.fog = None
-            return state.light, state.seen, []
+            return state.light, state.seen, [state.through] if self.settings.clear_glass else []
 
         def begin(self, ray: Any, active: Any) -> Any:
             """A path at the camera."""
@@ -191,6 +192,8 @@ def scene_path_class(variant: str) -> Any:
             path.glossy += one(mirrors & ~is_diffuse)
             path.transmission += one(scatters & ~mirrors)
             path.depth += one(scatters)
+            if self.settings.clear_glass:
+                path.clear &= ~scatters | (~mirrors & mi.has_flag(bs.sampled_type, mi.BSDFFlags.DeltaTransmission))
             ended = (path.diffuse > self.diffuse) | (path.glossy > self.glossy)
             ended |= (path.transmission > self.transmission) | (path.depth > self.bounces)
             path.last |= scatters & ended
@@ -221,6 +224,11 @@ def scene_path_class(variant: str) -> Any:
             self.met = self.lights.met(si, path, share, self.tables, active, ~seen)
             if self.tables.camera_world is not None and of is None:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
+            if self.settings.clear_glass:
+                gone = active & ~si.is_valid() & path.clear & (path.depth > 0)
+                self.met.world = dr.select(gone, mi.Spectrum(0.0), self.met.world)
+                if of is None:
+                    path.through = dr.select(gone, path.through + channel_mean(dr, path.throughput), path.through)
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
