@@ -155,7 +155,8 @@ def _traced(
     plan: EffectPlan | None,
 ) -> RenderResult:
     """The picture with its passes, denoised if requested."""
-    start = time.perf_counter()
+    meter = Meter()
+    start = meter.started
     bands, groups, sampling_lights = measure.bands, measure.groups, measure.sampling_lights
     if scene.settings.denoise:
         require_denoiser()  # before the render instead of after an hour
@@ -170,7 +171,7 @@ def _traced(
         plan = plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
     job = RenderJob(scene, plan, measure)
     if asked:
-        return _finished(_asked(job, scene, start, on_progress, should_stop, bands), job, start)
+        return _finished(_asked(job, scene, meter, on_progress, should_stop, bands), job, start)
     status: Literal["done", "cancelled"] = "done"
     affordable = scene.film.samples
     left = pass_sizes(scene.film.samples)
@@ -251,7 +252,7 @@ def _denoised(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
 def _asked(
     job: RenderJob,
     scene: Scene,
-    start: float,
+    meter: Meter,
     on_progress: Callable[[Progress], None] | None,
     should_stop: Callable[[], bool] | None,
     bands: Bands | None,
@@ -261,15 +262,15 @@ def _asked(
     def on_round(pixels: Pixels, samples: float, expected: float) -> None:
         if on_progress is not None:
             total = max(round(expected), round(samples))
-            on_progress(Progress(pixels, round(samples), total, time.perf_counter() - start))
+            on_progress(Progress(pixels, round(samples), total, meter.read().wall))
 
-    made = render_asked(job, start, on_round, should_stop)
+    made = render_asked(job, meter, on_round, should_stop)
     return RenderResult(
         pixels=made.pixels,
         plan=job.plan,
         notes=scene.notes + job.notes + made.notes,
         samples=round(made.outcome.samples),
-        seconds=time.perf_counter() - start,
+        seconds=meter.read().wall,
         status=made.status,
         variant=job.variant,
         bands=bands,

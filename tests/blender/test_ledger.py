@@ -63,5 +63,5 @@ def test_what_is_noted_is_named_where_it_is_changed(build, translate):
     tree.links.new(rough.outputs[0], output.inputs["Surface"])
     notes = {(note.subject, note.message.split(";")[0]) for note in translate().notes}
     assert ("Scene", "Fast GI is not simulated") in notes
-    assert any(message == "samples of a view layer's own are not used" for _, message in notes)
+    assert any(message == "samples of the view layer are not used" for _, message in notes)
     assert any("Texture Mapping in its side panel is not understood" in message for _, message in notes)

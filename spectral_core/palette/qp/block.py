@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -98,13 +98,12 @@ class Block:
 
     def with_targets(self, targets: Array) -> Block:
         """The same block with other targets (m,); results that do not depend on them are kept."""
-        return self._kept(
-            replace(self, targets=targets), ("exact", "any_exact", "soft_weights", "scale", "lightest_ties")
-        )
+        kept = ("exact", "any_exact", "soft_weights", "scale", "lightest_ties")
+        return self._kept(self._with(targets, self.weights, self.own_weights), kept)
 
     def with_weights(self, targets: Array, weights: Array, own_weights: Array | None) -> Block:
         """The same rows with other targets and weights, (m,) each."""
-        return self._kept(replace(self, targets=targets, weights=weights, own_weights=own_weights), ())
+        return self._kept(self._with(targets, weights, own_weights), ())
 
     def with_request(self, number: int, color: Array, weight: float, own_weight: float) -> Block:
         """The same block with another color (3,), squared weight and weight of one cell, by its number in keys."""
@@ -117,6 +116,21 @@ class Block:
         weights, own = self.weights.copy(), self.own_weights.copy()
         weights[rows], own[rows] = weight, own_weight
         return self.with_weights(targets, weights, own)
+
+    def _with(self, targets: Array, weights: Array, own_weights: Array | None) -> Block:
+        # Sixty times a second: ``dataclasses.replace`` takes several times as long.
+        return Block(
+            self.rows,
+            targets,
+            self.ties,
+            weights,
+            self.roughness,
+            self.gram,
+            self.lower,
+            self.upper,
+            self.keys,
+            own_weights,
+        )
 
     def _kept(self, found: Block, names: tuple[str, ...]) -> Block:
         """Hand on what was computed from what both blocks share."""
@@ -171,7 +185,17 @@ class Stack:
         # Rows and ties are shared: an edit of a target or weight leaves them.
         targets = _with_row(self.targets, k, block.targets)
         if same_weights:
-            return replace(self, targets=targets)
+            return Stack(
+                self.rows,
+                targets,
+                self.ties,
+                self.soft_weights,
+                self.exact,
+                self.scales,
+                self.lightest_ties,
+                self.soft,
+                self.softness,
+            )
         weights = block.soft_weights
         soft = (weights > 0).astype(float)
         return Stack(

@@ -46,6 +46,7 @@ class HeldBounds:
         """Value of each free unknown, and gradient of each held one, as (constant, by color)."""
         self._by_colors = np.zeros((count, self.colors, self.colors + 1))
         """Gradient of each block by the free colors, in the same form."""
+        self._summed = self._by_colors.sum(axis=0)
         self._eliminated: list[Elimination | None] = [None] * count
         self.multipliers: list[Array] = [_NONE] * count
         """Of the border rows of each block, at the last solution."""
@@ -78,6 +79,8 @@ class HeldBounds:
                 found.follow(spectrum, free, x)
             self._held_free[begin:end], self._held[begin:end] = free, x
             self._take(k, found)
+        if self.stale:
+            self._summed = self._by_colors.sum(axis=0)
         self.stale.clear()
 
     def _take(self, k: int, found: Elimination) -> None:
@@ -85,7 +88,11 @@ class HeldBounds:
         begin, end = self.offsets[k], self.offsets[k + 1]
         self._map[begin:end] = found.map[: end - begin]
         if self.colors:
-            self._by_colors[k] = found.map[-self.colors :]
+            new, old = found.map[-self.colors :], self._by_colors[k]
+            # During a walk only the difference is added; ``_refresh`` sums anew.
+            self._summed += new
+            self._summed -= old
+            old[:] = new
 
     def _elimination(self, k: int) -> Elimination:
         """A block's elimination, which ``_refresh`` has made."""
@@ -167,8 +174,7 @@ class HeldBounds:
     def _color_system(self) -> tuple[Array, Array]:
         """Curvature by the free colors with all spectra eliminated, (q, q), and right-hand side (q,)."""
         hessian, linear = self.arrow.color_system
-        summed = self._by_colors.sum(axis=0)
-        return hessian - summed[:, 1:], linear + summed[:, 0]
+        return hessian - self._summed[:, 1:], linear + self._summed[:, 0]
 
     def _color_solve(self, system: Array, right: Array) -> Array:
         """Solve for the colors inside their boxes; 0 for the others."""

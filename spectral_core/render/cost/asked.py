@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -17,6 +16,7 @@ from spectral_core.render.cost.allocate import for_error, for_samples
 from spectral_core.render.cost.errors import Estimate, pixel_errors
 from spectral_core.render.cost.model import CostModel, Prediction, measured_model
 from spectral_core.render.cost.probe import RUN, Probe
+from spectral_core.render.cost.work import Meter, Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Note, RenderSettings, Scene
 
@@ -28,6 +28,8 @@ _FIRST_SHARE = 0.3
 """Part of the expected samples that is spread over the whole picture before tiles are treated differently."""
 _ROUNDS = 4
 """Rounds of adaptive sampling that a prediction assumes."""
+_LOOKS = 4
+"""Comparisons of the two halves in each round: error of the picture, errors of its tiles, rare light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +69,7 @@ def tightened(scene: Scene) -> Scene:
 
 def render_asked(
     job: RenderJob,
-    start: float,
+    meter: Meter,
     on_round: Callable[[NDArray[np.float32], float, float], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> AskedRender:
@@ -77,8 +79,8 @@ def render_asked(
     ----------
     job
         The loaded scene.
-    start
-        ``time.perf_counter`` when the render began: a budget counts from there.
+    meter
+        Started with the render: a budget counts from there.
     on_round
         Sees the picture, mean samples per pixel so far, and those that are expected, after each round.
     should_stop
@@ -87,10 +89,14 @@ def render_asked(
     settings = job.scene.settings
     wanted, budget = settings.target_error, settings.time_budget_s
     probe = Probe(job)
-    fixed = (time.perf_counter() - start) / probe.slowness
-    model = measured_model(probe, least=4, most=64, share=0.03, fixed_s=fixed, asked=wanted, budget_s=budget)
-    predict = predicted_error if wanted is not None else predicted_time
-    prediction = predict(probe, model, time.perf_counter() - start, wanted if wanted is not None else budget or 0.0)
+    model = measured_model(
+        probe, least=4, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
+    )
+    spent = meter.read()
+    if wanted is not None:
+        prediction = predicted_error(probe, model, spent, wanted)
+    else:
+        prediction = predicted_time(probe, model, spent.wall, budget or 0.0)
     first = max(1, round(_FIRST_SHARE * prediction.samples / 2))
     picture = AdaptivePicture(job)
     picture.launch_s = probe.launch_s * probe.slowness
@@ -108,9 +114,9 @@ def render_asked(
         found = until_error(picture, wanted, first, after_round)
         reached = found.delta_e <= wanted
     else:
-        found = until_time(picture, start + (budget or 0.0), first, after_round)
-        reached = time.perf_counter() - start <= 1.1 * (budget or 0.0)
-    seconds = time.perf_counter() - start
+        found = until_time(picture, meter.started + (budget or 0.0), first, after_round)
+        reached = meter.read().wall <= 1.1 * (budget or 0.0)
+    seconds = meter.read().wall
     return AskedRender(
         picture.picture(),
         picture.band_picture(),
@@ -122,11 +128,14 @@ def render_asked(
     )
 
 
-def predicted_error(probe: Probe, model: CostModel, spent_s: float, wanted: float) -> Prediction:
+def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float) -> Prediction:
     """Samples and time to reach an error by adaptive sampling, predicted from the law of each run of the probe's
-    pixels.
+    pixels; ``spent``: time before it.
     """
+    meter = Meter()
     errors, counts = _runs(probe)
+    width, height = probe.film.size
+    looking = _LOOKS * meter.read().work * width * height / len(probe.pixels)
     weights = np.ones(len(errors))
     total = 2 * float(for_error(errors, counts, AIM * wanted, weights).mean())
     if total <= 2.01 * float(counts.mean()):  # fewer samples than the probe took: the law of equal samples holds
@@ -139,8 +148,8 @@ def predicted_error(probe: Probe, model: CostModel, spent_s: float, wanted: floa
         traced = 2 * float(counts.mean())
         total = traced * (total / traced) ** (-0.5 / min(model.slope, -0.5))
         reached = AIM * wanted
-    work = _ROUNDS * 2 * probe.launch_s + model.seconds_per_sample * total
-    return Prediction(total, spent_s + model.slowness * work, reached, spent_s / model.slowness + work)
+    work = _ROUNDS * (2 * probe.launch_s + looking) + model.seconds_per_sample * total
+    return Prediction(total, spent.wall + model.slowness * work, reached, spent.work + work)
 
 
 def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> Prediction:
