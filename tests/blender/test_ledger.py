@@ -64,4 +64,4 @@ def test_what_is_noted_is_named_where_it_is_changed(build, translate):
     notes = {(note.subject, note.message.split(";")[0]) for note in translate().notes}
     assert ("Scene", "Fast GI is not simulated") in notes
     assert any(message == "samples of the view layer are not used" for _, message in notes)
-    assert any("Texture Mapping in its side panel is not understood" in message for _, message in notes)
+    assert any("Texture Mapping in its side panel is not supported" in message for _, message in notes)
