@@ -255,6 +255,8 @@ def test_the_first_edit_of_a_mesh_records_nothing(scene: Scene) -> None:
 
     trace(scene)
     before = stage.launcher.recordings
+    assert stage.launcher.is_recorded, "launches are made anew each time, which takes many times as long"
+    assert before == 1
     for name in ("two", "one"):
         scene = with_stretch(scene, name, (1.0, 1.0, 1.6))
         stage.show(scene)

@@ -67,7 +67,9 @@ class Launcher(Accumulator):
         plugins = [plugin for plugin in plugins if isinstance(plugin, mi.Object)]
         own = [self._offsets, *(vars(self).get(name) for name in ("_draw", "_cell_start", "_cell_width"))]
         own += [*vars(self).get("_starts", ()), *vars(self).get("_ends", ())]
-        ours = held([own, self._loaded.first_hit.rules, vars(self._loaded.integrator)], mi)
+        tables = parts.context.tables
+        tables.buffer()  # made here, as an array that is made within a recording ends it
+        ours = held([own, tables, self._loaded.first_hit.rules, vars(self._loaded.integrator)], mi)
         self._inputs = (ours, plugins, self._loaded.scene.scene, self._loaded.integrator)
 
     def trace(self, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any], kind: str = "") -> tuple[Any, Any]:
