@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every figure that the docs name is printed from here: ``python -m benchmarks NAME [--json]``.
 
-A benchmark is a module of this package. Its name with dashes is what is called (``palette_speed`` is
-``palette-speed``), the first line of its docstring is its description, and its ``run(options)`` prints a
-readable report and returns the figures as one flat or nested dict of plain numbers, strings and lists.
-``options`` is an ``Options``; a module that takes arguments of its own reads them from ``options.extra``.
+A benchmark is a module of this package. It is called by its name with dashes (``palette_speed`` is ``palette-speed``),
+the first line of its docstring is its description, and its ``run(options)`` prints a readable report and returns the
+figures as one flat or nested dict of plain numbers, strings and lists. ``options`` is an ``Options``; a module reads
+further arguments from ``options.extra``.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Options:
-    """What the command line says to every benchmark."""
+    """Options of the command line for every benchmark."""
 
     quick: bool = False
     """Smaller inputs, for tests: the figures then prove that it runs, not what it claims."""
     out: Path = Path("out/benchmarks")
-    """Where pictures and tables are written."""
+    """Folder of pictures and tables."""
     extra: list[str] = field(default_factory=list)
     """Arguments that the benchmark itself understands."""

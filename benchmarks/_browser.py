@@ -24,7 +24,7 @@ def find_browser() -> str | None:
 
 
 def _high_pipe() -> tuple[int, int]:
-    """A pipe whose descriptors are none of those that the browser gets."""
+    """A pipe whose descriptors differ from all of those that the browser gets."""
     import fcntl
 
     low = os.pipe()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cinema Specification D (version 1.2) by hand: its own reading of RFC 4180, of types and of files.
+"""Check of Cinema Specification D (version 1.2), with its own reading of RFC 4180, of types and of files.
 
-It shares no code with the writer; it is what ``explore-page`` and the tests hold data.csv against. pycinema, which
-needs Qt, is asked in a process of its own: the variable PYCINEMA_PYTHON names a Python that has it.
+It shares no code with the writer; ``explore-page`` and the tests check data.csv with it. pycinema, which needs Qt, runs
+in a separate process: the variable PYCINEMA_PYTHON names a Python with it.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def kind_of(field: str) -> str:
 
 
 def problems(folder: Path) -> list[str]:
-    """What a folder violates of the specification, in words."""
+    """Violations of the specification in a folder, as text."""
     if folder.suffix != ".cdb":
         return [f"the folder is named {folder.name}; the specification wants .cdb"]
     try:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes with an answer on paper: each gives pairs of what was rendered and what the formula says.
+"""Scenes with an analytic answer: each returns pairs of a rendered and a computed value.
 
-The formulas stand here in full and share no code with the renderer.
+The formulas are complete here and share no code with the renderer.
 """
 
 from __future__ import annotations
@@ -73,12 +73,12 @@ def slab(samples: int, transport: str) -> Iterator[Compared]:
             expected = {"through": (1 - face) / (1 + face), "off": 2 * face / (1 + face)}
             for way, lit in (("through", (0, 8)), ("off", (8, 180))):
                 sheet = at(scale=(500.0, 500.0, 0.5), turn=("x", degrees))
-                scene = _through(sheet, Glass(gray(1.0), 0.0, index), samples, transport, _polar(*lit))
+                scene = _through(sheet, Glass(gray(1.0), 0.0, index), samples, transport, polar(*lit))
                 yield compared(f"n {index} at {degrees:.0f}°, {way}", traced(scene)[0].mean(axis=-1), expected[way])
 
 
 def true_slab(index: float, degrees: float) -> float:
-    """What of unpolarized light passes a sheet if each polarization is followed by itself, as nature does."""
+    """Transmittance of a sheet for unpolarized light if each polarization is followed separately."""
     inside = np.arcsin(np.sin(np.radians(degrees)) / index)
     outside = np.radians(degrees)
     across = (np.sin(outside - inside) / np.sin(outside + inside)) ** 2
@@ -95,7 +95,7 @@ def absorption(samples: int) -> Iterator[Compared]:
         for glass in (False, True):
             surface = Glass(gray(1.0), 0.0, 1.5) if glass else None
             placed = at(scale=(500.0, 500.0, thickness / 2))
-            scene = _through(placed, surface, samples, "spectral", _polar(0, 20))
+            scene = _through(placed, surface, samples, "spectral", polar(0, 20))
             dull = Material("sheet", surface, ScatteringMedium(1.0, gray(0.0), absorbing))
             bright = in_bands(replace(scene, instances=()), bands).mean(axis=(0, 1))
             found = in_bands(replace(scene, materials=(dull,)), bands) / bright
@@ -112,9 +112,9 @@ def absorption(samples: int) -> Iterator[Compared]:
 
 
 def prism(samples: int) -> Iterator[Compared]:
-    """Snell at both faces of a prism that disperses: where light of each wavelength goes, in degrees.
+    """Snell's law at both faces of a dispersive prism: direction of light of each wavelength, in degrees.
 
-    The surroundings are as bright as their angle from the view is large, so brightness tells the angle.
+    The brightness of the environment is proportional to the angle from the view, so brightness measures the angle.
     """
     grid = SpectralGrid.uniform(360, 830, 5)
     index = 1.45 + 1.2e4 / grid.wavelengths_nm**2  # Cauchy, of the dispersion of a flint glass
@@ -132,7 +132,7 @@ def prism(samples: int) -> Iterator[Compared]:
     most = 40.0
     pictures = []
     for ramp in (True, False):
-        base = _through(np.eye(4), Glass(), samples, "spectral", _polar(0, most, ramp=ramp))
+        base = _through(np.eye(4), Glass(), samples, "spectral", polar(0, most, ramp=ramp))
         scene = replace(base, meshes=faces, materials=glass, instances=placed)
         pictures.append(in_bands(replace(scene, settings=RenderSettings("spectral", 2)), bands))
     for name, part in zip(bands.names, np.moveaxis(pictures[0] / pictures[1], -1, 0), strict=True):
@@ -164,7 +164,7 @@ def lamps(samples: int, transport: str) -> Iterator[Compared]:
 
 
 def _through(placed: Any, surface: Any, samples: int, transport: str, world: Any) -> Scene:
-    """A box below a camera that looks straight down, in surroundings."""
+    """A box below a camera that looks straight down, in an environment."""
     eye = Camera(world_from_camera=at(0, 0, 60), kind="orthographic", orthographic_scale=0.01)
     return replace(
         empty_scene(eye, samples, transport),
@@ -184,7 +184,7 @@ def empty_scene(camera: Camera, samples: int, transport: str = "spectral") -> Sc
     )
 
 
-def _polar(first: float, last: float, *, ramp: bool = False) -> ImageTexture:
+def polar(first: float, last: float, *, ramp: bool = False) -> ImageTexture:
     """Surroundings that are white from ``first`` to ``last`` degrees about straight down, or rise to 1 there."""
     rows = 1440
     degrees = (np.arange(rows) + 0.5) * 180 / rows  # row 0 is straight down

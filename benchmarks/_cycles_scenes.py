@@ -127,7 +127,7 @@ def sun_and_sky() -> None:
 
 
 def glowing_meshes() -> None:
-    """Rings and balls that glow, among blocks."""
+    """Rings and balls that emit light, among blocks."""
     import bpy
 
     _plane(14, 0.5)
@@ -143,7 +143,7 @@ def glowing_meshes() -> None:
 
 
 def caustics() -> None:
-    """A glass ball whose light gathers on the floor under a large lamp."""
+    """A glass ball that focuses the light of a large lamp on the floor."""
     _plane(12, 0.7)
     _sphere((0, 0, 1), 0.7, _material(GLASS, Roughness=0.1, IOR=1.5))
     _lamp("AREA", 200, (0, 0, 5), size=2.0)

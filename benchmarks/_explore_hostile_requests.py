@@ -132,7 +132,7 @@ def _nonsense(server: PageServer, count: int, tally: Counter[str], wrong: list[s
 
 
 def _answered(server: PageServer, path: str, body: bytes, tally: Counter[str], wrong: list[str]) -> None:
-    """A page with the token may send nonsense: it gets an answer in words."""
+    """A page with the token may send invalid requests: the answer is a message."""
     tally["tried"] += 1
     said = _send(server, "POST", path, body, {"X-Explore-Token": server.token})
     status = said[9:12]
@@ -159,7 +159,7 @@ def _expect(
 
 
 def _send(server: PageServer, method: str, path: str, body: bytes, headers: dict[str, str]) -> bytes:
-    """The whole answer to one request, written to the socket as it stands."""
+    """The complete answer to one request, written to the socket unchanged."""
     given = {
         "Host": f"127.0.0.1:{server.server_port}",
         "Content-Length": str(len(body)),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the kill benchmark sweeps: a function that notes its starts and ends, and takes a while."""
+"""Function for the kill benchmark: it records its starts and ends, and takes some time."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Thesis Figs. 6.3 and 6.6 with scenes of our own: the light dial over its mixtures, and who moves faders together.
+"""Thesis Figs. 6.3 and 6.6 with other scenes: the light dial over its mixtures, and correlated faders.
 
 No people took part in 6.6. Hands are scripted, each with a known habit, and the figure shows whether the measure of
 Eq. 6.2 finds that habit again in what a board received.
@@ -35,7 +35,7 @@ HABITS = ("one after the other", "one hand: neighbors together", "two hands: all
 
 
 def five_lamps(size: int, samples: int) -> Scene:
-    """The corner of the sweeps' examples under five lamps, each with a spectrum of its own."""
+    """The corner of the sweeps' examples under five lamps with different spectra."""
     from examples.sweeps.scenes import _at, corner
 
     scene = corner(size, samples)

@@ -20,7 +20,7 @@ class Writer:
     file_name: str
     write: Callable[[Path, int], object]
     read: Callable[[Path], Any] | None = None
-    """Tells the version of a file whose bytes differ from one writing to the next; None if they do not."""
+    """Identifies the version of a file whose bytes differ between writings; None if they do not."""
 
 
 def writers(side: int = 96) -> list[Writer]:

@@ -28,11 +28,13 @@ FINE_NM: Array = np.arange(300.0, 830.0 + STEP_NM / 2, STEP_NM)
 KNOTS_NM: Array = np.arange(300.0, 831.0, 5.0)
 BELL_NM = 20.0
 DYES = {"green": (405.0, 520.0), "red": (525.0, 630.0)}
-"""Where each dye takes light in, and where it sends it out; the second takes in what the first sends out."""
+"""Excitation and emission wavelength of each dye; the second absorbs the emission of the first."""
 
 
 def fluorescence(samples: int) -> Iterator[Compared]:
-    """Two parallel surfaces, one of which also glows, and a room of one material: per band, and energy in all."""
+    """Two parallel surfaces, one of which is also fluorescent, and a room of one material: per band, and energy in
+    all.
+    """
     bands = Bands.uniform(420, 700, 15)
     violet = np.exp(-0.5 * ((KNOTS_NM - 410) / 25) ** 2) + 0.02
     glow = Illuminant("violet", SpectralGrid(KNOTS_NM), violet)

@@ -32,6 +32,7 @@ from spectral_core.scene import (
     Rays,
     RenderSettings,
     Scene,
+    Sheen,
     Subsurface,
     Toon,
     Translucent,
@@ -42,7 +43,8 @@ from spectral_core.scene import (
 
 Array = NDArray[np.float64]
 WHITE = gray(1.0)
-ROUGHNESS = (0.0, 0.05, 0.2, 0.5, 1.0)
+ROUGHNESS = tuple(float(value) for value in np.round(np.linspace(0.0, 1.0, 20) ** 1.5, 3))
+"""Densest where surfaces are smoothest."""
 ANGLES = (0.0, 30.0, 60.0, 75.0, 85.0, 89.0)
 """Degrees between the view and the normal; each is tried from the front and from behind."""
 PIXELS = 4
@@ -53,16 +55,29 @@ SURFACES: dict[str, Callable[[float], Any]] = {
     "Glossy, GGX, multiple scattering": lambda r: Glossy(WHITE, r),
     "Glossy, GGX, single scattering": lambda r: Glossy(WHITE, r, multiple_scattering=False),
     "Glossy, Beckmann": lambda r: Glossy(WHITE, r, distribution="beckmann"),
+    "Glossy, Ashikhmin and Shirley": lambda r: Glossy(WHITE, r, distribution="ashikhmin"),
     "Glass, index 1.5": lambda r: Glass(WHITE, r, 1.5),
     "Glass, index 2.4": lambda r: Glass(WHITE, r, 2.4),
+    "Glass, single scattering": lambda r: Glass(WHITE, r, 1.5, multiple_scattering=False),
+    "Glass, thin film": lambda r: Glass(WHITE, r, 1.5, thin_film_thickness=400.0),
     "Translucent": lambda r: Translucent(WHITE),
+    "Sheen, microfiber": lambda r: Sheen(WHITE, r),
+    "Sheen, Ashikhmin": lambda r: Sheen(WHITE, r, microfiber=False),
     "Toon": lambda r: Toon(WHITE, 0.1 + 0.9 * r, 0.5 * r),
     "Toon, glossy": lambda r: Toon(WHITE, 0.1 + 0.9 * r, 0.5 * r, glossy=True),
     "Metal": lambda r: Metal(WHITE, WHITE, r),
+    "Metal, physical": lambda r: Metal(WHITE, gray(0.5), r, physical=True),
+    "Metal, thin film": lambda r: Metal(WHITE, WHITE, r, thin_film_thickness=500.0, thin_film_ior=2.0),
     "Transparent": lambda r: Transparent(WHITE),
     "Principled": lambda r: Principled(WHITE, roughness=r),
     "Principled, metallic": lambda r: Principled(WHITE, metallic=1.0, roughness=r),
     "Principled, coat": lambda r: Principled(WHITE, roughness=r, coat_weight=1.0, coat_roughness=r, coat_ior=1.8),
+    "Principled, smooth coat": lambda r: Principled(WHITE, roughness=r, coat_weight=1.0, coat_roughness=0.0),
+    "Principled, rough coat on metal": lambda r: Principled(
+        WHITE, metallic=1.0, roughness=0.1, coat_weight=1.0, coat_roughness=r, coat_ior=2.5
+    ),
+    "Principled, thin film": lambda r: Principled(WHITE, roughness=r, thin_film_thickness=400.0),
+    "Principled, thick film": lambda r: Principled(WHITE, roughness=r, thin_film_thickness=1000.0, thin_film_ior=1.22),
     "Principled, sheen": lambda r: Principled(WHITE, roughness=r, sheen_weight=1.0),
     "Principled, transmission": lambda r: Principled(WHITE, roughness=r, transmission=1.0),
     "Principled, specular level 1": lambda r: Principled(WHITE, roughness=r, specular_level=1.0, ior=2.0),
@@ -105,7 +120,9 @@ def tile_albedos(make: Callable[[float], Any], samples: int, transport: str, see
     )
     pixels, lost = traced(scene)
     tiles = pixels.reshape(height, PIXELS, width, PIXELS, 3).transpose(0, 2, 1, 3, 4).reshape(height, width, -1, 3)
-    return tiles.mean(axis=2), tiles.std(axis=2, ddof=1) / PIXELS, lost
+    noise = tiles.std(axis=2, ddof=1) / PIXELS
+    # a tile has few pixels: no noise is taken to be less than that of most tiles of its roughness
+    return tiles.mean(axis=2), np.maximum(noise, np.median(noise, axis=1, keepdims=True)), lost
 
 
 def ball_albedo(surface: Any, samples: int, transport: str) -> tuple[float, float, int]:
@@ -135,7 +152,7 @@ BALLS: dict[str, Any] = {
     "Subsurface, long paths": Subsurface(WHITE, radius=(1.0, 1.0, 1.0), scale=1.0),
     "Principled, subsurface": Principled(WHITE, subsurface_weight=1.0),
 }
-"""What needs an inside."""
+"""Surfaces that need an interior."""
 
 
 def traced(scene: Scene) -> tuple[Array, int]:

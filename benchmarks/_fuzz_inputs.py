@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What ``fuzz`` feeds to the readers: good files of every kind, and random damage to them."""
+"""Inputs of ``fuzz`` for the readers: valid files of every format, and random damage to them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Designs of m points in the unit cube, others' and ours, as functions of (n, m, seed); None if impossible."""
+"""Designs of m points in the unit cube as functions of (n, m, seed); None if impossible."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _turned_grid(n: int, m: int, seed: int) -> Points:
 
 
 def _any_lattice(basis: NDArray[np.float64], m: int, seed: int) -> Points:
-    """Exactly m points of a lattice given by a basis: it stands in for the generator of a ready one."""
+    """Exactly m points of a lattice with a given basis, which replaces the generator of a ready one."""
     from dataclasses import replace
 
     ready = lattice.make_lattice(len(basis), 2)

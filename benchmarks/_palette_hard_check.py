@@ -100,7 +100,8 @@ def _gain(problem: PaletteProblem, solution: PaletteSolution, side: str, present
             return None
     if statement.status != "optimal":
         return None
-    # What Clarabel gains by leaving an exact cell, however little, is no gain: multiplier times slack (weak duality).
+    # A decrease by Clarabel that results from violating an exact cell does not count: multiplier times slack (weak
+    # duality).
     slack = [np.vdot(np.abs(each.dual_value), np.abs(each.violation())) for each in constraints if _is_equality(each)]
     return max(0.0, here - float(statement.value) - float(sum(slack)) - NOTHING) / max(here, NOTHING)
 
@@ -130,7 +131,7 @@ def _cmfs(wavelengths: np.ndarray) -> np.ndarray:
 
 
 def _color_matrix(grid: Any, spectrum: Any) -> np.ndarray:
-    """(3, n): Simpson's rule on every piece between two knots, which is exact for the cubics that stand there."""
+    """(3, n): Simpson's rule on every piece between two knots, which is exact for cubics."""
     knots = grid.wavelengths_nm
     if grid.interpolation == "sampled":
         return RGB_FROM_XYZ @ _cmfs(knots) * spectrum.at(knots) * grid.cell_widths_nm
@@ -184,7 +185,7 @@ def _roughness(problem: PaletteProblem) -> np.ndarray:
 
 
 def _weights(problem: PaletteProblem) -> tuple[dict[tuple[int, int], float], float]:
-    """Weights of cells that ask for something, over their median, capped as the documentation says; smoothness too."""
+    """Weights of cells with requests, over their median, capped as documented; smoothness too."""
     weights = {}
     for i, row in enumerate(problem.cells):
         for j, cell in enumerate(row):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the thesis prints under Figure 5.2, and the way its code computed with it.
+"""Data that the thesis prints under Figure 5.2, and the computation of its code.
 
 Plain sums of 31 samples (a "sampled" grid), lights of luminance 6 per 10 nm, ColorBrewer colors taken as linear RGB.
 """

@@ -27,6 +27,7 @@ from spectral_core.scene import (
     ImageTexture,
     Instance,
     Material,
+    Metal,
     PointLight,
     RenderSettings,
     ScatteringMedium,
@@ -143,6 +144,13 @@ def dyed(stage: Stage) -> None:
     glow = FluorescentDye.gaussian("green", 440, 530)
     stage.add("dyed", "square", at(0, 0, 0.002, 0.8), Fluorescent(gray(0.2), (glow,), (0.5,)))
     stage.expected |= {"transport", "fluorescence"}
+
+
+def oxide(stage: Stage) -> None:
+    layer = Metal(gray(0.6), gray(0.6), 0.2, thin_film_thickness=300.0, thin_film_ior=2.0)
+    stage.lights = [replace(PANEL, color=catalogue.illuminant("A"))]
+    stage.add("oxide", "square", at(0, 0, 0.002, 0.8), layer)
+    stage.expected |= {"thin_film", "transport"}
 
 
 def prism(stage: Stage) -> None:
@@ -262,9 +270,9 @@ def cloud(stage: Stage) -> None:
 SINGLE: dict[str, tuple[Callable[[Stage], None], ...]] = {
     effect.__name__.replace("_", " "): (effect,)
     for effect in (
-        nothing, sun, room, wall, sodium, fluorescent, measured_paints, dyed, prism, fog, milk, lens, sky, sky_image,
-        glowing, curtain, ball_lamp, lamp_before_lamp, texture, mirror, facing_mirrors, mirror_caustic, glass_ball,
-        glass_caustic, leaf, cloud,
+        nothing, sun, room, wall, sodium, fluorescent, measured_paints, dyed, oxide, prism, fog, milk, lens, sky,
+        sky_image, glowing, curtain, ball_lamp, lamp_before_lamp, texture, mirror, facing_mirrors, mirror_caustic,
+        glass_ball, glass_caustic, leaf, cloud,
     )
 }  # fmt: skip
 PAIRS: dict[str, tuple[Callable[[Stage], None], ...]] = {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Edits of a Blender file at random, each of a kind that an artist makes; none fails, whatever is left in the file."""
+"""Random edits of a Blender file, each of a type that an artist makes; none may fail, whatever the file contains."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def instance(obj, rng):
 
 
 def gather(obj, rng):
-    """Put an object into a collection of its own, or take it out."""
+    """Put an object into a collection, or remove it."""
     collection = one_of(rng, bpy.data.collections) or bpy.data.collections.new("Group")
     if collection.name not in bpy.context.scene.collection.children:
         bpy.context.scene.collection.children.link(collection)

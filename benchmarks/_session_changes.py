@@ -124,7 +124,9 @@ def context(x: float = 0.0, y: float = 0.0) -> Any:
 
 
 def followed(session: Any, seen: Any, edit: Any) -> None:
-    """What Blender does after an edit: its handlers see the same list of updates as the view of an engine."""
+    """The calls that Blender makes after an edit: its handlers receive the same list of updates as the view of an
+    engine.
+    """
     import bpy
 
     def follow(_scene: Any, depsgraph: Any) -> None:

@@ -17,7 +17,9 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Illuminant
 
 BLOCK = 8
-"""Pixels whose mean is compared, on a side: finer than an eye resolves noise, coarser than the noise itself."""
+"""Side of the blocks of pixels whose means are compared: finer than the visibility of noise, coarser than the noise
+itself.
+"""
 
 
 def rendered_errors(texture: SpectralTexture, samples: int, pixels_per_texel: int = 2) -> list[dict[str, float]]:

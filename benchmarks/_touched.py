@@ -30,7 +30,7 @@ def _record(frame: FrameType, event: str, _: object) -> None:
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    """Record from the test's fixtures to its end; what runs in a process of its own cannot be seen."""
+    """Record from the test's fixtures to its end; other processes cannot be observed."""
     _called.clear()
     start = time.perf_counter()
     threading.setprofile(_record)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What accuracy costs in time, drawn: one panel per volume, one line per way of stepping."""
+"""Error against time as a figure: one panel per volume, one line per stepping."""
 
 from __future__ import annotations
 

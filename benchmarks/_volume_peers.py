@@ -49,7 +49,7 @@ def _shown_colors(image: VolumeImage) -> np.ndarray:
 class Peer:
     """``render`` yields (setting, picture, seconds).
 
-    ``truth`` is what the picture should have been, and ``shows`` takes from ours what is held against it.
+    ``truth`` is the exact picture, and ``shows`` selects the part of our picture that is compared with it.
     """
 
     name: str
@@ -155,7 +155,7 @@ def yt_sampler(volume: ScalarVolume, transfer: TransferFunction, view: View, qui
 
 
 class _YtTransfer:
-    """What yt's sampler reads of a transfer function: a table per channel, per length of a whole ray."""
+    """Transfer function for yt's sampler: a table per channel, per length of a whole ray."""
 
     def __init__(self, volume: ScalarVolume, transfer: TransferFunction, reach: float) -> None:
         low, high = volume.value_range

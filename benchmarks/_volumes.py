@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the volume benchmarks share: the fields, the metric, references and samples at equal SNR."""
+"""Code shared by the volume benchmarks: the fields, the metric, references and samples at equal SNR."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def load_nrrd(path: Path) -> ScalarVolume:
 
 
 def all_volumes(quick: bool = False, names: list[str] | None = None) -> Iterator[ScalarVolume]:
-    """Real volumes where present, then our own; a few small ones with ``quick``."""
+    """Real volumes if present, then sample fields; a few small ones with ``quick``."""
     folder = shared_data()
     wanted = names or (["hipip", "gaussians"] if quick else [*REAL, *(name for name, _ in OWN)])
     sizes = dict(OWN)
@@ -72,7 +72,7 @@ def all_volumes(quick: bool = False, names: list[str] | None = None) -> Iterator
         elif names and not (folder and (folder / "volumes" / f"{name}.nrrd").is_file()):
             raise UnknownNameError(
                 f"there is no volume {name!r}; real ones are read from volumes/{name}.nrrd under the folder that "
-                f"SPECTRAL_SHARED_DATA names, our own are {', '.join(sizes)}"
+                f"SPECTRAL_SHARED_DATA names; the synthetic ones are {', '.join(sizes)}"
             )
         elif folder:
             yield load_nrrd(folder / "volumes" / f"{name}.nrrd")

@@ -32,7 +32,7 @@ def run(options: Options) -> dict[str, Any]:
         "board: backlog under 50 ms in 99 %": all(f["p99_backlog_ms"] < 50 for f in wires),
         "board: no motor is moved while a hand moves its fader": all(
             f["motor_messages_while_moving"] <= FADERS
-            for f in wires  # each once, to where its number stands at first
+            for f in wires  # each once, to the initial position of its number
         ),
     }
     return figures
@@ -47,7 +47,7 @@ def _midi(seconds: float) -> dict[str, Any]:
     received = board.receive
 
     def pairs_only(control: Control, position: float, at: float) -> None:
-        """A pair is decoded as two controls of 7 bits as well: those are no messages of their own."""
+        """A pair is also decoded as two controls of 7 bits; these are not separate messages."""
         if control.kind == "cc14":
             received(control, position, at)
 

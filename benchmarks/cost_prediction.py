@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Predicted against true time and error: a plain render, an asked error, an asked time, on 16 scenes of other kinds.
+"""Predicted against true time and error: a plain render, a requested error, a requested time, on 16 different scenes.
 
 True errors are mean ΔE2000 against a converged picture with other random numbers and no effect left out by tolerance;
 what its own noise adds is taken away. Times are compared in seconds of the processor (work), which other programs on

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What denoising gains: the error of a denoised render against a noisy one that took as long.
+"""Gain of denoising: the error of a denoised render against a noisy one of equal time.
 
 A room under RGB light, under fluorescent tubes and under a sodium lamp, whose colors lie outside sRGB. The error is the
 relative mean square error against a converged picture with another seed: (x - r)² / (r² + (mean r / 10)²). Each noisy

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Thesis Figs. 1.2, 6.3 and 6.6 with scenes of our own: error of renderer and march by sweeps, dial, faders."""
+"""Thesis Figs. 1.2, 6.3 and 6.6 with other scenes: error of renderer and march by sweeps, dial, faders."""
 
 from __future__ import annotations
 

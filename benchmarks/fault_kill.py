@@ -76,7 +76,7 @@ def _references(writer: Writer, folder: Path) -> list[bytes]:
 
 
 def _state(writer: Writer, references: dict[str, list[bytes]], path: Path) -> int | None:
-    """Which version a file is; None if it is neither."""
+    """Version of a file; None if it is neither."""
     if writer.read is None:
         data = path.read_bytes()
         return references[writer.name].index(data) if data in references[writer.name] else None
@@ -134,7 +134,7 @@ def _fill(writer: Writer, references: dict[str, list[bytes]], folder: Path, shar
 
 
 def _attempt(writer: Writer, path: Path) -> int:
-    """0 where the write was refused as it should be, 1 where nobody noticed, 2 where something else was raised."""
+    """0 if the write was refused with the right error, 1 if it was not noticed, 2 for another error."""
     try:
         writer.write(path, 1)
     except SpectralError as error:
@@ -178,7 +178,7 @@ def _memory_disk(known: list[Writer], references: dict[str, list[bytes]]) -> lis
 
 
 def _full_command() -> str:
-    """A command whose files do not fit: one line of error, exit status 1, no traceback; "" if it is so."""
+    """A command whose files do not fit: one line of error, exit status 1, no traceback; "" if it passes."""
     with tempfile.TemporaryDirectory() as folder:
         line = [
             sys.executable,

@@ -71,7 +71,7 @@ def _chosen(folder: Path, wanted: str) -> tuple[Source, ...]:
 
 
 def _watched(seed: int, inputs: int, deadline: float, wanted: str) -> list[tuple[int, str]]:
-    """Outcome of each input. A child reads; one that hangs or dies is told of and followed by another."""
+    """Outcome of each input. A child reads; one that hangs or crashes is reported and replaced."""
     outcomes: list[tuple[int, str]] = []
     at = 0
     while at < inputs and time.monotonic() < deadline:

@@ -32,7 +32,7 @@ ROOMS = {
     "spectral_core/render/relight": ["tests/relight"],
 }
 SECONDS = 900
-"""A mutant whose tests take longer has made a loop endless: caught."""
+"""A mutant whose tests take longer contains an endless loop: it counts as caught."""
 WANTED = 0.85
 SWAPPED: dict[type, type] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.LtE, ast.LtE: ast.Lt,
@@ -77,7 +77,7 @@ def run(options: Options) -> dict:
 
 
 def drawn(room: str, rng: random.Random) -> tuple[Path, str, str]:
-    """A mutant of a room: its path, its text, and in words what was changed.
+    """A mutant of a room: its path, its text, and a description of the change.
 
     Files weigh as many places as they have, so that each place is as likely as any other.
     """
@@ -163,7 +163,7 @@ def _copied(folder: Path) -> Path:
 
 
 class Callers:
-    """Which tests of a room call which function, by a run of the unchanged tests under ``benchmarks._touched``."""
+    """Functions called by each test of a room, from a run of the unchanged tests under ``benchmarks._touched``."""
 
     def __init__(self, tree: Path, room: str) -> None:
         """Run the room's tests in a copied tree."""

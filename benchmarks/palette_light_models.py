@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Catalogue:
-    """What the models are measured on. ``reflectances``: (r, n), the color checker's first."""
+    """Data for the comparison of the models. ``reflectances``: (r, n), the color checker's first."""
 
     grid: SpectralGrid
     lights: list[Illuminant]

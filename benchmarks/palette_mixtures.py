@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mixtures and fluorescence: what paint does to metamers, tints that were designed for, and pairs told apart by a dye.
+"""Mixtures and fluorescence: how paint affects metamers, designed tints, and pairs that a dye makes distinguishable.
 
 Tints are mixed into white paint of reflectance 0.9 (Kubelka-Munk), ΔE2000 between materials that should match. The
 fluorescent pair is one material with a dye and one without, equal under D65; other lights have the power of D65, LEDs a

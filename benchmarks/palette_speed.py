@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A whole re-solve after one edit of a live palette, against the same problem stated afresh in cvxpy.
+"""A whole re-solve after one edit of a live palette, against the same problem stated anew in cvxpy.
 
 Coupled palettes: all reflectances metameric under D65 with a free common color, random colors under the other lights.
 Edits drag colors, drag the weights of cells from 1 to 1000 and back, make cells exact and soft again, and conflict now
@@ -175,7 +175,7 @@ def _seconds_by_matrix(session: PaletteSession) -> float:
 
 
 def _explain_ms() -> float:
-    """Processor time of explaining the conflicts of a palette of 15×15×31 whose colors cannot all be had."""
+    """Processor time of explaining the conflicts of a palette of 15×15×31 with incompatible colors."""
     problem = coupled_palette((15, 15, 31), np.random.default_rng(3))
     solution = solve_palette(problem, explain=False)
     times = []

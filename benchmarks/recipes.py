@@ -57,7 +57,7 @@ def _lamp(cct_k: float, duv: float, rendering_index: float) -> dict[str, float]:
 
 
 def _fidelity(cct_k: float, duv: float, least: float, gamut: tuple[float, float] | None) -> dict[str, float]:
-    """A lamp by TM-30, and how far colour-science's numbers are from what was asked and from ours."""
+    """A lamp by TM-30, and the distance of colour-science's numbers from the request and from ours."""
     quality = LampQuality(None, least, gamut)
     recipe = lamp_recipe([led(*channel) for channel in CHANNELS], cct_k, duv=duv, quality=quality)
     with warnings.catch_warnings():

@@ -114,7 +114,7 @@ def _render(engine: str, samples: int, seed: int) -> tuple[NDArray[np.float64], 
         meter = Meter()
         bpy.ops.render.render(write_still=True)
         spent = meter.read()
-        # ours is done by a process of its own
+        # a separate process does it for ours
         other = jobs.records[-1].result.work if engine == "SPECTRAL" and jobs.records[-1].result else 0.0
         image = bpy.data.images.load(scene.render.filepath, check_existing=False)
         pixels = np.array(image.pixels[:]).reshape(*reversed(image.size[:]), 4)

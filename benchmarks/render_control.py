@@ -13,7 +13,7 @@ from benchmarks import Options
 from benchmarks.render_cycles import MATERIALS, _empty_scene
 
 PICTURES = 4
-"""How many pictures are shown before the user acts: by then a pass takes 8 samples."""
+"""Number of pictures before the user acts: by then a pass takes 8 samples."""
 
 
 @dataclass
@@ -51,7 +51,7 @@ def run(options: Options) -> dict[str, Any]:
 
 
 def _acted(act: str) -> dict[str, Any]:
-    """Render until the user acts: how long until Blender is back, and what it says."""
+    """Render until the user acts: time until Blender is free again, and its message."""
     import bpy
 
     from blender_addon import engine, jobs

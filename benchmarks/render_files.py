@@ -117,7 +117,7 @@ def _opened(path: Path) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.import_scene.gltf(filepath=str(path))
     scene = bpy.context.scene
-    # Some exporters leave a camera of their own in the file, which may see nothing of it.
+    # Some exporters put a camera into the file that may not see the model.
     for item in [each for each in scene.objects if each.type == "CAMERA"]:
         bpy.data.objects.remove(item)
 

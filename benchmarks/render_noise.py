@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What spectral transport costs against our own RGB at equal noise: a room under smooth lamps and under line lamps.
+"""Cost of spectral transport against RGB at equal noise: a room under smooth lamps and under line lamps.
 
 The noise is the root mean square difference of two seeds over √2, of linear sRGB, relative to the mean. It falls as
 one over the root of time, so the ratio of times at equal noise is time · noise² over the same of RGB. Renders are

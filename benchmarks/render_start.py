@@ -109,7 +109,9 @@ def run(options: Options) -> dict[str, Any]:
 
 
 def holds(figures: dict[str, Any]) -> dict[str, bool]:
-    """Acceptance of the parts that ran, which means a quiet machine: what fails under load is said to fail."""
+    """Acceptance of the parts that ran, which assumes a quiet machine: parts that fail under load are reported as
+    failed.
+    """
     seconds = figures["seconds"]
     count = figures["materials"]
     limits = {

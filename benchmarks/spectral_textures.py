@@ -150,7 +150,7 @@ def _every_pair(color_from_weights: NDArray[np.float64], count: int) -> dict[str
 
 
 def _outside(weights: NDArray[np.float16], spectra: NDArray[np.float64]) -> int:
-    """Texels whose reflectance leaves [0, 1] at any knot, each one computed."""
+    """Texels whose reflectance leaves [0, 1] at any knot, each computed."""
     flat = weights.reshape(len(weights), -1)
     count = 0
     for start in range(0, flat.shape[1], 1 << 16):
@@ -221,7 +221,7 @@ def _times(designed: LightDesign, basis: TextureBasis, size: int) -> dict[str, f
 
 
 def _realism(options: Options, widths: Iterable[float], shares: Iterable[float]) -> list[dict[str, float]]:
-    """What daylight in both lights and the width of the LEDs cost in contrast, and what they do for other surfaces."""
+    """Loss of contrast by daylight in both lights and by the width of the LEDs, and their effect on other surfaces."""
     patches = [reflectance(name) for name in reflectance_names()[:24]]
     values = np.stack([patch.at(TEXTURE_GRID.wavelengths_nm) for patch in patches])
     rows = []

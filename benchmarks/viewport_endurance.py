@@ -88,7 +88,7 @@ class Trial:
         self.new_view()
 
     def new_view(self) -> None:
-        """What Blender does where a 3D view is switched to Rendered mode."""
+        """The calls that Blender makes when a 3D view is switched to Rendered mode."""
         from blender_addon.editing.viewport.session import ViewSession
 
         if self.session is not None:
@@ -172,7 +172,7 @@ class Trial:
             self.wrong.append(f"{what}: differs from a fresh view by {error:.1e} of its mean")
 
     def figures(self) -> dict[str, Any]:
-        """What was found."""
+        """The results."""
         link, memory = self.session.link, np.array(self.memory or [0]) / 1e6
         return {
             "changes": sum(self.counts[name] for name in self.kinds),

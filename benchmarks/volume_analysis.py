@@ -39,7 +39,7 @@ def slow_tone(x: np.ndarray) -> np.ndarray:
 
 
 def ten_tones(x: np.ndarray) -> np.ndarray:
-    """Ten harmonics whose amplitude falls as 1/k²: what smooth measured data look like along a ray."""
+    """Ten harmonics with amplitudes 1/k², similar to smooth measured data along a ray."""
     total = sum(np.cos(np.pi / 2 * k * x + k * k) / k**2 for k in range(1, 11))
     return 0.5 + total / 3.2
 
@@ -102,7 +102,7 @@ GAUSSIANS: dict[str, Function] = {
 
 
 def edge_figures(f: Function, nu: float) -> dict[str, float]:
-    """Slopes of the cone, and how the kernel at ``nu`` follows the Airy edge and dies beyond it."""
+    """Slopes of the cone, and the decay of the kernel at ``nu`` beyond the Airy edge."""
     signal = SampledFunction.of(f, -1, 2, 1 << 17)
     kernel = frequency_transfer_kernel(signal, [nu])
     power = np.abs(kernel.values[0]) ** 2

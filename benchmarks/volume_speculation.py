@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What speculative steps save and miss: iterations per ray, and the SNR to the careful picture, in dB.
+"""Savings and misses of speculative steps: iterations per ray, and the SNR to the careful picture, in dB.
 
 Narrow functions, pre-integrated, with steps fine enough that the two differ by little else. Arguments: volume names.
 """

@@ -50,7 +50,7 @@ def run(options: Options) -> dict[str, Any]:
 
 
 def edited(renderer: VolumeRenderer, before: TransferFunction, view: View, stepping: Any = None) -> None:
-    """What a moved knot costs: a new function, its tables and step grid, and the picture; without steps, a plan too."""
+    """Time after a moved knot: a new function, its tables and step grid, and the picture; without steps, a plan too."""
     transfer = before.scaled(1.0 + 0.01 * np.random.default_rng().random())
     renderer.render(view, transfer, stepping or plan(renderer, view, transfer, 60.0).stepping)
 

@@ -82,7 +82,7 @@ def costs(curve: Curve, chosen: Stepping, reached: float) -> dict[str, float]:
         return {"samples": 1.0, "time": 1.0, "time_fixed": 1.0, "uniform_reaches": 1.0}
     found = [curve.at(way, reached) for way in UNIFORM]
     able = [at["reached"] >= reached - 0.5 for at in found]
-    # A way that never reaches it costs more than its finest march, whose time stands for it.
+    # For a stepping that never reaches it, the cost of its finest march is used.
     ways = [
         replace(way, scale=at["scale"] if can else FINEST) for way, at, can in zip(UNIFORM, found, able, strict=True)
     ]
@@ -111,7 +111,7 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
     judged = [row for row in rows if row["reference_db"] > row["measured_db"] + 6.0]
     off = np.array([row["stated_db"] - row["measured_db"] for row in judged])
     over = {key: np.array([row[key] for row in judged]) for key in ("time", "time_fixed")}
-    # Where uniform steps never reach it there is nothing to be over, and no share of samples.
+    # If uniform steps never reach it, there is no reference, and no share of samples.
     matched = [row for row in judged if row["uniform_reaches"]]
     over["samples"] = np.array([row["samples"] for row in matched])
     worst_time = max(row["time"] for row in matched)

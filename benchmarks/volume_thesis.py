@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Thesis Fig. 4.6 on HIPIP: quality against samples, thesis rule against uniform stepping; samples at equal SNR.
 
-Only samples of non-zero opacity are counted (thesis 4.2), three views are pooled. Writes the curves as a figure
-where matplotlib is installed. Without the shared HIPIP data a field of our own stands in.
+Only samples of non-zero opacity are counted (thesis 4.2), three views are pooled. Writes the curves as a figure if
+matplotlib is installed. Without the shared HIPIP data a synthetic field is used.
 """
 
 from __future__ import annotations

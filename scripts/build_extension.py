@@ -103,7 +103,7 @@ def core_wheel() -> Path:
 
 
 def isolated(wheel: Path) -> Path:
-    """The wheel of OpenEXR with a module that calls its own functions; another wheel as it is.
+    """The wheel of OpenEXR with a module that calls its own functions; other wheels unchanged.
 
     A distribution's Blender shares its OpenEXR with the whole process: see ``spectral_core/files/elf.py``.
     """
@@ -157,7 +157,7 @@ BASE_LIBRARIES = (
     *("libc.so", "libm.so", "libdl.so", "libpthread.so", "librt.so", "ld-linux", "linux-vdso"),
     *("libgcc_s", "libstdc++"),
 )
-"""What every Linux that Blender runs on has: to carry another copy of these would break things."""
+"""Libraries of every Linux that Blender runs on: another copy of these would cause crashes."""
 
 
 def bundle_llvm(folder: Path) -> str:

@@ -64,7 +64,7 @@ def has_llvm() -> bool:
 
 
 def privileged() -> list[str] | None:
-    """What to put before a command that needs root: nothing, sudo, or None if neither is to be had."""
+    """Prefix of a command that needs root: nothing, sudo, or None if neither is available."""
     if os.geteuid() == 0:
         return []
     if shutil.which("sudo") and subprocess.run(["sudo", "-n", "true"], capture_output=True).returncode == 0:
@@ -127,7 +127,7 @@ def whats_wrong() -> str:
         return ""
     if UNFINISHED.exists():
         return "its set-up was interrupted"
-    # pip last: the Python of a bare system has none, and whose Python it is says more than that.
+    # pip last: the Python of a bare system has none, and the origin of that Python is the more useful message.
     code = "import sys; print(sys.version); print(sys.prefix, flush=True); import pip"
     try:
         done = subprocess.run([str(PYTHON), "-I", "-c", code], capture_output=True, text=True, timeout=60)
@@ -145,7 +145,7 @@ def whats_wrong() -> str:
 
 
 def packages() -> None:
-    """Make .venv as the lock file says, from scratch where the one that is there cannot be trusted."""
+    """Create .venv from the lock file, from scratch if the existing one cannot be trusted."""
     discarded = VENV.with_name(".venv-discarded")
     shutil.rmtree(discarded, ignore_errors=True)
     wrong = whats_wrong()
@@ -156,8 +156,8 @@ def packages() -> None:
         if VENV.is_symlink() or VENV.is_file():
             VENV.unlink()
         else:
-            # Moved first: a removal that is interrupted leaves a folder whose mark may be gone and whose packages
-            # lack files, and pip takes those for installed.
+            # Moved first: an interrupted removal leaves a folder whose mark may be missing and whose packages lack
+            # files, and pip treats those as installed.
             VENV.rename(discarded)
             shutil.rmtree(discarded)
     if not VENV.exists():

@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-settings.register_profile("house", deadline=None)  # a busy machine is no fault of what is tested
+# A busy machine is no fault of the code under test; inputs may share a test's folder, which each writes anew.
+settings.register_profile(
+    "house", deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+)
 settings.load_profile("house")
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -57,6 +57,28 @@ PRINCIPLED: dict[str, dict[str, Any]] = {
     "thin film": {"Thin Film Thickness": 500.0, "Roughness": 0.1},
     "thin film on metal": {"Thin Film Thickness": 500.0, "Metallic": 1.0, "Roughness": 0.1},
     "thin film ior": {"Thin Film Thickness": 300.0, "Thin Film IOR": 2.0, "Roughness": 0.1},
+    "transmission, specular 0": {"Transmission Weight": 1.0, "Specular IOR Level": 0.0, "Roughness": 0.1},
+    "transmission, specular 1": {"Transmission Weight": 1.0, "Specular IOR Level": 1.0, "Roughness": 0.1},
+    "thin film on tinted glass": {
+        "Thin Film Thickness": 400.0,
+        "Transmission Weight": 1.0,
+        "Specular Tint": TINT,
+        "Roughness": 0.1,
+    },
+    "thin film, roughness 1": {"Thin Film Thickness": 400.0, "Thin Film IOR": 1.8, "Roughness": 1.0},
+    "thin film, thick": {"Thin Film Thickness": 2000.0, "Roughness": 0.1},
+    "thin film below a nanometer": {"Thin Film Thickness": 0.5, "Thin Film IOR": 2.0, "Roughness": 0.1},
+    "thin film, rough": {"Thin Film Thickness": 400.0, "Thin Film IOR": 1.8, "Roughness": 0.6},
+    "thin film, tinted": {"Thin Film Thickness": 400.0, "Specular Tint": TINT, "Roughness": 0.1},
+    "thin film on half a metal": {"Thin Film Thickness": 350.0, "Metallic": 0.5, "Specular Tint": TINT},
+    "thin film under coat": {"Thin Film Thickness": 350.0, "Coat Weight": 1.0},
+    "thin film on glass": {
+        "Thin Film Thickness": 400.0,
+        "Thin Film IOR": 1.8,
+        "Transmission Weight": 1.0,
+        "Roughness": 0.0,
+    },
+    "thin film on rough glass": {"Thin Film Thickness": 400.0, "Transmission Weight": 1.0, "Roughness": 0.3},
     "black": {"Base Color": (0, 0, 0, 1)},
     "white": {"Base Color": (1, 1, 1, 1)},
     "saturated": {"Base Color": (1, 0, 0, 1)},
@@ -98,6 +120,21 @@ def _from_image(socket: str, **inputs: Any) -> Callable[[Stage], None]:
 
 for _socket in ("Base Color", "Metallic", "Roughness", "IOR", "Alpha", "Specular IOR Level", "Specular Tint",
                 "Transmission Weight", "Coat Weight", "Coat Roughness", "Sheen Weight", "Subsurface Weight",
-                "Emission Color", "Emission Strength", "Anisotropic"):  # fmt: skip
-    _extra = {"Emission_Strength": 1.0} if _socket == "Emission Color" else {}
+                "Emission Color", "Emission Strength", "Anisotropic", "Thin Film IOR"):  # fmt: skip
+    _extra = {"Emission Color": {"Emission_Strength": 1.0}, "Thin Film IOR": {"Thin_Film_Thickness": 400.0}}.get(
+        _socket, {}
+    )
     feature(f"principled/image into {_socket}", _from_image(_socket, **_extra), 2)
+
+
+def _thickness(stage: Stage) -> None:
+    """A film of 200 to 800 nm, as thick as an image is bright."""
+    node = stage.shader("ShaderNodeBsdfPrincipled", Base_Color=BASE, Roughness=0.1, Metallic=1.0)
+    texture, span = stage.node("ShaderNodeTexImage"), stage.node("ShaderNodeMapRange")
+    texture.image = stage.image()
+    span.inputs["To Min"].default_value, span.inputs["To Max"].default_value = 200.0, 800.0
+    stage.link(texture.outputs["Color"], span.inputs["Value"])
+    stage.link(span.outputs["Result"], node.inputs["Thin Film Thickness"])
+
+
+feature("principled/thin film from an image", _thickness)

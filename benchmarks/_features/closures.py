@@ -28,6 +28,9 @@ for _model in ("GGX", "MULTI_GGX", "BECKMANN", "ASHIKHMIN_SHIRLEY"):
         feature(f"closures/glossy {_model} {_rough:g}", _shader(
             "ShaderNodeBsdfAnisotropic", {"distribution": _model}, Color=BASE, Roughness=_rough))  # fmt: skip
 feature("closures/glossy anisotropic", _shader("ShaderNodeBsdfAnisotropic", Color=BASE, Roughness=0.4, Anisotropy=0.8))
+feature("closures/glossy ASHIKHMIN_SHIRLEY anisotropic", _shader(
+    "ShaderNodeBsdfAnisotropic", {"distribution": "ASHIKHMIN_SHIRLEY"}, Color=BASE, Roughness=0.5,
+    Anisotropy=0.7))  # fmt: skip
 for _model in ("GGX", "MULTI_GGX", "BECKMANN"):
     for _rough in (0.0, 0.4):
         feature(
@@ -56,6 +59,14 @@ for _model in ("F82", "PHYSICAL_CONDUCTOR"):
     feature(f"closures/metallic {_model}", _shader("ShaderNodeBsdfMetallic", {"fresnel_type": _model}, Roughness=0.3))
 feature("closures/metallic colors", _shader("ShaderNodeBsdfMetallic", Base_Color=BASE, Edge_Tint=(0.2, 0.6, 0.9, 1)))
 feature("closures/metallic anisotropic", _shader("ShaderNodeBsdfMetallic", Base_Color=BASE, Anisotropy=0.8))
+FILM = {"Thin_Film_Thickness": 450.0, "Thin_Film_IOR": 1.6}
+for _model in ("F82", "PHYSICAL_CONDUCTOR"):
+    feature(f"closures/metallic {_model} film", _shader(
+        "ShaderNodeBsdfMetallic", {"fresnel_type": _model}, Roughness=0.2, **FILM))  # fmt: skip
+for _model in ("GGX", "BECKMANN"):
+    feature(f"closures/metallic {_model}", _shader("ShaderNodeBsdfMetallic", {"distribution": _model}, Roughness=0.5))
+for _rough in (0.0, 0.3):
+    feature(f"closures/glass film {_rough:g}", _shader("ShaderNodeBsdfGlass", Roughness=_rough, IOR=1.5, **FILM), 2)
 for _model in ("BURLEY", "RANDOM_WALK", "RANDOM_WALK_SKIN"):
     feature(f"closures/subsurface {_model}", _shader(
         "ShaderNodeSubsurfaceScattering", {"falloff": _model}, Color=BASE, Scale=0.3), 2)  # fmt: skip
@@ -64,6 +75,16 @@ for _model in ("Reflection", "Transmission"):
 feature("closures/principled hair", _shader("ShaderNodeBsdfHairPrincipled"))
 feature("closures/ray portal", _shader("ShaderNodeBsdfRayPortal", Position=(0.0, 0.0, 3.0)))
 feature("closures/specular node", _shader("ShaderNodeEeveeSpecular", Base_Color=BASE))
+
+
+def _copper(stage: Stage) -> None:
+    """Measured indices of refraction; their sockets are there for the physical model alone."""
+    node = stage.shader("ShaderNodeBsdfMetallic", Roughness=0.2)
+    node.fresnel_type = "PHYSICAL_CONDUCTOR"
+    node.inputs["IOR"].default_value, node.inputs["Extinction"].default_value = (0.25, 0.9, 1.2), (3.6, 2.6, 2.5)
+
+
+feature("closures/metallic copper", _copper)
 
 
 def _pair(kind: str, first: str, second: str, factor: float = 0.4) -> Callable[[Stage], None]:

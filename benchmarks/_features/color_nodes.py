@@ -25,7 +25,7 @@ def _picture(stage: Stage) -> Any:
 
 
 def _through(kind: str, target: str | int, output: str | int = 0, **values: Any) -> Callable[[Stage], None]:
-    """The image goes through a node; the ball glows with what comes out."""
+    """The image passes through a node; the ball emits the result."""
 
     def build(stage: Stage) -> None:
         node = stage.node(kind, **values)

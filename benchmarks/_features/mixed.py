@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What files from elsewhere hold beside single nodes: groups, drivers, attributes, odd meshes and transforms, glow."""
+"""Contents of real files beside single nodes: groups, drivers, attributes, unusual meshes and transforms, emission."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ feature("mixed/attribute that is missing", _missing_attribute)
 
 
 def _instancer(stage: Stage) -> None:
-    """Instances that show the color and the random number of their own."""
+    """Instances with their own colors and random numbers."""
     node = stage.node("ShaderNodeObjectInfo")
     stage.into_color(node.outputs["Color"])
     stage.ball.color = (0.1, 0.7, 0.3, 1)

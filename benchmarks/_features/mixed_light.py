@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Patterns that glow, many lamps, leaves with shadows, media among other things."""
+"""Patterns that emit light, many lamps, leaves with shadows, media among other objects."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shading normals: smooth-shaded hard edges, and meshes that glow, flat and smooth."""
+"""Shading normals: smooth-shaded hard edges, and meshes that emit light, flat and smooth."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _cup(smooth: bool, shader: str = "") -> Callable[[Stage], None]:
 
 
 def _glowing(kind: str, smooth: bool) -> Callable[[Stage], None]:
-    """A mesh that lights the floor by itself."""
+    """A mesh that illuminates the floor."""
 
     def build(stage: Stage) -> None:
         bpy.data.objects.remove(stage.ball)

@@ -76,6 +76,33 @@ for _ray in ("camera", "diffuse", "glossy", "transmission", "shadow", "volume_sc
     feature(f"objects/not visible to {_ray}", _unseen, 2)
 feature("objects/holdout", _ball(is_holdout=True))
 feature("objects/shadow catcher", _ball(is_shadow_catcher=True))
+feature("objects/shadow catcher below", lambda s: setattr(s.floor, "is_shadow_catcher", True), 2)
+
+
+def _added_lamp(stage: Stage, *, and_footage: bool) -> None:
+    """A lamp that is not in the footage: it brightens the catcher, which a picture cannot show."""
+    stage.floor.is_shadow_catcher, stage.lamp.is_shadow_catcher = True, False
+    stage.scene.render.film_transparent = True
+    if and_footage:
+        stage.light("POINT", 200.0, (-2, -2, 3))
+
+
+feature("objects/shadow catcher under an added lamp", lambda s: _added_lamp(s, and_footage=False), 2)
+feature("objects/shadow catcher under two kinds of lamps", lambda s: _added_lamp(s, and_footage=True), 2)
+feature(
+    "objects/shadow catcher below a mirror",
+    lambda s: (setattr(s.floor, "is_shadow_catcher", True), s.shader("ShaderNodeBsdfGlossy", Roughness=0.2)),
+    2,
+)
+feature(
+    "objects/shadow catcher beside a glowing ball",
+    lambda s: (
+        setattr(s.floor, "is_shadow_catcher", True),
+        setattr(s.scene.render, "film_transparent", True),
+        s.sphere(s.material("Glow", "ShaderNodeEmission", Color=(1, 0.6, 0.3, 1), Strength=6.0), (1.5, -1.2, 0.4), 0.4),
+    ),
+    2,
+)
 feature("objects/shadow terminator offset", _cycles(shadow_terminator_offset=0.3))
 feature("objects/shadow terminator geometry offset", _cycles(shadow_terminator_geometry_offset=0.5))
 feature("objects/ambient occlusion distance", _cycles(ao_distance=1.0))

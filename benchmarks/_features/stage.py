@@ -92,7 +92,7 @@ class Stage:
         return self.object(kind.title(), data, location, rotation)
 
     def replace_lamp(self, kind: str, energy: float, **values: Any) -> Any:
-        """Another lamp in place of the stage's, where it stood; the sky goes, so that the lamp alone is judged."""
+        """Another lamp at the position of the stage's; the sky is removed, so that only the lamp is compared."""
         location, rotation = self.lamp.location.copy(), self.lamp.rotation_euler.copy()
         bpy.data.objects.remove(self.lamp)
         self.lamp = self.light(kind, energy, location, rotation, **values)

@@ -19,7 +19,7 @@ def _modes(kind: str, name: str) -> list[str]:
 def _texture(
     kind: str, output: str | int = "Color", coordinate: str | None = "Object", **values: Any
 ) -> Callable[[Stage], None]:
-    """The ball glows with a texture over a coordinate."""
+    """The ball emits light with a texture over a coordinate."""
 
     def build(stage: Stage) -> None:
         node = stage.node(kind, **values)
@@ -70,7 +70,7 @@ for _coordinate in ("Generated", "UV", "Normal"):
 
 
 def _mapped(stage: Stage) -> None:
-    """The texture mapping that stands in the side panel of every texture node."""
+    """The texture mapping in the side panel of every texture node."""
     _texture("ShaderNodeTexChecker", Scale=1.7)(stage)
     node = next(n for n in stage.tree().nodes if n.type == "TEX_CHECKER")
     node.texture_mapping.scale, node.texture_mapping.translation = (2.0, 0.7, 1.0), (0.3, 0.0, 0.1)

@@ -74,7 +74,7 @@ def _solve(context: Context) -> PaletteSolution:
 
 
 class SPECTRAL_OT_palette_solve(bpy.types.Operator):
-    """Find spectra that meet all targets as closely as they can"""
+    """Find the spectra with the least error over all targets"""
 
     bl_idname = "spectral.palette_solve"
     bl_label = "Solve"
@@ -88,7 +88,7 @@ class SPECTRAL_OT_palette_solve(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
-    """Stop caring about one cell, and solve again"""
+    """Relax one cell, and solve again"""
 
     bl_idname = "spectral.palette_relieve"
     bl_label = "Ignore Cell"

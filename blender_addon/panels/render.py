@@ -96,7 +96,7 @@ def _draw_outcome(layout: UILayout, context: Context) -> None:
 
 
 class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
-    """Which effects the renderer will simulate, and why"""
+    """Effects that the renderer will simulate, with reasons"""
 
     bl_label = "Plan"
 
@@ -179,7 +179,7 @@ class _PassesPanel(_RenderPanel):
 
 
 class SPECTRAL_PT_passes_data(_PassesPanel, bpy.types.Panel):
-    """What camera rays see, and facts of the render"""
+    """Passes of data at the first hit, and facts of the render"""
 
     bl_label = "Data Passes"
 

@@ -177,7 +177,7 @@ def _draw_curve_of(
 
 
 class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
-    """How finely the volume is sampled, and how it is lit"""
+    """Sampling and lighting of the volume"""
 
     bl_label = "Quality and Light"
     bl_parent_id = "SPECTRAL_PT_volume"
@@ -193,7 +193,7 @@ class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
 
 
 class SPECTRAL_PT_volume_source(_VolumePanel, bpy.types.Panel):
-    """Where the data come from"""
+    """The source of the volume's data"""
 
     bl_label = "Source"
     bl_parent_id = "SPECTRAL_PT_volume"

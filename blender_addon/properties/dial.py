@@ -29,7 +29,7 @@ _changed = announces(Topic.DIAL)
 
 
 class SpectralDialMember(bpy.types.PropertyGroup):
-    """A light or glowing object of a bulb's group, and its brightness at the time of the recording."""
+    """A light or emissive object of a bulb's group, and its brightness at the time of the recording."""
 
     owner: PointerProperty(type=bpy.types.ID)
     slot: IntProperty(default=-1, description="Material slot of a glowing object; -1 for a lamp or a world")

@@ -95,7 +95,7 @@ PALETTE_FIELDS = by_name(
     ),
     Field(
         "grid_samples", IntProperty, "grid", name="Samples", default=31, min=5, soft_max=101, max=601,
-        description="How finely spectra are designed; 31 over 400 to 700 nm is every 10 nm",
+        description="Number of samples of a designed spectrum; 31 over 400 to 700 nm is one every 10 nm",
     ),
 )  # fmt: skip
 """Settings of the whole table that are shared with the core's ``PaletteProblem``."""

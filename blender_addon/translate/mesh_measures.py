@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the Geometry node says of a mesh as a whole: Pointiness and Random Per Island, computed as Cycles does."""
+"""Measures of a whole mesh for the Geometry node: Pointiness and Random Per Island, computed as Cycles does."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 
 READ = "attribute_of_mesh:"
-"""What a shading program's read of a measure starts with."""
+"""Prefix of the name by which a shading program reads a measure."""
 WELDED = 1e-6
 """Vertices that lie nearer to each other count as one."""
 
@@ -61,7 +61,7 @@ def island_randoms(count: int, edges: Array) -> Array:
             parents[vertex], vertex = top, parents[vertex]
         return top
 
-    # Which vertex stands for an island decides its number, so islands are joined as Cycles joins them.
+    # The number of an island depends on the vertex that represents it, so islands are joined as Cycles joins them.
     for first, second in edges.tolist():
         one, other = root(first), root(second)
         if one == other:

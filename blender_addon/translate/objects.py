@@ -50,6 +50,8 @@ class Collected:
     originals: list[Any] = field(default_factory=list)
     """The original object of each instance."""
     kept: Kept | None = None
+    is_render: bool = True
+    """True in renders, False in the viewport."""
     _names: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -73,7 +75,7 @@ def collect(translation: Translation, shows: Callable[[Any], bool] = everything,
     """Walk over every instance that the render shows and that passes ``shows``; ``kept``: meshes of an earlier
     translation.
     """
-    found = Collected(translation, kept=kept)
+    found = Collected(translation, kept=kept, is_render=shows is everything)
     for instance in translation.depsgraph.object_instances:
         obj = instance.object
         if not shows(instance):
@@ -169,6 +171,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         "attributes": object_attributes(obj, instance, reads, found.translation.scene.frame_current_final),
         "shown_as": obj.name,
         "asset": _root(original).name,
+        "is_shadow_catcher": obj.is_shadow_catcher,
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.originals.append(original)
@@ -176,7 +179,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         found.instances.append(make())
         return
     names = tuple(item.material.name for item in materials)
-    state = (rows, names, reads, tuple(fields.values()), obj.is_shadow_catcher, mesh)
+    state = (rows, names, reads, tuple(fields.values()), mesh)
     makers = frozenset((original.session_uid, original.data.session_uid))
     key = ("instance", original.session_uid)
     found.instances.append(kept_or_made(found.kept, found.translation, key, makers, state, make))
@@ -192,8 +195,9 @@ def _instance(
     materials = materials + [materials[-1]] * (highest + 1 - len(materials))
     _note_missing(found, obj, reads)
     note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
-    if obj.is_shadow_catcher:
-        found.translation.note(obj.name, "it is a shadow catcher, which is rendered as a plain object")
+    if obj.is_shadow_catcher and not found.is_render:
+        message = "it is a shadow catcher in renders of F12 and spectral-scene, a plain object in the viewport"
+        found.translation.note(obj.name, message)
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
     return Instance(world_from_object=matrix, materials=names, random=_random(obj, instance), **fields)
 

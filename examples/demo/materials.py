@@ -29,7 +29,7 @@ class Materials:
             return found
         made = self.bpy.data.materials.new(name)
         if made.node_tree is None:
-            made.use_nodes = True  # Blender before 5.0 makes no node tree by itself
+            made.use_nodes = True  # Blender before 5.0 does not create a node tree by itself
         node = made.node_tree.nodes["Principled BSDF"]
         node.inputs["Base Color"].default_value = (*color, 1.0)
         node.inputs["Roughness"].default_value = roughness

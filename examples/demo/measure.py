@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How plain the mark is in rendered pixels: its color against the glaze right beside it."""
+"""Visibility of the mark in rendered pixels: its color against the glaze beside it."""
 
 from __future__ import annotations
 

@@ -25,9 +25,9 @@ from . import materials, still_life
 from .measure import MarkContrast, coverage_scene, mark_contrast
 
 GLAZE_COLOR = (0.42, 0.43, 0.38)
-"""What both glazes show in daylight, linear RGB: a warm off-white."""
+"""Color of both glazes in daylight, linear RGB: a warm off-white."""
 CONTRAST = 2.6
-"""How many times brighter than the mark the ground should be under sodium."""
+"""Ratio of brightness of the ground to the mark under sodium."""
 SIZE = (900, 788)
 
 
@@ -137,15 +137,15 @@ def _prepare(bpy: Any, samples: int, percentage: int) -> None:
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     scene.render.resolution_percentage = percentage
     scene.spectral.render.samples = samples
-    # The window stands behind the camera: that it would shade the dim room behind it cannot be seen, and letting
-    # light pass it costs several times the whole render.
+    # The window is behind the camera: its shadow on the dim room behind it is invisible, and a transparent window would
+    # cost several times the whole render.
     choice = scene.spectral.render.overrides.add()
     choice.name, choice.value = "transparency", "off"
     scene.view_settings.view_transform = "Standard"  # AgX would move the very colors that are compared
 
 
 def _switch_on(bpy: Any, light: DemoLight) -> None:
-    """Window and surroundings take the light's spectrum; a spectrum's luminance is that of white of the same power."""
+    """Window and environment get the light's spectrum, with the luminance of white of the same power."""
     from blender_addon.translate.spectra.stored import store_spectrum
 
     measured = catalogue.illuminant(light.name)

@@ -48,7 +48,7 @@ def engraving() -> NDArray[np.uint8]:
 
 
 def _printed(picture: NDArray[np.float64], cover: NDArray[np.float64], ink: tuple[float, ...]) -> NDArray[np.float64]:
-    """``picture`` with an ink where ``cover`` (HEIGHT, WIDTH), from 0 to 1, says so."""
+    """``picture`` with an ink of coverage ``cover`` (HEIGHT, WIDTH), from 0 to 1."""
     return np.asarray(picture + (np.array(ink) - picture) * cover[..., None])
 
 

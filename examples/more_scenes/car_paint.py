@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A car paint that is blue-gray by day and brown under sodium street lamps, from paints that exist.
 
-The palette designs the reflectance, a recipe of measured paint chips comes near to it, and the car wears the recipe.
+The palette designs the reflectance, a recipe of measured paint chips approximates it, and the car has the recipe's
+reflectance.
 """
 
 from __future__ import annotations

@@ -125,6 +125,6 @@ def scene_of(
         instances=tuple(Instance(mesh.name, mesh.name, np.eye(4), (mesh.name,)) for mesh, _ in parts),
         lights=tuple(lights),
         world=World(gray(0.02)),
-        # The caustics of the lacquer are a few bright dots on the floor; nobody misses them.
+        # The caustics of the lacquer are a few bright dots on the floor; they are not needed.
         settings=RenderSettings(transport="spectral", max_bounces=4, light_paths=LightPaths(clamp_indirect=1.0)),
     )

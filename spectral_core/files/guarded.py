@@ -141,7 +141,7 @@ def require_shallow(text: str, path: str | Path) -> None:
 
 
 def require_room(needed: int, path: str | Path, *, held: int | None = None) -> None:
-    """Raise FileFormatError if ``needed`` bytes are more than this machine or this file can stand for.
+    """Raise FileFormatError if ``needed`` bytes exceed the memory of this machine or the length of this file.
 
     Parameters
     ----------

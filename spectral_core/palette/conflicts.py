@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which cells conflict, from the multipliers of the last solve.
+"""The cells that conflict, from the multipliers of the last solve.
 
 With the active bounds fixed, the answer is a linear function of every row. Releasing cell j changes the error of i by
 
@@ -179,7 +179,7 @@ class Responses:
 
     def _moved(self, into: tuple[int, slice], released: Sequence[list[tuple[int, slice]]]) -> Array:
         """The same for requests of equally many rows."""
-        systems, errors, towards = [], [], []
+        systems, errors, weights, towards = [], [], [], []
         for asked in released:
             if len(asked) == 1:  # np.block alone takes longer than the 3×3 system
                 ((k, rows),) = asked
@@ -190,10 +190,14 @@ class Responses:
                 error = np.concatenate([self.errors[k][rows] for k, rows in asked])
                 weight = np.concatenate([self.weights[k][rows] for k, rows in asked])
                 towards.append(np.hstack([self._color_between(into, b) for b in asked]))
-            systems.append(np.diag(1.0 / np.maximum(weight, 1e-12)) - joint)
+            systems.append(joint)
             errors.append(error)
+            weights.append(weight)
+        stacked = -np.array(systems)
+        diagonal = np.arange(stacked.shape[1])
+        stacked[:, diagonal, diagonal] += 1.0 / np.maximum(np.array(weights), 1e-12)
         # Where the released rows depend on each other, the least force that the equations leave.
-        forces = np.matmul(np.linalg.pinv(np.array(systems), rcond=1e-10), np.array(errors)[:, :, None])
+        forces = np.matmul(np.linalg.pinv(stacked, rcond=1e-10), np.array(errors)[:, :, None])
         return np.asarray(np.matmul(np.array(towards), forces)[:, :, 0])
 
     def _color_between(self, one: tuple[int, slice], other: tuple[int, slice]) -> Array:

@@ -28,7 +28,7 @@ TOLERANCE = 0.01
 ITERATIONS = 25
 """Updates in one half-round; the next one continues with the same shares."""
 FLOOR = 1e-6
-"""Least share of a row, so that one that was met early can come back."""
+"""Least share of a row, so that the share of a row that was met early can grow again."""
 
 
 @dataclass

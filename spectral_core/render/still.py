@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.render.catching import with_catchers
 from spectral_core.render.cost.adaptive import Outcome
 from spectral_core.render.cost.asked import is_asked, render_asked, tightened
 from spectral_core.render.cost.model import Prediction
@@ -114,15 +115,23 @@ def render_scene(
     explains the others. Raises InvalidInputError for a scene that cannot be rendered, RenderError if Mitsuba fails,
     MissingDependencyError if the scene requires a denoiser and there is none.
     """
-    if scene.moments:
+    measure = Measure(bands, groups, sampling_lights)
 
-        def instant(
-            still: Scene, show: Callable[[Progress], None], stop: Callable[[], bool] | None, plan: EffectPlan | None
-        ) -> RenderResult:
-            return _render_instant(still, show, stop, Measure(bands, groups, sampling_lights), plan)
+    def instant(
+        still: Scene,
+        show: Callable[[Progress], None] | None,
+        stop: Callable[[], bool] | None,
+        plan: EffectPlan | None = None,
+    ) -> RenderResult:
+        return _render_instant(still, show, stop, measure, plan)
 
-        return render_moving(scene, instant, on_progress, should_stop)
-    return _render_instant(scene, on_progress, should_stop, Measure(bands, groups, sampling_lights))
+    caught = with_catchers(instant)
+    made: RenderResult = (
+        render_moving(scene, caught, on_progress, should_stop)
+        if scene.moments
+        else caught(scene, on_progress, should_stop)
+    )
+    return made
 
 
 def _render_instant(
@@ -146,7 +155,8 @@ def _traced(
     plan: EffectPlan | None,
 ) -> RenderResult:
     """The picture with its passes, denoised if requested."""
-    start = time.perf_counter()
+    meter = Meter()
+    start = meter.started
     bands, groups, sampling_lights = measure.bands, measure.groups, measure.sampling_lights
     if scene.settings.denoise:
         require_denoiser()  # before the render instead of after an hour
@@ -161,7 +171,7 @@ def _traced(
         plan = plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
     job = RenderJob(scene, plan, measure)
     if asked:
-        return _finished(_asked(job, scene, start, on_progress, should_stop, bands), job, start)
+        return _finished(_asked(job, scene, meter, on_progress, should_stop, bands), job, start)
     status: Literal["done", "cancelled"] = "done"
     affordable = scene.film.samples
     left = pass_sizes(scene.film.samples)
@@ -242,7 +252,7 @@ def _denoised(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
 def _asked(
     job: RenderJob,
     scene: Scene,
-    start: float,
+    meter: Meter,
     on_progress: Callable[[Progress], None] | None,
     should_stop: Callable[[], bool] | None,
     bands: Bands | None,
@@ -252,15 +262,15 @@ def _asked(
     def on_round(pixels: Pixels, samples: float, expected: float) -> None:
         if on_progress is not None:
             total = max(round(expected), round(samples))
-            on_progress(Progress(pixels, round(samples), total, time.perf_counter() - start))
+            on_progress(Progress(pixels, round(samples), total, meter.read().wall))
 
-    made = render_asked(job, start, on_round, should_stop)
+    made = render_asked(job, meter, on_round, should_stop)
     return RenderResult(
         pixels=made.pixels,
         plan=job.plan,
         notes=scene.notes + job.notes + made.notes,
         samples=round(made.outcome.samples),
-        seconds=time.perf_counter() - start,
+        seconds=meter.read().wall,
         status=made.status,
         variant=job.variant,
         bands=bands,

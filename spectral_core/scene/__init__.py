@@ -32,6 +32,7 @@ from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
+    FILM_THICKNESS_NM,
     IOR,
     LARGEST,
     AddSurface,
@@ -54,6 +55,7 @@ from spectral_core.scene.surface import (
 )
 
 __all__ = [
+    "FILM_THICKNESS_NM",
     "IOR",
     "LARGEST",
     "UNLIMITED_PATHS",

@@ -121,7 +121,7 @@ class Film:
     transparent: bool = False
     filter_width: float = 1.5
     exposure: float = 1.0
-    filter_kind: Literal["blackman_harris", "box"] = "blackman_harris"
+    filter_kind: Literal["blackman_harris", "gaussian", "box"] = "blackman_harris"
 
     def __post_init__(self) -> None:
         for name, value, most in (("width", self.width, 65536), ("height", self.height, 65536)):

@@ -117,6 +117,7 @@ class Instance:
     it; ``clear_for``: names of lights for which it casts no shadow. ``color`` (r, g, b, alpha), ``index`` and
     ``random`` in [0, 1]: outputs of the Object Info node. ``attributes``: further values for programs, each a name with
     three or four numbers. ``shown_as``, ``asset``: names in cryptomattes, if they differ from ``name``.
+    ``is_shadow_catcher``: True if the picture contains only its shadows.
     """
 
     name: str
@@ -134,6 +135,7 @@ class Instance:
     attributes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     shown_as: str = ""
     asset: str = ""
+    is_shadow_catcher: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_object", affine(f"instance {self.name!r}", self.world_from_object))

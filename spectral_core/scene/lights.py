@@ -82,6 +82,8 @@ class _Light:
     falloff: Falloff = EVEN
     is_planckian: bool = False
     """True if ``color`` is that of a black body, which three channels represent well."""
+    is_in_footage: bool = True
+    """True if shadow catchers are lit by it already; what any other light adds to them is not in the picture."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_light", affine(f"light {self.name!r}", self.world_from_light))

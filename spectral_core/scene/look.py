@@ -77,7 +77,7 @@ class Look:
 
 
 def _alone(scene: Scene, shines: Any, *, world: bool, glows: Any) -> Scene:
-    """The lights of ``shines``, the world if wanted, and glowing objects of the groups of ``glows``."""
+    """The lights of ``shines``, the world if requested, and emissive objects of the groups of ``glows``."""
     found = {material.name: _dark(material) for material in scene.materials}
     dark = {name: made for name, made in found.items() if made is not None}
     names = {material.name for material in scene.materials}

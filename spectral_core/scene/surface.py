@@ -18,6 +18,14 @@ LARGEST = 1e38
 """Largest number of a closure; larger ones have no precision left in 32 bits."""
 IOR = (1e-3, 1000.0)
 """Range of the index of refraction of a dielectric."""
+FILM_THICKNESS_NM = (0.0, 1e6)
+"""Range of the thickness of a thin film."""
+_LIMITS = {
+    "ior": IOR,
+    "coat_ior": IOR,
+    "thin_film_ior": IOR,
+    "thin_film_thickness": FILM_THICKNESS_NM,
+}
 
 
 class _Numbers:
@@ -33,7 +41,7 @@ class _Numbers:
         for name in names:
             value = getattr(self, name)
             if isinstance(value, (int, float, np.number)):
-                least, most = IOR if name in ("ior", "coat_ior") else (-LARGEST, LARGEST)
+                least, most = _LIMITS.get(name, (-LARGEST, LARGEST))
                 require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
 
 
@@ -50,8 +58,8 @@ class Diffuse(_Numbers):
 class Glossy(_Numbers):
     """Microfacet mirror (GGX, ``alpha = roughness²``) that reflects ``color`` at every angle.
 
-    ``multiple_scattering``: True to keep light that bounces between facets (Blender's Multiscatter GGX). Beckmann
-    facets lose it, as in Cycles.
+    ``multiple_scattering``: True to keep light that bounces between facets (Blender's Multiscatter GGX). The
+    facets of Beckmann and of Ashikhmin and Shirley lose it, as in Cycles.
     """
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -60,13 +68,16 @@ class Glossy(_Numbers):
     anisotropy: Scalar = 0.0
     rotation: Scalar = 0.0
     tangent: Computed | None = None
-    distribution: Literal["ggx", "beckmann"] = "ggx"
+    distribution: Literal["ggx", "beckmann", "ashikhmin"] = "ggx"
     normal: Computed | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glass(_Numbers):
-    """Dielectric that reflects and refracts by Fresnel; ``ior`` is a number, or a spectrum for dispersion."""
+    """Dielectric that reflects and refracts by Fresnel; ``ior`` is a number, or a spectrum for dispersion.
+
+    ``thin_film_thickness`` (nm; 0 for none) and ``thin_film_ior``: of a thin film on the surface, as in other closures.
+    """
 
     color: Paint = field(default_factory=lambda: gray(1.0))
     roughness: Scalar = 0.0
@@ -74,6 +85,9 @@ class Glass(_Numbers):
     normal: Computed | None = None
     reflects: bool = True
     multiple_scattering: bool = True
+    thin_film_thickness: Scalar = 0.0
+    thin_film_ior: Scalar = 1.33
+    distribution: Literal["ggx", "beckmann"] = "ggx"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,7 +111,11 @@ class Toon(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Metal(_Numbers):
-    """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021)."""
+    """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021).
+
+    ``physical``: Fresnel's equations in place of that model, with the index of refraction and extinction that ``color``
+    and ``edge_tint`` stand for by Gulbrandsen 2014.
+    """
 
     color: Paint = field(default_factory=lambda: gray(0.6))
     edge_tint: Paint = field(default_factory=lambda: gray(0.7))
@@ -107,6 +125,10 @@ class Metal(_Numbers):
     tangent: Computed | None = None
     multiple_scattering: bool = True
     normal: Computed | None = None
+    physical: bool = False
+    thin_film_thickness: Scalar = 0.0
+    thin_film_ior: Scalar = 1.33
+    distribution: Literal["ggx", "beckmann"] = "ggx"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -181,6 +203,8 @@ class Principled(_Numbers):
     normal: Computed | None = None
     emission_color: Paint = field(default_factory=lambda: Color((1.0, 1.0, 1.0)))  # type: ignore[arg-type]
     emission_strength: Scalar = 0.0
+    thin_film_thickness: Scalar = 0.0
+    thin_film_ior: Scalar = 1.33
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -102,7 +102,7 @@ class FluorescentDye:
 
 
 def share_per_amount(dyes: Sequence[FluorescentDye], wavelengths_nm: Array) -> Array:
-    """(n, k): the larger of the shares of photons and of power at each wavelength that a unit amount sends out again.
+    """(n, k): the larger of the shares of photons and of power at each wavelength that a unit amount emits again.
 
     A photon that is absorbed at λ and emitted around λ' keeps λ / λ' of its power, so the limit on photons is reached
     first.

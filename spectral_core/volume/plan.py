@@ -91,11 +91,8 @@ def plan(
     rule, quadrature
         Fix what `auto` would choose.
 
-    Returns
-    -------
-    Plan
-        Its ``shortfall`` says so in words where no way reaches the target: float32 or the shortest step (0.01 voxel)
-        then sets the limit.
+    Returns ------- Plan Its ``shortfall`` is a message if no plan reaches the target: float32 or the shortest step
+    (0.01 voxel) then sets the limit.
 
     Raises
     ------

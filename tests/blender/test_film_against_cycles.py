@@ -10,8 +10,11 @@ pytest.importorskip("bpy")
 pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scene[render]'")
 
 
-@pytest.mark.parametrize("size", [1.5, 0.6])
-def test_edges_are_as_soft_as_in_cycles(build, tmp_path, size):
+@pytest.mark.parametrize(
+    ("kind", "size"),
+    [("BLACKMAN_HARRIS", 1.5), ("BLACKMAN_HARRIS", 0.6), ("GAUSSIAN", 1.5), ("GAUSSIAN", 2.5), ("BOX", 3)],
+)
+def test_edges_are_as_soft_as_in_cycles(build, tmp_path, kind, size):
     import bpy
 
     from tests.blender import cycles
@@ -30,10 +33,22 @@ def test_edges_are_as_soft_as_in_cycles(build, tmp_path, size):
     data.materials.append(material)
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Slanted", data))
     cycles.settings(samples=256, size=20)
-    render = bpy.context.scene.render
-    render.filter_size = bpy.context.scene.cycles.filter_width = size
+    bpy.context.scene.cycles.pixel_filter_type = kind
+    bpy.context.scene.cycles.filter_width = size
     theirs, (mine, _) = cycles.cycles(tmp_path), cycles.ours(samples=256)
     edge = (theirs[..., 1] > 0.02) & (theirs[..., 1] < 0.98)
     assert edge.sum() > 15
     # Noise of 256 samples is below 0.01; a filter of half the width is off by 0.1.
     assert np.sqrt(np.mean((mine - theirs)[edge] ** 2)) < 0.02
+
+
+def test_the_filter_size_holds_where_cycles_has_its_defaults(build):
+    import bpy
+
+    from blender_addon.translate.camera import pixel_filter_of
+
+    scene = bpy.context.scene
+    scene.render.filter_size = 0.7
+    assert pixel_filter_of(scene) == {"filter_kind": "blackman_harris", "filter_width": pytest.approx(1.4)}
+    scene.cycles.filter_width = 2.0
+    assert pixel_filter_of(scene) == {"filter_kind": "blackman_harris", "filter_width": pytest.approx(4.0)}

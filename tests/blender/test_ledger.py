@@ -55,11 +55,13 @@ def test_what_is_noted_is_named_where_it_is_changed(build, translate):
     cycles.film_transparent_glass = True
     bpy.context.view_layer.samples = 7
     tree = material.node_tree
-    glass = tree.nodes.new("ShaderNodeBsdfGlass")
-    glass.inputs["Thin Film Thickness"].default_value = 300
+    rough = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    gabor = tree.nodes.new("ShaderNodeTexGabor")
+    gabor.texture_mapping.translation = (1.0, 0.0, 0.0)
+    tree.links.new(gabor.outputs["Value"], rough.inputs["Roughness"])
     output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
-    tree.links.new(glass.outputs[0], output.inputs["Surface"])
+    tree.links.new(rough.outputs[0], output.inputs["Surface"])
     notes = {(note.subject, note.message.split(";")[0]) for note in translate().notes}
     assert ("Scene", "Transparent Glass is not simulated") in notes
-    assert any(message == "samples of a view layer's own are not used" for _, message in notes)
-    assert any("thin film is left out" in message for _, message in notes)
+    assert any(message == "samples of the view layer are not used" for _, message in notes)
+    assert any("Texture Mapping in its side panel is not supported" in message for _, message in notes)

@@ -40,7 +40,7 @@ def test_alternatives_are_found_taken_locked_and_gone_on_with(blender, palette) 
     for answer in palette.alternatives:
         stored = json.loads(answer.spectra)[str(palette.materials[0].uid)]
         np.testing.assert_allclose(stored["values"], kept, atol=1e-5)
-    with pytest.raises(RuntimeError, match="there is no answer 9"):
+    with pytest.raises(RuntimeError, match="there is no alternative 9"):
         blender.ops.spectral.palette_alternative_take(index=9)
 
 

@@ -71,7 +71,7 @@ def whole(stage):
 
 
 def updated(stage, edit=lambda _stage: None):
-    """What Blender does after an edit: its handlers see the same list of updates as the view of an engine."""
+    """The calls that Blender makes after an edit: handlers receive the same list of updates as an engine's view."""
 
     def follow(_scene, depsgraph):
         stage.session.update(stage.context, depsgraph)

@@ -105,7 +105,7 @@ def test_schemas_use_no_word_that_is_not_checked(schema: Schema) -> None:
     [
         ("[" * 20_000, "nested deeper than 60"),
         ('{"format": ' + "9" * 5000 + "}", "digit"),
-        ('{"a": 1e999}', "has no 'format'|unknown word"),
+        ('{"a": 1e999}', "has no 'format'|unknown entry"),
         ('{"format": "spectral-scene palette", "version": true}', "has no 'grid'"),
         ("{}", "has no 'format'"),
         ("[]", "expected a table"),

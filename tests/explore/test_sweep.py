@@ -160,7 +160,7 @@ def test_outcomes_of_a_killed_driver_are_taken_in_and_not_computed_again(tmp_pat
 
 def test_a_store_is_not_mixed_with_another_sweep(tmp_path: Path) -> None:
     opened(tmp_path).store.close()
-    with pytest.raises(InvalidInputError, match="another sweep: what it computes differ"):
+    with pytest.raises(InvalidInputError, match="another sweep: the computation differs"):
         opened(tmp_path, function="picture")
     full = tmp_path / "full.cdb"
     full.mkdir()

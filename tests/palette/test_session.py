@@ -172,3 +172,17 @@ def test_edits_within_conflicts_are_those_of_a_fresh_solve(rng):
         assert not answer.trusted
         assert answer.kkt_residual < 1e-6
         np.testing.assert_allclose(answer.actual_linear_rgb[:, 1:], fresh.actual_linear_rgb[:, 1:], atol=1e-5)
+
+
+def test_edits_of_a_palette_whose_weights_are_not_about_one_are_those_of_a_fresh_solve(rng):
+    """Weights count relative to the median one, in an edit as in a fresh solve."""
+    problem = coupled_palette((3, 3, 31), rng)
+    cells = {(i, j): Cell.fixed(rng.uniform(0.1, 0.9, 3), weight=5.0) for i in range(3) for j in (1, 2)}
+    problem = problem.with_cells({**cells, (0, 0): Cell.free(weight=5.0)})
+    session = PaletteSession(problem.with_cells({(i, 0): Cell.same_as((0, 0), weight=5.0) for i in (1, 2)}))
+    # The bright colors cannot all be had, so that weights decide.
+    for index, weight in (((0, 1), 5.0), ((1, 2), 40.0), ((2, 1), 2.0)):
+        answer = session.edit(index, Cell.fixed((3.0, 2.5, 0.2), weight=weight))
+        fresh = solve_palette(session.problem, explain=False)
+        assert answer.trusted
+        np.testing.assert_allclose(answer.actual_linear_rgb, fresh.actual_linear_rgb, atol=2e-6)

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spectral_core.errors import FileFormatError
@@ -32,7 +32,7 @@ def places(document: Any, here: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [here, *(place for key in keys for place in places(document[key], (*here, key)))]
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=200)
 @given(st.data())
 def test_any_document_is_read_or_refused_with_its_file(tmp_path: Path, data: st.DataObject) -> None:
     path = tmp_path / "any.json"

@@ -202,7 +202,7 @@ def test_short_ways_to_say_things(tmp_path: Path) -> None:
         ("format = 'spectral-scene palette'\nversion = 1", r"p\.toml: the document has no 'grid'"),
         (HEAD.replace("scene palette", "scene"), r"format is \"spectral-scene\"; expected 'spectral-scene palette'"),
         (HEAD.replace("version = 1", "version = 2"), r"version is 2; expected 1"),
-        (HEAD + "colour = 1", r"the document holds the unknown word 'colour'; known: \$schema, cells"),
+        (HEAD + "colour = 1", r"the document has the unknown entry 'colour'; known: \$schema, cells"),
         (HEAD.replace('"D65"', '"D66"'), r"lights\[0\]: no illuminant is named 'D66'; did you mean 'D65'"),
         (
             HEAD.replace('"D65"', "{values = [1, 2]}"),

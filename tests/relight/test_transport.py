@@ -20,7 +20,7 @@ from spectral_core.render.relight.transport import (
     SAMPLING_LIGHTS,
     record_transport,
 )
-from spectral_core.render.relight.transport_file import read_transport, write_transport
+from spectral_core.render.relight.transport_file import is_transport, read_transport, write_transport
 from spectral_core.scene import (
     Film,
     Scene,
@@ -125,6 +125,12 @@ def test_cut_edited_and_foreign_files_are_refused(scene: Scene, tmp_path: Path) 
         read_transport(path)
     with pytest.raises(FileFormatError, match="there is no file .*absent.exr; make one with"):
         read_transport(tmp_path / "absent.exr")
+    # The first part says what a file is: a picture with a transport's parts behind it is overwritten by nobody.
+    path.write_bytes(whole)
+    assert is_transport(path)
+    parts = OpenEXR.File(str(path), separate_channels=True).parts
+    OpenEXR.File([parts[-1], *parts[:-1]]).write(str(path))
+    assert not is_transport(path)
     OpenEXR.File({}, {"R": np.zeros((2, 2), np.float32)}).write(str(path))
     with pytest.raises(FileFormatError, match="but no transport"):
         read_transport(path)

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 
-@pytest.mark.parametrize("name", ["prism", "lamps", "fluorescence"])
+@pytest.mark.parametrize("name", ["prism", "lamps", "thin-film", "fluorescence"])
 def test_a_closed_form_holds_within_noise(name):
     from benchmarks._closed_cases import CASES
 
@@ -34,4 +34,4 @@ def test_no_surface_gives_back_more_than_it_gets(name):
     from benchmarks._furnace_scenes import SURFACES, tile_albedos
 
     albedo, noise, lost = tile_albedos(SURFACES[name], 128, "rgb")
-    assert (albedo - 4.5 * noise).max() < 1.012 and lost == 0
+    assert (albedo - 4.5 * noise).max() < 1.002 and lost == 0

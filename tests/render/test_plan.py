@@ -53,6 +53,7 @@ def test_a_gray_plane_needs_little():
         "transport": "rgb",
         "dispersion": "off",
         "fluorescence": "off",
+        "thin_film": "off",
         "media": "off",
         "volumes": "off",
         "transparency": "off",

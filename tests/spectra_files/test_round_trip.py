@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spectral_core.spectra import catalogue
@@ -39,7 +39,7 @@ def assert_same(read: Spectrum, written: Spectrum, path: Path) -> None:
     np.testing.assert_array_equal(read.values, written.values)
 
 
-COMMON = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+COMMON = settings(max_examples=60)
 
 
 @COMMON

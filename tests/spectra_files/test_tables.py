@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
@@ -179,7 +179,7 @@ def test_detection_prefers_what_the_file_holds(tmp_path: Path) -> None:
 TABLE_TEXT = st.text(st.sampled_from("0123456789.,;\t\n -+eE#:%wnmk\"'()[]<>/x\x00é"), max_size=80)
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150)
 @given(TABLE_TEXT, st.sampled_from([".csv", ".spd", ".spdx", ".dat"]))
 @example("w,x\n1e400,1\n2e400,2\n", ".csv")
 @example("400,1\n1e-400,2\n", ".csv")

@@ -6,8 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.volume import renderer
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.march.device import _stored_units
+from spectral_core.volume.samples import marschner_lobb
 
 
 @pytest.mark.parametrize("dtype", ["u1", "i2", "<f4", ">f4", "f8", "u2"])
@@ -80,3 +83,33 @@ def test_more_voxels_than_dr_jit_can_number_are_refused():
     data = np.broadcast_to(np.zeros((1, 1, 1), np.uint8), (2048, 2048, 1024))
     with pytest.raises(InvalidInputError, match=r"'ct' has 2048×2048×1024 = 4,294,967,296 voxels; fewer than 2\^32"):
         DeviceVolume(types, SimpleNamespace(name="ct", data=data, shape=data.shape))
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 3.0), (-7.0, 5.0), (1000.0, 1000.5), (-3e-4, 1e-5), (0.0, 0.0)])
+def test_stored_units_are_powers_of_two_that_the_data_fill(low, high):
+    """A division by a power of two is exact in float32, and what is stored fills the range from ½ to 1."""
+    base, unit = _stored_units(low, high)
+    assert np.frexp(unit)[0] == 0.5  # a power of two
+    greatest = max(abs(low - base), abs(high - base)) / unit
+    assert greatest == 0 or 0.5 < greatest <= 1.0
+
+
+def test_the_marschner_lobb_signal_is_that_of_the_paper():
+    """Marschner and Lobb 1994, Eq. 5, at samples that lie on the axes and off them."""
+    size = 9
+    field = marschner_lobb(size)
+    axis = np.linspace(-1, 1, size)
+    for i, j, k in ((4, 4, 4), (0, 4, 8), (2, 7, 1), (6, 3, 5)):
+        radius = np.hypot(axis[i], axis[j])
+        ring = np.cos(2 * np.pi * 6 * np.cos(np.pi * radius / 2))
+        exact = (1 - np.sin(np.pi * axis[k] / 2) + 0.25 * (1 + ring)) / (2 * (1 + 0.25))
+        assert field[i, j, k] == pytest.approx(exact, abs=1e-4)
+
+
+@pytest.mark.parametrize(("backend", "remedy"), [("llvm", "LLVM"), ("cuda", "use llvm")])
+def test_a_backend_that_is_not_there_names_its_own_remedy(monkeypatch, backend, remedy):
+    dr = pytest.importorskip("drjit")
+    monkeypatch.setattr(renderer, "find_llvm", lambda: None)
+    monkeypatch.setattr(dr, "has_backend", lambda kind: False)
+    with pytest.raises(MissingDependencyError, match=remedy):
+        renderer.array_types(backend)

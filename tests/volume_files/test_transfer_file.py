@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spectral_core.documents import toml_text
@@ -79,7 +79,7 @@ def documents(draw):
 
 
 @given(documents())
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=30)
 def test_what_is_written_is_read_back(stated):
     document = document_of(stated)
     same(transfer_of(tomllib.loads(toml_text(document)), Path()), stated)
@@ -154,7 +154,7 @@ def test_display_colours_of_hex_and_linear(tmp_path):
         (HEAD.replace("1", "2") + BONE, r"version is 2; expected 1"),
         (HEAD + "materials = []", "materials has 0 entries; expected at least 1"),
         (HEAD + 'values = "percent"\n' + BONE, "values is \"percent\"; expected one of 'data', 'fraction'"),
-        (HEAD + BONE + "colour = 3", r"materials\[0\] holds the unknown word 'colour'; known: color"),
+        (HEAD + BONE + "colour = 3", r"materials\[0\] has the unknown entry 'colour'; known: color"),
         (HEAD + BONE.replace("[0, 1]", '[0, "x"]'), r"materials\[0\].values\[1\] is \"x\"; expected a number"),
         (
             HEAD + BONE.replace("#ff0000", "#ff00"),

@@ -22,7 +22,7 @@ from spectral_core.scene.look import Look
 from ... import jobs
 from ...compat import working_space
 from ...properties.hooks import Topic, ignore, listen
-from ...translate.camera import filter_width_of
+from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Kept
 from ...translate.viewport.look import look_of
@@ -159,7 +159,7 @@ class ViewSession:
 
         film = Film(
             960, 540, samples=1, seed=source.spectral.render.seed, transparent=source.render.film_transparent,
-            filter_width=filter_width_of(source.render),
+            **pixel_filter_of(source),
         )  # fmt: skip
         camera = Camera(world_from_camera=np.eye(4))  # the camera of a view is part of each request for a picture
         return translate_scene(

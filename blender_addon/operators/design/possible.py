@@ -12,7 +12,7 @@ from ..common import UNDOABLE, palette_in, reporting
 
 
 class SPECTRAL_OT_palette_possible(bpy.types.Operator):
-    """Say whether the selected cell can have its color beside the exact cells of its row, and draw what it can"""
+    """Test if the selected cell can show its color beside the exact cells of its row, and draw its possible colors"""
 
     bl_idname = "spectral.palette_possible"
     bl_label = "Possible?"

@@ -12,7 +12,7 @@ from spectral_core.scene import Aperture, Camera, Film
 
 from ..context import Translation
 from ..frames import rigid
-from ..ledger import note_changed
+from ..ledger import at_default, note_changed
 from ..visibility import cycles_settings
 from .panorama import MIDDLE_VIEW_RAD, panorama_of
 
@@ -104,14 +104,25 @@ def translate_film(scene: Any, samples: int, seed: int) -> Film:
         crop=border_in_pixels(render, width, height),
         pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
         transparent=render.film_transparent,
-        filter_width=filter_width_of(render),
+        **pixel_filter_of(scene),
         exposure=float(cycles_settings(scene, "film_exposure", 1.0)),
     )
 
 
-def filter_width_of(render: Any) -> float:
-    """Full width of the Blackman-Harris filter, in pixels: twice Blender's Filter Size, in EEVEE as in Cycles."""
-    return 2.0 * float(np.clip(render.filter_size, 0.01, 10.0))
+def pixel_filter_of(scene: Any) -> dict[str, Any]:
+    """Kind and full width (pixels) of the film's filter: Cycles' own where it is changed, else the Filter Size.
+
+    Blender's sizes are half of the full width of a Blackman-Harris filter and a third of that of a Gaussian. A box is
+    one pixel wide.
+    """
+    size, kind = scene.render.filter_size, "BLACKMAN_HARRIS"
+    cycles = getattr(scene, "cycles", None)
+    if cycles is not None and not (at_default(cycles, "pixel_filter_type") and at_default(cycles, "filter_width")):
+        size, kind = cycles.filter_width, cycles.pixel_filter_type
+    if kind == "BOX":
+        return {"filter_kind": "box", "filter_width": 1.0}
+    widths = {"BLACKMAN_HARRIS": 2.0, "GAUSSIAN": 3.0}
+    return {"filter_kind": kind.lower(), "filter_width": widths[kind] * float(np.clip(size, 0.01, 10.0))}
 
 
 def border_in_pixels(render: Any, width: int, height: int) -> tuple[int, int, int, int] | None:

@@ -46,6 +46,7 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
         "group": obj.original.lightgroup,  # Blender does not notify the evaluated copy of a change
         "camera_visible": obj.visible_camera,
         "hidden_from": hidden_from(obj) & LIGHT_RAYS,
+        "is_in_footage": obj.is_shadow_catcher,
         "max_bounces": cycles_settings(lamp, "max_bounces", 1024),
         "casts_shadow": lamp.use_shadow,
         "is_planckian": shine.is_planckian,

@@ -9,7 +9,7 @@ import numpy as np
 
 PREFIX = "object_attribute:"
 OF_STRANDS = ("HAIR", "POINT")
-"""What only hair and points have."""
+"""Types of object that alone have these attributes: hair and points."""
 NOTHING = (0.0, 0.0, 0.0, 1.0)
 """Blender's value of a missing attribute."""
 
@@ -43,7 +43,9 @@ def object_attributes(
 
 
 def _of_instance(name: str, instance: Any) -> tuple[float, ...]:
-    """Coordinates of the place on its instancer that an instance stands at; 0 for what is none, as in Cycles."""
+    """Coordinates of the position of an instance on its instancer; 0 for an object that is no instance, as in
+    Cycles.
+    """
     if not instance.is_instance:
         return NOTHING
     if name == "UV":
@@ -52,7 +54,9 @@ def _of_instance(name: str, instance: Any) -> tuple[float, ...]:
 
 
 def _of_particle(name: str, instance: Any, frame: float) -> tuple[float, ...]:
-    """What Particle Info says of an instance; of what is no particle, as Cycles, that of particle 0 without a life."""
+    """The outputs of Particle Info for an instance; for an object that is no particle, as in Cycles, those of particle
+    0 without a life.
+    """
     system = instance.particle_system if instance.is_instance else None
     index = int(instance.persistent_id[0]) if system is not None else 0
     if name == "Random":
@@ -103,7 +107,7 @@ def _numbers(value: Any) -> tuple[float, ...] | None:
 
 
 def hashed_pair(first: int, second: int) -> int:
-    """Jenkins' lookup3, its final mix, of two 32-bit words: what Cycles draws random numbers of objects from."""
+    """Jenkins' lookup3, its final mix, of two 32-bit words: the source of Cycles' random numbers of objects."""
     start = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
     a, b = (start + first) & 0xFFFFFFFF, (start + second) & 0xFFFFFFFF
     c = start

@@ -10,12 +10,8 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from .fields import Value, paint_of
 from .reader import Reader
-from .shader_inputs import direction_at, ior, lobe_tangent, main_color, note_model, radius_of
+from .shader_inputs import direction_at, ior, lobe_tangent, main_color, note_model, radius_of, thin_film
 from .tree import Output, linked
-
-PRINCIPLED_UNUSED = {
-    "Thin Film Thickness": "its thin film is left out",
-}
 
 
 def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint:
@@ -47,10 +43,6 @@ def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint
 
 
 def principled(reader: Reader, output: Output) -> Surface:
-    for name, message in PRINCIPLED_UNUSED.items():
-        place = output.input(name)
-        if place is not None and (linked(place) is not None or np.any(np.asarray(place.default) != 0)):
-            reader.note(f"{output.label!r}: {message}")
     coat_normal = output.input("Coat Normal")
     normal = direction_at(reader, output, "Normal")
     scalar = lambda name, fallback: reader.scalar(output.input(name), fallback)  # noqa: E731
@@ -94,4 +86,5 @@ def principled(reader: Reader, output: Output) -> Surface:
         emission_color=_emission_color(reader, output, is_coated=coat_weight != 0) if lit else gray(1.0),
         emission_strength=strength,
         normal=normal,
+        **thin_film(reader, output),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.scene import IOR, Color, Computed, Paint, Scalar, gray
+from spectral_core.scene import FILM_THICKNESS_NM, IOR, Color, Computed, Paint, Scalar, gray
 
 from .. import spectra
 from .coordinate_nodes import round_tangent
@@ -55,16 +55,26 @@ def ior(reader: Reader, place: Input | None, fallback: float) -> float:
     return min(max(value, IOR[0]), IOR[1])
 
 
+def thin_film(reader: Reader, output: Output) -> dict[str, Scalar]:
+    """Thickness in nm and index of refraction of the film upon a surface; nothing where it is 0 everywhere."""
+    thickness = reader.scalar(output.input("Thin Film Thickness"), 0.0)
+    if isinstance(thickness, float) and thickness <= 0:
+        return {}
+    index = reader.scalar(output.input("Thin Film IOR"), 1.33)
+    held = (_held(value, limits) for value, limits in ((thickness, FILM_THICKNESS_NM), (index, IOR)))
+    return dict(zip(("thin_film_thickness", "thin_film_ior"), held, strict=True))
+
+
+def _held(value: Scalar, limits: tuple[float, float]) -> Scalar:
+    """A number within the limits that Blender's socket has as well; a texture is held at the hit."""
+    return min(max(value, limits[0]), limits[1]) if isinstance(value, float) else value
+
+
 def conductor_colors(index: np.ndarray, extinction: np.ndarray) -> tuple[Paint, Paint]:
-    """Colors at normal incidence and toward 82 degrees for an index and extinction per channel."""
-
-    def reflectance(cosine: float) -> np.ndarray:
-        n2, k2, c2 = index**2, extinction**2, cosine**2
-        total = n2 + k2
-        across = (total - 2 * index * cosine + c2) / (total + 2 * index * cosine + c2)
-        along = (total * c2 - 2 * index * cosine + 1) / (total * c2 + 2 * index * cosine + 1)
-        return np.asarray((across + along) / 2)
-
-    facing, edge = reflectance(1.0), reflectance(1 / 7)
-    schlick = facing + (1 - facing) * (1 - 1 / 7) ** 5
-    return Color(facing), Color(np.clip(edge / np.maximum(schlick, 1e-6), 0, 1))
+    """Colors that represent an index and extinction per channel, by Gulbrandsen 2014: facing and edge."""
+    squared = np.square(extinction)
+    facing = np.clip((np.square(index - 1) + squared) / (np.square(index + 1) + squared), 0.0, 0.999)
+    root = np.sqrt(facing)
+    most, least = (1 + root) / (1 - root), (1 - facing) / (1 + facing)
+    edge = (most - index) / np.maximum(most - least, 1e-9)
+    return Color(facing), Color(np.clip(edge, 0.0, 1.0))

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any, Literal
 
 from spectral_core.scene import (
     LARGEST,
@@ -30,9 +31,20 @@ from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (the node mod
 from .fields import scalar_of
 from .principled import principled
 from .reader import Reader
-from .shader_inputs import conductor_colors, direction_at, ior, lobe_tangent, main_color, note_model, radius_of
+from .shader_inputs import (
+    conductor_colors,
+    direction_at,
+    ior,
+    lobe_tangent,
+    main_color,
+    note_model,
+    radius_of,
+    thin_film,
+)
 from .tree import Input, Output, linked
 
+FACETS: dict[str, Literal["beckmann", "ashikhmin"]] = {"BECKMANN": "beckmann", "ASHIKHMIN_SHIRLEY": "ashikhmin"}
+"""Distributions of facets other than GGX."""
 BLACK = Diffuse(gray(0.0))
 """Surface of an empty shader socket: nothing is reflected."""
 
@@ -67,10 +79,12 @@ def _roughness(reader: Reader, output: Output, fallback: float) -> Scalar:
     return 0.0 if sharp else reader.scalar(output.input("Roughness"), fallback)
 
 
+def _facets(node: Any) -> Literal["ggx", "beckmann"]:
+    return "beckmann" if getattr(node, "distribution", "") == "BECKMANN" else "ggx"
+
+
 def _glossy(reader: Reader, output: Output) -> Surface:
     distribution = getattr(output.node, "distribution", "GGX")
-    if distribution == "ASHIKHMIN_SHIRLEY":
-        reader.note(f"{output.label!r}: Ashikhmin-Shirley is rendered as Beckmann, whose lobe is nearly the same")
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
     return Glossy(
         main_color(reader, output, 0.8),
@@ -79,17 +93,16 @@ def _glossy(reader: Reader, output: Output) -> Surface:
         anisotropy,
         reader.scalar(output.input("Rotation"), 0.0),
         lobe_tangent(reader, output, anisotropy),
-        "beckmann" if distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY") else "ggx",
+        FACETS.get(distribution, "ggx"),
         direction_at(reader, output, "Normal"),
     )
 
 
 def _metallic(reader: Reader, output: Output) -> Surface:
     node = output.node
-    if getattr(node, "distribution", "") == "BECKMANN":
-        reader.note(f"{output.label!r}: its distribution is replaced by GGX")
     color, edge = main_color(reader, output, 0.6, "Base Color"), reader.paint(output.input("Edge Tint"), gray(0.7))
-    if getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR":
+    physical = getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR"
+    if physical:
         index, extinction = (reader.vector(output.input(name), 1.0) for name in ("IOR", "Extinction"))
         color, edge = conductor_colors(index, extinction)
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
@@ -102,6 +115,9 @@ def _metallic(reader: Reader, output: Output) -> Surface:
         lobe_tangent(reader, output, anisotropy),
         getattr(node, "distribution", "") == "MULTI_GGX",
         direction_at(reader, output, "Normal"),
+        physical,
+        **thin_film(reader, output),
+        distribution=_facets(node),
     )
 
 
@@ -111,7 +127,10 @@ def _glass(reader: Reader, output: Output) -> Surface:
     normal = direction_at(reader, output, "Normal")
     keeps_energy = not refracts_only and getattr(output.node, "distribution", "") == "MULTI_GGX"
     roughness = _roughness(reader, output, 0.0)
-    return Glass(main_color(reader, output, 1.0), roughness, index, normal, not refracts_only, keeps_energy)
+    color, film = main_color(reader, output, 1.0), thin_film(reader, output)
+    return Glass(
+        color, roughness, index, normal, not refracts_only, keeps_energy, **film, distribution=_facets(output.node)
+    )
 
 
 def _transparent(reader: Reader, output: Output) -> Surface:

@@ -71,6 +71,7 @@ def _enter(found: Any, obj: Any, name: str, mesh: Mesh, materials: list[Translat
             bool(obj.is_holdout or original.holdout_get(view_layer=layer)),
             color=tuple(obj.color),
             index=int(obj.pass_index),
+            is_shadow_catcher=bool(obj.is_shadow_catcher),
         )
     )
 

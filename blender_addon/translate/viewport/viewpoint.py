@@ -42,7 +42,7 @@ def viewpoint_of(region_data: Any, space: Any, camera: Any, scene: Any) -> Viewp
 
 
 def shares_of_picture(lens: Any, scene: Any, place: Array) -> Array:
-    """Where a place of a view, on the plane at distance 1, lies in the picture of a camera that Blender draws there.
+    """The position, in the picture of a camera that Blender draws there, of a point of the view at distance 1.
 
     Blender draws a panoramic camera's frame as that of a camera in perspective with the same lens and shift.
     """

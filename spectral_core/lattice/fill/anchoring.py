@@ -160,7 +160,7 @@ def _require_bounded(rows: Matrix) -> None:
     n = rows.shape[1]
     if len(rows) > n and np.linalg.matrix_rank(rows) == n:
         count = len(rows)
-        # Farkas: a direction in which no row grows exists exactly when no such combination does.
+        # Farkas: a direction in which no row grows exists exactly if there is no such combination.
         answer = linprog(np.ones(count), A_eq=rows.T, b_eq=np.zeros(n), bounds=(1.0, None), method="highs")
         if answer.status == 0:
             return

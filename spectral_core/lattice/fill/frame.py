@@ -35,7 +35,7 @@ MAX_LEVEL = 64
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Where the points of a lattice lie: x = origin + spacing · U G K^-level k for integer k."""
+    """Positions of the points of a lattice: x = origin + spacing · U G K^-level k for integer k."""
 
     lattice: Lattice
     rotation: Matrix
@@ -179,7 +179,7 @@ def expected_count(region: Region, metric: Matrix, log_cell: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class CosetDigits:
-    """Which of the rate cosets of K Zⁿ an integer vector is in, and division by K; exact integers throughout.
+    """Cosets of K Zⁿ: the number of an integer vector's coset, and division by K; exact integers throughout.
 
     Zⁿ / K Zⁿ is cyclic for the dilations built here: ``functional`` mod rate tells the coset and ``step`` leads to
     the next one. For a companion matrix these are the constant coefficient and the first unit vector.

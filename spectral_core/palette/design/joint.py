@@ -161,17 +161,9 @@ class Joint:
     ) -> tuple[float, Array, Array, Array]:
         """Objective, gradient (N,), Hessian (N, N), and the residual of each row, (m, 3).
 
-        Parameters
-        ----------
-        x
-            All unknowns, (N,).
-        slopes
-            ``slopes`` at x.
-        exact_weight
-            Weight of exact rows, relative to the median.
-        bending
-            The forces (m, 3) that stand in the Hessian; None for those of x. Multipliers of the last step tell better
-            what curvature there is along a valley than what a point beside its floor leaves.
+        Parameters ---------- x All unknowns, (N,). slopes ``slopes`` at x. exact_weight Weight of exact rows, relative
+        to the median. bending The forces (m, 3) in the Hessian; None for those of x. Along a valley the multipliers of
+        the last step predict the curvature better than the errors of a point beside the valley's floor.
         """
         shown, by_surface, by_light = slopes
         colors, surfaces, lights = self.split(x)

@@ -98,7 +98,7 @@ class LightDescent:
     def raced(self, state: PaletteState, budget: Budget, share: float) -> PaletteState:
         """The best state after a short race of several starts; the winner continues until a share of the budget.
 
-        There is no race if ``state`` meets the colors soon.
+        There is no race if ``state`` soon reaches the colors.
         """
         end = (1.0 - share) * budget.seconds
         best = self.down(state, budget, RACE_SHARE * budget.seconds)

@@ -67,7 +67,7 @@ class StepAnswer:
 
     @property
     def feasible(self) -> bool:
-        """Whether x keeps to equalities and limits, optimal or not."""
+        """True if x satisfies equalities and limits, optimal or not."""
         return self.check.equality <= Check.LIMIT
 
 

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FINE_SLACK = 1e-15
-"""What counts as rounding of a gradient that was refined; ``SLACK`` otherwise."""
+"""Rounding that is accepted in a gradient that was refined; ``SLACK`` otherwise."""
 WALK_STEPS = 600
 """Most breakpoints of the walk; some tens are usual."""
 
@@ -98,8 +98,8 @@ class ActiveSet(HeldBounds):
         return False
 
     def _start(self) -> Array:
-        """Where the walk begins: the value of each free unknown, and a gradient of each held one."""
-        # With these gradients the start is optimal; the difference to the true ones is what the walk takes away.
+        """The start of the walk: the value of each free unknown, and a gradient of each held one."""
+        # With these gradients the start is optimal; the walk removes the difference to the true ones.
         gradient = self._gradient_at(self.x[: self.colors])
         inward = np.where(self.x <= self.lower, np.maximum(gradient, 0.0), np.minimum(gradient, 0.0))
         return np.where(self.free, self.x, inward)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The answer of an engine: spectra, free colors and multipliers, with the check that decides whether it is believed."""
+"""The answer of an engine: spectra, free colors and multipliers, with the check that decides whether it is accepted."""
 
 from __future__ import annotations
 
@@ -53,7 +53,8 @@ def is_strained(problem: Quadratic, answer: Answer) -> bool:
     hardest = max(largest, default=0.0)
     if not hardest > STRAIN:
         return False
-    # Force times slack is what the slack buys; STRAIN and ROUNDING say from where on it counts.
+    # Force times slack is the reduction of the objective by a slack; STRAIN and ROUNDING set the limit from which it
+    # counts.
     return hardest * ROUNDING > problem.objective(problem.joined(answer.colors, answer.values))
 
 

@@ -214,13 +214,13 @@ class Arrow:
         self._collect()
 
     def _collect(self) -> None:
-        """What all blocks add to the system of the colors, and the size of each unknown's gradient."""
+        """The sum of all blocks' contributions to the system of the colors, and the size of each unknown's gradient."""
         self._color_hessians = np.array([self._known_hessian, *(each.color_hessian for each in self.spectra)])
         self._color_linears = np.array([self._known_linear, *(each.color_linear for each in self.spectra)])
         self._weights = None if self.problem.stack is None else np.array([each.weights for each in self.spectra])
         lengths = [self.problem.color_lower.size, *(each.linear.size for each in self.spectra)]
         self.sizes = np.repeat([0.0, *(each.largest for each in self.spectra)], lengths)
-        """Size of each unknown's gradient, for what counts as rounding."""
+        """Size of each unknown's gradient, for the rounding that is accepted."""
         self._sum_colors()
 
     def _sum_colors(self) -> None:
@@ -257,7 +257,7 @@ class Arrow:
         return True
 
     def row_forces(self, misses: Array | Sequence[Array], multipliers: Sequence[Array]) -> Array | list[Array]:
-        """Multiplier of each row of each block in the problem's own units.
+        """Multiplier of each row of each block in the units of the problem.
 
         Parameters
         ----------

@@ -31,7 +31,7 @@ def lone_spectrum(
 ) -> tuple[Array, Mask] | None:
     """One spectrum at given free colors, by daqp, and the samples off their bounds; None if it fails.
 
-    Where exact rows are many, or weights very large, the answer is a guess of the active bounds more than an optimum.
+    With many exact rows, or very large weights, the answer is a guess of the active bounds rather than an optimum.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -69,7 +69,7 @@ class Block:
 
     @cached_property
     def _visibility(self) -> tuple[Array, NDArray[np.bool_], Array, float]:
-        """What ``scale`` needs that no weight changes."""
+        """The inputs of ``scale`` that do not depend on weights."""
         # A color error of 1 has the gradient ω·a; its largest component is the row's largest coefficient times ω.
         strength = np.abs(self.rows).max(axis=1, initial=0.0)
         shown = np.abs(self.rows).sum(axis=1) >= DIM
@@ -97,17 +97,16 @@ class Block:
         return self.rows @ x - self.targets - self.ties @ colors
 
     def with_targets(self, targets: Array) -> Block:
-        """The same block with other targets (m,); what does not depend on them is kept."""
-        return self._kept(
-            replace(self, targets=targets), ("exact", "any_exact", "soft_weights", "scale", "lightest_ties")
-        )
+        """The same block with other targets (m,); results that do not depend on them are kept."""
+        kept = ("exact", "any_exact", "soft_weights", "scale", "lightest_ties")
+        return self._kept(self._with(targets, self.weights, self.own_weights), kept)
 
     def with_weights(self, targets: Array, weights: Array, own_weights: Array | None) -> Block:
         """The same rows with other targets and weights, (m,) each."""
-        return self._kept(replace(self, targets=targets, weights=weights, own_weights=own_weights), ())
+        return self._kept(self._with(targets, weights, own_weights), ())
 
     def with_request(self, number: int, color: Array, weight: float, own_weight: float) -> Block:
-        """The same block with another color (3,), squared weight and own weight of one cell, by its number in keys."""
+        """The same block with another color (3,), squared weight and weight of one cell, by its number in keys."""
         rows = slice(3 * number, 3 * number + 3)
         assert self.own_weights is not None
         targets = self.targets.copy()
@@ -117,6 +116,21 @@ class Block:
         weights, own = self.weights.copy(), self.own_weights.copy()
         weights[rows], own[rows] = weight, own_weight
         return self.with_weights(targets, weights, own)
+
+    def _with(self, targets: Array, weights: Array, own_weights: Array | None) -> Block:
+        # Sixty times a second: ``dataclasses.replace`` takes several times as long.
+        return Block(
+            self.rows,
+            targets,
+            self.ties,
+            weights,
+            self.roughness,
+            self.gram,
+            self.lower,
+            self.upper,
+            self.keys,
+            own_weights,
+        )
 
     def _kept(self, found: Block, names: tuple[str, ...]) -> Block:
         """Hand on what was computed from what both blocks share."""
@@ -171,7 +185,17 @@ class Stack:
         # Rows and ties are shared: an edit of a target or weight leaves them.
         targets = _with_row(self.targets, k, block.targets)
         if same_weights:
-            return replace(self, targets=targets)
+            return Stack(
+                self.rows,
+                targets,
+                self.ties,
+                self.soft_weights,
+                self.exact,
+                self.scales,
+                self.lightest_ties,
+                self.soft,
+                self.softness,
+            )
         weights = block.soft_weights
         soft = (weights > 0).astype(float)
         return Stack(

@@ -45,7 +45,7 @@ def _softened(problem: Quadratic, k: int, unit: float, *, everything: bool = Fal
 
 
 class Elastic:
-    """The elastic problem of each edit while a conflict lasts, of which only what the edit changed is made anew."""
+    """The elastic problem of each edit while a conflict lasts; only the blocks that the edit changed are made anew."""
 
     def __init__(self) -> None:
         self._which: frozenset[int] | None = None
@@ -90,7 +90,7 @@ class Elastic:
             block, before = problem.blocks[k], found.blocks[k]
             if wanted is None or k in wanted:
                 block = _softened(problem, k, self._unit)
-                # A dragged color leaves the weights, and what was computed from them.
+                # A dragged color does not change the weights, nor the results that were computed from them.
                 if block.rows is before.rows and np.array_equal(block.weights, before.weights):
                     block = before.with_targets(block.targets)
             found = found.with_block(k, block)

@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MOST_EXCHANGES = 40
-"""Exchanges after which a block is factored anew: each adds some rounding."""
+"""Exchanges after which a block of fewer samples is factored anew: each adds some rounding. Larger ones take as many as
+they have samples."""
 LEAST_PIVOT = 1e-5
 """Pivot below which an exchange would lose its digits, relative to that of the sample by itself (its curvature)."""
 
@@ -37,16 +38,13 @@ class Elimination:
         self.map: Array = np.zeros((0, 0))
         """(n + b + q, 1 + q): value of a free sample or gradient of a held one, multipliers, and Cx + Tᵀy, each as
         constant and by color."""
+        self.borders = len(spectrum.border)
+        """Number of border rows."""
         self.exchanges = 0
         """Changes since the last factorization."""
         self._factors: Factors | None = None
         self._table: Array | None = None
         self._solve(free, x)
-
-    @property
-    def borders(self) -> int:
-        """Number of border rows."""
-        return len(self.spectrum.border)
 
     @property
     def multipliers(self) -> Array:
@@ -68,7 +66,8 @@ class Elimination:
         before, self.spectrum = self.spectrum, spectrum
         flips = np.flatnonzero(free != self.free)
         same_squares = spectrum.hessian is before.hessian and spectrum.border is before.border
-        many = 2 * flips.size > free.size or self.exchanges + flips.size > MOST_EXCHANGES
+        most = max(MOST_EXCHANGES, free.size)
+        many = 2 * flips.size > free.size or self.exchanges + flips.size > most
         table = self._table
         if table is None or not same_squares or many:
             self._solve(free, x)
@@ -123,6 +122,7 @@ class Elimination:
     def _solve(self, free: Mask, x: Array) -> None:
         """Solve for one right-hand side for the constant part, and one for each free color."""
         spectrum = self.spectrum
+        self.borders = len(spectrum.border)
         self.free, self.held = free.copy(), np.where(free, 0.0, x)
         factors = self.current_factors()
         # Held samples move to the right-hand side, so that the factors are those of the free ones alone.
@@ -150,7 +150,8 @@ class Elimination:
     # -- by the table --------------------------------------------------------------------------------------------------
 
     def _tabulated(self) -> Array:
-        """How every row of ``map`` responds: to a push z at a free sample, a move of a held one, a border row's target.
+        """The response of every row of ``map`` to a push z at a free sample, a move of a held one, a border row's
+        target.
 
         The columns of ``map`` stand behind those of the responses, so that one exchange changes both.
         """

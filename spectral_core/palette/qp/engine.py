@@ -46,7 +46,7 @@ class Engine:
         self._arrow: Arrow | None = None
         self._impossible: set[int] = set()
         self._tested: dict[int, tuple[tuple[Array, ...], Array, bool]] = {}
-        """What the exact rows of a block were when they were last tested, and if they can hold."""
+        """The exact rows of each block when they were last tested, and True if they can hold together."""
         self._elastic, self._yielding = Elastic(), Elastic()
         """The last problem with large weights in place of all exact rows, and with those of the impossible blocks."""
         self._conflict = False
@@ -145,7 +145,7 @@ class Engine:
     # -- methods ---------------------------------------------------------------------------------------------------
 
     def _warm(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
-        """From the last answer: the active set, else the walk; None where there is no such answer."""
+        """Answer computed from the last one: by the active set, else by the walk; None if there is no last answer."""
         active, arrow = self._active, self._arrow
         if active is None or arrow is None or not _alike(arrow.problem, problem):
             return None
@@ -221,7 +221,7 @@ class Engine:
         sharp = self._sharpened(problem, Arrow(problem), raw, free, "piqp")
         if sharp is not None and sharp.check.passed and not is_strained(problem, sharp):
             return sharp
-        # piqp's own digits, in case that the active set lost what piqp had.
+        # The digits of piqp, in case the active set lost some of them.
         rough = answer_at(problem, x, problem.forces(x, multipliers), "piqp")
         return sharp if sharp is not None and sharp.check.passed and not rough.check.passed else rough
 

@@ -46,6 +46,7 @@ class HeldBounds:
         """Value of each free unknown, and gradient of each held one, as (constant, by color)."""
         self._by_colors = np.zeros((count, self.colors, self.colors + 1))
         """Gradient of each block by the free colors, in the same form."""
+        self._summed = self._by_colors.sum(axis=0)
         self._eliminated: list[Elimination | None] = [None] * count
         self.multipliers: list[Array] = [_NONE] * count
         """Of the border rows of each block, at the last solution."""
@@ -58,7 +59,7 @@ class HeldBounds:
     def begin(self, x: Array, free: Mask) -> None:
         """Set a start: values, and the unknowns that are off their bounds."""
         self.x = np.clip(x, self.lower, self.upper)
-        # What lies between its bounds is free, whatever is claimed: a held value must be a bound.
+        # A value between its bounds is free, whatever the claim: a held value must be at a bound.
         self.free = (free | ((self.x > self.lower) & (self.x < self.upper))) & self._movable
         # Blocks whose bounds are held as they were then are still right.
         moved = (self.free != self._held_free) | (~self.free & (self.x != self._held))
@@ -78,6 +79,8 @@ class HeldBounds:
                 found.follow(spectrum, free, x)
             self._held_free[begin:end], self._held[begin:end] = free, x
             self._take(k, found)
+        if self.stale:
+            self._summed = self._by_colors.sum(axis=0)
         self.stale.clear()
 
     def _take(self, k: int, found: Elimination) -> None:
@@ -85,7 +88,11 @@ class HeldBounds:
         begin, end = self.offsets[k], self.offsets[k + 1]
         self._map[begin:end] = found.map[: end - begin]
         if self.colors:
-            self._by_colors[k] = found.map[-self.colors :]
+            new, old = found.map[-self.colors :], self._by_colors[k]
+            # During a walk only the difference is added; ``_refresh`` sums anew.
+            self._summed += new
+            self._summed -= old
+            old[:] = new
 
     def _elimination(self, k: int) -> Elimination:
         """A block's elimination, which ``_refresh`` has made."""
@@ -131,7 +138,7 @@ class HeldBounds:
         return bool(worn)
 
     def unkept(self, k: int, colors: Array) -> int | None:
-        """How many bounds of one block are wrong at some free colors, (q,); None where it must be factored first."""
+        """Number of wrong bounds of one block at given free colors, (q,); None if the block must be factored first."""
         found, spectrum = self._eliminated[k], self.arrow.spectra[k]
         if found is None or found.spectrum.hessian is not spectrum.hessian:
             return None
@@ -142,7 +149,7 @@ class HeldBounds:
         return int(np.count_nonzero((goal < low) | (goal > high)))
 
     def _kept_between(self, at: slice) -> tuple[Array, Array]:
-        """Between what the value of a free unknown, and the gradient of a held one, must lie."""
+        """The interval in which the value of a free unknown, or the gradient of a held one, must lie."""
         free, at_lower, movable = self.free[at], self.x[at] <= self.lower[at], self._movable[at]
         slack = SLACK * self.arrow.sizes[at]
         low = np.where(free, self._low_limit[at], np.where(at_lower & movable, -slack, -np.inf))
@@ -167,8 +174,7 @@ class HeldBounds:
     def _color_system(self) -> tuple[Array, Array]:
         """Curvature by the free colors with all spectra eliminated, (q, q), and right-hand side (q,)."""
         hessian, linear = self.arrow.color_system
-        summed = self._by_colors.sum(axis=0)
-        return hessian - summed[:, 1:], linear + summed[:, 0]
+        return hessian - self._summed[:, 1:], linear + self._summed[:, 0]
 
     def _color_solve(self, system: Array, right: Array) -> Array:
         """Solve for the colors inside their boxes; 0 for the others."""

@@ -61,17 +61,9 @@ def checked(
 ) -> Check:
     """Check an answer by the Karush-Kuhn-Tucker conditions.
 
-    Parameters
-    ----------
-    problem
-        What was solved.
-    x
-        All unknowns, free colors first.
-    forces
-        Multiplier of each row of each block, (m,) each: at an optimum ω_r (a_r·x − t_r − τ_r·g), and for exact rows
-        whatever makes the gradient vanish.
-    misses
-        ``problem.all_misses(x)``, where it is at hand.
+    Parameters ---------- problem The problem that was solved. x All unknowns, free colors first. forces Multiplier of
+    each row of each block, (m,) each: at an optimum ω_r (a_r·x − t_r − τ_r·g); for exact rows, the values that make the
+    gradient vanish. misses ``problem.all_misses(x)``, if it is known.
     """
     if not np.isfinite(x).all():
         return FAILED
@@ -83,7 +75,7 @@ def checked(
     equality = 0.0
     misses = problem.all_misses(x) if misses is None else misses
     stack = problem.stack
-    # A multiplier must be what its row leaves times its weight, or it explains nothing.
+    # A multiplier must be the error of its row times its weight, or it explains nothing.
     if stack is not None:
         unexplained = np.abs(stack.soft * misses - stack.softness * np.asarray(forces))
         kkt = max(kkt, float(unexplained.max(initial=0.0)))

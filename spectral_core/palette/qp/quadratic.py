@@ -75,7 +75,7 @@ class Quadratic:
 
     @cached_property
     def gradient_scale(self) -> Array:
-        """What the gradient by each unknown is compared with in a check.
+        """The scale of the gradient by each unknown, with which a check compares it.
 
         ``Block.scale``, and by color the weight of its lightest cell: the least weight that ties a color decides, or an
         error of a cell of small weight would vanish beside large ones.
@@ -114,7 +114,7 @@ class Quadratic:
         return found
 
     def all_misses(self, x: Array) -> Array | list[Array]:
-        """What each row of each block leaves, unweighted: (K, m), or a list where the blocks differ in shape."""
+        """The unweighted error of each row of each block: (K, m), or a list if the blocks differ in shape."""
         count = self.offsets[0]
         if self.stack is not None:
             # One batched product instead of K small ones, which are all overhead.

@@ -94,11 +94,8 @@ def run_project(
 ) -> TextureOutcome:
     """Design the texture of ``project``.
 
-    Parameters
-    ----------
-    project : what is asked for.
-    pictures : its pictures, read.
-    progress : called with the share done, from 0 to 1, and what is being done.
+    Parameters ---------- project : the requests. pictures : its pictures, as read. progress : called with the share
+    done, from 0 to 1, and the name of the present task.
 
     Raises
     ------

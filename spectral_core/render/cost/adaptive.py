@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adaptive sampling: samples until an asked error is reached, or for an asked time, where they help most.
+"""Adaptive sampling: samples until a requested error is reached, or for a requested time, where they reduce the error
+most.
 
-The picture is kept in two halves with random numbers of their own; their difference tells the error of each tile.
-After a few samples everywhere the rest goes to tiles by their error, so that the mean over the picture is what was
-asked for, with as few samples as possible.
+The picture is kept in two halves with separate random numbers; their difference estimates the error of each tile. After
+a few samples everywhere the rest goes to tiles by their error, so that the mean over the picture reaches the requested
+error with as few samples as possible.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Array = NDArray[np.float64]
 TILE_WIDTH, TILE_HEIGHT = 16, 4
 """Size of a tile in pixels; the processor traces a packet of 16 pixels in a row together."""
 AIM = 0.95
-"""Target as a part of the asked error, so that an estimate slightly above the target still meets the request."""
+"""Target as a part of the requested error, so that an estimate slightly above the target still meets the request."""
 MOST_SAMPLES = 1 << 16
 WATCHED = 16384
 """Pixels at which earlier rounds are kept."""
@@ -71,7 +72,7 @@ class AdaptivePicture:
         self.launch_s = 0.05
 
     def add(self, more: NDArray[np.int64], should_stop: Callable[[], bool] | None = None) -> bool:
-        """Trace ``more`` samples of each pixel in each half; False where ``should_stop`` said so before all were."""
+        """Trace ``more`` samples of each pixel in each half; False if ``should_stop`` ended it early."""
         left = more.copy()
         while np.any(left > 0):
             chosen = np.flatnonzero(left > 0)

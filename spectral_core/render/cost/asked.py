@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A render for an asked error or an asked time: predicted by a probe, sampled adaptively, its outcome estimated."""
+"""A render for a requested error or time: predicted by a probe, sampled adaptively, its outcome estimated."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -17,22 +16,25 @@ from spectral_core.render.cost.allocate import for_error, for_samples
 from spectral_core.render.cost.errors import Estimate, pixel_errors
 from spectral_core.render.cost.model import CostModel, Prediction, measured_model
 from spectral_core.render.cost.probe import RUN, Probe
+from spectral_core.render.cost.work import Meter, Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Note, RenderSettings, Scene
 
 Array = NDArray[np.float64]
 
 PLAN_SHARE = 0.25
-"""Part of an asked error that the plan may use; the rest is the target for the noise."""
+"""Part of a requested error that the plan may use; the rest is the target for the noise."""
 _FIRST_SHARE = 0.3
 """Part of the expected samples that is spread over the whole picture before tiles are treated differently."""
 _ROUNDS = 4
 """Rounds of adaptive sampling that a prediction assumes."""
+_LOOKS = 4
+"""Comparisons of the two halves in each round: error of the picture, errors of its tiles, rare light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AskedRender:
-    """Result of an asked render: picture (height, width, 4), bands if they were measured, prediction and outcome."""
+    """Result of such a render: picture (height, width, 4), bands if they were measured, prediction and outcome."""
 
     pixels: NDArray[np.float32]
     band_pixels: NDArray[np.float32] | None
@@ -45,19 +47,19 @@ class AskedRender:
 
 
 def is_asked(settings: RenderSettings) -> bool:
-    """True if an error or a time is asked for. Raises InvalidInputError if both are, or if neither can be reached."""
+    """True if an error or a time is requested. Raises InvalidInputError if both are, or if neither can be reached."""
     error, budget = settings.target_error, settings.time_budget_s
     if error is not None and budget is not None:
         raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are asked for; ask for one of them")
     if error is not None and not 0.02 <= error <= 100:
-        raise InvalidInputError(f"the asked error is {error:g}; expected ΔE2000 from 0.02 to 100")
+        raise InvalidInputError(f"the requested error is {error:g}; expected ΔE2000 from 0.02 to 100")
     if budget is not None and not 0.1 <= budget <= 1e7:
         raise InvalidInputError(f"the time budget is {budget:g} s; expected 0.1 to 10,000,000 s")
     return error is not None or budget is not None
 
 
 def tightened(scene: Scene) -> Scene:
-    """The scene with a tolerance that leaves most of an asked error for the noise."""
+    """The scene with a tolerance that leaves most of a requested error for the noise."""
     asked = scene.settings.target_error
     if asked is None:
         return scene
@@ -67,18 +69,18 @@ def tightened(scene: Scene) -> Scene:
 
 def render_asked(
     job: RenderJob,
-    start: float,
+    meter: Meter,
     on_round: Callable[[NDArray[np.float32], float, float], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> AskedRender:
-    """Render what the scene's settings ask for.
+    """Render with the error or time that the scene's settings request.
 
     Parameters
     ----------
     job
         The loaded scene.
-    start
-        ``time.perf_counter`` when the render began: a budget counts from there.
+    meter
+        Started with the render: a budget counts from there.
     on_round
         Sees the picture, mean samples per pixel so far, and those that are expected, after each round.
     should_stop
@@ -87,10 +89,14 @@ def render_asked(
     settings = job.scene.settings
     wanted, budget = settings.target_error, settings.time_budget_s
     probe = Probe(job)
-    fixed = (time.perf_counter() - start) / probe.slowness
-    model = measured_model(probe, least=4, most=64, share=0.03, fixed_s=fixed, asked=wanted, budget_s=budget)
-    predict = predicted_error if wanted is not None else predicted_time
-    prediction = predict(probe, model, time.perf_counter() - start, wanted if wanted is not None else budget or 0.0)
+    model = measured_model(
+        probe, least=4, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
+    )
+    spent = meter.read()
+    if wanted is not None:
+        prediction = predicted_error(probe, model, spent, wanted)
+    else:
+        prediction = predicted_time(probe, model, spent.wall, budget or 0.0)
     first = max(1, round(_FIRST_SHARE * prediction.samples / 2))
     picture = AdaptivePicture(job)
     picture.launch_s = probe.launch_s * probe.slowness
@@ -108,9 +114,9 @@ def render_asked(
         found = until_error(picture, wanted, first, after_round)
         reached = found.delta_e <= wanted
     else:
-        found = until_time(picture, start + (budget or 0.0), first, after_round)
-        reached = time.perf_counter() - start <= 1.1 * (budget or 0.0)
-    seconds = time.perf_counter() - start
+        found = until_time(picture, meter.started + (budget or 0.0), first, after_round)
+        reached = meter.read().wall <= 1.1 * (budget or 0.0)
+    seconds = meter.read().wall
     return AskedRender(
         picture.picture(),
         picture.band_picture(),
@@ -122,11 +128,14 @@ def render_asked(
     )
 
 
-def predicted_error(probe: Probe, model: CostModel, spent_s: float, wanted: float) -> Prediction:
+def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float) -> Prediction:
     """Samples and time to reach an error by adaptive sampling, predicted from the law of each run of the probe's
-    pixels.
+    pixels; ``spent``: time before it.
     """
+    meter = Meter()
     errors, counts = _runs(probe)
+    width, height = probe.film.size
+    looking = _LOOKS * meter.read().work * width * height / len(probe.pixels)
     weights = np.ones(len(errors))
     total = 2 * float(for_error(errors, counts, AIM * wanted, weights).mean())
     if total <= 2.01 * float(counts.mean()):  # fewer samples than the probe took: the law of equal samples holds
@@ -139,8 +148,8 @@ def predicted_error(probe: Probe, model: CostModel, spent_s: float, wanted: floa
         traced = 2 * float(counts.mean())
         total = traced * (total / traced) ** (-0.5 / min(model.slope, -0.5))
         reached = AIM * wanted
-    work = _ROUNDS * 2 * probe.launch_s + model.seconds_per_sample * total
-    return Prediction(total, spent_s + model.slowness * work, reached, spent_s / model.slowness + work)
+    work = _ROUNDS * (2 * probe.launch_s + looking) + model.seconds_per_sample * total
+    return Prediction(total, spent.wall + model.slowness * work, reached, spent.work + work)
 
 
 def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> Prediction:
@@ -177,7 +186,7 @@ def _notes(
 ) -> tuple[Note, ...]:
     notes = []
     if not kept and settings.target_error is not None:
-        text = f"the asked ΔE {settings.target_error:g} was not reached; it is about {found.delta_e:.2g}"
+        text = f"the requested ΔE {settings.target_error:g} was not reached; it is about {found.delta_e:.2g}"
         notes.append(Note("Accuracy", f"{text} after {picture.mean_samples:.0f} samples per pixel"))
     elif not kept and settings.time_budget_s is not None:
         text = f"{settings.time_budget_s:g} s were asked for and {seconds:.1f} s taken"

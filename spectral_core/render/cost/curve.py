@@ -16,7 +16,7 @@ from spectral_core.render.cost.asked import predicted_error, predicted_time
 from spectral_core.render.cost.errors import bias, relative_errors
 from spectral_core.render.cost.model import CostModel, Prediction, measured_model
 from spectral_core.render.cost.probe import Probe
-from spectral_core.render.cost.work import Meter
+from spectral_core.render.cost.work import Meter, Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.effects import pilot_pays, plan_effects
@@ -24,6 +24,8 @@ from spectral_core.scene import Scene
 
 _BIAS_SAMPLES = 16
 """Samples of each half where a bias is measured."""
+_COMPILED = (64, 48)
+"""Size of a picture that compiles the kernels of a render."""
 _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
 
 
@@ -31,8 +33,8 @@ _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
 class CostPoint:
     """A setting of one ``axis`` ("samples", "bounces", "transport", "volume step"), for the whole picture.
 
-    ``seconds`` it takes; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of what
-    the setting leaves out, whatever the samples. ``measured``: traced, not predicted.
+    ``seconds``: render time; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of
+    the effects that the setting omits, whatever the samples. ``measured``: traced, not predicted.
     """
 
     axis: str
@@ -67,18 +69,22 @@ class CostCurve:
 
 
 def cost_curve(scene: Scene) -> CostCurve:
-    """Measure error against time of ``scene`` on a few thousand of its own pixels.
+    """Measure error against time of ``scene`` on a few thousand of its pixels.
 
     Raises the same errors as ``render_scene``.
     """
     from spectral_core.render.still import pass_sizes
 
     start = time.perf_counter()
-    planning = Meter()
     plan = plan_effects(scene)
-    planned = planning.read().work if pilot_pays(scene) else 0.0
     probe = Probe(RenderJob(scene, plan))
-    # a render with compiled kernels pays for loading, a pilot and passes
+    few = replace(scene.film, width=min(_COMPILED[0], scene.film.width), height=min(_COMPILED[1], scene.film.height))
+    RenderJob(replace(scene, film=few), plan).trace(1)
+    # from here on kernels are compiled: a render pays for loading, a pilot and passes
+    planning = Meter()
+    if pilot_pays(scene):
+        plan_effects(scene)
+    planned = planning.read().work
     loading = Meter()
     RenderJob(scene, plan)
     fixed = planned + loading.read().work
@@ -87,7 +93,7 @@ def cost_curve(scene: Scene) -> CostCurve:
     model = replace(model, fixed_s=fixed)
     points = list(_noise_points(probe, model))
     points += _bias_points(scene, plan, probe, model)
-    spent = fixed * model.slowness
+    spent = Spent(fixed, fixed * model.slowness)
     return CostCurve(
         tuple(points),
         model,
@@ -99,13 +105,13 @@ def cost_curve(scene: Scene) -> CostCurve:
     )
 
 
-def _expected(scene: Scene, probe: Probe, model: CostModel, spent_s: float) -> Prediction:
-    """Prediction for the scene's own settings."""
+def _expected(scene: Scene, probe: Probe, model: CostModel, spent: Spent) -> Prediction:
+    """Prediction for the settings of the scene."""
     settings = scene.settings
     if settings.target_error is not None:
-        return predicted_error(probe, model, spent_s, settings.target_error)
+        return predicted_error(probe, model, spent, settings.target_error)
     if settings.time_budget_s is not None:
-        return predicted_time(probe, model, spent_s, settings.time_budget_s)
+        return predicted_time(probe, model, spent.wall, settings.time_budget_s)
     return model.for_samples(scene.film.samples)
 
 
@@ -122,7 +128,7 @@ def _noise_points(probe: Probe, model: CostModel) -> list[CostPoint]:
 
 
 def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel) -> list[CostPoint]:
-    """Other settings against the plan's own, with equal random numbers."""
+    """Other settings against those of the plan, with equal random numbers."""
     reference = Probe(RenderJob(scene, plan), probe.pixels)
     reference.trace_to(_BIAS_SAMPLES)
     points = []

@@ -17,7 +17,7 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lumin
 Array = NDArray[np.float64]
 
 DARK_SHARE = 0.05
-"""Part of the mean luminance that is added where a squared error is divided by a pixel's own."""
+"""Part of the mean luminance that is added to a pixel's luminance where a squared error is divided by it."""
 
 RARITY_POWER = 0.25
 """Power of the number of samples by which the factor for light on rare paths decreases."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error over time as a figure: the scene's own settings and alternatives to them."""
+"""Error over time as a figure: the settings of the scene and alternatives to them."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def write_figure(path: Path, curve: CostCurve, axis: str = "samples", title: str
 
 
 def _mark_now(axes: Any, curve: CostCurve) -> None:
-    """Mark the scene's own settings, and an asked ΔE 1."""
+    """Mark the settings of the scene, and a requested ΔE of 1."""
     marks = (
         (curve.now, "*", f"as it is set:\n{curve.now.samples:.0f} samples, {_clock(curve.now.seconds)}", (12, 26)),
         (curve.at_error, "D", f"asked for ΔE 1:\n{_clock(curve.at_error.seconds)}", (-78, -36)),

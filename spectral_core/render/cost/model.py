@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fitted law of a scene: error by samples and time by samples, with predictions for an asked error or time."""
+"""The fitted law of a scene: error by samples and time by samples, with predictions for a requested error or time."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class CostModel:
         return Prediction(samples, self.seconds(samples), self.error(samples), self.work(samples))
 
     def for_error(self, delta_e: float) -> Prediction:
-        """Prediction for an asked error, with equal samples everywhere."""
+        """Prediction for a requested error, with equal samples everywhere."""
         low, high = 1.0, float(MOST_SAMPLES)
         for _ in range(60):
             middle = np.sqrt(low * high)
@@ -92,22 +92,9 @@ def measured_model(probe: object, *, share: float = 0.05, least: int = 16, most:
                    asked: float | None = None, budget_s: float | None = None) -> CostModel:  # fmt: skip
     """Trace a probe further until its law covers the request, within a ``share`` of the render's time.
 
-    Parameters
-    ----------
-    probe
-        A ``Probe``.
-    share
-        Part of the whole render's time that it may take beyond ``least`` samples.
-    least
-        Samples of each half, at least.
-    most
-        Samples of each half, at most.
-    fixed_s
-        Time of the processor that the render takes beside its paths.
-    asked
-        The error that is asked for.
-    budget_s
-        The time that is asked for.
+    Parameters ---------- probe A ``Probe``. share Share of the whole render's time that the probe may take beyond
+    ``least`` samples. least Samples of each half, at least. most Samples of each half, at most. fixed_s Processor time
+    of the render apart from its paths. asked The requested error. budget_s The requested time.
     """
     from spectral_core.render.cost.probe import Probe
 

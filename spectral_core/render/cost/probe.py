@@ -17,7 +17,7 @@ from spectral_core.render.job import RenderJob
 from spectral_core.scene import Film
 
 RUN = 16
-"""Neighboring pixels in a run: what the processor traces together."""
+"""Neighboring pixels in a run, which the processor traces together."""
 PIXELS = 4096
 
 

@@ -24,11 +24,11 @@ class Spent:
 
 
 class Meter:
-    """Measures both times from its creation on."""
+    """Measures both times from its creation on; ``started``: that moment by ``time.perf_counter``."""
 
     def __init__(self) -> None:
-        self._work, self._wall = time.process_time(), time.perf_counter()
+        self._work, self.started = time.process_time(), time.perf_counter()
 
     def read(self) -> Spent:
         """Both times so far."""
-        return Spent(time.process_time() - self._work, time.perf_counter() - self._wall)
+        return Spent(time.process_time() - self._work, time.perf_counter() - self.started)

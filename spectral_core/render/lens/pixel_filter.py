@@ -18,11 +18,14 @@ OFFSET_TABLE_SIZE = 1024
 def filter_offsets(film: Film) -> NDArray[np.float32]:
     """Inverse cumulative distribution (1025,) of the pixel filter: offset from the pixel center, in pixels.
 
-    Blackman-Harris of full width ``film.filter_width`` (Harris 1978, the 4-term window, Cycles' default), or a box.
+    Blackman-Harris of full width ``film.filter_width`` (Harris 1978, the 4-term window, Cycles' default), a
+    Gaussian, exp(-2 (6 x / width)²) at x pixels from the center (Cycles' second), or a box.
     """
     steps = np.linspace(-0.5, 0.5, 8 * OFFSET_TABLE_SIZE + 1)
     if film.filter_kind == "box":
         weights = np.ones_like(steps)
+    elif film.filter_kind == "gaussian":
+        weights = np.exp(-2.0 * (6.0 * steps) ** 2)
     else:
         phase = 2 * np.pi * (steps + 0.5)
         weights = 0.35875 - 0.48829 * np.cos(phase) + 0.14128 * np.cos(2 * phase) - 0.01168 * np.cos(3 * phase)

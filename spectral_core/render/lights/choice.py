@@ -15,21 +15,40 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.lights.hierarchy import FAR_SUN, Hierarchy
+from spectral_core.render.lights.stretch import Stretch
 from spectral_core.render.plugins.numbers import table
 
 LEAST_COSINE = 0.02
 """Least share for an item below a receiver's horizon, because bumps may face it."""
+LEAST_ALONG = 0.05
+"""Least share for an item that does not illuminate the nearest point of a segment: it may illuminate another."""
 
 
 @dataclass
 class Receiver:
-    """A point that receives light: ``place``, the side that counts (``normal``, zero in a medium), and ``both_sides``,
-    True if light from behind counts too.
+    """A point that receives light: ``place``, the side that counts (``normal``), and ``both_sides``, True if light from
+    behind counts too. ``floats``: True in a medium, where the normal does not count; None without media. ``stretch``:
+    segment in the medium that light is sampled along; None for ``place`` alone.
     """
 
     place: Any
     normal: Any
     both_sides: Any
+    floats: Any = None
+    stretch: Stretch | None = None
+
+
+@dataclass
+class Chosen:
+    """An item and its probability, 0 if no item can illuminate the receiver. With a ``stretch``: its ``center`` and
+    ``radius``; ``far``: True if it is infinitely far away.
+    """
+
+    item: Any
+    probability: Any
+    center: Any = None
+    radius: Any = None
+    far: Any = None
 
 
 class Choice:
@@ -79,7 +98,21 @@ class Choice:
             spread = dr.select(is_far, 1.0, spread)
         cosine = dr.dot(direction, to.normal)
         cosine = dr.select(to.both_sides, dr.abs(cosine), cosine)
-        amount = strength * spread * dr.clip(cosine + slack, LEAST_COSINE, 1.0)
+        faces = dr.clip(cosine + slack, LEAST_COSINE, 1.0)
+        if to.floats is not None:
+            faces = dr.select(to.floats, 1.0, faces)
+        if to.stretch is not None:
+            view = to.stretch.seen_from(mi.Point3f(place.x, place.y, place.z), dr.maximum(radius, 0.0))
+            given = dr.select(radius < 0.0, to.stretch.length, view.fluence)
+            spread = dr.select(to.floats, given, spread)
+            if self._has_axes:
+                nearest = dr.clip(view.foot, 0.0, to.stretch.length) * to.stretch.direction
+                away = mi.Vector3f(place.x, place.y, place.z) - mi.Vector3f(to.stretch.origin) - nearest
+                inverse = dr.rsqrt(dr.maximum(dr.squared_norm(away), 1e-30))
+                near = to.floats & (radius >= 0.0)
+                direction = dr.select(near, away * inverse, direction)
+                slack = dr.select(near, 1.5708 * radius * inverse, slack)
+        amount = strength * spread * faces
         if self._has_axes:
             axis = dr.gather(mi.Vector4f, self._axes, row, active)
             least = dr.gather(mi.Float, self._least, row, active)
@@ -87,8 +120,18 @@ class Choice:
             steep = dr.sqrt(axis.x * axis.x + axis.y * axis.y + axis.z * axis.z)
             along = dr.select(least < 0.0, dr.abs(along), along)
             least = dr.select(least < 0.0, -1.0 - least, least)
+            if to.stretch is not None:
+                least = dr.select(to.floats, dr.maximum(least, LEAST_ALONG), least)
             amount *= dr.clip(axis.w + along + steep * slack, least, 1.0)
         return dr.select(active, amount, 0.0)
+
+    def place(self, item: Any, active: Any) -> tuple[Any, Any]:
+        """Center of an item and its radius, below 0 if it is infinitely far away."""
+        import drjit as dr
+
+        mi = self._mi
+        place = dr.gather(mi.Vector4f, self._places, dr.gather(mi.UInt32, self._row_of_item, item, active), active)
+        return mi.Point3f(place.x, place.y, place.z), place.w
 
     def draw(self, to: Receiver, sample: Any, active: Any) -> tuple[Any, Any]:
         """An item and its probability, 0 if no item can illuminate the receiver."""

@@ -25,7 +25,7 @@ def near_rows(lights: LightList) -> Rows:
 
 
 def far_rows(lights: LightList) -> Rows:
-    """Suns and the surroundings, by irradiance."""
+    """Suns and the environment, by irradiance."""
     bright, centers, radii, strengths = lights.strengths(), [], [], []
     # even choice: the brightness of a lamp at the usual distance, the extent of all lamps
     usual = 1.0 / _usual_distance(lights) ** 2

@@ -135,7 +135,7 @@ class LightList:
     world: tuple[int, float] | None = None
     """The environment: its source, and its irradiance without occlusion."""
     world_is_constant: bool = False
-    """True if the surroundings are equally bright in every direction."""
+    """True if the environment is equally bright in every direction."""
     even: bool = False
     """True if every source is drawn as if all were equally bright, near or far. Recordings need it: their lights are
     mixed later, so sampling must neither depend on the brightness of a light nor neglect one.

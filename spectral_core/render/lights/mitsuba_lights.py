@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.lights.choice import Receiver
+from spectral_core.render.lights.choice import Chosen, Receiver
 from spectral_core.render.lights.scene_lights import LightSample, Met, Rule
 
 
@@ -15,11 +15,16 @@ class MitsubaLights:
     """The emitters of a Mitsuba scene, with the interface of ``SceneLights``."""
 
     is_empty = False
+    asked_along_ways = False
 
     def __init__(self, mitsuba: Any, scene: Any) -> None:
         self._mi, self._scene = mitsuba, scene
 
-    def draw(self, si: Any, to: Receiver, sampler: Any, tables: Any, active: Any) -> LightSample:
+    def choose(self, to: Receiver, sampler: Any, active: Any) -> Chosen:
+        """No item: Mitsuba chooses when it draws."""
+        return Chosen(None, None)
+
+    def draw(self, si: Any, to: Receiver, chosen: Chosen, sampler: Any, tables: Any, active: Any) -> LightSample:
         """A light for a receiver."""
         ds, light = self._scene.sample_emitter_direction(si, sampler.next_2d(), False, active)
         return LightSample(ds.d, ds.p, light, ds.pdf, ds.delta, tables.number(ds.emitter))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.lights.balls import Balls, Drawn
 from spectral_core.render.lights.bodies import Bodies
-from spectral_core.render.lights.choice import Choice, Receiver
+from spectral_core.render.lights.choice import Choice, Chosen, Receiver
 from spectral_core.render.lights.emission import Emission
 from spectral_core.render.lights.glows import Glows
 from spectral_core.render.lights.hierarchy import build
@@ -52,6 +52,8 @@ class Met:
 
 class SceneLights:
     """Tables of every light. ``reach``: a distance larger than the scene."""
+
+    asked_along_ways = True
 
     def __init__(self, mitsuba: Any, lights: LightList, reach: float, emission: Emission) -> None:
         import drjit
@@ -104,18 +106,32 @@ class SceneLights:
         """By number of a light: 1 for the environment, 2 for an emissive surface, 0 for a lamp."""
         return self._kinds_by_number
 
-    def draw(self, si: Any, to: Receiver, sampler: Any, tables: Any, active: Any) -> LightSample:
-        """A light for a receiver."""
+    def choose(self, to: Receiver, sampler: Any, active: Any) -> Chosen:
+        """An item for a receiver."""
+        import drjit as dr
+
+        pick = sampler.next_1d() if self.choice.count > 1 else self._mi.Float(0.0)
+        item, probability = self.choice.draw(to, pick, active)
+        if to.stretch is None:
+            return Chosen(item, probability)
+        center, radius = self.choice.place(item, active)
+        return Chosen(item, probability, center, dr.maximum(radius, 0.0), radius < 0.0)
+
+    def draw(self, si: Any, to: Receiver, chosen: Chosen, sampler: Any, tables: Any, active: Any) -> LightSample:
+        """A direction to a chosen item from a place (``si``), and its light."""
         import drjit as dr
 
         mi = self._mi
-        pick = sampler.next_1d() if self.choice.count > 1 else mi.Float(0.0)
-        uv = sampler.next_2d()
-        item, probability = self.choice.draw(to, pick, active)
+        uv, item, probability = sampler.next_2d(), chosen.item, chosen.probability
         active = active & (probability > 0.0)
         source = dr.gather(mi.UInt32, self._sources, item, active)
         drawn, value = self._drawn(si, item, source, uv, active)
-        pdf = dr.select(drawn.delta, 1.0, drawn.pdf * probability)
+        told = probability
+        if to.stretch is not None:
+            # the weight of a ray that hits the light uses the probability at its point, so this one does, too
+            here = self.choice.probability(item, Receiver(si.p, si.n, to.both_sides, to.floats), active & to.floats)
+            told = dr.select(to.floats, here, told)
+        pdf = dr.select(drawn.delta, 1.0, drawn.pdf * told)
         value = dr.select(active & (drawn.pdf > 0.0), value / dr.maximum(probability, 1e-37), 0.0)
         far = dr.minimum(drawn.distance, self._reach)
         return LightSample(drawn.direction, si.p + drawn.direction * far, value, pdf, drawn.delta, source + 1)
@@ -174,7 +190,8 @@ class SceneLights:
 
         mi = self._mi
         total = Met(mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
-        to = Receiver(path.before.p, path.before.n, path.before_both)
+        floats = None if tables.media is None else dr.squared_norm(path.before.n) == 0.0
+        to = Receiver(path.before.p, path.before.n, path.before_both, floats)
         camera = path.depth == 0
         may_meet = active & (mi.Bool(True) if self.any_visible else ~camera)
         if self.glows is not None:

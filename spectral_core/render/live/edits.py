@@ -165,7 +165,7 @@ class Edit:
         return True
 
     def warm(self) -> None:
-        """Write every editable mesh once with its own values.
+        """Write every editable mesh once with its present values.
 
         Buffers that were written after the scene was created have another type for a recorded launch: without this
         first write, the first edit of each mesh would cause a new recording.

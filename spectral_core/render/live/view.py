@@ -86,7 +86,7 @@ class Viewpoint:
 
     @property
     def kind(self) -> str:
-        """Kind of the panorama, "" for none: what rays are made by."""
+        """Kind of the panorama, "" for none: the mapping that makes the rays."""
         return "" if self.panorama is None else self.panorama.kind
 
     @property

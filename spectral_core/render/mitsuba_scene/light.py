@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's lights and surroundings as Mitsuba emitters, in Blender's units.
+"""Blender's lights and environment as Mitsuba emitters, in Blender's units.
 
 Lights with an extent are transparent shapes (a ``null`` surface), because Blender's lights cast no shadow.
 """

@@ -72,7 +72,8 @@ def light_pass_class(variant: str) -> Any:
             start = (self.begin(ray, active), sampler, mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
             labels = ("path", "sampler", "diffuse", "glossy", "transmission")
             state, *_ = dr.while_loop(start, lambda state, *_: state.active, body, labels=labels)
-            self.met = self.asked = self.asked_way = self.fog = self.parts = self.here = None
+            self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
+            self.parts = self.here = None
             return state.light, state.seen, []
 
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
@@ -110,7 +111,7 @@ def light_pass_class(variant: str) -> Any:
             self.here = hit
             if self.asked_way is None or self.sums is None:
                 return value
-            light = self.clamped(path.throughput * value, path.depth > 0)
+            light = self.clamped(self.carried * value, path.depth > 0)
             wo, reflected = self.asked_way
             first = active & (path.depth == 0)
             self.book_lobes(light, "Direct", self.parts_of(hit, wo, reflected, first), first)

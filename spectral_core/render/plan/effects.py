@@ -28,7 +28,7 @@ MOST_BOUNCES = 1024
 PAYING_PATHS = 3_000_000
 """Least number of paths of a render for which a pilot is traced: a few seconds of time."""
 PAYING_SECONDS, USUAL_SAMPLES = 10.0, 64
-"""The same for a time budget; and the assumed number of samples of an asked error."""
+"""The same for a time budget; and the assumed number of samples of a requested error."""
 _PILOTED = ("bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
 
 
@@ -122,7 +122,8 @@ def _look(scene: Scene, effects: Mapping[str, Effect], choices: Mapping[str, str
 def pilot_plan(scene: Scene) -> EffectPlan:
     """The plan of the pilot: surfaces and lamps, in three channels, with shadows through transparent surfaces."""
     values = {
-        "transport": "rgb", "dispersion": "off", "fluorescence": "off", "media": "off", "volumes": "off",
+        "transport": "rgb", "dispersion": "off", "fluorescence": "off", "thin_film": "off",
+        "media": "off", "volumes": "off",
         "transparency": "on", "emissive_meshes": "on", "lamp_bodies": "on", "textures": "on", "depth_of_field": "off",
         "reflective_caustics": "on", "refractive_caustics": "on",
         "environment": "none" if scene.world.is_black else "on", **dict.fromkeys(_PILOTED, str(PILOT_BOUNCES)),

@@ -14,12 +14,14 @@ from spectral_core.render.plan.fluorescence import error_without_dyes
 from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
+from spectral_core.render.plan.thin_film import error_without_films
 from spectral_core.scene import Material, PointLight, Scene, SpotLight
 
 SPECTRAL_SHARE = 0.3
 """Share of the time that spectra take beyond three channels, at equal noise (``plan-effects`` prints it)."""
 DISPERSION_SHARE = 0.5
 FLUORESCENCE_SHARE = 0.1
+FILM_SHARE = 0.1
 MEDIA_SHARE = 0.5
 TRANSPARENCY_SHARE = 0.12
 SMALL_SHARE = 0.02
@@ -94,6 +96,16 @@ def _fluorescence(found: Found) -> Effect:
     reason = f"dyes of {names(inventory.fluorescent)} emit light at other wavelengths than they absorb"
     levels = (Level("on"), Level("off", error, FLUORESCENCE_SHARE))
     return Effect("fluorescence", levels, reason, "fluorescent materials do not glow", "bounded", ON_OFF)
+
+
+def _thin_film(found: Found) -> Effect:
+    films = found.inventory.films
+    if not films:
+        return absent("thin_film", "no surface has a thin film", FILM_SHARE)
+    error = error_without_films(found.materials)
+    reason = f"light interferes in the thin film of {names(films)}"
+    levels = (Level("on"), Level("off", error, FILM_SHARE))
+    return Effect("thin_film", levels, reason, "no colors of thin films", "bounded", ON_OFF)
 
 
 def _media(found: Found) -> Effect:
@@ -232,7 +244,7 @@ def _bounces(found: Found) -> Effect:
 
 
 _RULES: tuple[Callable[[Found], Effect], ...] = (
-    _transport, _dispersion, _fluorescence, _media, _volumes, _transparency, _environment, _emissive_meshes,
+    _transport, _dispersion, _fluorescence, _thin_film, _media, _volumes, _transparency, _environment, _emissive_meshes,
     _lamp_bodies, _textures, _depth_of_field,
 )  # fmt: skip
 

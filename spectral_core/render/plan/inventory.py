@@ -47,6 +47,7 @@ class Inventory:
     spectra: tuple[str, ...]
     dispersive: tuple[str, ...]
     fluorescent: tuple[str, ...]
+    films: tuple[str, ...]
     media: tuple[str, ...]
     emissive: tuple[str, ...]
     transparent: tuple[str, ...]
@@ -87,6 +88,7 @@ def take_inventory(scene: Scene) -> Inventory:
         + spectral_volumes,
         dispersive=which(_is_dispersive),
         fluorescent=which(lambda m: bool(dyed(m))),
+        films=which(lambda m: any(getattr(leaf, "thin_film_thickness", 0.0) != 0 for leaf in leaves(m.surface))),
         media=which(lambda m: m.medium is not None) + (("World",) if scene.world.medium is not None else ()),
         emissive=emissive,
         transparent=which(lambda m: m.name not in borders and _is_transparent(m)),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which effects are omitted at a tolerance: error and saving of each level of an effect, and the order of omission.
+"""The effects that are omitted at a tolerance: error and saving of each level of an effect, and the order of omission.
 
 All steps of all effects are sorted: by magnitude of error (below 0.1, to 1, to 10, above), within a magnitude by error
 per time saved. Steps are taken in this order until the sum of their errors would exceed the tolerance. An effect that

@@ -16,6 +16,7 @@ from spectral_core.scene import (
     Light,
     LightPaths,
     Material,
+    Metal,
     PointLight,
     Principled,
     Scene,
@@ -100,6 +101,12 @@ def _surface(surface: Surface, plan: EffectPlan) -> Surface:
 def _closure(surface: Closure, plan: EffectPlan) -> Closure:
     if isinstance(surface, (Glass, Principled)) and isinstance(surface.ior, Spectrum) and not plan.is_on("dispersion"):
         surface = replace(surface, ior=float(surface.ior.at(SODIUM_D_NM)) or 1.5)
+    if (
+        isinstance(surface, (Glass, Metal, Principled))
+        and surface.thin_film_thickness != 0
+        and not plan.is_on("thin_film")
+    ):
+        surface = replace(surface, thin_film_thickness=0.0)
     if isinstance(surface, Fluorescent) and not plan.is_on("fluorescence"):
         return Diffuse(surface.color, normal=surface.normal)
     if not plan.is_on("emissive_meshes"):

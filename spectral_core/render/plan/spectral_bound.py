@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance, white_light
 from spectral_core.render.plan.fluorescence import error_in_rgb
 from spectral_core.render.plan.inventory import paint_parts, shown_materials
+from spectral_core.render.plan.thin_film import film_surfaces
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import (
     Color,
@@ -61,6 +62,7 @@ def rgb_transport_error(scene: Scene) -> float:
     white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
     lights = distinct_lights(scene)
     surfaces = list(_surfaces([part for material in materials for part in _reflecting(material)]))
+    surfaces += film_surfaces(materials)
     if len(surfaces) > MOST_SURFACES or len(lights) > MOST_LIGHTS:
         # at most as many as the comparison can hold: the most saturated surfaces, which differ most
         surfaces.sort(key=lambda item: (not item[2], -float(np.ptp(item[0]) / max(float(item[0].max()), 1e-6))))

@@ -118,7 +118,7 @@ class FirstHit:
         return self.rules.intersect(self.scene, ray, active)
 
     def meet(self, ray: Any, origin: Any, length: Any, walking: Any) -> tuple[Any, Any, Any, Any]:
-        """What a camera ray meets next, from ``origin`` and no farther than ``length``.
+        """The next hit of a camera ray from ``origin``, within ``length``.
 
         Returns the hit, whether it is one, whether the camera passes it unseen, and whether it is a holdout.
         """

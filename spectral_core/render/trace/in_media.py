@@ -5,8 +5,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.lights.choice import Chosen, Receiver
+from spectral_core.render.lights.stretch import Stretch
 from spectral_core.render.trace.media import Flight, Media
 from spectral_core.scene import Rays
+
+BY_ANGLE = 0.5
+"""Probability of equiangular sampling on a segment where the path scatters; else the scattering point is used."""
+DEEPEST = 4.0
+"""Optical depth up to which equiangular sampling is used; light from deeper is dim."""
 
 
 def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[Flight, Any]:
@@ -22,6 +29,51 @@ def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[F
     place.n = dr.select(flight.scatters, mi.Normal3f(0.0), si.n)
     place.t = dr.select(flight.scatters, flight.distance, si.t)
     return flight, place
+
+
+def stretch_of(flight: Flight, ray: Any) -> Stretch:
+    """Part of a segment that lights are sampled along."""
+    import drjit as dr
+
+    deepest = DEEPEST * dr.rcp(dr.maximum(dr.min(flight.extinction), 1e-30))
+    return Stretch(ray.o, ray.d, dr.minimum(flight.reach, deepest))
+
+
+def asks_light(flight: Flight, ends: Any, lights: Any) -> Any:
+    """True for paths that sample a light on their segment: they scatter on it, or it ends at no surface (``ends``)."""
+    flight.ends = ends
+    return flight.inside & (flight.scatters | ~ends) if lights.asked_along_ways else flight.scatters
+
+
+def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], sampler: Any, active: Any) -> Any:
+    """Point on a segment (``at``: hit, ray) to sample a light from, and the throughput there.
+
+    Equiangular sampling follows the squared distance to a lamp, the scattering point the optical depth; both are
+    combined by the one-sample balance heuristic. On a segment that ends at a surface only paths that scatter sample a
+    light, and densities are conditional on that.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    (si, ray), (to, chosen) = at, of
+    assert to.stretch is not None
+    view = to.stretch.seen_from(chosen.center, chosen.radius)
+    sample = sampler.next_2d()
+    by_angle = dr.select(chosen.far, 0.0, mi.Float(BY_ANGLE))
+    angular = ~chosen.far & (~flight.scatters | (sample.x < by_angle))
+    distance = dr.select(angular, view.draw(sample.y), flight.distance)
+    depth = flight.scattering * flight.reach
+    # 1 - exp(-x), by its series if that cancels
+    scattered = dr.sum(flight.share * dr.select(depth > 1e-3, 1.0 - dr.exp(-depth), depth * (1.0 - 0.5 * depth)))
+    by_depth = dr.sum(flight.share * flight.scattering * dr.exp(-flight.scattering * distance))
+    often = dr.select(flight.ends | chosen.far, by_angle * scattered, 1.0 - (1.0 - by_angle) * scattered)
+    density = often * view.density(distance) + (1.0 - by_angle) * by_depth
+    arrives = flight.scattering * dr.exp(-flight.extinction * distance)
+    asks = active & (density > 0.0) & (flight.scatters | angular)
+    place = mi.SurfaceInteraction3f(si)  # the path itself continues from its scattering point
+    place.p = dr.select(active, ray.o + ray.d * distance, si.p)
+    place.n = dr.select(active, mi.Normal3f(0.0), si.n)
+    return place, dr.select(asks, flight.carried * arrives / dr.maximum(density, 1e-30), 0.0)
 
 
 def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]) -> Any:

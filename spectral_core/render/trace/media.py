@@ -36,16 +36,27 @@ class MediumRow:
     lobes: NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Flight:
     """Rays on their way to the next surface: True if they scatter before it, the distance, the factor on their light,
     and the emission along the whole way.
+
+    ``carried``: throughput before the flight; ``reach``: length of the segment; ``share``: probability of each
+    wavelength to draw the distance; ``scattering`` and ``extinction`` coefficients; ``inside``: True in a medium;
+    ``ends``: True if the segment ends at a surface, which samples lights itself.
     """
 
     scatters: Any
     distance: Any
     weight: Any
     glow: Any
+    carried: Any
+    reach: Any
+    share: Any
+    scattering: Any
+    extinction: Any
+    inside: Any
+    ends: Any = True
 
 
 class Media:
@@ -117,7 +128,8 @@ class Media:
             # (1 - exp(-x)) / x, by its series if that cancels
             mean = dr.select(depth > 1e-3, (1.0 - dr.exp(-depth)) / dr.maximum(depth, 1e-9), 1.0 - 0.5 * depth)
             brought = dr.select(inside, glow * reach * mean, 0.0)
-        return Flight(collides, distance, weight, brought)
+        carried = mi.Spectrum(path.throughput)
+        return Flight(collides, distance, weight, brought, carried, reach, share, scatters, extinction, inside)
 
     def clear(self, medium: Any, length: Any, wavelengths: Any, active: Any) -> Any:
         """Transmittance of a way through a medium."""

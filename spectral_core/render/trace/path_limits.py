@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Limits on paths: caustics, contributions above a clamp, and attenuation by surfaces on a shadow ray."""
+"""Limits on paths: bounces, caustics, contributions above a clamp, and attenuation by surfaces on a shadow ray."""
 
 from __future__ import annotations
 
@@ -24,6 +24,26 @@ def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:
     if not limits.refractive_caustics:
         cut |= bends
     return cut & ~diffuse & (kind == int(Rays.DIFFUSE))
+
+
+def count(limits: Any, path: Any, bs: Any, scatters: Any) -> None:
+    """Count a bounce by its kind, as Cycles does, and see whether it was the last (``limits``: counts by kind)."""
+    import drjit as dr
+    import mitsuba as mi
+
+    mirrors = scatters & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
+    is_diffuse = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Diffuse)
+    one = lambda which: dr.select(which, mi.UInt32(1), 0)  # noqa: E731
+    path.diffuse += one(mirrors & is_diffuse)
+    path.glossy += one(mirrors & ~is_diffuse)
+    path.transmission += one(scatters & ~mirrors)
+    path.depth += one(scatters)
+    ended = (path.diffuse > limits.diffuse) | (path.glossy > limits.glossy)
+    ended |= (path.transmission > limits.transmission) | (path.depth > limits.bounces)
+    path.last |= scatters & ended
+    reflected = dr.select(is_diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
+    kind = dr.select(mirrors, reflected, int(Rays.TRANSMISSION))
+    path.kind = dr.select(scatters, kind, path.kind)
 
 
 def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:

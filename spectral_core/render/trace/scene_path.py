@@ -65,7 +65,11 @@ def scene_path_class(variant: str) -> Any:
             self.asked_way: Any = None
             """Local direction to that light, and the surface's scattering from there."""
             self.fog: Any = None
-            """True if the path scatters in a medium now, and the medium."""
+            """True if the path samples a light from within a medium now, and the medium."""
+            self.flight: Any = None
+            """The segment in that medium."""
+            self.carried: Any = None
+            """Throughput at the point that the last light was sampled from."""
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active))
@@ -79,7 +83,7 @@ def scene_path_class(variant: str) -> Any:
                 labels=("path", "sampler"),
             )
             # they belong to the loop; a recorded launch reads every member of the integrator after it
-            self.met = self.asked = self.asked_way = self.fog = None
+            self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
             return state.light, state.seen, []
 
         def begin(self, ray: Any, active: Any) -> Any:
@@ -101,7 +105,9 @@ def scene_path_class(variant: str) -> Any:
             unseen &= ~leaves
             floats, place = mi.Bool(False), si
             if self.tables.media is not None:
+                ends = path.active & si.is_valid() & ~unseen & ~self.tables.media.is_border(shape, path.active)
                 floats, place = self.fly(si, path, sampler, path.active & ~leaves)
+                self.fog = in_media.asks_light(self.flight, ends, self.lights), path.medium
                 unseen &= ~floats
             arrived = self.arrived(si, path, path.active & ~unseen & ~leaves & ~floats)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
@@ -114,8 +120,9 @@ def scene_path_class(variant: str) -> Any:
             matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
             place.wavelengths = si.wavelengths  # a dye may have changed them
             lit = (place, bsdf, shape, (matt, along))
-            direct = self.direct(scene, sampler, lit, path, (hit | floats) & ~path.last)
-            path.light += self.clamped(path.throughput * direct, path.depth > 0)
+            asks = hit if self.fog is None else hit | self.fog[0]
+            direct = self.direct(scene, sampler, lit, path, asks & ~path.last)
+            path.light += self.clamped(self.carried * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
             bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~matt)
@@ -179,24 +186,12 @@ def scene_path_class(variant: str) -> Any:
             glow = mi.Spectrum(dr.select(active, path.throughput * flight.glow, 0.0))
             path.light = mi.Spectrum(path.light + self.clamped(glow, path.depth > 1))
             path.throughput *= dr.select(active, flight.weight, 1.0)
-            self.fog = flight.scatters, path.medium
+            self.flight = flight
             return flight.scatters, place
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
             """Count a bounce by its kind, as Cycles does; True if it was the last."""
-            mirrors = scatters & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
-            is_diffuse = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Diffuse)
-            one = lambda which: dr.select(which, mi.UInt32(1), 0)  # noqa: E731
-            path.diffuse += one(mirrors & is_diffuse)
-            path.glossy += one(mirrors & ~is_diffuse)
-            path.transmission += one(scatters & ~mirrors)
-            path.depth += one(scatters)
-            ended = (path.diffuse > self.diffuse) | (path.glossy > self.glossy)
-            ended |= (path.transmission > self.transmission) | (path.depth > self.bounces)
-            path.last |= scatters & ended
-            reflected = dr.select(is_diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
-            kind = dr.select(mirrors, reflected, int(Rays.TRANSMISSION))
-            path.kind = dr.select(scatters, kind, path.kind)
+            path_limits.count(self, path, bs, scatters)
 
         def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
             """Light that a ray hits: of lamps, an emissive surface or the environment, weighted against sampling.
@@ -227,14 +222,20 @@ def scene_path_class(variant: str) -> Any:
             """Direct light of one drawn emitter at a hit (interaction, BSDF, number, even lobe), through transparent
             surfaces.
             """
-            self.asked = mi.UInt32(0)
+            self.asked, self.carried = mi.UInt32(0), path.throughput
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
             si, bsdf, shape, (matt, along) = hit
             floats, medium = (mi.Bool(False), mi.UInt32(0)) if self.fog is None else self.fog
             wanted = active & (mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) | floats)
             to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves | floats)
-            drawn = self.lights.draw(si, to, sampler, self.tables, wanted)
+            if self.flight is not None:
+                to.floats, to.stretch = floats, in_media.stretch_of(self.flight, path.ray)
+            chosen = self.lights.choose(to, sampler, wanted)
+            if chosen.center is not None:
+                si, carried = in_media.ask_along(self.flight, (si, path.ray), (to, chosen), sampler, wanted & floats)
+                self.carried = dr.select(floats, carried, path.throughput)
+            drawn = self.lights.draw(si, to, chosen, sampler, self.tables, wanted)
             wanted &= drawn.pdf != 0.0
             self.asked = drawn.number
             wo = si.to_local(drawn.direction)

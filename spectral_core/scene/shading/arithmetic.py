@@ -103,7 +103,7 @@ MATH: dict[str, Callable[..., Any]] = {
     "LESS_THAN": lambda xp, a, b, c: _flag(xp, a < b),
     "GREATER_THAN": lambda xp, a, b, c: _flag(xp, a > b),
     "SIGN": lambda xp, a, b, c: _flag(xp, a > 0.0) - _flag(xp, a < 0.0),
-    "COMPARE": lambda xp, a, b, c: _flag(xp, (a == b) | (xp.absolute(a - b) <= xp.maximum(c, 1e-5))),
+    "COMPARE": lambda xp, a, b, c: _flag(xp, (a == b) | (xp.absolute(a - b) <= xp.maximum(c, 1.1920929e-7))),
     "SMOOTH_MIN": lambda xp, a, b, c: _smooth_minimum(xp, a, b, c),
     "SMOOTH_MAX": lambda xp, a, b, c: -_smooth_minimum(xp, -a, -b, c),
     "ROUND": lambda xp, a, b, c: xp.floor(a + 0.5),

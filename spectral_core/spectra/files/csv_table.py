@@ -56,7 +56,7 @@ def write(path: Path, spectra: Sequence[Spectrum]) -> None:
         known = dict(zip(spectrum.grid.wavelengths_nm.tolist(), spectrum.values.tolist(), strict=True))
         cells.append([repr(known[wavelength]) if wavelength in known else "" for wavelength in wavelengths.tolist()])
     buffer = StringIO()
-    # A name that ends like a unit would be read as one; then names and unit are stated in words as well.
+    # A name that ends like a unit would be read as one; names and unit are then also stated in words.
     names_mislead = any(_stated_unit(spectrum.name, FRACTION_PER_UNIT) for spectrum in spectra)
     buffer.writelines(line + "\n" for line in statements_of(spectra, names=names_mislead))
     writer = csv.writer(buffer, lineterminator="\n")

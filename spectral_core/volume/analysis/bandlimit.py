@@ -65,9 +65,9 @@ def composite_bandlimit(
 ) -> CompositeBandlimit:
     """Bound on the frequencies of g(f(x)) from samples of f (one or more variables) and of g (one variable).
 
-    An array for f has unit spacing; an array or a function for g stands for the range of f's values; a transfer
-    function counts with the material curve that asks for most. ``energy`` is the fraction of their energy that the band
-    limits of f and g keep; ``max_slope`` replaces the largest slope of f's linear interpolant where the derivative is
+    An array for f has unit spacing; an array or a function for g represents the range of f's values; of a transfer
+    function, the material curve with the largest bandwidth counts. ``energy`` is the fraction of their energy that the
+    band limits of f and g keep; ``max_slope`` replaces the largest slope of f's linear interpolant if the derivative is
     known better. Source: thesis Eq. 4.14 and section 4.1.5.
     """
     data = _data(f)

@@ -99,7 +99,7 @@ class ConeEdge:
 def cone_edges(f: SampledFunction) -> tuple[ConeEdge, ConeEdge]:
     """The lower and upper edge of the cone of f (one variable): its extreme slopes, from a quintic spline.
 
-    An extreme at an end of the interval has no turning point and hence no Airy edge: InvalidInputError says so.
+    An extreme at an end of the interval has no turning point and hence no Airy edge: this raises InvalidInputError.
     """
     from scipy.interpolate import PPoly, make_interp_spline
 

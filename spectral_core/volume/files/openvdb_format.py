@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """OpenVDB grids, dense within the box of their active voxels, through the ``openvdb`` module that Blender ships.
 
-Without the module (Debian's Blender has none), plain and zipped files are read, and zipped ones written, by our own
-code; files that OpenVDB packed with Blosc need the module. It is searched as ``openvdb``, as ``pyopenvdb`` (its earlier
-name) and inside an installed ``bpy`` package, which is not on the module path. A grid's sample (i, j, k) is at
-``transform(i, j, k)``, the center of its voxel in ``ScalarVolume``.
+Without the module (Debian's Blender has none), this package reads plain and zipped files and writes zipped ones; files
+that OpenVDB packed with Blosc need the module. It is searched as ``openvdb``, as ``pyopenvdb`` (its earlier name) and
+inside an installed ``bpy`` package, which is not on the module path. A grid's sample (i, j, k) is at ``transform(i, j,
+k)``, the center of its voxel in ``ScalarVolume``.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def _spectra(transfer: TransferFunction, light: str, bare: bool) -> tuple[float,
     """(first wavelength, spacing, (K, n) radiance) at 1 nm over the visible range; ``bare`` leaves reflectances so.
 
     Mitsuba's film divides by the integral of ȳ, so a flat radiance of 1 has luminance 1, as here. RGB becomes the
-    reflectance that surfaces of this color have; RGB that shines by itself is that times D65.
+    reflectance of surfaces of this color; RGB of an emitting material is that reflectance times D65.
     """
     from spectral_core.volume.mitsuba_integrator.illumination import spectrum_of_color
 

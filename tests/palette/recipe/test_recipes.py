@@ -195,7 +195,7 @@ def test_the_channels_that_come_along_have_one_watt_each() -> None:
 
 def test_a_channel_without_light_is_named() -> None:
     dark = Illuminant("broken one", led(500, 20).grid, np.zeros(led(500, 20).values.size))
-    with pytest.raises(InvalidInputError, match="'broken one' sends out no light"):
+    with pytest.raises(InvalidInputError, match="'broken one' emits no light"):
         lamp_recipe([*CHANNELS[:4], dark], 4000)
 
 

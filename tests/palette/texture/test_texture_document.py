@@ -16,7 +16,7 @@ from spectral_core.documents import write_document
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.palette.texture.file import read_texture
 from spectral_core.palette.texture.project import TextureProject, TextureSettings, document_of, read_project
-from spectral_core.palette.texture.realism import realism_cost, white_differences
+from spectral_core.palette.texture.realism import DAYLIGHT_SHARES, LED_WIDTHS_NM, realism_cost, white_differences
 from spectral_core.palette.texture.uplift import Pin
 from spectral_core.render.pictures import read_picture
 from spectral_core.spectra.catalogue import illuminant
@@ -103,6 +103,9 @@ def test_costs_of_realism_and_whites_of_other_observers() -> None:
     # At an entry of the table the slider says what was measured there, in the same unit.
     assert realism_cost(0, 20).contrast == pytest.approx(19.89)
     assert realism_cost(0, 10).contrast > realism_cost(0, 45).contrast
+    # Daylight in both lights and wide LEDs can only take contrast away, at every entry of the table.
+    table = np.array([[realism_cost(share, width).contrast for share in DAYLIGHT_SHARES] for width in LED_WIDTHS_NM])
+    assert np.all(np.diff(table, axis=0) < 0.05) and np.all(np.diff(table, axis=1) < 0.0)
     plain = white_differences([illuminant("D65")])
     assert max(each.to_daylight for each in plain) < 1e-6
     assert white_differences([illuminant("D65"), illuminant("FL11")])[1].between > 1

@@ -42,7 +42,7 @@ def with_spectrum(surface: Surface, spectrum: Spectrum) -> Surface:
 
     def change(leaf: Closure) -> Surface:
         name = "base_color" if isinstance(leaf, Principled) else "color"
-        # a node's own spectrum, or spectra, have precedence over its material's
+        # a node's spectra have precedence over its material's
         own = (Illuminant, Spectrum, SpectralImage)
         if leaf is BLACK or not isinstance(leaf, main) or isinstance(getattr(leaf, name), own):
             return leaf

@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 
 MISSING = (1.0, 0.0, 1.0)
-"""What Cycles shows where a tile is not there."""
+"""The color that Cycles shows where a tile is missing."""
 
 
 def tiles_of(image: Any) -> list[int]:

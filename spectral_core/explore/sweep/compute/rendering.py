@@ -89,7 +89,7 @@ def with_unit_lights(scene: Scene) -> Scene:
 
 
 def light_amount(scene: Scene, group: str) -> float:
-    """Power of the light that a group is named after; 1 for the surroundings and glowing objects."""
+    """Power of the light that a group is named after; 1 for the environment and emissive objects."""
     for light in scene.lights:
         if light.name == group:
             return float(light.irradiance if isinstance(light, SunLight) else light.power_w)

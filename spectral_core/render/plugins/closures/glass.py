@@ -5,9 +5,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.film import film_of
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy
+from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, kept_of
 from spectral_core.render.plugins.closures.upright import keeps_side
+from spectral_core.render.plugins.numbers import channel_mean
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -20,7 +22,7 @@ def register(mi: Any, dr: Any) -> None:
         such a path are equal). ``smooth``: a sharp interface; else ``roughness`` with GGX facets, whose energy is kept
         by ``outside`` and ``inside`` (tables) and their means; what is transmitted after bouncing between facets is
         tinted by ``facet_color``. ``halves``: each of two surfaces takes half of the transmission's color. Radiance is
-        not scaled by the squared index, as in Cycles: what enters also leaves.
+        not scaled by the squared index, as in Cycles: what enters also leaves. It may have a thin film.
         """
 
         def __init__(self, inputs: Any) -> None:
@@ -29,6 +31,9 @@ def register(mi: Any, dr: Any) -> None:
             self.ior, self.smooth = inputs["ior"], inputs["smooth"]
             self.disperses, self.halves = inputs["disperses"], inputs["halves"]
             self.reflects, self.keeps_energy = inputs["reflects"], inputs["keeps_energy"]
+            self.film, self.specular_tint = film_of(inputs), inputs.get("specular_tint", None)
+            self.kind = str(inputs.get("distribution", "ggx"))
+            self.is_colored = self.film is not None or self.specular_tint is not None
             kinds = (
                 (mi.BSDFFlags.DeltaReflection, mi.BSDFFlags.DeltaTransmission)
                 if self.smooth
@@ -41,6 +46,8 @@ def register(mi: Any, dr: Any) -> None:
                 self.roughness, self.facet_color = inputs["roughness"], inputs["facet_color"]
                 self.kept_outside = inputs["outside"], inputs["outside_mean"]
                 self.kept_inside = inputs["inside"], inputs["inside_mean"]
+                if self.film is not None:
+                    self.mirror, self.halves = inputs["single"], (inputs["small_half"], inputs["large_half"])
 
         def relative_ior(self, si: Any, active: Any) -> Any:
             """Index of the far side over that of the near side."""
@@ -52,23 +59,52 @@ def register(mi: Any, dr: Any) -> None:
             color = self.transmission.eval(si, active)
             return dr.safe_sqrt(color) if self.halves else color
 
-        def reflectance(self, facing: Any, eta: Any) -> tuple[Any, Any, Any]:
-            """Reflected share, transmitted share, and the cosine inside; the Refraction BSDF reflects nothing."""
+        def reflectance(self, si: Any, facing: Any, eta: Any, active: Any) -> tuple[Any, Any, Any]:
+            """Share that is reflected, share that passes, and the cosine inside; Refraction alone reflects nothing."""
             reflected, inner, _, _ = mi.fresnel(facing, eta)
+            if self.film is not None:
+                # seen from within, the film lies between glass and air
+                film, outer = self.film.at(mi, dr, si, active), si.wi.z > 0.0
+                before, behind = dr.select(outer, 1.0, dr.rcp(eta)), dr.select(outer, eta, 1.0)
+                reflected = dr.select(reflected < 1.0, film.on_dielectric(facing, before, behind), 1.0)
+            if self.specular_tint is not None:
+                # the tint colors the more, the less is reflected (Cycles: F0 is tinted, F90 is white)
+                facing = dr.square((eta - 1.0) / (eta + 1.0))
+                share = dr.clip((1.0 - reflected) / dr.maximum(1.0 - facing, 1e-6), 0.0, 1.0)
+                tint = self.specular_tint.eval(si, active)
+                plain = facing * tint * share + (1.0 - share)
+                reflected = plain if self.film is None else reflected * dr.lerp(mi.Spectrum(1.0), tint, share)
             if self.reflects:
                 return reflected, 1.0 - reflected, inner
             return mi.Float(0.0), dr.select(reflected < 1.0, mi.Float(1.0), 0.0), inner
+
+        def chance(self, share: Any) -> Any:
+            """Probability of drawing a share of light: itself, or its mean if a film or a tint colors it."""
+            return channel_mean(dr, share) if self.is_colored else share
+
+        def under_film(self, si: Any, roughness: Any, cosine: Any, single: Any, active: Any) -> Any:
+            """Energy of one bounce with a film, from that without: the light that it transmits in place of reflecting
+            is masked by facets in another way. Fresnel factors are taken at the two halves of the facets.
+            """
+            eta = self.relative_ior(si, active)
+            facing = [half(roughness, cosine) for half in self.halves]
+            bare = 0.5 * sum(mi.fresnel(place, eta)[0] for place in facing)
+            filmed = 0.5 * sum(self.reflectance(si, place, eta, active)[0] for place in facing)
+            mirror = self.mirror(roughness, cosine)
+            changed = single + (bare - filmed) * (single - mirror) / dr.maximum(1.0 - bare, 1e-3)
+            return dr.clip(changed, 0.05, 1.0)
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             eta = self.relative_ior(si, active)
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             normal = mi.Vector3f(0, 0, 1)
             if not self.smooth:
-                facets = Microfacets(mi, dr, self.roughness.eval_1(si, active))
+                facets = Microfacets(mi, dr, self.roughness.eval_1(si, active), kind=self.kind)
                 normal = facets.distribution.sample(wi, sample2)[0]
             facing = dr.dot(wi, normal)
-            reflected, passes, inner = self.reflectance(facing, eta)
-            reflects = (sample1 <= reflected) & (reflected > 0.0)
+            reflected, passes, inner = self.reflectance(si, facing, eta, active)
+            likely = self.chance(reflected)
+            reflects = (sample1 <= likely) & (likely > 0.0)
             refraction = (facing / eta - dr.abs(inner)) * normal - wi / eta
             wo = dr.select(reflects, 2.0 * facing * normal - wi, refraction)
             bs = dr.zeros(mi.BSDFSample3f)
@@ -76,8 +112,10 @@ def register(mi: Any, dr: Any) -> None:
             bs.eta = mi.Float(1.0)
             bs.sampled_type = dr.select(reflects, mi.UInt32(self.kinds[0]), mi.UInt32(self.kinds[1]))
             if self.smooth:
-                bs.pdf = dr.select(reflects, reflected, passes)
+                bs.pdf = dr.select(reflects, likely, self.chance(passes))
                 color = dr.select(reflects, self.reflection_color.eval(si, active), self.transmission_color(si, active))
+                if self.is_colored:
+                    color *= dr.select(reflects, reflected, passes) / dr.maximum(bs.pdf, 1e-6)
                 return bs, dr.select(active & (bs.pdf > 0.0), color, 0.0)
             value, density = self.eval_pdf(ctx, si, bs.wo, active)
             sane = active & (density > 0.0) & (reflects == (wo.z > 0.0)) & (facing > 0.0)
@@ -90,17 +128,17 @@ def register(mi: Any, dr: Any) -> None:
             active = active & keeps_side(mi, dr, si, wo)
             eta = self.relative_ior(si, active)
             roughness = self.roughness.eval_1(si, active)
-            facets = Microfacets(mi, dr, roughness)
+            facets = Microfacets(mi, dr, roughness, kind=self.kind)
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             wo = mi.Vector3f(wo.x, wo.y, dr.mulsign(wo.z, si.wi.z))
             mirror, mirror_density, facing = facets.reflection(wi, wo)
-            reflected, _, _ = self.reflectance(facing, eta)
+            reflected, _, _ = self.reflectance(si, facing, eta, active)
             # Walter et al. 2007, Eqs. 16, 17 and 21, with η relative to the side of wi
             half = dr.normalize(wi + wo * eta)
             half = dr.mulsign(half, half.z)
             into, out = dr.dot(wi, half), dr.dot(wo, half)
             crossing = (wo.z < 0.0) & (into > 0.0) & (out < 0.0) & (wi.z > 0.0)
-            _, passed, _ = self.reflectance(into, eta)
+            _, passed, _ = self.reflectance(si, into, eta, active)
             stretch = dr.square(eta) * dr.abs(out) / dr.maximum(dr.square(into + eta * out), 1e-12)
             through = dr.select(crossing, facets.distribution.pdf(wi, half) * stretch, 0.0)
             masked = facets.masking(wi, mi.Vector3f(wo.x, wo.y, dr.abs(wo.z)))
@@ -109,14 +147,20 @@ def register(mi: Any, dr: Any) -> None:
                 if not self.keeps_energy:
                     return mi.Float(1.0)
                 both = (self.kept_outside, self.kept_inside)
-                outside, inside = (kept_energy(single, mean, roughness, wi.z, color) for single, mean in both)
-                return dr.select(si.wi.z > 0.0, outside, inside)
+                if self.film is None:
+                    outside, inside = (kept_energy(single, mean, roughness, wi.z, color) for single, mean in both)
+                    return dr.select(si.wi.z > 0.0, outside, inside)
+                outer = si.wi.z > 0.0
+                single, mean = (
+                    dr.select(outer, a(roughness, wi.z), b(roughness, wi.z)) for a, b in zip(*both, strict=True)
+                )
+                return kept_of(self.under_film(si, roughness, wi.z, single, active), mean, color)
 
             mirror_color = self.reflection_color.eval(si, active)
             value = mirror_color * kept(mirror_color) * (reflected * mirror)
             tint = self.transmission_color(si, active)
             value += tint * kept(self.facet_color.eval(si, active)) * (passed * through * masked)
-            density = reflected * mirror_density + passed * through
+            density = self.chance(reflected) * mirror_density + self.chance(passed) * through
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 
     register_closure(mi, "blender_glass", BlenderGlass)

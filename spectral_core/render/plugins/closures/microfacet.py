@@ -69,7 +69,11 @@ def kept_energy(single_table: Any, mean_table: Any, roughness: Any, cosine: Any,
     scattering compensation for microfacet models"; Kulla and Conty 2017 for Fms). The tables: E, and its mean over the
     hemisphere at every cosine.
     """
-    single, mean = single_table(roughness, cosine), mean_table(roughness, 0.5 + 0.0 * cosine)
+    return kept_of(single_table(roughness, cosine), mean_table(roughness, 0.5 + 0.0 * cosine), average_fresnel)
+
+
+def kept_of(single: Any, mean: Any, average_fresnel: Any) -> Any:
+    """``kept_energy`` where E and its mean are known."""
     many = average_fresnel * mean / (1.0 - average_fresnel * (1.0 - mean))
     return 1.0 + many * (1.0 - single) / single
 

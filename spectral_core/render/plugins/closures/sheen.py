@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.plugins.closures.albedo import SIZE
+from spectral_core.render.plugins.closures.albedo import SIZE, nodes
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 
 TABLE = Path(__file__).with_name("sheen.npy")
@@ -30,14 +30,14 @@ def table() -> NDArray[np.float32]:
 
 @cache
 def sheen_tables() -> dict[str, NDArray[np.float64]]:
-    """The share, a and b over roughness and the root of the cosine, as all tables of closures are."""
+    """The share, a and b at the nodes that all tables of closures have."""
     rows = table().astype(np.float64)
     last = len(rows) - 1
-    known, wanted = np.arange(last + 1) / last, np.arange(SIZE) / (SIZE - 1)
-    rough = np.stack([np.interp(wanted, known, column) for column in rows.reshape(last + 1, -1).T], axis=1)
+    known, (roughness, cosine) = np.arange(last + 1) / last, nodes()
+    rough = np.stack([np.interp(roughness, known, column) for column in rows.reshape(last + 1, -1).T], axis=1)
     rough = rough.reshape(SIZE, last + 1, 3)
     names = ("share", "a", "b")
-    return {name: np.stack([np.interp(wanted**2, known, row) for row in rough[..., k]]) for k, name in enumerate(names)}
+    return {name: np.stack([np.interp(cosine, known, row) for row in rough[..., k]]) for k, name in enumerate(names)}
 
 
 class SharedLight:

@@ -68,7 +68,9 @@ class Probes:
         return dr.select(active, mi.Float(free) / mi.Float(count), 1.0)
 
     def _meets(self, ray: Any, mine: Any, active: Any) -> Any:
-        """Whether a ray meets the object ``mine``, whatever else is before it; None for any but bodies of lamps."""
+        """True if a ray hits the object ``mine``, whatever else is before it; None for any object other than bodies of
+        lamps.
+        """
         mi, dr = self.mi, self.dr
         bounds = dr.opaque(mi.UInt32, MOST_PASSED)
 

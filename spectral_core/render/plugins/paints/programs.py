@@ -108,7 +108,7 @@ class DrJit:
     def open_share(self, normal: Any, distance: Any, samples: int, inside: bool, own: bool) -> Any:
         """Ambient Occlusion: share of rays from the hit that meet nothing within a distance.
 
-        Before the scene is loaded, when the power of what glows is estimated, everything counts as open.
+        Before the scene is loaded, while the power of emissive surfaces is estimated, every point counts as open.
         """
         if not self.tables.is_live:
             return self.mi.Float(1.0)

@@ -42,7 +42,7 @@ class SceneTables:
     rows: dict[int, np.ndarray] = field(default_factory=dict)
     has_instances: bool = False
     has_bodies: bool = False
-    """Whether lamps have bodies in the scene, which programs that send rays must pass."""
+    """True if lamps have bodies in the scene, which the rays of programs must pass."""
     attributes: dict[str, int] = field(default_factory=dict)
     """Column of each named attribute; all are known before the first program is traced."""
     first_target: Any = None
@@ -100,7 +100,7 @@ class SceneTables:
         return [self.dr.gather(self.mi.Float, self.buffer(), at + k, active) for k in range(24)]
 
     def owner(self, number: Any, active: Any) -> Any:
-        """Number of the object that a shape or instance belongs to, whatever its material."""
+        """Number of the object to which a shape or instance belongs, whatever its material."""
         last = self.dr.opaque(self.mi.UInt32, max(self.rows, default=0))
         known = self.dr.select(number <= last, number, 0)
         return self.dr.gather(self.mi.Float, self.buffer(), known * self.row_size + 30, active)
@@ -114,7 +114,7 @@ class SceneTables:
 
     @property
     def is_live(self) -> bool:
-        """Whether the scene is loaded."""
+        """True if the scene is loaded."""
         return self._home is not None
 
     def scene(self) -> Any:

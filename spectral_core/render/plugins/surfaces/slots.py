@@ -49,12 +49,21 @@ class AlbedoLookup:
         import mitsuba as mi
 
         last = SIZE - 1
-        x, y = (dr.clip(place, 0.0, 1.0) * last for place in (dr.safe_sqrt(cosine), roughness))
+        # as ``albedo.nodes`` are spaced
+        x, y = dr.safe_sqrt(dr.safe_sqrt(cosine)), dr.safe_sqrt(roughness)
+        x, y = (dr.clip(place, 0.0, 1.0) * last for place in (x, y))
         column, row = (dr.minimum(mi.UInt32(place), last - 1) for place in (x, y))
         right, up = x - mi.Float(column), y - mi.Float(row)
         at = self.first + row * SIZE + column
         low, next_low, high, next_high = (dr.gather(mi.Float, self.stack, at + k) for k in (0, 1, SIZE, SIZE + 1))
         return dr.lerp(dr.lerp(low, next_low, right), dr.lerp(high, next_high, right), up)
+
+    def entry(self, place: Any) -> Any:
+        """One number of the table, by its place."""
+        import drjit as dr
+        import mitsuba as mi
+
+        return dr.gather(mi.Float, self.stack, self.first + place)
 
 
 class Slot:
@@ -112,6 +121,10 @@ class Slot:
     def __call__(self, roughness: Any, cosine: Any) -> Any:
         """Entry of a table of albedos."""
         return self.value(roughness, cosine)
+
+    def entry(self, place: Any) -> Any:
+        """Number of a table at a place."""
+        return self.value.entry(place)
 
     def read(self, buffers: Any, row: Any, si: Any, active: Any) -> None:
         """Compute the value at a hit; ``row``: first entry of the closure's row."""

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.closures import albedo
+from spectral_core.render.plugins.closures.film import response
 from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
+from spectral_core.scene import Glass, Metal, Principled
 from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
@@ -61,6 +63,28 @@ def glass_inputs(context: Context, ior: float | Spectrum, *, smooth: bool) -> di
     nominal = round(nominal, 6)
     outside, inside = albedo.dielectric(nominal)[1], albedo.dielectric(1 / nominal)[1]
     return {"ior": index, **_kept("outside", outside), **_kept("inside", inside)}
+
+
+def film_inputs(
+    context: Context, closure: Glass | Metal | Principled, subject: str, *, passes: bool = False
+) -> dict[str, Any]:
+    """The film upon a surface, nothing where there is none.
+
+    Where its albedo is asked for, its reflectance is taken at the mean cosines to two halves of the facets: where light
+    ``passes``, of those whose reflections are lost.
+    """
+    if closure.thin_film_thickness == 0:
+        return {}
+    small, large = albedo.facing_halves(lost=passes)
+    inputs: dict[str, Any] = {
+        "small_half": Albedos(small),
+        "large_half": Albedos(large),
+        "thin_film_thickness": paint.number(context, closure.thin_film_thickness, subject),
+        "thin_film_ior": paint.number(context, closure.thin_film_ior, subject),
+    }
+    if not context.spectral:
+        inputs["thin_film_response"] = Albedos(response())
+    return inputs
 
 
 @cache

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hard cases of node trees: extreme numbers through every Math and Vector Math operation, and scenes that break trees.
+
+Each operation reads three attributes that hold zeros, ones, negative, huge, tiny and broken numbers in all pairs; its
+values are compared with what Cycles renders of the same faces, number for number. A value that is no finite number
+counts as 0, as in a picture. The scenes are rendered: pixels that are not finite are counted, and the mean is compared
+with Cycles where it renders the file.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import Options
+
+NUMBERS = (0.0, -0.0, 1.0, -1.0, 0.5, -0.5, 2.0, -2.0, 3.7, -3.7, 1e-6, -1e-6, 1e-30, 1e6, -1e6, 1e30)
+BROKEN = (float("nan"), float("inf"), -float("inf"))
+CLOSE = 2e-3
+"""Relative difference below which two values are the same: Cycles' own approximations of powers and sines."""
+
+
+def run(options: Options) -> dict[str, Any]:
+    """Print a line per operation and per scene, and return the counts."""
+    import bpy
+
+    import blender_addon
+    from benchmarks.render_features import quiet
+
+    if not hasattr(bpy.types.Scene, "spectral"):
+        blender_addon.register()
+    kinds = {
+        kind: [item.identifier for item in getattr(bpy.types, kind).bl_rna.properties["operation"].enum_items]
+        for kind in ("ShaderNodeMath", "ShaderNodeVectorMath")
+    }
+    values = differing = broken = 0
+    rows: dict[str, Any] = {}
+    for kind, operations in kinds.items():
+        for operation in operations[:: 6 if options.quick else 1]:
+            with quiet():
+                theirs, mine = _compared(kind, operation)
+            differs = _differ(theirs, mine)
+            rows[f"{kind[10:]} {operation}"] = {"values": int(differs.size), "differing": int(differs.sum())}
+            values, differing = values + differs.size, differing + int(differs.sum())
+            broken += int((~np.isfinite(mine)).sum())
+            if differs.any():
+                print(f"{kind[10:]:12} {operation:18} {differs.sum():4} of {differs.size} values differ")
+    print(f"{len(rows)} operations, {values} values: {differing} differ from Cycles, {broken} are not finite")
+    from benchmarks._shading_hard_scenes import SCENES, pixels_of
+
+    scenes: dict[str, Any] = {}
+    for name, build in SCENES.items():
+        with quiet():
+            ours, cycles = pixels_of(build)
+        bad = int((~np.isfinite(ours)).sum())
+        scenes[name] = {"not_finite": bad, "mean": float(np.nan_to_num(ours).mean()), "cycles": float(cycles.mean())}
+        print(f"{name:34} {bad} pixels not finite; mean {scenes[name]['mean']:.4f}, Cycles {cycles.mean():.4f}")
+    return {
+        "operations": rows,
+        "values": values,
+        "differing": differing,
+        "not_finite": broken,
+        "scenes": scenes,
+        "holds": {
+            "every value of every operation is finite": broken == 0,
+            "at least 99 % of the values are Cycles'": differing <= 0.01 * values,
+            "every pixel of every scene is finite": all(row["not_finite"] == 0 for row in scenes.values()),
+            "every scene is as bright as in Cycles, to 3 %": all(
+                abs(row["mean"] - row["cycles"]) <= 0.03 * max(row["cycles"], 0.02) for row in scenes.values()
+            ),
+        },
+    }
+
+
+def _inputs() -> NDArray[np.float32]:
+    """(n, 3) numbers for three inputs: all pairs for the first two."""
+    pairs = [(a, b) for a in NUMBERS for b in NUMBERS]
+    rows = [(a, b, NUMBERS[k % len(NUMBERS)]) for k, (a, b) in enumerate(pairs)]
+    rows += [(broken, 1.0, 2.0) for broken in BROKEN] + [(1.0, broken, 2.0) for broken in BROKEN]
+    size = math.ceil(math.sqrt(len(rows)))
+    rows += [(1.0, 1.0, 1.0)] * (size * size - len(rows))
+    return np.array(rows, dtype=np.float32)
+
+
+def _compared(kind: str, operation: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Values (n, k) of an operation in Cycles and here."""
+    import bpy
+
+    from blender_addon.translate.context import Translation
+    from blender_addon.translate.shading import surfaces  # noqa: F401
+    from blender_addon.translate.shading.reader import Reader
+    from blender_addon.translate.shading.tree import Input
+
+    inputs = _inputs()
+    size = math.isqrt(len(inputs))
+    _grid(inputs, size)
+    material = bpy.data.materials["Numbers"]
+    tree = material.node_tree
+    node = tree.nodes.new(kind)
+    node.operation = operation
+    free = [socket for socket in node.inputs if socket.enabled]
+    for k, socket in enumerate(free):
+        attribute = tree.nodes.new("ShaderNodeAttribute")
+        attribute.attribute_name = f"n{k % 3}"
+        tree.links.new(attribute.outputs["Fac" if socket.type == "VALUE" else "Vector"], socket)
+    output = next(socket for socket in node.outputs if socket.enabled)
+    tree.links.new(output, tree.nodes["Emission"].inputs["Color"])
+    theirs = _rendered(size)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    reader = Reader(Translation.of(depsgraph, bpy.data), "Numbers", on_surface=True)
+    place = Input(material.evaluated_get(depsgraph).node_tree.nodes["Emission"].inputs["Color"])
+    program = reader.paint(place, None).program  # type: ignore[union-attr,arg-type]
+    clean = np.nan_to_num(inputs)  # what is no number is 0 in a mesh of ours
+
+    def read(name: str, _shift: int) -> Any:
+        column = clean[:, int(name[-1])]
+        return column, column, column
+
+    with np.errstate(all="ignore"):
+        mine = np.asarray(program.evaluate(read, np.float32), dtype=np.float64).reshape(len(inputs), -1)
+    whole = np.isfinite(inputs).all(1)
+    mine = np.broadcast_to(mine, (len(inputs), 3))
+    return theirs[whole], np.where(np.isfinite(mine), mine, 0.0)[whole]
+
+
+def _grid(inputs: NDArray[np.float32], size: int) -> None:
+    """A square of faces, one per pixel, that carry the numbers and glow with what a tree makes of them."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    x, y = np.meshgrid(np.arange(size), np.arange(size))
+    x, y = x.ravel(), y.ravel()
+    corners = np.stack([x, y, x + 1, y, x + 1, y + 1, x, y + 1], 1).reshape(-1, 2).astype(float)
+    mesh = bpy.data.meshes.new("Numbers")
+    points = np.column_stack([corners, np.zeros(len(corners))])
+    mesh.from_pydata(points.tolist(), [], np.arange(len(points)).reshape(-1, 4).tolist())
+    for k in range(3):
+        made = mesh.attributes.new(f"n{k}", "FLOAT", "FACE")
+        made.data.foreach_set("value", np.ascontiguousarray(inputs[:, k]))
+    material = bpy.data.materials.new("Numbers")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    emission, output = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    mesh.materials.append(material)
+    scene = bpy.context.scene
+    scene.collection.objects.link(bpy.data.objects.new("Numbers", mesh))
+    camera = bpy.data.cameras.new("Camera")
+    camera.type, camera.ortho_scale = "ORTHO", size
+    placed = bpy.data.objects.new("Camera", camera)
+    placed.location = (size / 2, size / 2, 5)
+    scene.collection.objects.link(placed)
+    scene.camera = placed
+
+
+def _rendered(size: int) -> NDArray[np.float64]:
+    """Values (n, 3) of the faces as Cycles renders them, what is not finite as 0."""
+    import bpy
+
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = 1, False, False
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
+    scene.cycles.sample_clamp_indirect = 0
+    scene.render.resolution_x = scene.render.resolution_y = size
+    scene.view_settings.view_transform = "Raw"
+    image_settings = scene.render.image_settings
+    image_settings.file_format, image_settings.color_depth = "OPEN_EXR", "32"
+    with tempfile.TemporaryDirectory() as folder:
+        scene.render.filepath = str(Path(folder) / "numbers.exr")
+        bpy.ops.render.render(write_still=True)
+        image = bpy.data.images.load(scene.render.filepath, check_existing=False)
+        image.colorspace_settings.name = "Non-Color"
+        pixels = np.array(image.pixels[:], dtype=np.float64).reshape(size * size, 4)[:, :3]
+        bpy.data.images.remove(image)
+    return np.where(np.isfinite(pixels), pixels, 0.0)
+
+
+def _differ(theirs: NDArray[np.float64], mine: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which rows differ by more than single precision and Cycles' approximations explain."""
+    held = [np.clip(values, -1e30, 1e30) for values in (theirs, mine)]
+    size = np.maximum(np.abs(held[0]), np.abs(held[1]))
+    return np.asarray((np.abs(held[0] - held[1]) > CLOSE * size + 1e-6).any(1))

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Principled BSDF as lobes: sheen, glass, and an opaque rest under its coat."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.mitsuba_scene import paint
+from spectral_core.render.mitsuba_scene.closures.dielectric import (
+    coat_inputs,
+    facet_inputs,
+    film_inputs,
+    specular_inputs,
+)
+from spectral_core.render.mitsuba_scene.closures.facets import direction, glass
+from spectral_core.render.mitsuba_scene.closures.soft import sheen, subsurface
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.glow import sheen_clear
+from spectral_core.render.plugins.surfaces.sources import Lobe, Number, Tint
+from spectral_core.scene import Color, Principled, Weight
+
+
+def principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
+    opaque = weight.times(closure.alpha)
+    if closure.sheen_weight != 0:
+        fibers = (closure.sheen_tint, closure.sheen_roughness, True)
+        yield opaque.times(closure.sheen_weight), sheen(context, fibers, subject)
+        opaque = opaque.times(sheen_clear(context, closure, subject))
+    if closure.alpha != 1.0:
+        yield weight.times(closure.alpha, complement=True), Lobe("clear", {})
+    base = paint.color(context, closure.base_color, subject)
+    ior = _specular_ior(closure)
+    if closure.transmission != 0:
+        through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
+        # light passes two surfaces on its way through a body, so each applies half of the color
+        tint = None if _is_white(closure.specular_tint) else paint.color(context, closure.specular_tint, subject)
+        colors = (Tint(np.ones(3)), base)
+        yield through, glass(context, colors, closure, closure.ior, subject, halves=True, specular_tint=tint)
+    # metal keeps its full share; transmission replaces a share of the rest
+    kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
+    reflecting = {
+        "base_color": base,
+        "metallic": paint.number(context, closure.metallic, subject),
+        "roughness": paint.number(context, closure.roughness, subject),
+        "keeps_energy": closure.multiple_scattering,
+        **facet_inputs(),
+        **specular_inputs(ior, closure.multiple_scattering),
+        **direction(context, closure.anisotropic, closure.anisotropic_rotation, closure.tangent, subject),
+        **film_inputs(context, closure, subject),
+    }
+    if closure.coat_weight != 0:
+        reflecting |= {
+            "coat_weight": paint.number(context, closure.coat_weight, subject),
+            "coat_roughness": paint.number(context, closure.coat_roughness, subject),
+            **coat_inputs(float(closure.coat_ior)),
+        }
+    if not _is_white(closure.specular_tint):
+        tint = paint.color(context, closure.specular_tint, subject)
+        reflecting |= {"specular_tint": tint, "edge_tint": tint}
+    if not _is_white(closure.coat_tint):
+        reflecting["coat_tint"] = paint.color(context, closure.coat_tint, subject)
+    if closure.diffuse_roughness != 0:
+        reflecting["diffuse_roughness"] = paint.number(context, closure.diffuse_roughness, subject)
+    if closure.subsurface_weight != 0:
+        medium = (closure.subsurface_radius, closure.subsurface_scale, closure.subsurface_anisotropy)
+        below = subsurface(context, closure.base_color, medium, subject)
+        if below is not None:
+            weight_below = paint.number(context, closure.subsurface_weight, subject)
+            reflecting |= {"subsurface": below, "subsurface_weight": weight_below}
+    yield kept, Lobe("blender_principled", reflecting)
+    if closure.transmission != 0 and closure.metallic != 0:
+        metal = opaque.times(closure.transmission).times(closure.metallic)
+        yield metal, Lobe("blender_principled", {**reflecting, "metallic": Number(1.0)})
+
+
+def _is_white(color: Any) -> bool:
+    return isinstance(color, Color) and bool(np.all(color.linear_rgb == 1))
+
+
+def _specular_ior(closure: Principled) -> float:
+    """Index of refraction with the reflectance of the specular level: F0 times twice the level (Blender 4)."""
+    ior = closure.ior if isinstance(closure.ior, float | int) else float(closure.ior.at(589.3)) or 1.5
+    if closure.specular_level == 0.5:
+        return float(ior)
+    normal = float(np.clip(((ior - 1) / (ior + 1)) ** 2 * 2 * closure.specular_level, 0.0, 0.99))
+    raised = (1 + np.sqrt(normal)) / (1 - np.sqrt(normal))
+    return float(raised if ior >= 1 else 1 / raised)

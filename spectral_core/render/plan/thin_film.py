@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a picture lacks without the thin films upon its surfaces: what each reflects, with the film and without."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.mitsuba_scene.paint import white_light
+from spectral_core.scene import Color, Glass, Material, Metal, Principled, leaves
+from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.observer import STANDARD, observer, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+
+Array = NDArray[np.float64]
+Filmed = Glass | Metal | Principled
+
+ANGLES_DEG = (0.0, 45.0, 75.0)
+USUAL_NM = (100.0, 200.0, 300.0, 450.0, 600.0, 900.0)
+"""Thicknesses that are tried where an image gives them."""
+USUAL_IOR = 1.33
+KNOTS_NM: Array = np.arange(360.0, 831.0, 5.0)
+LATER_BOUNCES = 3.0
+"""Factor for what other surfaces make of the light, as of that of RGB transport."""
+MOST_ERROR = 100.0
+
+
+def filmed(material: Material) -> list[Filmed]:
+    """Closures of a material that have a film."""
+    kinds = (Glass, Metal, Principled)
+    return [leaf for leaf in leaves(material.surface) if isinstance(leaf, kinds) and leaf.thin_film_thickness != 0]
+
+
+def error_without_films(materials: list[Material]) -> float:
+    """Largest ΔE2000 of a light that a film reflects, at the brightness where it is white without the film."""
+    worst = 0.0
+    for closure in (closure for material in materials for closure in filmed(material)):
+        for cosine in np.cos(np.radians(ANGLES_DEG)):
+            bare = _color(reflectance(closure, float(cosine), 0.0))
+            scale = max(float(bare @ (0.2126, 0.7152, 0.0722)), 1e-6)
+            for thickness in _thicknesses(closure):
+                shown = _color(reflectance(closure, float(cosine), thickness))
+                pair = (lab_from_linear_rgb(np.maximum(rgb / scale, 0.0)) for rgb in (bare, shown))
+                worst = max(worst, float(delta_e_2000(*pair)))
+    return min(LATER_BOUNCES * worst, MOST_ERROR)
+
+
+def film_surfaces(materials: list[Material]) -> list[tuple[Array, Any, bool]]:
+    """What films reflect, as RGB transport has it and by wavelength; none of it is measured."""
+    found: list[tuple[Array, Any, bool]] = []
+    viewer = observer(STANDARD)
+    sums = RGB_FROM_XYZ @ np.stack([np.interp(KNOTS_NM, viewer.wavelengths_nm, row) for row in viewer.cmfs])
+    for closure in (closure for material in materials for closure in filmed(material)):
+        for thickness in _thicknesses(closure):
+            values = reflectance(closure, 1.0, thickness)
+            rgb = np.clip(sums @ values / sums.sum(axis=1), 0.0, 1.0)
+            found.append((rgb, lambda points, values=values: np.interp(points, KNOTS_NM, values), False))
+    return found
+
+
+def reflectance(closure: Filmed, cosine: float, thickness_nm: float) -> Array:
+    """Share of light (n,) that a facet reflects at ``KNOTS_NM``: Airy's formula in complex numbers, without color."""
+    base = _base(closure)
+    film = closure.thin_film_ior if isinstance(closure.thin_film_ior, (int, float)) else USUAL_IOR
+    along = [np.sqrt(complex(n) ** 2 - (1 - cosine**2)) for n in (1.0, film, base)]
+    phase = np.exp(4j * np.pi * thickness_nm * along[1] / KNOTS_NM)
+    total = np.zeros(KNOTS_NM.size)
+    for weights in ((1.0, 1.0, 1.0), (1.0, film**2, base**2)):  # across: q; along: q / n²
+        waves = [q / weight for q, weight in zip(along, weights, strict=True)]
+        first, second = ((a - b) / (a + b) for a, b in pairwise(waves))
+        total += np.abs((first + second * phase) / (1 + first * second * phase)) ** 2 / 2
+    return np.asarray(np.clip(total, 0.0, 1.0))
+
+
+def _base(closure: Filmed) -> complex:
+    """Index of refraction of what lies below the film, of metals at their mean color."""
+    if isinstance(closure, Metal):
+        return _metal(_mean(closure.color, 0.6), _mean(closure.edge_tint, 0.7))
+    if isinstance(closure, Principled) and isinstance(closure.metallic, (int, float)) and closure.metallic >= 0.5:
+        return _metal(_mean(closure.base_color, 0.8), 1.0)
+    index = closure.ior
+    return complex(index if isinstance(index, (int, float)) else float(index.at(589.3)) or 1.5)
+
+
+def _metal(facing: float, edge: float) -> complex:
+    r = min(max(facing, 0.0), 0.999)
+    n = (1 - edge) * (1 + np.sqrt(r)) / (1 - np.sqrt(r)) + edge * (1 - r) / (1 + r)
+    return complex(n, np.sqrt(max(r * (n + 1) ** 2 - (n - 1) ** 2, 0.0) / (1 - r)))
+
+
+def _mean(paint: Any, otherwise: float) -> float:
+    if isinstance(paint, Color):
+        return float(np.clip(np.mean(paint.linear_rgb), 0.0, 1.0))
+    return float(np.clip(paint.values.mean(), 0.0, 1.0)) if isinstance(paint, Spectrum) else otherwise
+
+
+def _thicknesses(closure: Filmed) -> tuple[float, ...]:
+    value = closure.thin_film_thickness
+    return (float(value),) if isinstance(value, (int, float)) else USUAL_NM
+
+
+def _color(values: Array) -> Array:
+    light: Illuminant = white_light()
+    return np.asarray(RGB_FROM_XYZ @ xyz_of(light, Reflectance("film", SpectralGrid(KNOTS_NM), values)))
