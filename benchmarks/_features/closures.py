@@ -63,6 +63,8 @@ FILM = {"Thin_Film_Thickness": 450.0, "Thin_Film_IOR": 1.6}
 for _model in ("F82", "PHYSICAL_CONDUCTOR"):
     feature(f"closures/metallic {_model} film", _shader(
         "ShaderNodeBsdfMetallic", {"fresnel_type": _model}, Roughness=0.2, **FILM))  # fmt: skip
+for _model in ("GGX", "BECKMANN"):
+    feature(f"closures/metallic {_model}", _shader("ShaderNodeBsdfMetallic", {"distribution": _model}, Roughness=0.5))
 for _rough in (0.0, 0.3):
     feature(f"closures/glass film {_rough:g}", _shader("ShaderNodeBsdfGlass", Roughness=_rough, IOR=1.5, **FILM), 2)
 for _model in ("BURLEY", "RANDOM_WALK", "RANDOM_WALK_SKIN"):

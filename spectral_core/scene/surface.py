@@ -87,6 +87,7 @@ class Glass(_Numbers):
     multiple_scattering: bool = True
     thin_film_thickness: Scalar = 0.0
     thin_film_ior: Scalar = 1.33
+    distribution: Literal["ggx", "beckmann"] = "ggx"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,6 +128,7 @@ class Metal(_Numbers):
     physical: bool = False
     thin_film_thickness: Scalar = 0.0
     thin_film_ior: Scalar = 1.33
+    distribution: Literal["ggx", "beckmann"] = "ggx"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -126,11 +126,11 @@ WITHIN_WHOLE = {
     # calls that write to the new file that whole_file gives them, and where
     "blender_addon/commands/render.py": 1,
     "blender_addon/operators/dial.py": 2,
+    "blender_addon/translate/shading/image_files/__init__.py": 1,  # a temporary file, read back at once
     "blender_addon/translate/view_transform.py": 1,  # a picture in a temporary folder, read back at once
     "spectral_core/cli/lattice.py": 2,
     "spectral_core/explore/page/static.py": 3,
     "spectral_core/explore/sweep/files.py": 1,
-    "spectral_core/explore/sweep/store.py": 1,  # a copy of a whole folder, to a new one
     "spectral_core/explore/sweep/sweep.py": 1,  # a copy of a folder, to a temporary one
     "spectral_core/files/exr.py": 1,
     "spectral_core/files/whole.py": 4,

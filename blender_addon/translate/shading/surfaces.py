@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Any, Literal
 
 from spectral_core.scene import (
     LARGEST,
@@ -79,6 +79,10 @@ def _roughness(reader: Reader, output: Output, fallback: float) -> Scalar:
     return 0.0 if sharp else reader.scalar(output.input("Roughness"), fallback)
 
 
+def _facets(node: Any) -> Literal["ggx", "beckmann"]:
+    return "beckmann" if getattr(node, "distribution", "") == "BECKMANN" else "ggx"
+
+
 def _glossy(reader: Reader, output: Output) -> Surface:
     distribution = getattr(output.node, "distribution", "GGX")
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
@@ -96,8 +100,6 @@ def _glossy(reader: Reader, output: Output) -> Surface:
 
 def _metallic(reader: Reader, output: Output) -> Surface:
     node = output.node
-    if getattr(node, "distribution", "") == "BECKMANN":
-        reader.note(f"{output.label!r}: its distribution is replaced by GGX")
     color, edge = main_color(reader, output, 0.6, "Base Color"), reader.paint(output.input("Edge Tint"), gray(0.7))
     physical = getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR"
     if physical:
@@ -115,6 +117,7 @@ def _metallic(reader: Reader, output: Output) -> Surface:
         direction_at(reader, output, "Normal"),
         physical,
         **thin_film(reader, output),
+        distribution=_facets(node),
     )
 
 
@@ -125,7 +128,9 @@ def _glass(reader: Reader, output: Output) -> Surface:
     keeps_energy = not refracts_only and getattr(output.node, "distribution", "") == "MULTI_GGX"
     roughness = _roughness(reader, output, 0.0)
     color, film = main_color(reader, output, 1.0), thin_film(reader, output)
-    return Glass(color, roughness, index, normal, not refracts_only, keeps_energy, **film)
+    return Glass(
+        color, roughness, index, normal, not refracts_only, keeps_energy, **film, distribution=_facets(output.node)
+    )
 
 
 def _transparent(reader: Reader, output: Output) -> Surface:

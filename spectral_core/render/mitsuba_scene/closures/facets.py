@@ -53,6 +53,7 @@ def metal(context: Context, closure: Metal, subject: str) -> Lobe:
         "roughness": paint.number(context, closure.roughness, subject),
         "keeps_energy": closure.multiple_scattering,
         "physical": closure.physical,
+        "distribution": closure.distribution,
         **facet_inputs(),
         **direction(context, closure.anisotropy, closure.rotation, closure.tangent, subject),
         **film_inputs(context, closure, subject),
@@ -68,8 +69,9 @@ def glass(
     subject: str,
     *,
     halves: bool = False,
+    specular_tint: Source | None = None,
 ) -> Lobe:
-    """``colors``: of the reflection, and of the transmission."""
+    """``colors``: of the reflection, and of the transmission. ``specular_tint``: at normal incidence."""
     roughness = closure.roughness
     smooth = is_smooth(roughness)
     disperses = isinstance(ior, Spectrum) and context.spectral
@@ -84,7 +86,10 @@ def glass(
         **glass_inputs(context, ior, smooth=smooth),
         **film_inputs(context, closure, subject, passes=True),
     }
+    if specular_tint is not None:
+        inputs["specular_tint"] = specular_tint
     if not smooth:
+        inputs["distribution"] = getattr(closure, "distribution", "ggx")
         inputs["facet_color"] = colors[1]
         inputs["roughness"] = paint.number(context, roughness, subject)
         if closure.thin_film_thickness != 0:

@@ -21,7 +21,6 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.glow import sheen_clear
 from spectral_core.render.plugins.surfaces.sources import Lobe, Number, Tint
 from spectral_core.scene import Color, Principled, Weight
-from spectral_core.spectra.spectrum import Spectrum
 
 
 def principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
@@ -37,8 +36,9 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
     if closure.transmission != 0:
         through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
         # light passes two surfaces on its way through a body, so each applies half of the color
-        glass_ior = closure.ior if isinstance(closure.ior, Spectrum) else ior
-        yield through, glass(context, (Tint(np.ones(3)), base), closure, glass_ior, subject, halves=True)
+        tint = None if _is_white(closure.specular_tint) else paint.color(context, closure.specular_tint, subject)
+        colors = (Tint(np.ones(3)), base)
+        yield through, glass(context, colors, closure, closure.ior, subject, halves=True, specular_tint=tint)
     # metal keeps its full share; transmission replaces a share of the rest
     kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
     reflecting = {

@@ -31,7 +31,9 @@ def register(mi: Any, dr: Any) -> None:
             self.ior, self.smooth = inputs["ior"], inputs["smooth"]
             self.disperses, self.halves = inputs["disperses"], inputs["halves"]
             self.reflects, self.keeps_energy = inputs["reflects"], inputs["keeps_energy"]
-            self.film = film_of(inputs)
+            self.film, self.specular_tint = film_of(inputs), inputs.get("specular_tint", None)
+            self.kind = str(inputs.get("distribution", "ggx"))
+            self.is_colored = self.film is not None or self.specular_tint is not None
             kinds = (
                 (mi.BSDFFlags.DeltaReflection, mi.BSDFFlags.DeltaTransmission)
                 if self.smooth
@@ -65,13 +67,20 @@ def register(mi: Any, dr: Any) -> None:
                 film, outer = self.film.at(mi, dr, si, active), si.wi.z > 0.0
                 before, behind = dr.select(outer, 1.0, dr.rcp(eta)), dr.select(outer, eta, 1.0)
                 reflected = dr.select(reflected < 1.0, film.on_dielectric(facing, before, behind), 1.0)
+            if self.specular_tint is not None:
+                # the tint colors the more, the less is reflected (Cycles: F0 is tinted, F90 is white)
+                facing = dr.square((eta - 1.0) / (eta + 1.0))
+                share = dr.clip((1.0 - reflected) / dr.maximum(1.0 - facing, 1e-6), 0.0, 1.0)
+                tint = self.specular_tint.eval(si, active)
+                plain = facing * tint * share + (1.0 - share)
+                reflected = plain if self.film is None else reflected * dr.lerp(mi.Spectrum(1.0), tint, share)
             if self.reflects:
                 return reflected, 1.0 - reflected, inner
             return mi.Float(0.0), dr.select(reflected < 1.0, mi.Float(1.0), 0.0), inner
 
         def chance(self, share: Any) -> Any:
-            """Chance of drawing a share of light: itself, or its mean where a film colors it."""
-            return share if self.film is None else channel_mean(dr, share)
+            """Probability of drawing a share of light: itself, or its mean if a film or a tint colors it."""
+            return channel_mean(dr, share) if self.is_colored else share
 
         def under_film(self, si: Any, roughness: Any, cosine: Any, single: Any, active: Any) -> Any:
             """Energy of one bounce with a film, from that without: the light that it transmits in place of reflecting
@@ -90,7 +99,7 @@ def register(mi: Any, dr: Any) -> None:
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             normal = mi.Vector3f(0, 0, 1)
             if not self.smooth:
-                facets = Microfacets(mi, dr, self.roughness.eval_1(si, active))
+                facets = Microfacets(mi, dr, self.roughness.eval_1(si, active), kind=self.kind)
                 normal = facets.distribution.sample(wi, sample2)[0]
             facing = dr.dot(wi, normal)
             reflected, passes, inner = self.reflectance(si, facing, eta, active)
@@ -105,7 +114,7 @@ def register(mi: Any, dr: Any) -> None:
             if self.smooth:
                 bs.pdf = dr.select(reflects, likely, self.chance(passes))
                 color = dr.select(reflects, self.reflection_color.eval(si, active), self.transmission_color(si, active))
-                if self.film is not None:
+                if self.is_colored:
                     color *= dr.select(reflects, reflected, passes) / dr.maximum(bs.pdf, 1e-6)
                 return bs, dr.select(active & (bs.pdf > 0.0), color, 0.0)
             value, density = self.eval_pdf(ctx, si, bs.wo, active)
@@ -119,7 +128,7 @@ def register(mi: Any, dr: Any) -> None:
             active = active & keeps_side(mi, dr, si, wo)
             eta = self.relative_ior(si, active)
             roughness = self.roughness.eval_1(si, active)
-            facets = Microfacets(mi, dr, roughness)
+            facets = Microfacets(mi, dr, roughness, kind=self.kind)
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             wo = mi.Vector3f(wo.x, wo.y, dr.mulsign(wo.z, si.wi.z))
             mirror, mirror_density, facing = facets.reflection(wi, wo)

@@ -71,13 +71,17 @@ def register(mi: Any, dr: Any) -> None:
         def film_albedo(self, si: Any, roughness: Any, cosine: Any, active: Any) -> Any:
             """Directional albedo of the specular layer under a thin film.
 
-            That of a smooth one, as in Cycles, or of two halves of the facets where that is more: energy stays below 1.
+            The facets reflect on average as a smooth surface does, as in Cycles, or as two halves of them if that is
+            more: energy stays below 1. Light between facets is counted if it is kept.
             """
             film = self.film_at(si, active)
-            halves = sum(self.on_film(si, film, half(roughness, cosine), active) for half in self.halves)
-            kept = self.kept(roughness, cosine, self.ior_fresnel.eval_1(si, active)) if self.keeps_energy else 1.0
-            rough = 0.5 * self.single(roughness, cosine) * kept * halves
-            return dr.clip(dr.maximum(self.on_film(si, film, cosine, active), rough), 0.0, 1.0)
+            single = self.single(roughness, cosine)
+            halves = 0.5 * sum(self.on_film(si, film, half(roughness, cosine), active) for half in self.halves)
+            smooth = self.on_film(si, film, cosine, active)
+            if not self.keeps_energy:
+                return dr.clip(dr.maximum(smooth, single * halves), 0.0, 1.0)
+            kept = self.kept(roughness, cosine, self.ior_fresnel.eval_1(si, active))
+            return dr.clip(single * kept * dr.maximum(smooth, halves), 0.0, 1.0)
 
         def layers(self, si: Any, wi: Any, active: Any) -> Any:
             """Values at a point, and the probabilities of drawing coat, metal, specular and diffuse."""
