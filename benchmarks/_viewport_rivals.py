@@ -160,7 +160,7 @@ def drive():
         found = {}
         for engine in ("CYCLES", "SPECTRAL"):
             found[engine] = yield from measured(engine)
-            print("MEASURED", name, engine, found[engine], flush=True)
+            print("MEASURED", name, engine, found[engine], file=sys.stderr, flush=True)
         told["scenes"][name] = found
 
 
@@ -174,7 +174,7 @@ def tick():
         pass
     except Exception:
         told["errors"].append(traceback.format_exc())
-    print("RESULT " + json.dumps(told), flush=True)
+    print("RESULT " + json.dumps(told), flush=True)  # what was measured before a failure, too
     bpy.ops.wm.quit_blender()
     return None
 

@@ -185,6 +185,7 @@ def _sky() -> Any:
     image = bpy.data.images.new("Sky", width, height, float_buffer=True)
     image.pixels.foreach_set(pixels.ravel())
     image.update()
+    image.pack()  # Blender frees the pixels of generated images after a render
     return image
 
 

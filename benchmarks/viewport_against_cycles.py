@@ -45,11 +45,11 @@ def run(options: Options) -> dict[str, Any]:
          str(ROOT / "benchmarks" / "_viewport_rivals.py")],
         env={**os.environ, "SPECTRAL_PATHS": os.pathsep.join([str(ROOT), os.environ.get("SPECTRAL_PATHS", "")]),
              "SPECTRAL_SETTINGS": json.dumps(settings)},
-        cwd=options.out, capture_output=True, text=True, check=False,
+        cwd=options.out, stdout=subprocess.PIPE, text=True, check=False,
     )  # fmt: skip
     lines = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
     if not lines:
-        raise UnknownNameError(f"Blender told no result; its output ends with: {(done.stdout + done.stderr)[-1500:]}")
+        raise UnknownNameError(f"Blender told no result; its output ends with: {done.stdout[-1500:]}")
     told = json.loads(lines[-1].removeprefix("RESULT "))
     return _figures(told)
 

@@ -243,7 +243,7 @@ def test_a_scene_that_cannot_be_rendered_says_why_and_the_next_one_is_shown(look
     assert np.abs(looker.settled(scene) - fresh(scene)).mean() < 1e-4
 
 
-def test_the_first_edit_of_a_mesh_records_nothing(scene: Scene) -> None:
+def test_edits_of_meshes_record_once_more_at_most(scene: Scene) -> None:
     stage = Stage()
     stage.show(scene)
     stage.activate()
@@ -255,9 +255,11 @@ def test_the_first_edit_of_a_mesh_records_nothing(scene: Scene) -> None:
 
     trace(scene)
     before = stage.launcher.recordings
+    assert stage.launcher.is_recorded, "launches are made anew each time, which takes many times as long"
+    assert before == 1
     for name in ("two", "one"):
         scene = with_stretch(scene, name, (1.0, 1.0, 1.6))
         stage.show(scene)
         assert stage.how == "meshes"
         trace(scene)
-    assert stage.launcher.recordings == before
+    assert stage.launcher.recordings <= before + 1

@@ -67,6 +67,7 @@ class Launcher(Accumulator):
         plugins = [plugin for plugin in plugins if isinstance(plugin, mi.Object)]
         own = [self._offsets, *(vars(self).get(name) for name in ("_draw", "_cell_start", "_cell_width"))]
         own += [*vars(self).get("_starts", ()), *vars(self).get("_ends", ())]
+        own.append([parts.context.tables.buffer()])  # made here: an array made within a recording would end it
         ours = held([own, self._loaded.first_hit.rules, vars(self._loaded.integrator)], mi)
         self._inputs = (ours, plugins, self._loaded.scene.scene, self._loaded.integrator)
 

@@ -90,7 +90,8 @@ class SceneTables:
             table = np.tile(plain, (max(self.rows, default=0) + 1, 1))
             for number, row in self.rows.items():
                 table[number, : row.size] = row
-            self._buffer = self.mi.Float(np.ascontiguousarray(table.ravel(), dtype=np.float32))
+            # a list, not an array: Dr.Jit would map NumPy's memory, which is another type for a recorded launch
+            self._buffer = self.mi.Float(table.ravel().tolist())
         return self._buffer
 
     def placement(self, number: Any, active: Any) -> list[Any]:
