@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 
 from benchmarks._features.compare import render
 from benchmarks._features.stage import Stage
+from blender_addon import jobs
 
 
-def pixels_of(build: Callable[[Stage], object]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Our pixels and Cycles' of a stage that ``build`` has changed."""
+def pixels_of(build: Callable[[Stage], object]) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """Our colors and Cycles' of a stage that ``build`` has changed, and the notes on samples that were no numbers."""
     build(Stage(16))
-    ours = render("SPECTRAL", 1)
-    return ours, render("CYCLES", 1)
+    jobs.records.clear()
+    ours = render("SPECTRAL", 1, raw=True)[..., :3]
+    lost = sum("not finite" in note.message for record in jobs.records for note in record.notes)
+    return ours, render("CYCLES", 1)[..., :3], lost
 
 
 def _long(stage: Stage) -> None:

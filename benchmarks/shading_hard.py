@@ -3,8 +3,8 @@
 
 Each operation reads three attributes that hold zeros, ones, negative, huge, tiny and broken numbers in all pairs; its
 values are compared with what Cycles renders of the same faces, number for number. A value that is no finite number
-counts as 0, as in a picture. The scenes are rendered: pixels that are not finite are counted, and the mean is compared
-with Cycles where it renders the file.
+counts as 0, as in a picture. The scenes are rendered: values that are not finite and notes on lost samples are counted,
+and the mean is compared with Cycles'.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def run(options: Options) -> dict[str, Any]:
         kind: [item.identifier for item in getattr(bpy.types, kind).bl_rna.properties["operation"].enum_items]
         for kind in ("ShaderNodeMath", "ShaderNodeVectorMath")
     }
-    values = differing = broken = 0
+    values = differing = 0
     rows: dict[str, Any] = {}
     for kind, operations in kinds.items():
         for operation in operations[:: 6 if options.quick else 1]:
@@ -47,27 +47,24 @@ def run(options: Options) -> dict[str, Any]:
             differs = _differ(theirs, mine)
             rows[f"{kind[10:]} {operation}"] = {"values": int(differs.size), "differing": int(differs.sum())}
             values, differing = values + differs.size, differing + int(differs.sum())
-            broken += int((~np.isfinite(mine)).sum())
             if differs.any():
                 print(f"{kind[10:]:12} {operation:18} {differs.sum():4} of {differs.size} values differ")
-    print(f"{len(rows)} operations, {values} values: {differing} differ from Cycles, {broken} are not finite")
+    print(f"{len(rows)} operations, {values} values: {differing} differ from Cycles")
     from benchmarks._shading_hard_scenes import SCENES, pixels_of
 
     scenes: dict[str, Any] = {}
     for name, build in SCENES.items():
         with quiet():
-            ours, cycles = pixels_of(build)
-        bad = int((~np.isfinite(ours)).sum())
+            ours, cycles, lost = pixels_of(build)
+        bad = int((~np.isfinite(ours)).sum()) + lost
         scenes[name] = {"not_finite": bad, "mean": float(np.nan_to_num(ours).mean()), "cycles": float(cycles.mean())}
         print(f"{name:34} {bad} pixels not finite; mean {scenes[name]['mean']:.4f}, Cycles {cycles.mean():.4f}")
     return {
         "operations": rows,
         "values": values,
         "differing": differing,
-        "not_finite": broken,
         "scenes": scenes,
         "holds": {
-            "every value of every operation is finite": broken == 0,
             "at least 99 % of the values are Cycles'": differing <= 0.01 * values,
             "every pixel of every scene is finite": all(row["not_finite"] == 0 for row in scenes.values()),
             "every scene is as bright as in Cycles, to 3 %": all(

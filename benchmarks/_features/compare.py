@@ -33,8 +33,8 @@ BLACK = 5e-3
 """Least mean that an error is relative to: a fiftieth of the stage's own level."""
 
 
-def render(engine: str, seed: int) -> Pixels:
-    """RGBA (height, width, 4) of the current scene, linear."""
+def render(engine: str, seed: int, *, raw: bool = False) -> Pixels:
+    """RGBA (height, width, 4) of the current scene, linear; ``raw``: with what is no finite number in it."""
     import bpy
 
     from blender_addon import compat
@@ -49,7 +49,7 @@ def render(engine: str, seed: int) -> Pixels:
         image = bpy.data.images.load(scene.render.filepath, check_existing=False)
         pixels = np.array(image.pixels[:]).reshape(*reversed(image.size[:]), 4)
         bpy.data.images.remove(image)
-    return np.nan_to_num(pixels, posinf=1e6, neginf=0.0)
+    return pixels if raw else np.nan_to_num(pixels, posinf=1e6, neginf=0.0)
 
 
 def compare(ours: Pixels, cycles: list[Pixels], ball: NDArray[np.bool_]) -> Comparison:

@@ -66,6 +66,24 @@ feature("film/transparent", _render(film_transparent=True))
 feature(
     "film/transparent glass", _then(_glass, _render(film_transparent=True), _cycles(film_transparent_glass=True)), 2
 )
+feature(
+    "film/transparent glass of Principled",
+    _then(
+        lambda s: s.shader("ShaderNodeBsdfPrincipled", Roughness=0.0, Transmission_Weight=1.0),
+        _render(film_transparent=True),
+        _cycles(film_transparent_glass=True),
+    ),
+    2,
+)
+feature(
+    "film/transparent glass, rough",
+    _then(
+        lambda s: s.shader("ShaderNodeBsdfGlass", Roughness=0.4, IOR=1.45),
+        _render(film_transparent=True),
+        _cycles(film_transparent_glass=True),
+    ),
+    2,
+)
 feature("film/transparent behind glass", _then(_glass, _render(film_transparent=True)), 2)
 feature("film/transparent behind a pane", _then(_panes, _render(film_transparent=True)))
 for _kind in ("BOX", "GAUSSIAN", "BLACKMAN_HARRIS"):

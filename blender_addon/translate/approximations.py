@@ -29,6 +29,12 @@ def note_approximations(translation: Translation, scene: Scene) -> None:
         if leaning[instance.mesh]:
             message = "it is smooth-shaded over hard edges: light refracted there is dimmer than in Cycles"
             translation.note(instance.name, message)
+    film = scene.film
+    if film.transparent and film.transparent_glass:
+        for name, surface in surfaces.items():
+            if _refracts(surface) and any(getattr(leaf, "roughness", 0.0) != 0 for leaf in leaves(surface)):
+                message = "Transparent Glass applies to smooth glass; this rough glass covers the background"
+                translation.note(name, message)
     if not any(_is_mixed(surface) for surface in surfaces.values()):
         return
     for light in scene.lights:

@@ -180,7 +180,9 @@ class RenderJob:
         white = float(white_light().values.mean()) if plan.is_spectral else 1.0
         # shadow rays ignore the bodies of lamps in the light tables
         clear = plan.is_on("transparency") and (not self._loaded.lights or bool(take_inventory(self.scene).transparent))
-        settings = PathSettings(plan.bounces, clear, limits, white)
+        film = self.scene.film
+        glass = film.transparent and film.transparent_glass and not self.scene.volumes
+        settings = PathSettings(plan.bounces, clear, limits, white, glass)
         wanted = self.scene.settings.passes
         if wanted is not None and (wanted.light or wanted.light_groups) and not self.scene.volumes:
             groups = wanted.light_groups

@@ -109,6 +109,7 @@ class Film:
 
     ``crop``: (left, bottom, width, height) in pixels of the full frame, y upward, or None. ``samples`` per pixel.
     ``pixel_aspect``: height of a pixel over its width. ``transparent``: the camera does not see the environment.
+    ``transparent_glass``: nor does it through smooth glass, if the film is transparent.
     ``filter_width``: full width of the pixel filter, in pixels. ``exposure``: factor on the linear picture.
     """
 
@@ -119,6 +120,7 @@ class Film:
     crop: tuple[int, int, int, int] | None = None
     pixel_aspect: float = 1.0
     transparent: bool = False
+    transparent_glass: bool = False
     filter_width: float = 1.5
     exposure: float = 1.0
     filter_kind: Literal["blackman_harris", "gaussian", "box"] = "blackman_harris"

@@ -52,7 +52,7 @@ def test_what_is_noted_is_named_where_it_is_changed(build, translate):
     build.plane(material=material)
     assert not translate().notes
     cycles = bpy.context.scene.cycles
-    cycles.film_transparent_glass = True
+    cycles.use_fast_gi = True
     bpy.context.view_layer.samples = 7
     tree = material.node_tree
     rough = tree.nodes.new("ShaderNodeBsdfDiffuse")
@@ -62,6 +62,6 @@ def test_what_is_noted_is_named_where_it_is_changed(build, translate):
     output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
     tree.links.new(rough.outputs[0], output.inputs["Surface"])
     notes = {(note.subject, note.message.split(";")[0]) for note in translate().notes}
-    assert ("Scene", "Transparent Glass is not simulated") in notes
+    assert ("Scene", "Fast GI is not simulated") in notes
     assert any(message == "samples of the view layer are not used" for _, message in notes)
     assert any("Texture Mapping in its side panel is not supported" in message for _, message in notes)

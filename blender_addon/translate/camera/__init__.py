@@ -104,6 +104,7 @@ def translate_film(scene: Any, samples: int, seed: int) -> Film:
         crop=border_in_pixels(render, width, height),
         pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
         transparent=render.film_transparent,
+        transparent_glass=bool(cycles_settings(scene, "film_transparent_glass", False)),
         **pixel_filter_of(scene),
         exposure=float(cycles_settings(scene, "film_exposure", 1.0)),
     )

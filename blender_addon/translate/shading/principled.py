@@ -56,6 +56,8 @@ def principled(reader: Reader, output: Output) -> Surface:
     strength = scalar("Emission Strength", 0.0)
     lit = isinstance(strength, Computed) or strength != 0
     index, transmission = ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
+    if coat_weight != 0 and transmission != 0:
+        reader.note(f"{output.label!r}: its coat does not cover the transmitted light; it is brighter in Cycles")
     if index < 1 and transmission != 1:
         reader.note(f"{output.label!r}: an index of refraction below 1 reflects less at grazing angles than in Cycles")
     return Principled(

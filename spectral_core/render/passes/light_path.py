@@ -74,7 +74,7 @@ def light_pass_class(variant: str) -> Any:
             state, *_ = dr.while_loop(start, lambda state, *_: state.active, body, labels=labels)
             self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
             self.parts = self.here = None
-            return state.light, state.seen, []
+            return state.light, state.seen, [state.through] if self.settings.clear_glass else []
 
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
             before = mi.Spectrum(path.light)

@@ -186,22 +186,22 @@ class Accumulator:
 
     def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any, Any]:
         """Radiance along a camera ray, its coverage of the pixel, and True if it was a finite number."""
-        mi, dr = self._mi, self._dr
-        looks = ray.maxt > 0.0
+        mi, dr, looks = self._mi, self._dr, ray.maxt > 0.0
         ray = first_hit.past_hidden(ray)
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
         if first_hit.looks_through:
             passed, behind = first_hit.straight_through(ray)
-        # volumes are in front of the walk's first hit; their first extra channel is their transmittance
-        has_volumes = bool(integrator.aov_names())
+        has_volumes = bool(integrator.aov_names())  # in front of the first hit; their transmittance comes first
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
         if has_volumes:
             passed, behind = passed * extra[0], behind * extra[0]
+        elif extra:
+            passed += dr.select(seen & dr.isfinite(extra[0]), extra[0], 0.0)  # the share behind glass
         finite = dr.all(dr.isfinite(radiance)) | ~seen
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
-        # the uncovered share shows the environment: subtracted in expectation
-        radiance, covered = radiance - dr.select(seen, behind, 0.0), 1.0 - channel_mean(dr, passed)
+        radiance -= dr.select(seen, behind, 0.0)  # the uncovered share shows the environment: subtracted in expectation
+        covered = 1.0 - channel_mean(dr, passed)
         if self._sees_partly:  # outside a fisheye's circle the picture is empty
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
         return radiance, covered, finite

@@ -38,12 +38,25 @@ def count(limits: Any, path: Any, bs: Any, scatters: Any) -> None:
     path.glossy += one(mirrors & ~is_diffuse)
     path.transmission += one(scatters & ~mirrors)
     path.depth += one(scatters)
+    if limits.settings.clear_glass:
+        path.clear &= ~scatters | (~mirrors & mi.has_flag(bs.sampled_type, mi.BSDFFlags.DeltaTransmission))
     ended = (path.diffuse > limits.diffuse) | (path.glossy > limits.glossy)
     ended |= (path.transmission > limits.transmission) | (path.depth > limits.bounces)
     path.last |= scatters & ended
     reflected = dr.select(is_diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
     kind = dr.select(mirrors, reflected, int(Rays.TRANSMISSION))
     path.kind = dr.select(scatters, kind, path.kind)
+
+
+def through_glass(met: Any, si: Any, path: Any, active: Any, *, counts: bool) -> None:
+    """Take the environment behind smooth glass out of what a ray has met; ``counts``: book its share as clear."""
+    import drjit as dr
+    import mitsuba as mi
+
+    gone = active & ~si.is_valid() & path.clear & (path.depth > 0)
+    met.world = dr.select(gone, mi.Spectrum(0.0), met.world)
+    if counts:
+        path.through = dr.select(gone, path.through + channel_mean(dr, path.throughput), path.through)
 
 
 def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:

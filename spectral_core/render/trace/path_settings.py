@@ -18,9 +18,11 @@ class PathSettings:
     """``bounces`` after the first surface; ``transparency``: True if shadow rays pass transparent surfaces.
 
     ``white``: radiance of a white of strength 1 in the unit of the transport, to which clamping is relative.
+    ``clear_glass``: True if the environment is not visible through smooth glass, and the picture is transparent there.
     """
 
     bounces: int
     transparency: bool
     limits: LightPaths = UNLIMITED_PATHS
     white: float = 1.0
+    clear_glass: bool = False

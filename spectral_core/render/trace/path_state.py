@@ -34,6 +34,8 @@ def path_state_class(variant: str) -> Any:
             "passed": mi.UInt32,  # surfaces passed straight
             "medium": mi.UInt32,  # the medium of the ray, and the one around that
             "outer": mi.UInt32,
+            "clear": mi.Bool,  # whether the ray has met nothing but what is clear: straight on, or through smooth glass
+            "through": mi.Float,  # share that reaches the environment in this way, after glass
             "leaves": mi.Bool,  # True if the ray comes from below the surface that it hits next
             "kind": mi.UInt32,  # Rays: type of ray that left the last surface
             # the last surface that scattered, from which a light that is hit now could have been sampled
@@ -55,6 +57,7 @@ def path_state_class(variant: str) -> Any:
                 return
             self.ray, self.active, self.throughput = ray, active, mi.Spectrum(1.0)
             self.eta, self.before_pdf, self.before_delta = mi.Float(1.0), mi.Float(1.0), mi.Bool(True)
+            self.clear = mi.Bool(True)
             self.kind = mi.UInt32(int(Rays.CAMERA))
             self.before.p = ray.o
 

@@ -84,7 +84,7 @@ def scene_path_class(variant: str) -> Any:
             )
             # they belong to the loop; a recorded launch reads every member of the integrator after it
             self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
-            return state.light, state.seen, []
+            return state.light, state.seen, [state.through] if self.settings.clear_glass else []
 
         def begin(self, ray: Any, active: Any) -> Any:
             """A path at the camera."""
@@ -216,6 +216,8 @@ def scene_path_class(variant: str) -> Any:
             self.met = self.lights.met(si, path, share, self.tables, active, ~seen)
             if self.tables.camera_world is not None and of is None:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
+            if self.settings.clear_glass:
+                path_limits.through_glass(self.met, si, path, active, counts=of is None)
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Transparent Glass: of the environment behind a smooth interface, what it reflects alone is in the picture."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.scene import Film, Glass, World, gray
+from tests.render.scenes import lit_plane
+
+pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scene[render]'")
+
+REFLECTED = ((1.5 - 1) / (1.5 + 1)) ** 2
+
+
+def shown(transport="rgb", **film):
+    from spectral_core.render import render_scene
+
+    scene = lit_plane(surface=Glass(ior=1.5), film=Film(8, 8, samples=512, **film), transport=transport)
+    return render_scene(replace(scene, world=World(gray(1.0)))).pixels.mean((0, 1))
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_the_share_that_is_refracted_is_not_covered(transport):
+    clear = shown(transport, transparent=True, transparent_glass=True)
+    np.testing.assert_allclose(clear[3], REFLECTED, rtol=0.1)
+    np.testing.assert_allclose(clear[:3], REFLECTED, rtol=0.1)
+
+
+def test_without_it_glass_covers():
+    np.testing.assert_allclose(shown(transparent=True), 1.0, rtol=0.01)
+    np.testing.assert_allclose(shown(transparent_glass=True), 1.0, rtol=0.01)
