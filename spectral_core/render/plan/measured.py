@@ -25,8 +25,8 @@ def error_of_loss(pilot: Pilot, lost: Array, unseen: float = 0.0) -> float:
     """Upper bound of the ΔE2000 of the picture without ``lost`` (height, width, batches, ≥3).
 
     The largest of three values: mean over the pixels that show a surface, mean over blocks, half of the worst block;
-    plus twice its standard deviation between batches (jackknife). ``unseen``: additional mean radiance of paths that are so rare that the pilot
-    may have met none.
+    plus twice its standard deviation between batches (jackknife). ``unseen``: additional mean radiance of paths that
+    are so rare that the pilot may have met none.
     """
     light, picture = lost[..., :3], pilot.picture
     batches = picture.shape[2]
