@@ -2,7 +2,8 @@
 """Rays that a shading program sends from the hit itself: Ambient Occlusion and Bevel, as Cycles' nodes take them.
 
 A program runs several times at one hit and must find the same each time, so its random numbers are made from the place
-alone; places differ from sample to sample, which averages what is left of the noise.
+alone; places differ from sample to sample, which averages what is left of the noise. Bounds of loops are literals:
+with opaque numbers made here, within the loop over path vertices, a recorded launch of the viewport did not end.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class Probes:
         """Share of rays, by the cosine about ``normal``, that meet nothing (``own``: nothing of the object) nearby."""
         mi, dr = self.mi, self.dr
         axis = mi.Vector3f(*normal) * (-1.0 if inside else 1.0)
-        frame, start, count = mi.Frame3f(axis), self._draws(), dr.opaque(mi.UInt32, samples)
+        frame, start, count = mi.Frame3f(axis), self._draws(), mi.UInt32(samples)
         distance, mine = mi.Float(distance), self._owner(self.si) if own else None
         active = self.active & (distance > 0.0)
 
@@ -72,7 +73,6 @@ class Probes:
         lamps.
         """
         mi, dr = self.mi, self.dr
-        bounds = dr.opaque(mi.UInt32, MOST_PASSED)
 
         def body(origin: Any, rest: Any, layers: Any, met: Any, walking: Any) -> tuple[Any, ...]:
             probe = mi.Ray3f(ray)
@@ -80,7 +80,7 @@ class Probes:
             si = self._hit(probe, walking)
             owner = self._owner(si)
             met |= walking & si.is_valid() & (owner != 0.0 if mine is None else owner == mine)
-            onward = walking & si.is_valid() & ~met & (layers + 1 < bounds)
+            onward = walking & si.is_valid() & ~met & (layers + 1 < MOST_PASSED)
             after = si.spawn_ray(ray.d).o
             return dr.select(onward, after, origin), dr.select(onward, rest - si.t, rest), layers + 1, met, onward
 
@@ -99,7 +99,7 @@ class Probes:
         mi, dr, si = self.mi, self.dr, self.si
         radius = mi.Float(radius)
         active = self.active & (radius > 0.0) & wanted
-        start, count, mine = self._draws(), dr.opaque(mi.UInt32, samples), self._owner(si)
+        start, count, mine = self._draws(), mi.UInt32(samples), self._owner(si)
         up = mi.Vector3f(si.n)
         across, along = mi.coordinate_system(up)
 
@@ -132,7 +132,6 @@ class Probes:
         """
         mi, dr, here = self.mi, self.dr, self.si
         axis, share, far, radius = drawn
-        bounds = dr.opaque(mi.UInt32, MOST_HITS)
 
         def body(origin: Any, rest: Any, layers: Any, total: Any, walking: Any) -> tuple[Any, ...]:
             probe = mi.Ray3f(ray)
@@ -145,7 +144,7 @@ class Probes:
             weight = share * dr.abs(dr.dot(axis, si.n)) / squares
             weight *= _cubic(dr, dr.norm(si.p - here.p) / radius) / dr.maximum(_cubic(dr, far / radius), 1e-9)
             total = dr.select(met, total + weight * si.sh_frame.n, total)
-            onward = walking & si.is_valid() & (layers + 1 < bounds)
+            onward = walking & si.is_valid() & (layers + 1 < MOST_HITS)
             after = si.spawn_ray(ray.d).o
             left = rest - dr.norm(after - origin)
             return dr.select(onward, after, origin), dr.select(onward, left, rest), layers + 1, total, onward
