@@ -91,8 +91,11 @@ def plan(
     rule, quadrature
         Fix what `auto` would choose.
 
-    Returns ------- Plan Its ``shortfall`` is a message if no plan reaches the target: float32 or the shortest step
-    (0.01 voxel) then sets the limit.
+    Returns
+    -------
+    Plan
+        Its ``shortfall`` is a message if no plan reaches the target: float32 or the shortest step (0.01 voxel) then
+        sets the limit.
 
     Raises
     ------
