@@ -69,3 +69,8 @@ def test_documented_parameters_are_those_of_the_signature() -> None:
 
     assert sections > 20
     assert wrong == {}
+
+
+def test_headings_of_sections_stand_on_lines_of_their_own() -> None:
+    broken = re.compile(r"\b(Parameters|Returns|Raises|Yields|Attributes)[ \t]+-{3,}")
+    assert [place for place, _, text in functions() if broken.search(text)] == []

@@ -161,9 +161,17 @@ class Joint:
     ) -> tuple[float, Array, Array, Array]:
         """Objective, gradient (N,), Hessian (N, N), and the residual of each row, (m, 3).
 
-        Parameters ---------- x All unknowns, (N,). slopes ``slopes`` at x. exact_weight Weight of exact rows, relative
-        to the median. bending The forces (m, 3) in the Hessian; None for those of x. Along a valley the multipliers of
-        the last step predict the curvature better than the errors of a point beside the valley's floor.
+        Parameters
+        ----------
+        x
+            All unknowns, (N,).
+        slopes
+            ``slopes`` at x.
+        exact_weight
+            Weight of exact rows, relative to the median.
+        bending
+            The forces (m, 3) in the Hessian; None for those of x. Along a valley the multipliers of the last step
+            predict the curvature better than the errors of a point beside the valley's floor.
         """
         shown, by_surface, by_light = slopes
         colors, surfaces, lights = self.split(x)

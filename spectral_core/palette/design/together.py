@@ -28,9 +28,18 @@ EXACT_WEIGHT = 1e5
 def improved(rounds: Rounds, state: PaletteState, budget: Budget, *, perceptual: bool, race: bool) -> PaletteState:
     """The state with both sides improved together until nothing decreases any more, or the budget ends.
 
-    Parameters ---------- rounds The two sides; their assembler holds the requests. state The start. budget The limit of
-    time and rounds. perceptual True if errors are in CIELAB, linearized at ``state``. race True if other starts than
-    ``state`` may be tried.
+    Parameters
+    ----------
+    rounds
+        The two sides; their assembler holds the requests.
+    state
+        The start.
+    budget
+        The limit of time and rounds.
+    perceptual
+        True if errors are in CIELAB, linearized at ``state``.
+    race
+        True if other starts than ``state`` may be tried.
     """
     assembler = rounds.assembler
     problem = assembler.problem

@@ -61,9 +61,17 @@ def checked(
 ) -> Check:
     """Check an answer by the Karush-Kuhn-Tucker conditions.
 
-    Parameters ---------- problem The problem that was solved. x All unknowns, free colors first. forces Multiplier of
-    each row of each block, (m,) each: at an optimum ω_r (a_r·x − t_r − τ_r·g); for exact rows, the values that make the
-    gradient vanish. misses ``problem.all_misses(x)``, if it is known.
+    Parameters
+    ----------
+    problem
+        The problem that was solved.
+    x
+        All unknowns, free colors first.
+    forces
+        Multiplier of each row of each block, (m,) each: at an optimum ω_r (a_r·x − t_r − τ_r·g); for exact rows, the
+        values that make the gradient vanish.
+    misses
+        ``problem.all_misses(x)``, if it is known.
     """
     if not np.isfinite(x).all():
         return FAILED

@@ -132,10 +132,15 @@ def lamp_recipe(
 ) -> LampRecipe:
     """Find drive levels that reach a white with the requested color rendering, with few channels.
 
-    Parameters ---------- channels : spectra of the channels at full drive, 3 to 16. cct_k : wanted color temperature,
-    1,500 to 20,000 kelvin. duv : wanted distance from Planck's locus, -0.02 to 0.02. quality : requests beside the
-    white, Ra 80 by default; if they cannot be met, the nearest mixture is given and ``met`` is False. most_channels :
-    channels that may be used, at least 3; None: all. wanted_xyz : (3,), a white that replaces temperature and Duv.
+    Parameters
+    ----------
+    channels : spectra of the channels at full drive, 3 to 16.
+    cct_k : wanted color temperature, 1,500 to 20,000 kelvin.
+    duv : wanted distance from Planck's locus, -0.02 to 0.02.
+    quality : requests beside the white, Ra 80 by default; if they cannot be met, the nearest mixture is given and
+        ``met`` is False.
+    most_channels : channels that may be used, at least 3; None: all.
+    wanted_xyz : (3,), a white that replaces temperature and Duv.
 
     Raises
     ------

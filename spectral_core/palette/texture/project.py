@@ -94,8 +94,11 @@ def run_project(
 ) -> TextureOutcome:
     """Design the texture of ``project``.
 
-    Parameters ---------- project : the requests. pictures : its pictures, as read. progress : called with the share
-    done, from 0 to 1, and the name of the present task.
+    Parameters
+    ----------
+    project : the requests.
+    pictures : its pictures, as read.
+    progress : called with the share done, from 0 to 1, and the name of the present task.
 
     Raises
     ------

@@ -92,9 +92,22 @@ def measured_model(probe: object, *, share: float = 0.05, least: int = 16, most:
                    asked: float | None = None, budget_s: float | None = None) -> CostModel:  # fmt: skip
     """Trace a probe further until its law covers the request, within a ``share`` of the render's time.
 
-    Parameters ---------- probe A ``Probe``. share Share of the whole render's time that the probe may take beyond
-    ``least`` samples. least Samples of each half, at least. most Samples of each half, at most. fixed_s Processor time
-    of the render apart from its paths. asked The requested error. budget_s The requested time.
+    Parameters
+    ----------
+    probe
+        A ``Probe``.
+    share
+        Share of the whole render's time that the probe may take beyond ``least`` samples.
+    least
+        Samples of each half, at least.
+    most
+        Samples of each half, at most.
+    fixed_s
+        Processor time of the render apart from its paths.
+    asked
+        The requested error.
+    budget_s
+        The requested time.
     """
     from spectral_core.render.cost.probe import Probe
 
