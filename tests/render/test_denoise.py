@@ -91,7 +91,7 @@ def test_planes_are_denoised_alike():
         (np.ones((4, 4, 3), np.float32), (np.ones((4, 4, 3)), np.full((4, 4, 3), np.inf)), "normal guide holds"),
     ],
 )
-def test_wrong_input_is_named(stand_in, given, guides, message):
+def test_an_error_names_wrong_input(stand_in, given, guides, message):
     with pytest.raises(InvalidInputError, match=message):
         denoise(given, None if guides is None else Guides(*guides))
 

@@ -213,7 +213,7 @@ def test_interpolant_meets_its_samples():
         (lambda: sample_composition(np.sin, np.sin, (0, 1), 1e12), "lower the frequency"),
     ],
 )
-def test_wrong_input_is_named(make, message):
+def test_an_error_names_wrong_input(make, message):
     with pytest.raises(InvalidInputError, match=message):
         make()
 
