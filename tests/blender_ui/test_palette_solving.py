@@ -46,7 +46,7 @@ def test_every_preset_in_the_table_is_the_problem_of_the_library(blender, preset
                 np.testing.assert_allclose(mine.target, theirs.target, atol=1e-6)
             if theirs.box is not None:
                 np.testing.assert_allclose(mine.box, theirs.box, atol=1e-6)
-    # The smoke's lights must look white and improve slowly to the last digit: the time budget may end before.
+    # The lights of the preset smoke must look white and converge slowly: the time budget may end before.
     assert palette.status in (("solved", "still_improving") if preset == "XRAY_SMOKE" else ("solved",))
     assert palette.worst_delta_e < 3
     assert palette.message == ""

@@ -211,7 +211,7 @@ def test_columns_without_names_get_distinct_names(tmp_path, capsys) -> None:
 
 
 @pytest.mark.parametrize("wrong", [["--grams", "-5"], ["--grams", "nan"], ["--most", "0"]])
-def test_amounts_too_small_to_weigh_are_refused(tmp_path, capsys, wrong) -> None:
+def test_invalid_amounts_are_refused(tmp_path, capsys, wrong) -> None:
     path = tmp_path / "paints.csv"
     write_spectra(path, [reflectance(name) for name in PAINTS])
     assert cli.main(["recipe", "paints", str(path), "--target", "dark skin", *wrong]) == 1
