@@ -24,7 +24,7 @@ def shown(transport="rgb", **film):
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_the_share_that_is_refracted_is_not_covered(transport):
+def test_the_refracted_share_is_not_covered(transport):
     clear = shown(transport, transparent=True, transparent_glass=True)
     np.testing.assert_allclose(clear[3], REFLECTED, rtol=0.1)
     np.testing.assert_allclose(clear[:3], REFLECTED, rtol=0.1)
