@@ -116,7 +116,7 @@ def system_libraries() -> None:
 
 
 def wanted() -> str:
-    """Changes whenever what is to be installed changes, or the Python that it is installed for."""
+    """Fingerprint of the packages to install and of the Python version."""
     parts = [(ROOT / name).read_bytes() for name in ("pyproject.toml", LOCK)]
     return hashlib.sha256(b"\0".join([*parts, sys.version.encode(), str(VENV).encode()])).hexdigest()
 
@@ -191,7 +191,9 @@ def main() -> None:
         say(f"this is Python {sys.version.split()[0]}; Python 3.11 is needed (Debian 12: python3 python3-venv)")
         sys.exit(1)
     if sys.version_info[:2] != (3, 11):
-        say(f"this is Python {sys.version.split()[0]}: bpy exists for 3.11 only, so what needs Blender is left out")
+        say(
+            f"this is Python {sys.version.split()[0]}: bpy exists for 3.11 only, so parts that need Blender are omitted"
+        )
     system_libraries()
     packages()
     say("ready")

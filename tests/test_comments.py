@@ -39,7 +39,7 @@ def counted(text: str) -> tuple[int, int]:
 
 def test_the_count_distinguishes_code_comments_and_docstrings() -> None:
     lines = [
-        "# licence", '"""Docstring."""', "", "# why", "x = [1,", "     2]  # unit", '"""Of x."""', "", "",
+        "# license", '"""Docstring."""', "", "# why", "x = [1,", "     2]  # unit", '"""Of x."""', "", "",
         "def f():", '    """Doc."""', '    return "a"', "",
     ]  # fmt: skip
     assert counted("\n".join(lines)) == (4, 2)

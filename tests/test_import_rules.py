@@ -27,7 +27,7 @@ def room_modules() -> list[str]:
 
 
 def test_import_contracts_hold() -> None:
-    """The import-linter contracts in pyproject.toml: layers, sideways imports, and users of Mitsuba and QP back ends."""
+    """Contracts of import-linter in pyproject.toml: layers, sideways imports, and users of Mitsuba and QP back ends."""
     lint = Path(sys.executable).with_name("lint-imports")
     done = subprocess.run([str(lint), "--no-cache"], capture_output=True, text=True, cwd=ROOT)
 

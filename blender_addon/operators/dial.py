@@ -64,7 +64,7 @@ class SPECTRAL_OT_dial_show(bpy.types.Operator):
 
 
 class SPECTRAL_OT_dial_check(bpy.types.Operator):
-    """Compare the scene with the recording, and list what has changed since"""
+    """Compare the scene with the recording, and list the changes since"""
 
     bl_idname = "spectral.dial_check"
     bl_label = "Compare"

@@ -27,7 +27,7 @@ BAKED = "Dial Light"
 
 
 class SPECTRAL_OT_dial_apply(bpy.types.Operator):
-    """Write the mixture to the powers of lamps, worlds and glowing materials: F12 then gives this picture"""
+    """Write the mixture to the powers of lamps, worlds and emissive materials: F12 then gives this picture"""
 
     bl_idname = "spectral.dial_apply"
     bl_label = "Apply to Lights"
@@ -63,7 +63,7 @@ def _require_lamps(dial: PropertyGroup) -> None:
         for kept in bulb.members:
             if bulb.lamp and kept.slot >= 0:
                 raise InvalidInputError(
-                    f"{kept.owner.name!r} is a glowing object, which cannot have the lamp {bulb.lamp!r}; "
+                    f"{kept.owner.name!r} is an emissive object, which cannot have the lamp {bulb.lamp!r}; "
                     "give it to its Emission node, or empty the bulb's lamp"
                 )
             if bulb.lamp and kept.owner is not None:
@@ -165,7 +165,7 @@ def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndar
         spectrum = catalogue.named("illuminant", bulb.lamp) if bulb.lamp else light
         if spectrum is None:
             raise InvalidInputError(
-                f"the lights of {bulb.name!r} have no common spectrum (or they are glowing objects); give the bulb a "
+                f"the lights of {bulb.name!r} have no common spectrum (or they are emissive objects); give the bulb a "
                 "lamp, or record with One per Light"
             )
         total += share * _unit(spectrum).at(grid.wavelengths_nm)

@@ -39,7 +39,7 @@ class SpectralBoardOrder(bpy.types.PropertyGroup):
 
 
 class SpectralMixingBoard(bpy.types.PropertyGroup):
-    """Connection, bindings, and what was recorded."""
+    """Connection, bindings, and the recorded motion."""
 
     use_midi: BoolProperty(name="MIDI", default=True, description="Listen to a MIDI device")
     midi_port: StringProperty(

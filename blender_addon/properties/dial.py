@@ -32,7 +32,7 @@ class SpectralDialMember(bpy.types.PropertyGroup):
     """A light or emissive object of a bulb's group, and its brightness at the time of the recording."""
 
     owner: PointerProperty(type=bpy.types.ID)
-    slot: IntProperty(default=-1, description="Material slot of a glowing object; -1 for a lamp or a world")
+    slot: IntProperty(default=-1, description="Material slot of an emissive object; -1 for a lamp or a world")
     node: StringProperty(description="Node of the strength; empty for a lamp's power")
     base: FloatProperty(description="Power or strength as recorded")
 
@@ -89,11 +89,11 @@ class SpectralLightDial(bpy.types.PropertyGroup):
         name="Storage",
         items=STORAGE,
         default="DIAL",
-        description="Which data are kept: depends on what you want to change later",
+        description="Stored data, which determine the changes that are possible later",
     )
     one_per_light: BoolProperty(
         name="One per Light", default=True,
-        description="A bulb for each light, glowing object and the world; otherwise one for each light group",
+        description="A bulb for each light, emissive object and the world; otherwise one for each light group",
     )  # fmt: skip
     filepath: StringProperty(
         name="File", subtype="FILE_PATH", options=path_options(),

@@ -13,7 +13,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
 
     SPECTRUM_KIND = "reflectance"
     kind: EnumProperty(
-        name="Mix", default="LAMP", description="What is mixed",
+        name="Mix", default="LAMP", description="Components of the mixture",
         items=[
             ("LAMP", "LED Lamp", "Drive levels of LED channels for a white", 0),
             ("PAINTS", "Paints", "Grams of opaque paints (Kubelka and Munk)", 1),
@@ -82,7 +82,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
         description="How far light spreads in the paper (Yule and Nielsen)",
     )
     text: StringProperty(description="The recipe, one line each")
-    found_kind: StringProperty(description="What the recipe mixes")
+    found_kind: StringProperty(description="Components of the recipe")
     met: BoolProperty(description="Whether all requirements are met")
     spectrum: StringProperty(description="Spectrum of the recipe, as JSON")
 

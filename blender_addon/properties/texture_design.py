@@ -72,11 +72,16 @@ class SpectralTextureWantedColor(bpy.types.PropertyGroup):
     )  # fmt: skip
     wanted: FloatVectorProperty(
         name="Wanted", subtype="COLOR_GAMMA", size=3, default=(0.4, 0.3, 0.2), min=0.0, max=1.0,
-        description="What it should look like under the second light (sRGB)",
+        description="Wanted color under the second light (sRGB)",
     )  # fmt: skip
     outcome: StringProperty(description="What became of it")
     reached: FloatVectorProperty(
-        name="Reached", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, description="What it looks like now"
+        name="Reached",
+        subtype="COLOR_GAMMA",
+        size=3,
+        min=0.0,
+        max=1.0,
+        description="Its present color under the second light",
     )
 
 
@@ -91,18 +96,18 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
     """Pictures, lights, settings, and the last designed texture."""
 
     kind: EnumProperty(
-        name="Pictures", default="TWO", description="What the surface shows",
+        name="Pictures", default="TWO", description="Pictures that the surface shows: two, or one with wanted colors",
         items=[
             ("TWO", "A Picture for Each Light", "Two unrelated pictures, one under each light", 0),
             ("ONE", "One Picture with Wanted Colors", "One picture; some colors change under the second light", 1),
         ],
     )  # fmt: skip
     first: PointerProperty(
-        type=bpy.types.Image, name="First Picture", description="What the surface shows under the first light"
+        type=bpy.types.Image, name="First Picture", description="Picture of the surface under the first light"
     )
     second: PointerProperty(
         type=bpy.types.Image, name="Second Picture",
-        description="What the surface shows under the second light; of the same size as the first",
+        description="Picture of the surface under the second light, of the same size as the first",
     )  # fmt: skip
     wanted_colors: CollectionProperty(type=SpectralTextureWantedColor)
     lights: EnumProperty(

@@ -76,7 +76,7 @@ class SpectralVolumeMaterial(bpy.types.PropertyGroup):
     )  # fmt: skip
     lit: BoolProperty(
         name="Lit by the Scene", update=_changed, default=True,
-        description="The color is a reflectance, lit by the scene's lights; without, the material glows",
+        description="The color is a reflectance, lit by the scene's lights; if off, the material emits light",
     )  # fmt: skip
     use_gradient: BoolProperty(
         name="Only Edges", update=_changed, default=False,

@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--light", action="append", default=[], metavar="NAME", help="such as D65, A, HP1; repeatable")
     parser.add_argument("--backend", default="llvm", choices=["llvm", "cuda"], help="processor or graphics card")
     _add_camera(parser.add_argument_group("camera"))
-    _add_file(parser.add_argument_group("what the file leaves open"))
+    _add_file(parser.add_argument_group("properties that the file does not state"))
 
 
 def _add_camera(camera: Any) -> None:

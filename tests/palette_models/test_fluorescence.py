@@ -66,7 +66,7 @@ def test_the_blocks_of_both_sides_give_the_color_of_the_surface() -> None:
 
 def test_the_bispectral_matrix_keeps_energy_and_only_lengthens_waves() -> None:
     fine = SpectralGrid.uniform(300, 830, 1)
-    reflectance = Reflectance("grey", fine, np.full(fine.size, 0.3))
+    reflectance = Reflectance("gray", fine, np.full(fine.size, 0.3))
     dye = FluorescentDye.gaussian("far", 380, 560, widths_nm=(15, 15))
     paint = FluorescentSurface("paint", reflectance, (dye,), np.array([0.45]))
     matrix = paint.bispectral_matrix()

@@ -17,7 +17,7 @@ from spectral_core.spectra.color import display_rgb_from_linear, linear_from_dis
 
 SWATCHES = [
     Swatch("rød Ω", np.array([1.0, 0.0, 0.25]), "daylight"),
-    Swatch("grey", np.array([0.5, 0.5, 0.5]), "daylight"),
+    Swatch("gray", np.array([0.5, 0.5, 0.5]), "daylight"),
     Swatch("loose", np.array([0.0, 1.0, 0.0])),
     Swatch("", np.array([0.0, 0.0, 0.0]), "sodium"),
 ]

@@ -109,14 +109,14 @@ def test_shading_uses_the_world_gradient_of_a_rotated_and_sheared_field():
     middle = volume.corners_world.mean(axis=0)
     normal = np.linalg.inv(matrix[:3, :3])[0]
     normal /= np.linalg.norm(normal)
-    towards = np.array([0.3, -0.7, 0.65])
-    towards /= np.linalg.norm(towards)
+    toward = np.array([0.3, -0.7, 0.65])
+    toward /= np.linalg.norm(toward)
     view = View.looking(middle + 80 * normal, middle, [0.2, 0.9, 0.1], width=4, height=4, fov_deg=None, ortho_width=2.0)
     opaque = TransferFunction((Material("skin", [99, 100], [0, 500.0], [1, 1, 1]),))
     item = [SceneVolume(volume, opaque)]
     way = {"rule": "error", "quadrature": "preintegrated", "scale": 0.1, "shading": True}
-    picture = render(mi, integrator_dict(item, **way), view, 16, sun=sun(list(-towards)))
-    assert picture.mean() == pytest.approx(abs(float(normal @ towards)), rel=0.01)
+    picture = render(mi, integrator_dict(item, **way), view, 16, sun=sun(list(-toward)))
+    assert picture.mean() == pytest.approx(abs(float(normal @ toward)), rel=0.01)
 
 
 @pytest.mark.parametrize(("given", "words"), [

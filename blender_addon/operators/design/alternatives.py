@@ -10,7 +10,7 @@ from ..common import UNDOABLE, reporting
 
 
 class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
-    """Look for answers that show what was asked and differ elsewhere as much as they can. Takes some seconds"""
+    """Find solutions that meet all requests and differ as much as possible elsewhere. Takes some seconds"""
 
     bl_idname = "spectral.palette_alternatives"
     bl_label = "Find Alternatives"
@@ -27,7 +27,7 @@ class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):
-    """Make this answer the palette's; lock what you like, and look for more"""
+    """Use this solution in the palette. To find more like it, lock the materials to keep and search again"""
 
     bl_idname = "spectral.palette_alternative_take"
     bl_label = "Take Answer"

@@ -90,7 +90,7 @@ def _shader(reader: Reader, source: Output, depth: int = 0) -> Shine | None:
     factor = reader.number(source.input("Fac") or source.input("Factor"), 0.5) if node.type == "MIX_SHADER" else 1.0
     weights = [1.0 - factor, factor] if node.type == "MIX_SHADER" else [1.0, 1.0]
     if len(shines) != len(inputs):
-        reader.note(f"{source.label!r} combines something else than Emission nodes; what is not one counts as black")
+        reader.note(f"{source.label!r} combines other nodes than Emission; these count as black")
     if not all(isinstance(shine.color, Color) for shine in shines):
         reader.note(f"{source.label!r} combines spectra; the first alone was used")
         return shines[0] if shines else None

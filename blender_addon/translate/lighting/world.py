@@ -15,7 +15,7 @@ from ... import compat
 from .. import spectra
 from ..context import Translation
 from ..ledger import note_changed, note_nodes
-from ..shading import surfaces  # noqa: F401  (surfaces brings the nodes that Reader knows)
+from ..shading import surfaces  # noqa: F401  (importing surfaces registers the evaluators)
 from ..shading.fields import mean_color
 from ..shading.images import image_of_node
 from ..shading.media import medium_of

@@ -225,7 +225,7 @@ class _Run:
         )
 
     def _give_up(self) -> None:
-        """Close what is still open: a cancelled run leaves no attempt behind."""
+        """Close open attempts, so that a cancelled run leaves none."""
         for future, key in self.flying.items():
             if not future.cancel() and future.done() and future.exception() is None:
                 self.store.take_in(future.result())

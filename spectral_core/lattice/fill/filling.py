@@ -49,7 +49,7 @@ def fill_exactly(
     anchored = _anchored(lattice, region)
     rng = seeded(seed)
     n = lattice.dimensions
-    # The lattice starts with a cell as large as the region's ellipsoid; only ratios of gauges count afterwards.
+    # The lattice starts with a cell as large as the region's ellipsoid; only ratios of gauges count afterward.
     unit = math.exp(
         -float(np.linalg.slogdet(anchored.metric)[1]) / n
     )  # a length of the region, so that gauges are near 1

@@ -116,7 +116,7 @@ def design_uplift(
     second : light of the pins; needed where there are any.
     pins : constraints; two pins closer than half a lattice cell are refused.
     basis : (k, n), spectra on ``TEXTURE_GRID``, never negative and of sum 1, that all reflectances are mixed from:
-        what a texture of k channels can store. By default every reflectance between 0 and 1.
+        the reflectances that a texture of k channels can store. By default every reflectance between 0 and 1.
     slope : every color v, those of pins as well, is asked for as slope v; below 1 where ``first`` or ``basis`` cannot
         show all display colors.
 

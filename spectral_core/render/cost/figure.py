@@ -33,7 +33,7 @@ def write_figure(path: Path, curve: CostCurve, axis: str = "samples", title: str
     path
         Where to, ``.png``, ``.svg`` or ``.pdf``.
     curve
-        What was measured.
+        The measured points.
     axis
         Settings to draw: "samples", "bounces", "transport", "volume step".
     title
