@@ -161,7 +161,7 @@ BASE_LIBRARIES = (
 
 
 def bundle_llvm(folder: Path) -> str:
-    """Copy LLVM (17 or later) and the libraries that it needs into ``folder``, with their licenses; returns a summary."""
+    """Copy LLVM (17 or later) and its libraries into ``folder``, with their licenses; returns a summary."""
     sys.path.insert(0, str(ROOT))
     from spectral_core.llvm_library import find_llvm
 

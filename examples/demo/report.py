@@ -39,7 +39,7 @@ def write_report(demo: DemoResult) -> Path:
 def _head(demo: DemoResult) -> str:
     figures = "".join(_figure(rendered) for rendered in demo.rendered)
     return (
-        "<h1>The hidden branch</h1><p class='lead'>The vase wears two glazes. In daylight they have one color, so the "
+        "<h1>The hidden branch</h1><p class='lead'>The vase has two glazes. In daylight they have one color, so the "
         "branch between them cannot be seen. Under a street lamp the same two glazes part. Only the light was changed."
         f"</p><div class='pair'>{figures}</div>"
     )

@@ -177,7 +177,7 @@ def test_light_groups_of_blender_and_lamps_in_bands_storage(stage, picture, f12)
     sodium = picture()[..., :3].mean(axis=(0, 1))
     assert sodium[0] > 2 * sodium[2]
     bpy.ops.spectral.dial_reset()
-    with pytest.raises(RuntimeError, match="'Ball' is a glowing object"):
+    with pytest.raises(RuntimeError, match="'Ball' is an emissive object"):
         bpy.ops.spectral.dial_apply()
     bpy.data.objects["Ball"].hide_render = True
     bpy.ops.spectral.dial_record()

@@ -43,13 +43,13 @@ def _values(scene):
     return {decision.name: decision.value for decision in plan_from_data(scene, 1.0).decisions}
 
 
-def _wearing(surface, medium=None, **changes):
+def _with_material(surface, medium=None, **changes):
     scene = lit_plane(LAMP, settings=RenderSettings(), **changes)
     return replace(scene, materials=(Material("paper", surface, medium),))
 
 
 def test_a_gray_plane_needs_no_effects():
-    assert _values(_wearing(Diffuse(gray(0.5)))) == {
+    assert _values(_with_material(Diffuse(gray(0.5)))) == {
         "transport": "rgb",
         "dispersion": "off",
         "fluorescence": "off",
@@ -90,13 +90,13 @@ def test_a_gray_plane_needs_no_effects():
     ],
 )
 def test_materials_determine_effects(surface, effect, value):
-    decision = plan_from_data(_wearing(surface), 1.0)[effect]
+    decision = plan_from_data(_with_material(surface), 1.0)[effect]
     assert decision.value == value and decision.source == "scene" and decision.reason
 
 
 def test_brighter_rooms_need_more_bounces_and_coarser_tolerance_fewer():
     def bounces(reflectance, tolerance=1.0):
-        return plan_from_data(_wearing(Diffuse(gray(reflectance))), tolerance).bounces
+        return plan_from_data(_with_material(Diffuse(gray(reflectance))), tolerance).bounces
 
     assert bounces(0.2) < bounces(0.5) < bounces(0.9)
     assert bounces(0.6, 5.0) < bounces(0.6, 1.0) < bounces(0.6, 0.1)
@@ -109,7 +109,7 @@ def test_an_unused_material_has_no_influence():
 
 
 def test_lights_camera_and_world_determine_effects():
-    scene = _wearing(Diffuse(gray(0.5)))
+    scene = _with_material(Diffuse(gray(0.5)))
     sodium = replace(LAMP, color=catalogue.illuminant("HP1"))
     assert (
         plan_from_data(replace(scene, lights=(sodium,)))["transport"].value == "rgb"
@@ -128,7 +128,7 @@ def test_lights_camera_and_world_determine_effects():
 
 
 def test_overrides_of_the_artist_have_their_cost():
-    scene = _wearing(Diffuse(catalogue.reflectance("red")))
+    scene = _with_material(Diffuse(catalogue.reflectance("red")))
     scene = replace(
         scene, settings=RenderSettings(transport="rgb", max_bounces=3, overrides=(("environment", "none"),))
     )
@@ -152,14 +152,14 @@ def test_overrides_of_the_artist_have_their_cost():
 def test_wrong_overrides_are_refused(overrides, error, match):
     with pytest.raises(error, match=match):
         plan_from_data(
-            _wearing(Diffuse(), settings=None)
+            _with_material(Diffuse(), settings=None)
             if False
-            else replace(_wearing(Diffuse()), settings=RenderSettings(overrides=overrides))
+            else replace(_with_material(Diffuse()), settings=RenderSettings(overrides=overrides))
         )
 
 
 def test_omitted_effects_are_removed_from_the_simulated_scene():
-    scene = _wearing(
+    scene = _with_material(
         MixSurface(0.5, Emission(gray(1.0), 2.0), Principled(emission_strength=3.0)),
         ScatteringMedium(),
         world=World(IMAGE),
@@ -194,8 +194,8 @@ def test_the_number_of_bounces_is_that_of_the_plan():
 
 
 def test_the_plan_as_rows():
-    rows = plan_from_data(_wearing(Diffuse(Color([0.5, 0.5, 0.5])))).as_rows()
-    assert len(rows) == len(_values(_wearing(Diffuse(gray(0.5)))))
+    rows = plan_from_data(_with_material(Diffuse(Color([0.5, 0.5, 0.5])))).as_rows()
+    assert len(rows) == len(_values(_with_material(Diffuse(gray(0.5)))))
     errors = {"error_if_left_out", "error_is", "error_accepted", "time_share"}
     assert set(rows[0]) == {"effect", "value", "reason", "cost_if_left_out", "decided_by", "overridable"} | errors
 
