@@ -81,7 +81,7 @@ class SpectralTextureWantedColor(bpy.types.PropertyGroup):
         size=3,
         min=0.0,
         max=1.0,
-        description="Its present color under the second light",
+        description="Color that the design reaches under the second light",
     )
 
 

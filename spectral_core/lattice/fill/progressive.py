@@ -110,8 +110,8 @@ def progressive_fill(
 ) -> ProgressivePoints:
     """Exactly ``count`` points in a region, in progressive order.
 
-    ``lattice`` is that of the largest packing radius for the region's dimension and ``rate`` unless given: the
-    it bounds the separation of prefixes. ``seed`` draws rotation and offset; in a box of 2 to 4 dimensions the
+    ``lattice``: by default that of the largest packing radius for the region's dimension and ``rate``, because this
+    radius bounds the separation of prefixes. ``seed`` draws rotation and offset; in a box of 2 to 4 dimensions the
     best of ``ROTATIONS`` rotations is taken, that with the least gaps on the axes. Errors as for ``fill_exactly``.
     """
     chosen = sampling_lattice(region.dimensions, rate) if lattice is None else lattice
