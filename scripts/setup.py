@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets this checkout up: system libraries, .venv, packages. Safe to run twice; the second time it only checks.
 
-Only the standard library, since nothing is installed yet. With root or sudo the few system libraries that bpy and
+Imports the standard library only: nothing is installed yet. With root or sudo the few system libraries that bpy and
 drjit need come from the distribution; without, the one command to run is printed. Without LLVM the scalar renderer
 still works, slower.
 """
@@ -152,7 +152,7 @@ def packages() -> None:
     if not wrong and STAMP.exists() and STAMP.read_text() == wanted():
         return
     if wrong:
-        say(f".venv is made anew: {wrong}")
+        say(f".venv is created again: {wrong}")
         if VENV.is_symlink() or VENV.is_file():
             VENV.unlink()
         else:

@@ -7,7 +7,7 @@
     ├── InvalidInputError (also ValueError)   a value from outside: what was given, expected, what to do
     │   ├── GridMismatchError                 two spectra on different wavelength grids
     │   ├── UnknownNameError                  a name that no catalogue has; suggests similar ones
-    │   └── FileFormatError                   a file that is cut, edited or of another kind
+    │   └── FileFormatError                   a file that is truncated, edited or of another type
     ├── FileWriteError                        a file could not be written; the earlier file is unchanged
     ├── MissingDependencyError                an optional package or library; names the remedy
     ├── SolveError                            a solver's answer that failed its check and had no fallback

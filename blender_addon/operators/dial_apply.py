@@ -32,9 +32,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
     bl_idname = "spectral.dial_apply"
     bl_label = "Apply to Lights"
     bl_options = UNDOABLE
-    restore: BoolProperty(
-        name="Restore", default=False, description="Write the powers as they were recorded, instead of the mixture"
-    )
+    restore: BoolProperty(name="Restore", default=False, description="Restore the recorded powers")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -95,13 +93,13 @@ def _animated(dial: PropertyGroup) -> str:
 
 
 class SPECTRAL_OT_dial_bake(bpy.types.Operator):
-    """Make one light with the mixed spectrum, in the place and shape of the strongest lamp of the mixture"""
+    """Make one light with the mixed spectrum, and with position and shape of the strongest lamp of the mixture"""
 
     bl_idname = "spectral.dial_bake"
     bl_label = "Bake One Light"
     bl_options = UNDOABLE
     hide: BoolProperty(
-        name="Hide the Mixed Lamps", default=False, description="Leave the lamps of the mixture out of renders"
+        name="Hide the Mixed Lamps", default=False, description="Hide the lamps of the mixture in renders"
     )
 
     @reporting

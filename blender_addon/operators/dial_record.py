@@ -168,7 +168,7 @@ class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
 
 
 class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
-    """Use a transport that was recorded before from this very scene, here or by the command line"""
+    """Load a transport that was recorded earlier from this scene, here or by the command line"""
 
     bl_idname = "spectral.dial_load"
     bl_label = "Load Transport"

@@ -48,14 +48,16 @@ class SpectralDialBulb(bpy.types.PropertyGroup):
         update=_changed,
         description="Position of the bulb on the dial",
     )
-    is_on: BoolProperty(name="On", default=True, update=_changed, description="Whether the bulb takes part")
+    is_on: BoolProperty(
+        name="On", default=True, update=_changed, description="Whether the bulb contributes to the mixture"
+    )
     lamp: StringProperty(
         name="Lamp", search=offers(Topic.LAMP_NAMES), search_options={"SORT", "SUGGESTION"}, update=_changed,
         description="A measured lamp in place of the lights' own spectrum; empty keeps it. Not for Mixtures storage",
     )  # fmt: skip
     color: FloatVectorProperty(
         name="Color", size=3, subtype="COLOR_GAMMA", default=(1.0, 1.0, 1.0), min=0.0, max=1.0,
-        description="Color of the light by itself, for the dial",
+        description="Color of the light alone, for the dial",
     )  # fmt: skip
     members: CollectionProperty(type=SpectralDialMember)
 
@@ -97,11 +99,11 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     )  # fmt: skip
     filepath: StringProperty(
         name="File", subtype="FILE_PATH", options=path_options(),
-        description="Where the transport is kept; empty: beside the .blend file",
+        description="File of the transport; empty: beside the .blend file",
     )  # fmt: skip
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
     facts: StringProperty(description="Facts of the recording, for the panel")
-    keeps_spectra: BoolProperty(default=True, description="Whether the recording lets lights have new spectra")
+    keeps_spectra: BoolProperty(default=True, description="Whether lights of the recording can have new spectra")
     recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")
     recorded_groups: StringProperty(description="Hash of each light group, and of all else, when they were recorded")
     changes: StringProperty(description="Changes of the scene since it was recorded; empty if none")

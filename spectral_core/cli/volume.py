@@ -61,8 +61,8 @@ def _add_camera(camera: Any) -> None:
 
 
 def _add_file(file: Any) -> None:
-    file.add_argument("--field", help="which array, grid or key of a file that holds several")
-    file.add_argument("--component", type=int, help="which vector component, channel or time step")
+    file.add_argument("--field", help="array, grid or key, if the file has several")
+    file.add_argument("--component", type=int, help="vector component, channel or time step")
     file.add_argument("--raw-shape", type=int, nargs=3, metavar=("NX", "NY", "NZ"), help="of a file of bare numbers")
     file.add_argument("--raw-type", metavar="TYPE", help="its NumPy type, such as uint8")
     file.add_argument("--raw-order", choices=["little", "big"], default="little", help="its byte order")

@@ -31,7 +31,7 @@ NATURAL_NODES_NM: dict[int, tuple[float, ...]] = {
     8: (430, 460, 490, 530, 550, 580, 610, 640),
     9: (430, 460, 490, 510, 540, 570, 600, 620, 650),
 }
-"""Node wavelengths by m, searched on natural reflectances under lamps of all kinds."""
+"""Node wavelengths by m, optimized on natural reflectances under lamps of all types."""
 
 
 class NodeModel(LightModel):

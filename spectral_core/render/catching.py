@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shadow catchers: surfaces that show nothing but how much darker the rest of the scene makes them.
+"""Shadow catchers: surfaces that show only how much the rest of the scene darkens them.
 
 As in Cycles a picture is put together from three: the scene without its catchers, which stay where light bounces; the
 catchers with all objects; and the catchers alone. The light that the second lacks relative to the third is shadow.

@@ -23,7 +23,7 @@ class View:
     ``world_from_camera`` (4, 4) follows Mitsuba: the camera looks along +z, +y is up, +x points to the left.
 
     ``fov_deg`` is the angle across the picture's width; None makes it orthographic with ``ortho_width`` world units
-    across. Rays of a perspective camera start at the camera, so it may stand inside a field; those of an
+    across. Rays of a perspective camera start at the camera, so it may be inside a field; those of an
     orthographic camera come from infinitely far behind it.
     """
 

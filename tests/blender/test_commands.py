@@ -83,7 +83,7 @@ def test_render_writes_passes_as_layers(saved, tmp_path, capfd):
     np.testing.assert_allclose(depth, 5.0, rtol=1e-5)
     for wrong, message in (
         (("--out", tmp_path / "a.png", "--multilayer"), "passes fit into an .exr only"),
-        (("--out", out, "--multilayer", "--bands", "4"), "ask for one of them"),
+        (("--out", out, "--multilayer", "--bands", "4"), "request one of them"),
         (("--out", out, "--passes", "Dept"), "Dept"),
     ):
         status, _, error = call(capfd, "render", saved, *wrong)

@@ -93,7 +93,7 @@ def test_its_spectra_have_precedence_over_the_spectrum_of_its_material(texture, 
     store_spectrum(bpy.data.materials[0].spectral, reflectance("yellow"))
     scene = translate()
     assert isinstance(scene.materials[0].surface.color, SpectralImage)
-    assert not [note for note in scene.notes if "in place of the texture" in note.message]
+    assert not [note for note in scene.notes if "replaces the texture" in note.message]
 
 
 def test_a_spectrum_that_replaces_an_image_gets_a_note(build, translate):
@@ -102,8 +102,8 @@ def test_a_spectrum_that_replaces_an_image_gets_a_note(build, translate):
     made.image = build.image("photo", np.ones((2, 2, 4), np.float32))
     material.node_tree.links.new(made.outputs["Color"], material.node_tree.nodes["shader"].inputs["Color"])
     build.plane(material=material)
-    assert not [note for note in translate().notes if "in place of the texture" in note.message]
+    assert not [note for note in translate().notes if "replaces the texture" in note.message]
     store_spectrum(material.spectral, reflectance("yellow"))
     scene = translate()
     assert scene.materials[0].surface.color.name == "yellow"
-    assert len([note for note in scene.notes if "in place of the texture" in note.message]) == 1
+    assert len([note for note in scene.notes if "replaces the texture" in note.message]) == 1

@@ -215,7 +215,7 @@ def test_a_cell_is_never_a_formula(text: str) -> None:
     ("table", "said"),
     [
         ("a,b\n", "at least one row"),
-        ("a,a\n1,2\n", "stands twice"),
+        ("a,a\n1,2\n", "occurs twice"),
         ("FILE,a\nx.png,2\n", "after a FILE column"),
         ("a,FILE\n1,../../etc/passwd\n", "leads out"),
         ("a,FILE\n1,/etc/passwd\n", "not a plain path"),

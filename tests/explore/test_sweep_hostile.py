@@ -149,7 +149,7 @@ def test_analysis_of_too_few_rows_is_refused_with_a_message(tmp_path: Path, caps
     with stored(tmp_path, [{"v": 1.0}, {"v": 2.0}, {"v": 4.0}]) as store:
         print_sensitivity(store, "v")
         said = capsys.readouterr().out
-        assert "nan" not in said and "say little" in said
+        assert "nan" not in said and "unreliable" in said
         with pytest.raises(InvalidInputError, match="no row has v = '3'; it holds 1.0, 2.0, 4.0"):
             region_of_label(store, "v", "3")
         assert json.dumps(region_of_label(store, "v", "2.0"))

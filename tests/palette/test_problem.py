@@ -42,7 +42,7 @@ def problem(*rows: tuple[Cell, ...], **settings: object) -> PaletteProblem:
         (lambda: problem((Cell.fixed(GREY),), rounds=0), "rounds is 0"),
         (lambda: problem((Cell.fixed(GREY),), reflectance_bounds=(1.0, 0.0)), "the lower one first"),
         (lambda: PaletteProblem(design_grid(), (), (), ()), "at least one of its lights"),
-        (lambda: PaletteLight(D65, luminance=2.0), "is fixed, so luminance cannot be asked"),
+        (lambda: PaletteLight(D65, luminance=2.0), "is fixed, so luminance cannot be required"),
         (lambda: PaletteLight(D65, free=True, variants=(D65,)), "only a measured light can have variants"),
         (lambda: split_light().with_cells({(9, 9): Cell.ignore()}), "outside the table of 5×3"),
     ],

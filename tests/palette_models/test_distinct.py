@@ -162,7 +162,10 @@ def test_a_common_color_that_no_screen_shows() -> None:
     assert solution.status.trusted
     assert solution.actual_linear_rgb[:, 0].max() > 1.5
     np.testing.assert_allclose(solution.actual_linear_rgb[0, 0], solution.actual_linear_rgb[1, 0], atol=1e-6)
-    assert any("out of the gamut: the display's gamut cannot be kept" in note for note in solution.notes)
+    assert any(
+        "out of the gamut: the requests of the other cells force a color out of the display's gamut" in note
+        for note in solution.notes
+    )
 
 
 def test_equal_colors_are_not_called_solved() -> None:

@@ -61,7 +61,7 @@ def test_a_time_budget_reports_its_error_and_supports_bands():
 
 
 def test_impossible_requests_are_refused():
-    with pytest.raises(InvalidInputError, match="ask for one of them"):
+    with pytest.raises(InvalidInputError, match="request one of them"):
         render_scene(noisy(target_error=1.0, time_budget_s=5.0))
     with pytest.raises(InvalidInputError, match=r"expected ΔE2000 from 0\.02 to 100"):
         render_scene(noisy(target_error=0.001))

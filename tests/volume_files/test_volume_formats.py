@@ -100,7 +100,7 @@ def test_nrrd_vectors_need_a_component(tmp_path):
     check(read_volume(tmp_path / "v.nrrd", component=1), values[1], np.diag([*SPACING, 1]))
     with pytest.raises(InvalidInputError, match="2 components per voxel; say which with component=0 to 1"):
         read_volume(tmp_path / "v.nrrd")
-    with pytest.raises(InvalidInputError, match=r"component 2 of v.nrrd was asked for"):
+    with pytest.raises(InvalidInputError, match=r"component 2 of v.nrrd was requested"):
         read_volume(tmp_path / "v.nrrd", component=2)
 
 

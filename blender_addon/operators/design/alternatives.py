@@ -15,7 +15,7 @@ class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
     bl_idname = "spectral.palette_alternatives"
     bl_label = "Find Alternatives"
     bl_options = UNDOABLE
-    seed: IntProperty(name="Seed", default=0, min=0, description="Another number looks in other directions")
+    seed: IntProperty(name="Seed", default=0, min=0, description="Another number gives other solutions")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -32,7 +32,7 @@ class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):
     bl_idname = "spectral.palette_alternative_take"
     bl_label = "Take Answer"
     bl_options = UNDOABLE
-    index: IntProperty(name="Answer", min=0, description="Which answer, counted from 0")
+    index: IntProperty(name="Answer", min=0, description="Number of the solution, from 0")
 
     @reporting
     def execute(self, context: Context) -> None:

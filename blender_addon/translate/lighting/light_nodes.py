@@ -154,10 +154,10 @@ def _luminaire(reader: Reader, source: Output) -> Photometry | None:
             with Path(bpy.path.abspath(node.filepath)).open(encoding="latin-1") as file:
                 text = file.read(1 << 22)
         except (OSError, ValueError) as error:
-            reader.note(f"the file of {source.label!r} cannot be read ({error}); the lamp shines evenly")
+            reader.note(f"the file of {source.label!r} cannot be read ({error}); the lamp emits evenly")
             return None
     try:
         return Photometry(*read_ies(text))
     except InvalidInputError as error:
-        reader.note(f"{source.label!r}: {error}; the lamp shines evenly")
+        reader.note(f"{source.label!r}: {error}; the lamp emits evenly")
         return None

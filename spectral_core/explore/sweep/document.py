@@ -110,7 +110,7 @@ def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
 
 
 def register_compute(kind: str, factory: NodeFactory) -> None:
-    """Add a kind of compute node; the add-on adds "blend"."""
+    """Add a type of compute node; the add-on adds "blend"."""
     _EXTRA[kind] = factory
 
 

@@ -7,8 +7,8 @@ With the bounds that hold an unknown taken as known, the conditions of optimalit
     E x − T g − c y = e            one row for each exact row of the block, or row of very large weight
 
 so that x and y are affine functions of the free colors g. One small system in g remains (the Schur complement).
-A row of weight ω above ``cap`` stands in H with ``cap``, and its rest in E with the compliance c = 1 / (ω − cap); an
-exact row has compliance 0. Thus no weight, however large, enters H and costs digits there.
+A row of weight ω above ``cap`` enters H with weight ``cap``, and E with the compliance c = 1 / (ω − cap) for the
+rest; an exact row has compliance 0. Thus no weight, however large, enters H and costs digits there.
 """
 
 from __future__ import annotations

@@ -117,7 +117,7 @@ def design_uplift(
     pins : constraints; two pins closer than half a lattice cell are refused.
     basis : (k, n), spectra on ``TEXTURE_GRID`` that all reflectances are mixed from, never negative and of sum 1. A
         texture of k channels stores mixtures of these. By default every reflectance between 0 and 1 is allowed.
-    slope : every color v, those of pins as well, is asked for as slope v; below 1 where ``first`` or ``basis`` cannot
+    slope : every color v, also of pins, has the target slope v; below 1 where ``first`` or ``basis`` cannot
         show all display colors.
 
     Raises

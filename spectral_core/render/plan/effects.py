@@ -184,7 +184,7 @@ def _overridden(effect: Effect, value: str, own: str) -> Decision:
     if accepted is None and value.isdecimal():
         fewer = [level for level in effect.levels if level.value.isdecimal() and int(level.value) <= int(value)]
         accepted = fewer[0].error if fewer else None
-    reason = f"set by the artist; the scene asks for {own} because {effect.reason}".removesuffix(" because ")
+    reason = f"set by the artist; the scene needs {own} because {effect.reason}".removesuffix(" because ")
     cost = _cost(effect) if value != own else ""
     return Decision(
         effect.name, value, reason, cost, effect.choices, effect.overridable, "artist", _shown(effect.known),
