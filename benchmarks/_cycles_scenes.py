@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes of many kinds for the comparison with Cycles, built in Blender: interiors, many lamps, skies, glass, fog."""
+"""Scenes of many types for the comparison with Cycles, built in Blender: interiors, many lamps, skies, glass, fog."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ TIMED = ("camera", "number", "lamp", "world", "palette", "move", "reshape", "add
 
 
 def kinds_of(trial: Any) -> dict[str, Change]:
-    """All kinds of change. ``trial``: has ``context``, ``folder`` and ``new_view``."""
+    """All types of change. ``trial``: has ``context``, ``folder`` and ``new_view``."""
     from benchmarks._random_edits import EDITS
 
     def undo(rng: np.random.Generator) -> None:
