@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two external solvers beside the engine: daqp for single spectra and feasibility, piqp if it is faster or the others
-fail.
+"""Solvers that start cold: daqp where no spectrum depends on another, piqp if it is faster or the others fail.
 
-Dual active sets (daqp, Arnström 2022) take microseconds for a single spectrum. PIQP (Schwan 2023) works on the rows
-themselves and does not square their condition.
+PIQP (Schwan 2023) works on the rows themselves and does not square their condition.
 """
 
 from __future__ import annotations
@@ -11,68 +9,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.arrow import Arrow, Spectrum
+from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.block import Block
-from spectral_core.palette.qp.quadratic import FAR, Quadratic
+from spectral_core.palette.qp.kept_spectrum import KeptSpectrum
+from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-STIFFEST = 1e8
-"""Largest weight, relative to the median, in daqp: its normal equations lose digits beyond that."""
-EQUAL = 5
-"""daqp's sense of an equality."""
 REACHED = 1e-7
 """Linear RGB within which exact rows count as feasible together."""
-
-
-def lone_spectrum(
-    spectrum: Spectrum, lower: Array, upper: Array, colors: Array, start: Array | None = None
-) -> tuple[Array, Mask] | None:
-    """One spectrum at given free colors, by daqp, and the samples off their bounds; None if it fails.
-
-    With many exact rows, or very large weights, the answer is a guess of the active bounds rather than an optimum.
-
-    Parameters
-    ----------
-    spectrum
-        Rows and roughness in squares.
-    lower, upper
-        Bounds, (n,).
-    colors
-        The free colors, (q,).
-    start
-        Values near the answer, (n,): those at bounds are tried there first.
-    """
-    import daqp
-
-    size = lower.size
-    exact = spectrum.compliance == 0
-    hessian, linear = spectrum.hessian, spectrum.linear - colors @ spectrum.ties
-    right = spectrum.border_target + spectrum.border_ties @ colors
-    if not exact.all():
-        # daqp takes no compliances. Rows of large weight go back into H, capped: the answer serves as a guess of
-        # active bounds only.
-        stiff, stiffness = spectrum.border[~exact], np.minimum(1.0 / spectrum.compliance[~exact], STIFFEST)
-        hessian = hessian + (stiff.T * stiffness) @ stiff
-        linear = linear - (stiffness * right[~exact]) @ stiff
-    rows, equal = np.ascontiguousarray(spectrum.border[exact]), right[exact]
-    high, low = np.minimum(upper, FAR), np.maximum(lower, -FAR)
-    sense = np.zeros(size + len(equal), dtype=np.int32)
-    sense[size:] = EQUAL
-    if len(equal):
-        high, low = np.concatenate([high, equal]), np.concatenate([low, equal])
-    tolerances = {"primal_tol": 1e-11, "dual_tol": 1e-12}
-    x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, primal_start=start, **tolerances)
-    # The start is a hint and saves time only: daqp must not fail because of it.
-    if start is not None and (flag <= 0 or not np.all(np.isfinite(x))):
-        x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, **tolerances)
-    if flag <= 0 or not np.all(np.isfinite(x)):
-        return None
-    multipliers = np.asarray(info["lam"])[:size]
-    # Exactly on the bound if its multiplier is not 0: rounding must not make an active bound look free.
-    value = np.where(multipliers > 0, upper, np.where(multipliers < 0, lower, np.asarray(x)))
-    return np.clip(value, lower, upper), multipliers == 0
 
 
 def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
@@ -82,7 +28,7 @@ def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
         return None
     found = []
     for block, spectrum in zip(arrow.problem.blocks, arrow.spectra, strict=True):
-        one = lone_spectrum(spectrum, block.lower, block.upper, np.zeros(0))
+        one = KeptSpectrum(spectrum, block.lower, block.upper).at(spectrum, np.zeros(0))
         if one is None:
             return None
         found.append(one)
