@@ -49,22 +49,22 @@ def objectives(
 
 
 @pytest.mark.parametrize("kind", ["drags", "weights", "mixed"])
-def test_edits_of_many_spectra_are_those_of_a_cold_solve_in_a_few_steps(rng, kind):
+def test_edits_of_many_spectra_equal_a_cold_solve_after_a_few_steps(rng, kind):
     differences, steps = objectives(PaletteSession(coupled_palette(MANY, rng)), kind, rng, 24)
     assert differences
     assert max(map(abs, differences)) < 1e-7
-    # The walk took over in few edits, if in any.
+    # The walk continues in few edits, if in any.
     assert np.mean(np.array(steps) <= NEWTON_STEPS) > 0.9
 
 
-def test_a_step_that_is_too_long_is_taken_back_and_the_walk_finds_the_answer(rng, monkeypatch):
+def test_after_a_step_that_is_too_long_the_walk_finds_the_answer(rng, monkeypatch):
     monkeypatch.setattr(color_newton, "OVERSHOT", -np.inf)
     differences, steps = objectives(PaletteSession(coupled_palette(MANY, rng)), "mixed", rng, 24)
     assert max(map(abs, differences)) < 1e-7
     assert max(steps) > NEWTON_STEPS
 
 
-def test_colors_that_stay_in_their_box_are_those_of_a_cold_solve(rng):
+def test_a_color_at_the_border_of_its_box_equals_that_of_a_cold_solve(rng):
     """The common color is pushed to the border of a narrow box and away from it again."""
     problem = coupled_palette(MANY, rng)
     narrow = Cell.free(([0.3, 0.3, 0.3], [0.5, 0.5, 0.5]), weight=4.0)
@@ -143,7 +143,7 @@ def test_a_kept_spectrum_follows_other_targets_without_a_new_workspace(rng):
         assert (found[1] == fresh[1]).all()
 
 
-def test_exact_rows_that_cannot_hold_are_no_answer_and_the_next_targets_are_answered(rng):
+def test_exact_rows_that_cannot_hold_give_no_answer_and_later_ones_do(rng):
     from spectral_core.palette.qp.arrow import retargeted
 
     block, spectrum = spectrum_of(rng, 2)
