@@ -14,10 +14,10 @@ from spectral_core.palette.live.session import PaletteSession
 from spectral_core.palette.problem import Cell, PaletteProblem
 from spectral_core.palette.qp import color_newton
 from spectral_core.palette.qp.arrow import Spectrum, squared
+from spectral_core.palette.qp.backends import KeptSpectrum
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.color_newton import NEWTON_STEPS
 from spectral_core.palette.qp.engine import solve
-from spectral_core.palette.qp.kept_spectrum import KeptSpectrum
 from spectral_core.palette.qp.quadratic import Quadratic
 
 MANY = (10, 4, 31)

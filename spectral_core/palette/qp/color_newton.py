@@ -3,7 +3,7 @@
 
 The objective, as a function of the free colors alone, is convex and piecewise quadratic. Its pieces are the sets of
 active bounds; the optimum of the present piece is the next point. There daqp finds the active bounds of the spectra
-that left the piece (``kept_spectrum``), each by itself, in the time of one step of the walk. Where that does not end in
+that left the piece (``backends``), each by itself, in the time of one step of the walk. Where that does not end in
 a few steps, the parametric walk goes on from the point reached (``active_set``).
 """
 
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.qp.active_set import ActiveSet
 from spectral_core.palette.qp.arrow import Arrow
+from spectral_core.palette.qp.backends import KeptSpectrum
 from spectral_core.palette.qp.held_bounds import SLACK
-from spectral_core.palette.qp.kept_spectrum import KeptSpectrum
 from spectral_core.palette.qp.quadratic import least_in_box
 
 Array = NDArray[np.float64]
