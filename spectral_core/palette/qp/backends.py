@@ -2,7 +2,8 @@
 """External solvers beside the engine: daqp for a single spectrum, piqp if it is faster or the others fail.
 
 daqp (Arnström 2022) factors H when a workspace is made, which costs n³. After that, other colors or targets change only
-right-hand sides: the next answer starts from the last active bounds and takes some ten microseconds. PIQP (Schwan 2023) works on the rows themselves and does not square their condition.
+right-hand sides: the next answer starts from the last active bounds and takes some ten microseconds. PIQP (Schwan 2023)
+works on the rows themselves and does not square their condition.
 """
 
 from __future__ import annotations
