@@ -68,7 +68,7 @@ PALETTE_FIELDS = by_name(
         default={"cie_1931_2deg"}, description="Observers for which matching cells match. Shift-click for several",
     ),
     Field(
-        "robustness", EnumProperty, "robustness", name="Other Eyes and Lamps", default="soft",
+        "robustness", EnumProperty, "robustness", name="Other Observers and Lamps", default="soft",
         description="How matches for several observers and lamps are weighted",
         items=[
             ("soft", "On Average", "Make the squared errors of all of them small together", 0),

@@ -61,7 +61,7 @@ class Lit:
 
 
 def facing_light(volume: Placed, point: Any, toward: Any) -> Any:
-    """|n·l|/π with n the field's gradient at a world ``point``, or 1/4π where there is none."""
+    """|n·l|/π with n the field's gradient at a world ``point``, or 1/4π if there is none."""
     import drjit as dr
 
     field, vector = volume.data.volume, volume.data.volume.types.Array3f
