@@ -26,7 +26,7 @@ from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Kept
 from ...translate.viewport.look import look_of
-from ...translate.viewport.viewpoint import viewpoint_of
+from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..palette.picture import shown_in
 
@@ -195,10 +195,13 @@ class ViewSession:
         viewpoint = viewpoint_of(context.region_data, space, seen, depsgraph.scene_eval)
         exposure = float(cycles_settings(depsgraph.scene_eval, "film_exposure", 1.0))
         samples, stage = depsgraph.scene.spectral.viewport.samples, self._stage_of(side)
-        key = (region.width, region.height, samples, exposure, stage)
+        size = region.width, region.height
+        border = border_of(context.region_data, space, seen, depsgraph.scene)  # the original knows it at once
+        part = None if border is None else pixels_of(border, size)
+        key = (*size, samples, exposure, stage, part)
         if key == side.key and viewpoint.same_as(side.viewpoint) and not side.is_changed:
             return False
-        request = ViewRequest(stage, viewpoint, region.width, region.height, samples, 0, exposure)
+        request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
         side.key, side.viewpoint, side.is_changed = key, viewpoint, False
         return True
