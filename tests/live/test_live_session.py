@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -256,7 +257,9 @@ def test_a_border_shows_its_part_of_the_picture(looker: Looker, scene: Scene) ->
     np.testing.assert_allclose(shown.pixels, whole[3:17, 11:32], atol=1e-5)
 
 
-def test_edits_of_meshes_record_nothing(scene: Scene) -> None:
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_edits_of_meshes_record_nothing(scene: Scene, transport: Literal["rgb", "spectral"]) -> None:
+    scene = replace(scene, settings=RenderSettings(transport=transport))
     stage = Stage()
     stage.show(scene)
     stage.activate()
