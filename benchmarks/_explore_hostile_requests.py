@@ -39,7 +39,7 @@ _GETS = ["/image/../project.json", "/image/%2e%2e/ledger.sqlite", "/image/..%2f.
 
 
 def measure_requests(count: int) -> dict[str, Any]:
-    """Send them all to one server; counts, and what was answered that should not have been."""
+    """Send all requests to one server; counts, and the requests that were wrongly accepted."""
     folder = Path(tempfile.mkdtemp(prefix="hostile-"))
     try:
         return _measured(folder, count)

@@ -102,7 +102,7 @@ def reflected(indices: tuple[complex, complex, complex], thickness: float, angle
     """
     before, layer, behind = (complex(index) for index in indices)
     sine = before * np.sin(angle)
-    # cosines with what is absorbed or evanescent dying away behind the face
+    # cosines of waves that decay behind the face if they are absorbed or evanescent
     cosines = [np.sqrt(1 - (sine / index) ** 2 + 0j) for index in (before, layer, behind)]
 
     def share(wavelengths: NDArray[np.float64]) -> NDArray[np.float64]:

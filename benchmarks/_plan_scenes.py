@@ -287,7 +287,7 @@ PAIRS: dict[str, tuple[Callable[[Stage], None], ...]] = {
 def staged(
     effects: tuple[Callable[[Stage], None], ...], size: tuple[int, int], tolerance: float
 ) -> tuple[Scene, set[str]]:
-    """The scene of some effects, and the names of what a plan must have on."""
+    """The scene of some effects, and the names of the effects that a plan must simulate."""
     stage = Stage()
     for effect in effects:
         effect(stage)

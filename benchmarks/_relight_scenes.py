@@ -88,7 +88,7 @@ def _base(film: Film) -> Scene:
 
 
 def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
-    """The scene with the lights of each named group with that spectrum: what a relit picture is compared with."""
+    """The scene with the given spectrum for the lights of each named group, as a reference for relit pictures."""
 
     def lit(item: Any) -> Any:
         return replace(item, color=spectra[item.group]) if item.group in spectra else item

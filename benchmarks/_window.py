@@ -33,6 +33,7 @@ def told_by(script: str, settings: dict[str, Any], options: Options, size: tuple
     """
     options.out.mkdir(parents=True, exist_ok=True)
     command = shlex.split(os.environ["SPECTRAL_REAL_BLENDER"])
+    command += ["--python-exit-code", "1"]  # a script that cannot start ends Blender
     place = ["-p", "0", "0", *map(str, size)]
     done = subprocess.run(
         [*command, "--factory-startup", *place, "--python", str(ROOT / "benchmarks" / script)],

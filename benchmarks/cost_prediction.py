@@ -95,7 +95,7 @@ def _converged(scene: Scene, samples: int) -> NDArray[np.float64]:
 
 
 def _error(pixels: NDArray[np.float32], halves: NDArray[np.float64]) -> float:
-    """Mean ΔE2000 against the limit: what the converged picture's noise adds is taken away, by squares."""
+    """Mean ΔE2000 relative to the limit; the noise of the converged picture is subtracted in quadrature."""
     seen = pixels[..., :3].reshape(-1, 3).astype(np.float64)
     lab = [lab_from_linear_rgb(np.maximum(each, 0.0)) for each in (seen, halves.mean(axis=0))]
     noise = pixel_errors(halves[0], halves[1])

@@ -44,7 +44,7 @@ def _audit(event: str, _arguments: tuple[Any, ...]) -> None:
 
 
 def run(options: Options) -> dict[str, Any]:
-    """Try all kinds of input, count what came of each, and list what was neither refused nor harmless."""
+    """Try all types of input, count the outcomes, and list inputs that were neither refused nor harmless."""
     count = 300 if options.quick else 20_000
     figures: dict[str, Any] = {
         "expressions": _expressions(count),
@@ -200,7 +200,7 @@ def _elements(page: str) -> Counter[str]:
 
 
 def _in_browser(path: Path) -> list[str]:
-    """True if any text became an element or ran, in all views, and what the page's own CSV export holds."""
+    """True if any text became an element or was executed in any view; and the text of the page's CSV export."""
     wrong = []
     with Browser() as page:
         page.open(path.resolve().as_uri())

@@ -89,7 +89,7 @@ def _state(writer: Writer, references: dict[str, list[bytes]], path: Path) -> in
 def _kill(
     writer: Writer, references: dict[str, list[bytes]], folder: Path, rng: np.random.Generator
 ) -> tuple[str, bool]:
-    """Kill a process that writes both versions in turn; "" if what it left is well, and whether it was midway."""
+    """Kill a process that alternates both versions; "" if the files are whole, True if a write was interrupted."""
     place = Path(tempfile.mkdtemp(dir=folder))
     path = place / writer.file_name
     writer.write(path, 0)
@@ -119,7 +119,7 @@ def _forget(place: Path) -> None:
 
 
 def _fill(writer: Writer, references: dict[str, list[bytes]], folder: Path, share: float) -> str:
-    """Write where a file may grow to a share of what it needs; "" if it is refused and the earlier file is whole."""
+    """Write with a file size limit below the needed size; "" if it is refused and the earlier file is whole."""
     place = Path(tempfile.mkdtemp(dir=folder))
     path = place / writer.file_name
     writer.write(path, 0)

@@ -27,7 +27,7 @@ OPTIONS = ("--seconds", "--inputs", "--seed", "--source", "--only", "--child")
 MOST_SECONDS = 5.0
 """Of processor time: a machine under load is no fault of a reader."""
 MOST_BYTES = 1 << 30
-"""Of memory that a call may take beside what the program had before."""
+"""Bytes of memory that a call may use in addition to those of the program before."""
 _HANG_SECONDS = 90.0
 
 

@@ -32,7 +32,7 @@ def run(options: Options) -> dict:
         problem, traps = hard_problem(seed)
         try:
             solution = solve_palette(problem, explain=False)
-        except Exception as error:  # a crash is what is being counted
+        except Exception as error:  # crashes are counted
             crashes += 1
             print(f"seed {seed}: {type(error).__name__}: {error}")
             continue

@@ -71,7 +71,7 @@ def run(options: Options) -> dict[str, Any]:
 
 
 class Trial:
-    """One run: the view, a process that loads afresh, and what was counted."""
+    """One run: the view, a process that loads each scene anew, and the counts."""
 
     def __init__(self, rng: np.random.Generator, folder: Path) -> None:
         from spectral_core.render.live.link import LiveLink
@@ -137,7 +137,7 @@ class Trial:
         return None
 
     def _compare(self, what: str, shown: Any) -> None:
-        """With a process that knows nothing of what was before, given a whole translation."""
+        """Compare with a process without earlier data that loads a full translation."""
         import bpy
 
         from blender_addon.editing.palette.picture import shown_in

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Single-feature scenes, by name: each is the standard stage (a ball on a plane) with one thing changed."""
+"""Single-feature scenes, by name: each is the standard stage (a ball on a plane) with one change."""
 
 from __future__ import annotations
 

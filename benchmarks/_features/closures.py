@@ -125,7 +125,7 @@ feature(
 
 
 def _factor(kind: str, output: str, **values: Any) -> Callable[[Stage], None]:
-    """A mix of a dark and a light diffuse surface by what a node puts out."""
+    """A mix of a dark and a light diffuse surface by the output of a node."""
 
     def build(stage: Stage) -> None:
         _pair("ShaderNodeMixShader", "ShaderNodeBsdfDiffuse", "ShaderNodeEmission")(stage)

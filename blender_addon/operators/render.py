@@ -53,7 +53,7 @@ class _Planning(Waiting):
 
 
 class SPECTRAL_OT_plan(_Planning, bpy.types.Operator):
-    """Look through the scene and decide what must be simulated"""
+    """Examine the scene and decide which effects must be simulated"""
 
     bl_idname = "spectral.plan"
     bl_label = "Plan the Render"

@@ -29,7 +29,7 @@ SETTLED = 7e-7
 millionth, minus the tolerance of the solver that measures it.
 """
 NOTHING = 1e-16
-"""Objective that is 0 but for rounding."""
+"""Objective that is 0 except for rounding."""
 PATIENCE = 3.0
 """A budget counts processor seconds; on a busy machine it ends after this many times as much elapsed time."""
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Two methods of the engine that change the set of active bounds step by step.
 
-*Primal-dual active set* (Hintermüller, Ito and Kunisch 2002): solve with the present bounds held, then hold whatever
-left its bounds and release whatever has a gradient that points inwards, all at once. After a small edit two or three
+*Primal-dual active set* (Hintermüller, Ito and Kunisch 2002): solve with the present bounds held, then hold all
+unknowns that left their bounds and release all whose gradient points inward, at once. After a small edit two or three
 steps settle it, but it may cycle.
 
 *Parametric walk* (Best 1996; Ferreau, Bock and Diehl 2008): the last optimum is the optimum of a problem with another

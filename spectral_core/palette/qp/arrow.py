@@ -6,9 +6,9 @@ With the bounds that hold an unknown taken as known, the conditions of optimalit
     H x + f − Cᵀ g + Eᵀ y = 0      H = AᵀωA + DᵀD, f = −Aᵀωt, C = τᵀωA
     E x − T g − c y = e            one row for each exact row of the block, or row of very large weight
 
-so that x and y are affine functions of the free colors g. What is left is one small system in g (its Schur complement).
-A row of weight ω above ``cap`` stands in H with ``cap``, and its rest in E with the compliance c = 1 / (ω − cap); an
-exact row has compliance 0. Thus no weight, however large, enters H and costs digits there.
+so that x and y are affine functions of the free colors g. One small system in g remains (the Schur complement).
+A row of weight ω above ``cap`` enters H with weight ``cap``, and E with the compliance c = 1 / (ω − cap) for the
+rest; an exact row has compliance 0. Thus no weight, however large, enters H and costs digits there.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
     solver.settings.eps_duality_gap_abs, solver.settings.eps_duality_gap_rel = 1e-12, 1e-12
     # Limit on the time for a problem without an optimum.
     solver.settings.max_iter = 200
-    # Unknowns x and the residual r = M x − y: the squares then stand on r alone, and M is not squared.
+    # Unknowns x and the residual r = M x − y: the objective is then the square of r alone, and M is not squared.
     squares = sparse.diags(np.concatenate([np.zeros(n), np.ones(count)]), format="csc")
     left = sparse.bmat([[matrix, -sparse.identity(count)], [equality, None]], format="csc")
     lower = np.concatenate([problem.lower, np.full(count, -np.inf)])

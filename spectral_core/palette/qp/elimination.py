@@ -153,7 +153,7 @@ class Elimination:
         """The response of every row of ``map`` to a push z at a free sample, a move of a held one, a border row's
         target.
 
-        The columns of ``map`` stand behind those of the responses, so that one exchange changes both.
+        The columns of ``map`` follow those of the responses, so that one exchange changes both.
         """
         spectrum = self.spectrum
         size, total = self.free.size, self.free.size + len(spectrum.border)

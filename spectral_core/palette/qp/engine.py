@@ -3,8 +3,8 @@
 
 From an earlier answer: daqp for the spectrum that changed, then the parametric walk; primal-dual active set where all
 changed. Cold: daqp where no spectrum depends on another, else the interior point, and the active set from its guess.
-Whatever comes out is checked (``optimality``). If no method passes, piqp is asked; where exact rows cannot hold
-together, they get large weights instead and the answer says so.
+Every answer is checked (``optimality``). If no method passes, piqp is tried; if exact rows cannot hold
+together, they get large weights instead, and the answer states it.
 """
 
 from __future__ import annotations

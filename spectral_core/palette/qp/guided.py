@@ -28,7 +28,7 @@ def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | Non
     Parameters
     ----------
     active
-        Where the last answer and its eliminations are; holds the new optimum afterwards.
+        Where the last answer and its eliminations are; holds the new optimum afterward.
     begin
         All unknowns of the last answer, within bounds.
     free

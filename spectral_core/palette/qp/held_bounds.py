@@ -219,8 +219,8 @@ class HeldBounds:
                 step, multiplier = factors.solve(held[None, begin:end], left[None])
                 steps.append((step[0], multiplier[0]))
                 by_colors += spectrum.ties @ step[0] + multiplier[0] @ spectrum.border_ties
-            # The blocks' steps are for fixed colors; the Schur system tells how the colors move, and they drag the
-            # blocks along.
+            # The blocks' steps are for fixed colors; the Schur system gives the steps of the colors, which
+            # change the blocks in turn.
             moved = self._color_solve(self._color_system()[0], by_colors) if self.colors else np.zeros(0)
             full = np.concatenate([[0.0], moved])
             x = x + np.where(self.free, self._map @ full, 0.0)

@@ -31,7 +31,7 @@ FAR = 1e30
 
 @dataclass(eq=False)
 class Quadratic:
-    """The problem in the module's docstring. Free colors stand before the spectra in the vector of all unknowns."""
+    """The problem in the module's docstring. Free colors precede the spectra in the vector of all unknowns."""
 
     blocks: tuple[Block, ...]
     color_lower: Array
