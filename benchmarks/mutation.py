@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mutants drawn at random in palette, volume, board and relight: how many do the rooms' own tests catch?
+"""Mutants drawn at random in palette, volume, board and relight: share that the tests of each room detect.
 
 A mutant changes one place of one file: an operator, a comparison, a constant, a condition, or a statement that is left
 out. Each is tried in a copy of the tree with the tests of its room, until one fails. Arguments: how many mutants in

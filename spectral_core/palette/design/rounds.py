@@ -77,6 +77,11 @@ class SolveTrace:
         self.engines.update(answer.engines)
         self.timings[side] = self.timings.get(side, 0.0) + seconds
 
+    def settle(self, side: Side, assembled: Assembled, answer: Answer) -> None:
+        """Record an answer of the only side as the joint check: nothing else is there to be improved."""
+        self.sides[side] = assembled, answer
+        self.joint, self.settled = answer.check, True
+
 
 class Rounds:
     """The two sides of a palette while they are solved in turn; keeps each side's engine warm."""
