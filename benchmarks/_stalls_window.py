@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: E402
-"""Runs inside a Blender with a window, for ``viewport-stalls``: an artist's work by script, timed by ``_stalls_trace``."""
+"""Runs inside a Blender with a window, for ``viewport-stalls``: an artist's work, timed by ``_stalls_trace``."""
 
 import os
 import sys
