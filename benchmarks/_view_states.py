@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the Rendered views of a Blender with a window show, for ``tests/live/states_drive.py``: settled, stale, in trouble?
+"""What the Rendered views of a Blender with a window show, for ``tests/live/states_drive.py``: is any stale?
 
 SPECTRAL_OUT is a folder for pictures of the screen.
 """
