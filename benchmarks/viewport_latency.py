@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Time from a change of a scene to the first picture of it in the live session, by kind of change, RGB and spectral.
+"""Time from a change of a scene to the first picture of it in the live session, by type of change, RGB and spectral.
 
 Ten balls of 10,000 triangles (2,000 with ``--quick``) on a floor, ten materials, an area lamp and a world, seen at
 960×540. The clock starts before the change is made and ends when the session holds the picture, without Blender: its
-translation and drawing come on top. Each kind is tried in turn, so that a busy machine slows all alike.
+translation and drawing come on top. Each type is tried in turn, so that a busy machine slows all alike.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from spectral_core.scene import (
 
 WIDTH, HEIGHT = 960, 540
 LIMITS_MS = {"camera": 120, "roughness": 120, "color": 120, "lamp": 120, "world": 120, "moved": 150, "mesh": 150}
-"""First picture after each kind of change, 99th percentile, of the acceptance."""
+"""First picture after each type of change, 99th percentile, of the acceptance."""
 Change = Callable[[Scene, np.random.Generator], Scene]
 
 

@@ -37,7 +37,7 @@ def paths_under_pointer(
 ) -> Iterator[tuple[str, str]]:
     """Each number of the control under the pointer: the suffix of its menu entry, and its full path.
 
-    ``kinds``: types of properties to include.
+    ``kinds``: the types of properties to include.
     """
     pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
     if pointer is None or known is None or known.type not in kinds or known.is_readonly:

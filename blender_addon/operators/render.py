@@ -46,7 +46,7 @@ def _make_plan(context: Context) -> None:
 
 
 class SPECTRAL_OT_plan(bpy.types.Operator):
-    """Look through the scene and decide what must be simulated"""
+    """Examine the scene and decide which effects must be simulated"""
 
     bl_idname = "spectral.plan"
     bl_label = "Plan the Render"

@@ -47,7 +47,7 @@ def ignore(*topics: Topic) -> None:
 
 
 def announce(topic: Topic, properties: Any) -> None:
-    """Tell the listener that ``properties`` have changed, unless the topic is silenced."""
+    """Notify the listener that ``properties`` have changed, unless the topic is silenced."""
     if not _silenced.get(topic) and topic in _listeners:
         _listeners[topic](properties)
 

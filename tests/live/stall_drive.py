@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: E402
-"""Runs inside a Blender with a window: how long the extension holds up the interface while an artist works.
+"""Runs inside a Blender with a window: measures how long the extension blocks the interface during edits.
 
-``blender --python stall_drive.py``; SPECTRAL_PATHS holds folders for sys.path. Everything that Blender calls of the
-extension while edits are made is timed, on the clock and in processor time of the main thread: on a machine with other
-work only the second says what the extension itself costs.
+``blender --python stall_drive.py``; SPECTRAL_PATHS holds folders for sys.path. Every
+call of Blender into the extension during edits is timed, in elapsed time and in processor time of the main thread. On a
+machine with other work, only the processor time is the cost of the extension.
 """
 
 import json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A live view after each kind of edit: the picture of a fresh render of the changed scene, sample for sample."""
+"""A live view after each type of edit equals a new render of the changed scene, sample for sample."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ IN_PLACE = {
     "mirrored", "mesh",
 }  # fmt: skip
 OTHER_DRAWS = {"mirrored"}
-"""Triangles of an instance keep their order where those of a flat mesh are turned: same light, other random numbers."""
+"""An instance keeps the order of triangles that a flat mesh reverses: the same light, other random numbers."""
 
 
 class Looker:
@@ -194,16 +194,16 @@ def looker() -> Iterator[Looker]:
 
 
 def fresh(scene: Scene) -> np.ndarray:
-    """The picture of the same kind of scene, whose lamps are Mitsuba's emitters: equal seeds give equal paths."""
+    """The picture of a scene of the same type with Mitsuba's emitters as lamps: equal seeds give equal paths."""
     job = RenderJob(scene, plan_effects(scene, pilot=False), Measure(movable=True))
     job.trace(scene.film.samples)
     return job.picture()
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(1200)  # 22 fresh renders, each of which may compile: minutes on a machine with other work
-def test_each_edit_shows_what_a_fresh_render_shows(looker: Looker, scene: Scene) -> None:
-    # one after the other, so that what an edit leaves behind would be seen in the next
+@pytest.mark.timeout(1200)  # 22 new renders, each of which may compile: minutes on a machine with other work
+def test_the_view_after_each_edit_equals_a_new_render(looker: Looker, scene: Scene) -> None:
+    # in sequence, so that leftovers of an edit would be visible in the next
     wrong, reloaded = {}, set()
     for name, edit in EDITS.items():
         scene = edit(scene)
@@ -232,7 +232,7 @@ def test_an_edit_in_place_and_a_killed_process(looker: Looker, scene: Scene) -> 
     assert np.abs(picture - fresh(moved)).mean() < 1e-4
 
 
-def test_a_scene_that_cannot_be_rendered_says_why_and_the_next_one_is_shown(looker: Looker, scene: Scene) -> None:
+def test_a_scene_that_cannot_be_rendered_gives_a_reason_and_the_next_one_is_shown(looker: Looker, scene: Scene) -> None:
     looker.settled(scene)
     wrong = replace(scene, settings=replace(scene.settings, overrides=(("bounces", "many"),)))
     looker.link.show("stage", wrong)

@@ -20,7 +20,7 @@ from .live import redraw_dial
 REST_SECONDS = 1.0
 """Time without an edit until the scene is compared."""
 SLOW_SECONDS = 0.5
-"""A scene that takes longer to compare is compared only when the artist asks for it."""
+"""A scene that takes longer to compare is compared only on request."""
 DIGITS = 12
 """Digits of each part's hash: enough to detect an edit, short enough to be stored for thousands of objects."""
 EDITED_ELSEWHERE = "The scene was edited since the recording; press Compare to list the changes"

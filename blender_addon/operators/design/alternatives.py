@@ -10,12 +10,12 @@ from ..common import UNDOABLE, reporting
 
 
 class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
-    """Look for answers that show what was asked and differ elsewhere as much as they can. Takes some seconds"""
+    """Find solutions that meet all requests and differ as much as possible elsewhere. Takes some seconds"""
 
     bl_idname = "spectral.palette_alternatives"
     bl_label = "Find Alternatives"
     bl_options = UNDOABLE
-    seed: IntProperty(name="Seed", default=0, min=0, description="Another number looks in other directions")
+    seed: IntProperty(name="Seed", default=0, min=0, description="Another number gives other solutions")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -27,12 +27,12 @@ class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):
-    """Make this answer the palette's; lock what you like, and look for more"""
+    """Use this solution in the palette. To find more like it, lock the materials to keep and search again"""
 
     bl_idname = "spectral.palette_alternative_take"
     bl_label = "Take Answer"
     bl_options = UNDOABLE
-    index: IntProperty(name="Answer", min=0, description="Which answer, counted from 0")
+    index: IntProperty(name="Answer", min=0, description="Number of the solution, from 0")
 
     @reporting
     def execute(self, context: Context) -> None:

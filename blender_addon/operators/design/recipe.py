@@ -40,7 +40,7 @@ class SPECTRAL_OT_recipe_copy(bpy.types.Operator):
 
 
 class SPECTRAL_OT_recipe_give(bpy.types.Operator):
-    """Give what the recipe makes to the selected lamp, or to the selected object's material"""
+    """Assign the recipe's spectrum to the selected lamp, or to the selected object's material"""
 
     bl_idname = "spectral.recipe_give"
     bl_label = "Use It Here"

@@ -107,7 +107,7 @@ class Sweep:
         return SweepPlan(keys, new, reused, tuple(lines), None if each is None else each * new)
 
     def pending(self) -> SweepPlan:
-        """The listed but missing points of the folder, whatever added them; none is added."""
+        """The listed but missing points of the folder; none is added."""
         keys = tuple(row.key for row in self.store.ledger.rows("pending"))
         reused = len(self.store.ledger.rows("done"))
         return SweepPlan(keys, len(keys), reused, (f"{len(keys)} to compute, {reused} done already",), None)

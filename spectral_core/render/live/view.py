@@ -86,7 +86,7 @@ class Viewpoint:
 
     @property
     def kind(self) -> str:
-        """Kind of the panorama, "" for none: the mapping that makes the rays."""
+        """Type of the panorama, "" for none: the mapping of its rays."""
         return "" if self.panorama is None else self.panorama.kind
 
     @property

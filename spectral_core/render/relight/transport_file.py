@@ -37,7 +37,7 @@ def write_transport(path: Path, transport: Transport, *, only_over_transports: b
     ----------
     path : the .exr file.
     transport : what was recorded.
-    only_over_transports : replace nothing but an earlier transport file. For a path that comes from a .blend.
+    only_over_transports : replace only an earlier transport file. For a path that comes from a .blend.
 
     Raises
     ------
