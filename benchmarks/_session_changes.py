@@ -117,6 +117,7 @@ def context(x: float = 0.0, y: float = 0.0) -> Any:
         use_local_collections=False,
         camera=None,
         use_local_camera=False,
+        use_render_border=False,
         clip_start=0.1,
         clip_end=100.0,
     )
