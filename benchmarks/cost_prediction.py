@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Predicted against true time and error: a plain render, a requested error, a requested time, on 16 different scenes.
 
-True errors are mean ΔE2000 against a converged picture with other random numbers and no effect left out by tolerance;
-what its own noise adds is taken away. Times are compared in seconds of the processor (work), which other programs on
-the machine do not change; those on the wall are printed beside. ``--only WORD``: scenes whose name has it.
+True errors are mean ΔE2000 against a converged picture with other random numbers and all effects;
+its own noise is subtracted. Times are compared in seconds of the processor (work), which other programs on
+the machine do not change; elapsed times are printed beside. ``--only WORD``: scenes whose name has it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
 OPTIONS = ("--only",)
 NAMES = (
-    "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "glowing", "curtain",
+    "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "emissive", "curtain",
     "ball lamp", "lamp before lamp", "mirror", "mirror caustic", "glass caustic", "leaf",
 )  # fmt: skip
 ASKED = 1.0
@@ -84,7 +84,7 @@ def _row(name: str, scene: Scene, amounts: tuple[int, int, float]) -> dict[str, 
 
 
 def _converged(scene: Scene, samples: int) -> NDArray[np.float64]:
-    """(2, pixels, 3): two halves of a picture from which nothing is left out."""
+    """(2, pixels, 3): two halves of a picture with all effects."""
     far = replace(scene.settings, overrides=(*scene.settings.overrides, ("bounces", "64")))
     full = replace(scene, settings=far, film=replace(scene.film, seed=4711))
     width, height = scene.film.size
@@ -95,7 +95,7 @@ def _converged(scene: Scene, samples: int) -> NDArray[np.float64]:
 
 
 def _error(pixels: NDArray[np.float32], halves: NDArray[np.float64]) -> float:
-    """Mean ΔE2000 against the limit: what the converged picture's noise adds is taken away, by squares."""
+    """Mean ΔE2000 relative to the limit; the noise of the converged picture is subtracted in quadrature."""
     seen = pixels[..., :3].reshape(-1, 3).astype(np.float64)
     lab = [lab_from_linear_rgb(np.maximum(each, 0.0)) for each in (seen, halves.mean(axis=0))]
     noise = pixel_errors(halves[0], halves[1])

@@ -45,7 +45,7 @@ def run(*command: str, cwd: Path = ROOT) -> str:
 
 
 def locked() -> list[str]:
-    """Requirement of each bundled package with its hashes, as requirements.lock has it: what was tested is shipped."""
+    """Requirement of each bundled package with its hashes from requirements.lock, as tested."""
     text = (ROOT / "requirements.lock").read_text().replace("\\\n", " ")
     by_name = {line.split("==")[0].strip(): line for line in text.splitlines() if "==" in line}
     found = []
@@ -161,7 +161,7 @@ BASE_LIBRARIES = (
 
 
 def bundle_llvm(folder: Path) -> str:
-    """Copy an LLVM from 17 on and what it needs into ``folder``, each with its licence; a line about it."""
+    """Copy LLVM (17 or later) and its libraries into ``folder``, with their licenses; returns a summary."""
     sys.path.insert(0, str(ROOT))
     from spectral_core.llvm_library import find_llvm
 
@@ -175,16 +175,16 @@ def bundle_llvm(folder: Path) -> str:
         if name.startswith(BASE_LIBRARIES):
             continue
         shutil.copyfile(Path(path).resolve(), folder / name)
-        licence = _licence(Path(path))
-        if licence is None:
-            sys.exit(f"extension: the licence of {path} was not found; it cannot be carried without")
-        shutil.copyfile(licence[1], folder / "licenses" / f"{licence[0]}.txt")
+        license = _license(Path(path))
+        if license is None:
+            sys.exit(f"extension: the license of {path} was not found; it cannot be carried without")
+        shutil.copyfile(license[1], folder / "licenses" / f"{license[0]}.txt")
     size = sum(path.stat().st_size for path in folder.iterdir() if path.is_file()) / 1e6
     return f"LLVM {found[1]} from {library.name} with {len(list(folder.glob('*.so*'))) - 1} libraries, {size:.0f} MB"
 
 
-def _licence(library: Path) -> tuple[str, Path] | None:
-    """Debian package of a library, and its statement of copyright and licence."""
+def _license(library: Path) -> tuple[str, Path] | None:
+    """Debian package of a library, and its statement of copyright and license."""
     for path in (library, library.resolve(), Path("/usr") / library.relative_to("/")):
         done = subprocess.run(["dpkg", "-S", str(path)], capture_output=True, text=True)
         if done.returncode == 0:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets this checkout up: system libraries, .venv, packages. Safe to run twice; the second time it only checks.
 
-Only the standard library, since nothing is installed yet. With root or sudo the few system libraries that bpy and
+Imports the standard library only: nothing is installed yet. With root or sudo the few system libraries that bpy and
 drjit need come from the distribution; without, the one command to run is printed. Without LLVM the scalar renderer
 still works, slower.
 """
@@ -116,7 +116,7 @@ def system_libraries() -> None:
 
 
 def wanted() -> str:
-    """Changes whenever what is to be installed changes, or the Python that it is installed for."""
+    """Fingerprint of the packages to install and of the Python version."""
     parts = [(ROOT / name).read_bytes() for name in ("pyproject.toml", LOCK)]
     return hashlib.sha256(b"\0".join([*parts, sys.version.encode(), str(VENV).encode()])).hexdigest()
 
@@ -152,7 +152,7 @@ def packages() -> None:
     if not wrong and STAMP.exists() and STAMP.read_text() == wanted():
         return
     if wrong:
-        say(f".venv is made anew: {wrong}")
+        say(f".venv is created again: {wrong}")
         if VENV.is_symlink() or VENV.is_file():
             VENV.unlink()
         else:
@@ -191,7 +191,9 @@ def main() -> None:
         say(f"this is Python {sys.version.split()[0]}; Python 3.11 is needed (Debian 12: python3 python3-venv)")
         sys.exit(1)
     if sys.version_info[:2] != (3, 11):
-        say(f"this is Python {sys.version.split()[0]}: bpy exists for 3.11 only, so what needs Blender is left out")
+        say(
+            f"this is Python {sys.version.split()[0]}: bpy exists for 3.11 only, so parts that need Blender are omitted"
+        )
     system_libraries()
     packages()
     say("ready")

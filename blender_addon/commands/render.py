@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--multilayer", action="store_true",
-        help="for an .exr: write every pass that the file's view layers tick, each as a layer of its own",
+        help="for an .exr: write every pass that the file's view layers tick, each as a separate layer",
     )  # fmt: skip
     parser.add_argument(
         "--passes", nargs="+", metavar="NAME", default=[],
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     if (arguments.multilayer or arguments.passes) and out.suffix.lower() != ".exr":
         raise InvalidInputError(f"passes fit into an .exr only; {out.name} is none")
     if (arguments.multilayer or arguments.passes) and arguments.bands is not None:
-        raise InvalidInputError("spectral bands and passes are files of different layouts; ask for one of them")
+        raise InvalidInputError("spectral bands and passes are files of different layouts; request one of them")
     with _blend.chatter_to_stderr():
         scene = _blend.open_scene(arguments)
         _tick(scene, arguments.passes)

@@ -49,7 +49,7 @@ PALETTE_FIELDS = by_name(
         description="How roughness of a spectrum is measured",
         items=[
             ("mended", "Curvature", "Second derivative with free ends, the same on every grid", 0),
-            ("thesis", "Thesis", "Eq. 5.13 of the thesis, whose ends are held down to zero", 1),
+            ("thesis", "Thesis", "Eq. 5.13 of the thesis, which forces the ends to zero", 1),
         ],
     ),
     Field(
@@ -68,7 +68,7 @@ PALETTE_FIELDS = by_name(
         default={"cie_1931_2deg"}, description="Observers for which matching cells match. Shift-click for several",
     ),
     Field(
-        "robustness", EnumProperty, "robustness", name="Other Eyes and Lamps", default="soft",
+        "robustness", EnumProperty, "robustness", name="Other Observers and Lamps", default="soft",
         description="How matches for several observers and lamps are weighted",
         items=[
             ("soft", "On Average", "Make the squared errors of all of them small together", 0),
@@ -154,7 +154,7 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
         type=bpy.types.Light, name="Light", update=_remembers("light"),
         description="Blender light that gets this spectrum",
     )  # fmt: skip
-    light_name: StringProperty(description="Name of that light when it was chosen: tells whether it was deleted")
+    light_name: StringProperty(description="Name of that light when it was chosen: shows if it was deleted")
     world: PointerProperty(
         type=bpy.types.World, name="World", update=_remembers("world"), description="World that gets this spectrum"
     )

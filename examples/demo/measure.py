@@ -28,7 +28,7 @@ class MarkContrast:
 
 
 def coverage_scene(scene: Scene, material_name: str) -> Scene:
-    """The scene with nothing but that material's mask to see: its first glaze glows green, its second red.
+    """The scene with that material's mask alone visible: its first glaze emits green, its second red.
 
     Pixels of its picture hold how much of them is ground (green) and mark (red).
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mixes of many shaders: their leaves are rows of tables, and nobody can tell from the picture."""
+"""Mixes of many shaders: their leaves are rows of tables, without a difference in the picture."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _chain(leaves, factors):
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 def test_a_mix_renders_as_the_weighted_sum_of_its_leaves(transport):
-    """One kernel serves every mix: a factor near 0 or 1 shows one leaf, any other their sum."""
+    """One kernel renders every mix: a factor of 0 or 1 shows one leaf, any other factor the weighted sum."""
     rng = np.random.default_rng(5)
     leaves = [
         _glossy(rng),
@@ -82,7 +82,7 @@ def test_a_mix_renders_as_the_weighted_sum_of_its_leaves(transport):
     np.testing.assert_allclose(together, np.array(weights) @ np.array(alone), rtol=0.03)
 
 
-def test_more_leaves_of_equal_build_need_no_new_kernel():
+def test_more_leaves_of_equal_structure_need_no_new_kernel():
     import drjit
 
     rng = np.random.default_rng(7)
@@ -98,7 +98,7 @@ def test_more_leaves_of_equal_build_need_no_new_kernel():
 
 
 def _programs(count):
-    """As many programs of different shapes: coordinates, numbers, a ramp and a vector through arithmetic."""
+    """Programs of different structures: coordinates, numbers, a ramp and a vector in arithmetic."""
     made = []
     for number in range(count):
         build = Builder()
@@ -126,7 +126,7 @@ def _scene_of(paints, transport):
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_interpreted_programs_give_what_their_own_code_gives(monkeypatch, transport):
+def test_interpreted_programs_equal_their_compiled_code(monkeypatch, transport):
     from spectral_core.render.plugins.surfaces import slots
 
     scene = _scene_of(_programs(9), transport)
@@ -138,7 +138,7 @@ def test_interpreted_programs_give_what_their_own_code_gives(monkeypatch, transp
     np.testing.assert_allclose(pictures[0], pictures[1], rtol=1e-4, atol=1e-5)
 
 
-def test_more_programs_of_the_same_operations_are_no_more_code():
+def test_more_programs_of_the_same_operations_add_no_code():
     import drjit
 
     from spectral_core.render.job import RenderJob

@@ -83,7 +83,7 @@ def test_a_fiber_that_absorbs_nothing_is_invisible(roughness: float, radial: flo
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 def test_absorption_is_per_channel_and_wavelength(transport: str) -> None:
-    """Depth multiplies the absorption: a squared transmittance at half the depth is the same fiber, up to upsampling."""
+    """Depth multiplies the absorption: a squared transmittance at half the depth is the same fiber."""
     color = np.array([0.8, 0.4, 0.1])
     once = shown(Hair(Color(color), False, 1.0, tangent=tangent()), transport=transport)
     twice = shown(Hair(Color(np.sqrt(color)), False, 2.0, tangent=tangent()), transport=transport)

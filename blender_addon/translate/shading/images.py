@@ -72,7 +72,7 @@ def _frame(translation: Translation, node: Any, channel: str) -> ImageTexture | 
 
 
 def tiles_of_node(translation: Translation, node: Any, channel: str) -> list[tuple[tuple[int, ...], ImageTexture]]:
-    """Tiles of an Image Texture whose image is a UDIM set: those of one size stand one above the other in an image."""
+    """Tiles of an Image Texture whose image is a UDIM set: those of one size are stacked in one image."""
     image, reads_alpha = node.image, alpha_is_read(node)
     groups: dict[Any, list[tuple[int, ImageTexture]]] = {}
     for number in tiles_of(image):

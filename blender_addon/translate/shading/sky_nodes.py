@@ -41,7 +41,7 @@ def _environment(reader: Reader, output: Output) -> Any:
 
 @evaluator("TEX_SKY")
 def _sky(reader: Reader, output: Output) -> Any:
-    from ..lighting.surroundings import directions_of
+    from ..lighting.backgrounds import directions_of
 
     node = output.node
     model = MODELS.get(node.sky_type, "multiple")

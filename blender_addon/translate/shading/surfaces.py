@@ -27,7 +27,7 @@ from spectral_core.scene import (
 )
 
 from .. import spectra
-from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
+from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (importing the node modules registers their evaluators)
 from .fields import scalar_of
 from .hair import hair_lobe, principled_hair
 from .principled import principled

@@ -102,7 +102,7 @@ def plain_values(values: Mapping[str, Any]) -> dict[str, float | int | str | Non
 
 
 def as_outcome(result: Any, name: str) -> Outcome:
-    """An outcome from what a user's function returned: an outcome, a number, or a mapping of numbers and pictures."""
+    """Make an outcome from a user's result: an outcome, a number, or a mapping of numbers and pictures."""
     if isinstance(result, Outcome):
         return result
     if isinstance(result, int | float | np.generic):

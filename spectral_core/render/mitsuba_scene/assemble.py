@@ -32,7 +32,7 @@ SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 LAMP_BODY = "\0lamp"
 """Name of the material of Mitsuba's lamps, which is transparent. No material of an artist has this name."""
 UNLIMITED_BOUNCES = 1024
-"""Blender's largest number of bounces, which stands for no limit."""
+"""Blender's largest number of bounces, which means no limit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

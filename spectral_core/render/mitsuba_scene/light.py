@@ -231,7 +231,7 @@ def world_emitter(context: Context, world: World) -> Any | None:
     if isinstance(world.color, ImageTexture):
         return _environment(context, world, world.color)
     if isinstance(world.color, SpectralImage):
-        context.note("World", "has a spectral texture; it shines in its color under D65")
+        context.note("World", "has a spectral texture; it emits the texture's color under D65")
         return _environment(context, world, paint.in_daylight(world.color))
     if isinstance(world.color, Computed):
         context.note("World", "has a color that varies; its mean lights the scene")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The triangles of a scene as one table, from which kernels read what a ray has hit.
+"""The triangles of a scene as one table, from which kernels read the data of a hit.
 
 Mitsuba calls the shape that was hit: each instance is then a function of its own in the kernel, and an object with a
 hundred instances takes seconds to compile. Read from tables, any number of shapes is the same code.

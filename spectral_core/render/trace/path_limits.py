@@ -29,7 +29,7 @@ def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:
 
 
 def count(limits: Any, path: Any, bs: Any, scatters: Any) -> None:
-    """Count a bounce by its kind, as Cycles does, and see whether it was the last (``limits``: counts by kind)."""
+    """Count a bounce by its type, as in Cycles, and set ``path.last`` at a limit (``limits``: most bounces by type)."""
     import drjit as dr
     import mitsuba as mi
 

@@ -3,7 +3,7 @@
 
 Unidirectional path tracing with multiple importance sampling (Veach 1997, power heuristic), as in Mitsuba's ``path``,
 with these additions: objects and lights that only some rays hit, light and shadow linking, transparent shadows, limits
-by kind of bounce, clamping, and sides by the geometric normal.
+by type of bounce, clamping, and sides by the geometric normal.
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ def scene_path_class(variant: str) -> Any:
             return flight.scatters, place
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
-            """Count a bounce by its kind, as Cycles does; True if it was the last."""
+            """Count a bounce by its type, as in Cycles, and mark the last one of the path."""
             path_limits.count(self, path, bs, scatters)
 
         def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
