@@ -97,7 +97,8 @@ def scene_path_class(variant: str) -> Any:
             """One ray to the next hit: emission along it, direct light at the hit, and the continuation of the path."""
             si = self.tables.intersect(scene, path.ray, path.active, path.depth == 0)
             shape = self.tables.shape_number(si)
-            unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
+            passes = self.tables.passes(shape, path.kind) | self.tables.from_within(shape, si, path.ray.d)
+            unseen = path.active & si.is_valid() & passes
             si.dn_du = -path.ray.d  # the viewer's direction for closures, see plugins.closures.upright
             si.dn_dv = ray_marks(mi, dr, path)
             si.wi = self.upright(si)

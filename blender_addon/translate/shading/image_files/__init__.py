@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 
 MISSING = (1.0, 0.0, 1.0)
-"""The color that Cycles shows where a tile is missing."""
+"""The color that Cycles shows where a picture or a tile is missing; its alpha is 1."""
 
 
 def tiles_of(image: Any) -> list[int]:
