@@ -63,6 +63,22 @@ feature("objects/remesh", _modified("REMESH", mode="VOXEL", voxel_size=0.15))
 feature("objects/cast", _modified("CAST", cast_type="CUBOID", factor=0.7))
 feature("objects/simple deform", _modified("SIMPLE_DEFORM", deform_method="TWIST", angle=1.0))
 feature("objects/weighted normals", _modified("WEIGHTED_NORMAL"))
+
+
+def _wound_both_ways(shader: str, **inputs: Any) -> Callable[[Stage], None]:
+    """A smooth ball some of whose faces point inward, as in files that passed through several programs."""
+
+    def change(stage: Stage) -> None:
+        for polygon in list(stage.ball.data.polygons)[::4]:
+            polygon.flip()
+        stage.ball.data.update()
+        stage.shader(shader, **inputs)
+
+    return change
+
+
+for _shader in ("ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfToon"):
+    feature(f"objects/faces of both windings, {_shader[14:]}", _wound_both_ways(_shader))
 for _ray in ("camera", "diffuse", "glossy", "transmission", "shadow", "volume_scatter"):
 
     def _unseen(stage: Stage, ray: str = _ray) -> None:

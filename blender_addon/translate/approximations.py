@@ -5,7 +5,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.scene import Glass, Glossy, Mesh, Metal, Principled, Rays, Scene, Surface, leaves
+from spectral_core.scene import (
+    Glass,
+    Glossy,
+    Mesh,
+    Metal,
+    Principled,
+    Rays,
+    Scene,
+    Sheen,
+    Subsurface,
+    Surface,
+    Translucent,
+    leaves,
+)
 
 from .context import Translation
 
@@ -20,14 +33,23 @@ def note_approximations(translation: Translation, scene: Scene) -> None:
     surfaces = {material.name: material.surface for material in scene.materials}
     meshes = {mesh.name: mesh for mesh in scene.meshes}
     bends = {name for name, surface in surfaces.items() if _refracts(surface)}
-    leaning: dict[str, bool] = {}
+    enters = {name for name, surface in surfaces.items() if _enters(surface)}
+    leaning: dict[str, tuple[bool, bool]] = {}
     for instance in scene.instances:
-        if not bends.intersection(instance.materials):
+        if not (bends | enters).intersection(instance.materials):
             continue
         if instance.mesh not in leaning:
-            leaning[instance.mesh] = _leans(meshes[instance.mesh])
-        if leaning[instance.mesh]:
+            mesh = meshes[instance.mesh]
+            leaning[instance.mesh] = _leans(mesh, LEANING_COSINE), _leans(mesh, 0.0)
+        leans, is_turned = leaning[instance.mesh]
+        if leans and bends.intersection(instance.materials):
             message = "it is smooth-shaded over hard edges: light refracted there is dimmer than in Cycles"
+            translation.note(instance.name, message)
+        if is_turned and enters.intersection(instance.materials):
+            message = (
+                "faces of its smooth-shaded mesh point both outward and inward: translucent, subsurface and sheen "
+                "light differs from Cycles there; Mesh > Normals > Recalculate Outside mends the mesh"
+            )
             translation.note(instance.name, message)
     film = scene.film
     if film.transparent and film.transparent_glass:
@@ -54,14 +76,22 @@ def _refracts(surface: Surface | None) -> bool:
     )
 
 
+def _enters(surface: Surface | None) -> bool:
+    return any(
+        isinstance(leaf, (Translucent, Subsurface, Sheen))
+        or (isinstance(leaf, Principled) and (leaf.subsurface_weight != 0 or leaf.sheen_weight != 0))
+        for leaf in leaves(surface)
+    )
+
+
 def _is_mixed(surface: Surface | None) -> bool:
     """True if a surface scatters both diffusely and like a mirror."""
     kinds = {isinstance(leaf, (Glossy, Metal, Glass)) for leaf in leaves(surface)}
     return len(kinds) == 2 or any(isinstance(leaf, Principled) for leaf in leaves(surface))
 
 
-def _leans(mesh: Mesh) -> bool:
-    """True if interpolated normals are far from those of their faces."""
+def _leans(mesh: Mesh, cosine: float) -> bool:
+    """True if interpolated normals are further from those of their faces than an angle of this cosine."""
     if mesh.normals is None:
         return False
     first, second, third = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
@@ -70,4 +100,4 @@ def _leans(mesh: Mesh) -> bool:
     kept = size > 0
     normals = mesh.normals[mesh.triangles[kept]].astype(np.float64)
     cosines = np.einsum("tci,ti->tc", normals, faces[kept] / size[kept, None])
-    return bool((cosines < LEANING_COSINE).mean() > FEW) if cosines.size else False
+    return bool((cosines < cosine).mean() > FEW) if cosines.size else False

@@ -44,6 +44,21 @@ def test_smooth_shaded_glass_with_hard_edges_gets_a_note(build, translate):
     assert not translate().notes
 
 
+def test_faces_of_both_windings_get_a_note_where_light_enters(build, translate):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
+    ball = bpy.context.object
+    for polygon in ball.data.polygons:
+        polygon.use_smooth = True
+    shaded(ball, "ShaderNodeBsdfTranslucent")
+    assert not translate().notes
+    for polygon in list(ball.data.polygons)[::4]:
+        polygon.flip()
+    ball.data.update()
+    assert "Recalculate Outside" in messages(translate())
+    shaded(ball, "ShaderNodeBsdfDiffuse")
+    assert not translate().notes
+
+
 def test_ray_types_on_diffuse_and_glossy_surfaces_get_a_note(build, translate):
     lamp = build.light("POINT")
     thing = build.plane()

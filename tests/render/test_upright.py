@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
-from spectral_core.scene import Computed, Emission, Film
+from spectral_core.scene import Computed, Diffuse, Emission, Film, Glossy, Principled, World, gray
 from spectral_core.scene.shading import Builder
 
 from .scenes import lit_plane
@@ -54,6 +56,19 @@ def test_reflected_views_stay_outside_and_valid_normals_are_unchanged(rng):
     # it lies between the geometric normal and the given one
     volume = np.linalg.det(np.stack([outer, before, turned * side], axis=1))
     np.testing.assert_allclose(volume, 0, atol=1e-4)
+
+
+@pytest.mark.parametrize("surface", [Diffuse(gray(0.8)), Glossy(gray(0.8), 0.5), Principled(gray(0.8))])
+def test_a_normal_that_points_away_from_its_face_leaves_the_face_dark(surface):
+    """As in Cycles, where faces of one smooth mesh have different windings; the face's own side does not mend it."""
+    plain = lit_plane(surface=surface, film=Film(4, 4, 64), world=World(gray(1.0)))
+    (mesh,) = plain.meshes
+    up = np.tile(np.float32([0, 0, 1]), (len(mesh.positions), 1))
+    right, wrong = (
+        render_scene(replace(plain, meshes=(replace(mesh, normals=normals),))).pixels[..., :3].mean()
+        for normals in (up, -up)
+    )
+    assert right > 0.01 and wrong < 1e-3 * right
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])

@@ -19,9 +19,8 @@ def upright(_self: Any, si: Any) -> Any:
     import mitsuba as mi
 
     outside = dr.dot(si.n, si.to_world(si.wi)) > 0.0
-    faces = dr.dot(si.n, si.sh_frame.n) > 0.0
     # Compared by sign alone: the angle itself is kept.
-    above = (si.wi.z > 0.0) == (outside == faces)
+    above = (si.wi.z > 0.0) == outside
     return mi.Vector3f(si.wi.x, si.wi.y, dr.select(above | ~si.is_valid(), si.wi.z, -si.wi.z))
 
 
@@ -29,8 +28,7 @@ def keeps_side(_self: Any, si: Any, wo: Any, outward: Any) -> Any:
     """True if a direction leaves on the same side of the geometry as of the shading, so that no light leaks."""
     import drjit as dr
 
-    outside = dr.dot(si.n, outward) * dr.dot(si.n, si.sh_frame.n) > 0.0
-    return (wo.z > 0.0) == outside
+    return (wo.z > 0.0) == (dr.dot(si.n, outward) > 0.0)
 
 
 def leaves_as_drawn(_self: Any, si: Any, bs: Any, outward: Any) -> Any:

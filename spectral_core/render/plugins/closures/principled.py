@@ -10,7 +10,7 @@ from spectral_core.render.plugins.closures.lobe import register_closure
 from spectral_core.render.plugins.closures.matt import oren_nayar
 from spectral_core.render.plugins.closures.microfacet import Microfacets
 from spectral_core.render.plugins.closures.rough import both_sides
-from spectral_core.render.plugins.closures.upright import with_valid_normal
+from spectral_core.render.plugins.closures.upright import sees_facets, with_valid_normal
 from spectral_core.render.plugins.numbers import channel_mean
 
 
@@ -147,14 +147,26 @@ def register(mi: Any, dr: Any) -> None:
                     stretch = tuple(dr.select(in_coat, 1.0, part) for part in stretch)
             facets = Microfacets(mi, dr, roughness, stretch)
             mirrored, _ = facets.mirrored(wi, sample2)
-            return dr.select(in_facets, mirrored, mi.warp.square_to_cosine_hemisphere(sample2))
+            even = self.turned(self.hit, mi.warp.square_to_cosine_hemisphere(sample2))
+            even = self.aligned(self.lobe_axes(si, active), self.turned(si, si.to_local(self.hit.to_world(even))))
+            return dr.select(in_facets, mirrored, even)
+
+        def plain(self, si: Any, way: Any, active: Any) -> Any:
+            """A direction about the given normal, of one about the valid normal: diffuse light knows no mirror image
+            that could lie below the surface.
+            """
+            outward = self.turned(si, self.aligned(self.lobe_axes(si, active), way, back=True))
+            return self.turned(self.hit, self.hit.to_local(si.to_world(outward)))
 
         def reflect(self, si: Any, wi: Any, wo: Any, active: Any) -> Any:
             found = self.layers(si, wi, active)
             color, metallic, roughness, below_coat, specular, chances, coat_weight, coat_roughness = found
-            lambert = dr.select((wi.z > 0.0) & (wo.z > 0.0), wo.z / dr.pi, 0.0)
+            toward, away = self.plain(si, wi, active), self.plain(si, wo, active)
+            lambert = dr.maximum(away.z, 0.0) / dr.pi
             facets = Microfacets(mi, dr, roughness, self.stretch(si, active))
             mirror, mirror_density, facing = facets.reflection(wi, wo)
+            seen = sees_facets(mi, dr, si)
+            mirror, mirror_density = dr.select(seen, mirror, 0.0), dr.select(seen, mirror_density, 0.0)
             edge = mi.Spectrum(1.0) if self.edge_tint is None else self.edge_tint.eval(si, active)
             film = self.film_at(si, active)
             metal, average = metal_reflectance(mi, dr, (color, edge), facing, film)
@@ -164,7 +176,7 @@ def register(mi: Any, dr: Any) -> None:
             diffuse = color * lambert
             if self.diffuse_roughness is not None:
                 rough = dr.clip(self.diffuse_roughness.eval_1(si, active), 0.0, 1.0)
-                diffuse = dr.select(lambert > 0.0, oren_nayar(mi, dr, color, rough, wi, wo), 0.0)
+                diffuse = dr.select(lambert > 0.0, oren_nayar(mi, dr, color, rough, toward, away), 0.0)
             above = mi.Float(1.0)
             if self.below is not None:
                 above = 1.0 - self.share_below(si, active)
@@ -184,6 +196,7 @@ def register(mi: Any, dr: Any) -> None:
             density = (chances[1] + chances[2]) * mirror_density + chances[3] * above * lambert
             if self.coat_weight is not None:
                 coat, coat_density, facing = Microfacets(mi, dr, coat_roughness).reflection(wi, wo)
+                coat, coat_density = dr.select(seen, coat, 0.0), dr.select(seen, coat_density, 0.0)
                 kept = self.kept(coat_roughness, wi.z, self.coat_fresnel.eval_1(si, active))
                 value += coat_weight * mi.fresnel(facing, self.coat_ior.eval_1(si, active))[0] * kept * coat
                 density += chances[0] * coat_density

@@ -11,7 +11,7 @@ from spectral_core.render.plugins.closures.film import film_of, metal_reflectanc
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy
 from spectral_core.render.plugins.closures.phong import Phong
-from spectral_core.render.plugins.closures.upright import keeps_side, with_valid_normal
+from spectral_core.render.plugins.closures.upright import keeps_side, sees_facets, with_valid_normal
 
 
 def both_sides(mi: Any, dr: Any) -> Any:
@@ -27,6 +27,8 @@ def both_sides(mi: Any, dr: Any) -> Any:
         diffuse_alone = False
         """True if only the diffuse part is evaluated."""
 
+        hit: Any = None
+        """The hit with its given normal, while the closure is drawn or evaluated."""
         draw: Any
         reflect: Any
 
@@ -75,7 +77,7 @@ def both_sides(mi: Any, dr: Any) -> Any:
             return dr.rcp(aspect), aspect
 
         def sample(self, ctx: Any, hit: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
-            si = with_valid_normal(mi, dr, hit)
+            si, self.hit = with_valid_normal(mi, dr, hit), hit
             axes = self.lobe_axes(si, active)
             wi = self.aligned(axes, self.turned(si, si.wi))
             wo = self.draw(si, wi, (sample1, sample2), active)
@@ -89,7 +91,7 @@ def both_sides(mi: Any, dr: Any) -> Any:
             return bs, dr.select(valid, value / dr.maximum(density, 1e-20), 0.0)
 
         def eval_pdf(self, ctx: Any, hit: Any, wo: Any, active: Any = True) -> Any:
-            si = with_valid_normal(mi, dr, hit)
+            si, self.hit = with_valid_normal(mi, dr, hit), hit
             wo = si.to_local(hit.to_world(wo))
             active = active & keeps_side(mi, dr, si, wo)
             axes = self.lobe_axes(si, active)
@@ -140,6 +142,8 @@ def register(mi: Any, dr: Any) -> None:
         def reflect(self, si: Any, wi: Any, wo: Any, active: Any) -> Any:
             color, facets = self.color.eval(si, active), self.facets(si, active)
             value, density, facing = facets.reflection(wi, wo)
+            seen = sees_facets(mi, dr, si)
+            value, density = dr.select(seen, value, 0.0), dr.select(seen, density, 0.0)
             average = color
             if self.edge_tint is not None:
                 film = None if self.film is None else self.film.at(mi, dr, si, active)

@@ -28,7 +28,9 @@ def with_valid_normal(mi: Any, dr: Any, si: Any) -> Any:
     toward = toward_viewer(mi, dr, si)
     outer = mi.Vector3f(dr.mulsign(si.n, dr.dot(si.n, toward)))
     frame_normal = mi.Vector3f(si.sh_frame.n)
-    side = dr.mulsign(mi.Float(1.0), dr.dot(frame_normal, outer))
+    # The side of the geometry decides: a normal that leans away from it by more than 90° (faces of one mesh with
+    # different windings) stays so, and such places are dark in Cycles.
+    side = dr.mulsign(mi.Float(1.0), dr.dot(si.n, toward))
     normal = frame_normal * side
     height = dr.dot(toward, outer)
     # a mirrored direction may always be as shallow as the incident one
@@ -55,6 +57,12 @@ def with_valid_normal(mi: Any, dr: Any, si: Any) -> Any:
     local = valid.to_local(toward)
     valid.wi = dr.select(invalid, local, si.wi)
     return valid
+
+
+def sees_facets(mi: Any, dr: Any, si: Any) -> Any:
+    """True if the viewer is above the normal, which facets need; scattering of other kinds does not depend on it."""
+    toward = toward_viewer(mi, dr, si)
+    return dr.dot(si.n, toward) * dr.dot(si.sh_frame.n, toward) > 0.0
 
 
 def keeps_side(mi: Any, dr: Any, si: Any, wo: Any) -> Any:
