@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import threading
@@ -279,3 +280,23 @@ def test_edits_of_meshes_record_nothing(scene: Scene, transport: Literal["rgb", 
         assert stage.how == "meshes"
         trace(scene)
     assert stage.launcher.recordings == before
+
+
+def test_another_object_compiles_no_kernel(scene: Scene) -> None:
+    import drjit as dr
+
+    gc.collect()  # scenes of earlier tests occupy numbers of Mitsuba's registry
+    stage = Stage()
+    compiled = []
+    for count in range(3):
+        more = tuple(Instance(f"more {k}", "two", at(k, 1, 2), ("shiny",)) for k in range(count))
+        seen = replace(scene, instances=scene.instances + more)
+        stage.show(seen)
+        assert stage.how == "loaded"
+        viewpoint = Viewpoint.of_camera(seen.camera, seen.film)
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+            dr.kernel_history_clear()
+            stage.look_from(viewpoint)
+            ViewPicture(stage.launcher, ViewRequest("stage", viewpoint, WIDTH, HEIGHT, SAMPLES, 0), 4).step()
+            compiled.append(sum(not each["cache_hit"] for each in dr.kernel_history() if "cache_hit" in each))
+    assert compiled[1:] == [0, 0]
