@@ -71,8 +71,8 @@ class MeshTables:
     def spare_shapes(self) -> list[Any]:
         """Meshes beside the scene that fill Mitsuba's registry up to a multiple of ``REGISTRY_STEP``.
 
-        Keep them as long as the scene. Kernels contain the size of tables with a row for each registered shape. Filled up, a few more objects do not
-        change it, and no kernel is compiled for them.
+        Keep them as long as the scene. Kernels contain the size of tables with a row for each registered shape. Filled
+        up, a few more objects do not change it, and no kernel is compiled for them.
         """
         spare, number = [], 0
         while number <= self.last or number % REGISTRY_STEP:
