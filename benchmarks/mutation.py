@@ -186,7 +186,7 @@ class Callers:
 
 
 def _function_lines(path: Path, line: int) -> tuple[int, int]:
-    """First and last line of the innermost function around a line; the whole file's where there is none."""
+    """First and last line of the innermost function around a line; the whole file's if there is none."""
     text = (ROOT / path).read_text("utf-8")
     around = [
         (min([node.lineno, *(each.lineno for each in node.decorator_list)]), node.end_lineno or node.lineno)

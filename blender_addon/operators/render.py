@@ -12,7 +12,7 @@ from spectral_core.errors import InvalidInputError
 
 from .. import jobs
 from ..translate.settings import overrides_of
-from .common import UNDOABLE, Waiting
+from .common import UNDOABLE, Waiting, chosen_path, reporting
 
 if TYPE_CHECKING:
     from spectral_core.render import CostCurve
@@ -156,6 +156,53 @@ class SPECTRAL_OT_cost(Waiting, bpy.types.Operator):
         scene.spectral.render.cost_summary = ""
 
 
-register, unregister = bpy.utils.register_classes_factory(
-    (SPECTRAL_OT_plan, SPECTRAL_OT_plan_override, SPECTRAL_OT_plan_release, SPECTRAL_OT_cost)
+class SPECTRAL_OT_write_mitsuba(bpy.types.Operator):
+    """Write the scene as a folder that Mitsuba 3 loads without this extension"""
+
+    bl_idname = "spectral.write_mitsuba"
+    bl_label = "Mitsuba 3 (Folder)"
+    directory: StringProperty(
+        name="Folder",
+        description="Folder to write to; an unchanged earlier export in it is replaced",
+        subtype="DIR_PATH",
+    )
+
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        from spectral_core.render.mitsuba_export import write_mitsuba
+
+        made = write_mitsuba(_translated(context), chosen_path(self.directory))
+        for note in made.notes:
+            self.report({"WARNING"}, f"{note.subject}: {note.message}")
+        self.report({"INFO"}, f"{made.scene}: {len(made.files)} files")
+
+
+def _draw_export(menu: bpy.types.Menu, _context: Context) -> None:
+    menu.layout.operator("spectral.write_mitsuba")
+
+
+_register, _unregister = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_OT_plan,
+        SPECTRAL_OT_plan_override,
+        SPECTRAL_OT_plan_release,
+        SPECTRAL_OT_cost,
+        SPECTRAL_OT_write_mitsuba,
+    )
 )
+
+
+def register() -> None:
+    """Register the operators, and the entry in File > Export."""
+    _register()
+    bpy.types.TOPBAR_MT_file_export.append(_draw_export)
+
+
+def unregister() -> None:
+    """Remove them."""
+    bpy.types.TOPBAR_MT_file_export.remove(_draw_export)
+    _unregister()
