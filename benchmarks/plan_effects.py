@@ -6,7 +6,8 @@ batches. Printed: effects that are on against those that must be; the share of p
 batches, corrected for their number (Šidák, 1 %), finds a difference, as Mitsuba's own tests do (Subr and Arvo 2007);
 mean ΔE2000 between the pictures beyond their noise; how many times less time the plan takes for equal error (time
 times relative variance), against four wavelengths for each path, and against one, as dispersion needs. Then a sweep of
-the tolerance. ``--only WORD``: scenes whose name has it.
+the tolerance. ``--only WORDS``: scenes of these names, or
+whose name has the word, separated by commas.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ Array = NDArray[np.float64]
 def run(options: Options) -> dict[str, Any]:
     """Print the tables and return them."""
     size, samples = ((16, 12), 16) if options.quick else ((48, 36), 24)
-    wanted = options.extra[1] if options.extra[:1] == ["--only"] else ""
-    scenes = {name: effects for name, effects in {**SINGLE, **PAIRS}.items() if wanted in name}
-    if options.quick and not wanted:
+    scenes = {**SINGLE, **PAIRS}
+    scenes = {name: scenes[name] for name in options.only(scenes)}
+    if options.quick and not options.extra:
         scenes = {name: scenes[name] for name in ("nothing", "sodium", "glass ball", "lens + texture")}
     head = f"{'scene':32} {'plan':5} {'pixels that differ':>18} {'mean ΔE':>8} {'faster':>7} {'(1 λ)':>7}"
     print(f"{head}  on (− missing, + too much)")

@@ -26,9 +26,11 @@ PLAN_SHARE = 0.25
 """Part of a requested error that the plan may use; the rest is the target for the noise."""
 _FIRST_SHARE = 0.3
 """Part of the expected samples that is spread over the whole picture before tiles are treated differently."""
-_ROUNDS = 4
-"""Rounds of adaptive sampling that a prediction assumes."""
-_LOOKS = 4
+_ROUNDS = 2
+"""Rounds of adaptive sampling after the first samples that a prediction assumes."""
+_LOOKED_AT = 16384
+"""Pixels at which the time of a comparison is measured."""
+_LOOKS = 3
 """Comparisons of the two halves in each round: error of the picture, errors of its tiles, rare light."""
 
 
@@ -97,8 +99,8 @@ def render_asked(
         prediction = predicted_error(probe, model, spent, wanted)
     else:
         prediction = predicted_time(probe, model, spent.wall, budget or 0.0)
-    first = max(1, round(_FIRST_SHARE * prediction.samples / 2))
-    picture = AdaptivePicture(job)
+    first = _first_samples(prediction.samples)
+    picture = AdaptivePicture(job, lambda samples: probe.rarity(samples, of_half=False))
     picture.launch_s = probe.launch_s * probe.slowness
     picture.seconds_per_path = probe.seconds_per_path * probe.slowness
     stopped = False
@@ -132,10 +134,7 @@ def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float)
     """Samples and time to reach an error by adaptive sampling, predicted from the law of each run of the probe's
     pixels; ``spent``: time before it.
     """
-    meter = Meter()
     errors, counts = _runs(probe)
-    width, height = probe.film.size
-    looking = _LOOKS * meter.read().work * width * height / len(probe.pixels)
     weights = np.ones(len(errors))
     total = 2 * float(for_error(errors, counts, AIM * wanted, weights).mean())
     if total <= 2.01 * float(counts.mean()):  # fewer samples than the probe took: the law of equal samples holds
@@ -148,14 +147,37 @@ def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float)
         traced = 2 * float(counts.mean())
         total = traced * (total / traced) ** (-0.5 / min(model.slope, -0.5))
         reached = AIM * wanted
-    work = _ROUNDS * (2 * probe.launch_s + looking) + model.seconds_per_sample * total
+    work = _beside_paths(probe, total, _looking(probe)) + model.seconds_per_sample * total
     return Prediction(total, spent.wall + model.slowness * work, reached, spent.work + work)
+
+
+def _first_samples(total: float) -> int:
+    """Samples of each half that begin everywhere."""
+    return max(1, round(_FIRST_SHARE * total / 2))
+
+
+def _looking(probe: Probe) -> float:
+    """Work of a comparison of the two halves of the picture."""
+    first, second = (np.resize(half, (_LOOKED_AT, 3)) for half in probe.halves())
+    meter = Meter()
+    pixel_errors(first, second)
+    width, height = probe.film.size
+    return meter.read().work * width * height / _LOOKED_AT
+
+
+def _beside_paths(probe: Probe, total: float, looking: float) -> float:
+    """Work of adaptive sampling beside ``total`` samples: launches, and comparisons of ``looking`` seconds."""
+    first = _first_samples(total)
+    begun = 2 if first == 1 else 4  # launches: all at once, or a quarter and the rest
+    if total <= 2 * first:
+        return begun * probe.launch_s + looking
+    return (begun + 2 * _ROUNDS) * probe.launch_s + _ROUNDS * _LOOKS * looking
 
 
 def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> Prediction:
     """The error that adaptive sampling reaches in a time."""
     errors, counts = _runs(probe)
-    left = (0.97 * budget_s - spent_s) / model.slowness - _ROUNDS * 2 * probe.launch_s
+    left = (0.97 * budget_s - spent_s) / model.slowness - (_ROUNDS + 2) * 2 * probe.launch_s
     total = max(2.0, left / max(model.seconds_per_sample, 1e-12))
     weights = np.ones(len(errors))
     if total / 2 <= float(counts.mean()):
@@ -167,7 +189,7 @@ def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: flo
 def _runs(probe: Probe) -> tuple[Array, Array]:
     """ΔE2000 of each run of the probe's two halves together, and their samples in each half."""
     first, second = probe.halves()
-    errors = pixel_errors(first, second) * probe.rarity(2 * probe.samples)
+    errors = pixel_errors(first, second) * probe.rarity(probe.samples, of_half=False)
     runs = errors[: len(errors) // RUN * RUN].reshape(-1, RUN).mean(axis=1) if len(errors) >= RUN else errors
     return runs, np.full(len(runs), float(max(1, probe.samples)))
 
