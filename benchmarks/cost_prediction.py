@@ -40,13 +40,14 @@ COMPARED = 2048
 """Pixels whose true error is found."""
 NOISE_SHARE = 0.35
 """Largest noise of the converged picture, as a part of the error that is compared with it."""
-REPEATS = 3
-"""Times are medians of as many predictions and renders in turn: other programs change processor time, too."""
+REPEATS, SHORT_S = 3, 3.0
+"""Times are medians of as many predictions and renders in turn: other programs change processor time, too.
+Renders of more than ``SHORT_S`` are not repeated."""
 
 
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
-    size, samples, most, budget = ((24, 18), 8, 128, 4.0) if options.quick else ((160, 120), 64, 1 << 15, 10.0)
+    size, samples, most, budget = ((24, 18), 8, 128, 4.0) if options.quick else ((128, 96), 64, 1 << 15, 10.0)
     names = options.only(NAMES)[: 2 if options.quick else None]
     rows = {}
     print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; each pair: predicted, true")
@@ -91,7 +92,8 @@ def _row(scene: Scene, most: int, budget: float) -> dict[str, Any]:
     pairs = [(cost_curve(scene).now, render_scene(scene)) for _ in range(REPEATS)]
     said, plain = pairs[0]
     by_error = render_scene(asked(target_error=ASKED))
-    again = [render_scene(asked(target_error=ASKED)) for _ in range(REPEATS - 1)]
+    repeats = REPEATS - 1 if by_error.work < SHORT_S else 0
+    again = [render_scene(asked(target_error=ASKED)) for _ in range(repeats)]
     by_time = render_scene(asked(time_budget_s=budget))
     reached = truth.error(by_error)
     row: dict[str, Any] = {
@@ -103,7 +105,7 @@ def _row(scene: Scene, most: int, budget: float) -> dict[str, Any]:
         "reached": reached / ASKED,
         "samples": by_error.samples,
         "budget": (budget, by_time.seconds),
-        "budget_error": (_estimated(by_time), truth.error(by_time)),
+        "budget_error": (_estimated(by_time), truth.error(by_time, refined=False)),
     }
     if by_error.samples <= 2 and reached < REACHED[0] * ASKED:
         finer = max(0.02, FINER * reached)
@@ -160,13 +162,13 @@ class _Truth:
             self._sums[half] += self._tracer.trace(self._numbers, none + self._samples, none + samples, half).colors
         self._samples += samples
 
-    def error(self, made: RenderResult) -> float:
+    def error(self, made: RenderResult, *, refined: bool = True) -> float:
         """Mean ΔE2000 of a picture against the limit: what the converged picture's noise adds is taken away, by
-        squares.
+        squares. Without ``refined`` it is not traced further, whatever its noise.
         """
         while True:
             found, noise = self._compared(made.pixels)
-            if noise <= NOISE_SHARE * found or 2 * self._samples > self._most:
+            if not refined or noise <= NOISE_SHARE * found or 2 * self._samples > self._most:
                 return found
             self._trace(self._samples)
 

@@ -97,14 +97,40 @@ def test_halves_tell_the_error_of_their_mean(rng):
     assert found.delta_e == pytest.approx(true, rel=0.05) and abs(found.delta_e - true) < 4 * found.spread
 
 
+def _rare(rng, samples):
+    """(2, samples, 4096, 3): light of which three of a hundred paths carry eleven times as much as the others."""
+    return 0.2 + 2.0 * (rng.random((2, samples, 4096, 1)) < 0.03) * np.ones(3)
+
+
 def test_light_on_rare_paths_is_told_from_common_noise(rng):
     """Most pixels have met no bright path early on: their pictures agree on being too dark."""
-    drawn = 0.2 + 2.0 * (rng.random((2, 64, 2048, 1)) < 0.01) * np.ones(3)
-    early, late = drawn[:, :8].mean(axis=1), drawn.mean(axis=1)
-    rare = rarity(early, late, np.full(2048, 8), np.full(2048, 64))
-    common = 0.2 + rng.normal(0, 0.05, (2, 64, 2048, 3))
-    early, late = common[:, :8].mean(axis=1), common.mean(axis=1)
-    assert 1.0 <= rarity(early, late, np.full(2048, 8), np.full(2048, 64)) < 1.05 < rare < 2.0
+    drawn, counts = _rare(rng, 64), (np.full(4096, 8), np.full(4096, 64))
+    rare = rarity(drawn[:, :8].mean(axis=1), drawn.mean(axis=1), *counts)
+    common = 0.2 + rng.normal(0, 0.05, (2, 64, 4096, 1)) * np.ones(3)
+    assert 1.0 <= rarity(common[:, :8].mean(axis=1), common.mean(axis=1), *counts) < 1.05 < rare
+
+
+@pytest.mark.parametrize("of_half", [False, True])
+def test_rarity_is_the_share_of_the_error_that_two_halves_do_not_tell(rng, of_half):
+    """The error of a picture of few samples against the exact limit, and what its halves tell of it."""
+    drawn = _rare(rng, 64)
+    early, late = drawn[:, :4].mean(axis=1), drawn.mean(axis=1)
+    limit = lab_from_linear_rgb(np.full((4096, 3), 0.26))
+    seen = early[0] if of_half else early.mean(axis=0)
+    true = delta_e_2000(lab_from_linear_rgb(seen), limit).mean()
+    told = estimate(*early, of_half=of_half).delta_e
+    assert true > 1.15 * told
+    found = rarity(early, late, np.full(4096, 4), np.full(4096, 64), of_half=of_half)
+    assert found * told == pytest.approx(true, rel=0.1)
+
+
+def test_pixels_without_new_samples_do_not_hide_rare_light(rng):
+    drawn = _rare(rng, 64)
+    counts = np.where(np.arange(4096) < 2048, 64, 8)
+    late = np.where(counts[:, None] == 64, drawn.mean(axis=1), drawn[:, :8].mean(axis=1))
+    early = drawn[:, :8].mean(axis=1)
+    every = rarity(early, drawn.mean(axis=1), np.full(4096, 8), np.full(4096, 64))
+    assert rarity(early, late, np.full(4096, 8), counts) == pytest.approx(every, rel=0.15)
 
 
 def test_samples_go_where_they_help_most():

@@ -201,11 +201,12 @@ def _begin(picture: AdaptivePicture, first: int) -> None:
 
 
 def until_error(
-    picture: AdaptivePicture, wanted: float, first: int, after_round: Callable[[Estimate], bool]
+    picture: AdaptivePicture, wanted: float, first: int, after_round: Callable[[Estimate], bool], slope: float = -0.5
 ) -> Estimate:
     """Trace until the mean error is ``wanted``; ``first``: samples of each half to begin with everywhere.
 
-    ``after_round`` receives each estimate and returns True to stop.
+    ``after_round`` receives each estimate and returns True to stop. ``slope``: exponent of the error as a function of
+    equal samples, which evenly spread numbers make steeper than -1/2.
     """
     _begin(picture, first)
     while True:
@@ -216,7 +217,7 @@ def until_error(
         counts = picture.tile_counts()
         # a later round adds the samples that this round lacks; a last remainder that the model misses goes to all tiles
         goal = for_error(picture.tile_errors(), counts, AIM * wanted, picture.tile_pixels)
-        more = picture.more_by_tile(goal)
+        more = picture.more_by_tile(counts * (goal / counts) ** (-0.5 / min(slope, -0.5)))
         if not more.any():
             if counts.min() >= MOST_SAMPLES / 2:
                 return found

@@ -24,10 +24,14 @@ Array = NDArray[np.float64]
 
 PLAN_SHARE = 0.25
 """Part of a requested error that the plan may use; the rest is the target for the noise."""
-_FIRST_SHARE = 0.3
-"""Part of the expected samples that is spread over the whole picture before tiles are treated differently."""
+_FIRST_SHARE, _FIRST_SHARE_OF_FEW, _FEW = 0.3, 0.7, 16.0
+"""Part of the expected samples that is spread over the whole picture before tiles are treated differently: more of it
+up to a few samples of each half, where the error falls by leaps and tiles cannot be told apart.
+"""
 _ROUNDS = 2
 """Rounds of adaptive sampling after the first samples that a prediction assumes."""
+_NEAR = 8.0
+"""Samples, over those of the probe, up to which the slope that it measured last holds."""
 _LOOKED_AT = 16384
 """Pixels at which the time of a comparison is measured."""
 _LOOKS = 3
@@ -113,7 +117,7 @@ def render_asked(
         return stopped
 
     if wanted is not None:
-        found = until_error(picture, wanted, first, after_round)
+        found = until_error(picture, wanted, first, after_round, model.last_slope)
         reached = found.delta_e <= wanted
     else:
         found = until_time(picture, meter.started + (budget or 0.0), first, after_round)
@@ -145,15 +149,18 @@ def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float)
         # The allocation assumes independent random numbers; the Sobol points are more evenly spread and need fewer
         # samples.
         traced = 2 * float(counts.mean())
-        total = traced * (total / traced) ** (-0.5 / min(model.slope, -0.5))
+        slope = model.last_slope if total < _NEAR * traced else model.slope
+        total = traced * (total / traced) ** (-0.5 / min(slope, -0.5))
         reached = AIM * wanted
     work = _beside_paths(probe, total, _looking(probe)) + model.seconds_per_sample * total
     return Prediction(total, spent.wall + model.slowness * work, reached, spent.work + work)
 
 
 def _first_samples(total: float) -> int:
-    """Samples of each half that begin everywhere."""
-    return max(1, round(_FIRST_SHARE * total / 2))
+    """Samples of each half that begin everywhere: a power of two, where the random numbers are most even."""
+    half = total / 2
+    share = _FIRST_SHARE if half > _FEW else _FIRST_SHARE_OF_FEW
+    return int(2 ** round(np.log2(max(1.0, share * half))))
 
 
 def _looking(probe: Probe) -> float:

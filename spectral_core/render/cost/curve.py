@@ -77,7 +77,7 @@ def cost_curve(scene: Scene) -> CostCurve:
     plan = plan_of_render(scene)
     probe = Probe(RenderJob(scene, plan))
     fixed = fixed_work(scene, plan)
-    model = measured_model(probe, least=16, most=256, share=0.02, fixed_s=fixed, asked=0.5, timed_s=_TIMED_S)
+    model = measured_model(probe, least=64, most=256, share=0.02, fixed_s=fixed, asked=0.5, timed_s=_TIMED_S)
     points = list(_noise_points(probe, model))
     points += _bias_points(scene, plan, probe, model)
     spent = Spent(fixed, fixed * model.slowness)

@@ -22,6 +22,7 @@ DARK_SHARE = 0.05
 RARITY_POWER = 0.25
 """Power of the number of samples by which the factor for light on rare paths decreases."""
 
+MOST_RARITY = 3.0
 LEAST_SHARE = 0.1
 """Least share of pixels that must have twice their early samples for a factor."""
 
@@ -64,7 +65,7 @@ def estimate(first: Array, second: Array, run: int = 16, *, of_half: bool = Fals
 
 
 def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array, *, of_half: bool = False) -> float:
-    """Ratio of the true error of an early picture to the error that its halves tell, from 1 to 2.
+    """Ratio of the true error of an early picture to the error that its halves tell, from 1 to ``MOST_RARITY``.
 
     If much of the light comes on rare paths, most pixels have met none of them: both halves are too dark by the same
     amount, and their difference underestimates the error. Comparing the early picture with samples that were traced
@@ -83,7 +84,7 @@ def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array, *
         pairs, ratio = [(early.mean(axis=0), rest.mean(axis=0))], first / more
     seen = np.mean([delta_e_2000(_lab(a), _lab(b)) for a, b in pairs], axis=0) / np.sqrt(1 + ratio)
     told = pixel_errors(early[0], early[1], of_half=of_half)
-    return float(np.clip(np.mean(seen) / max(float(np.mean(told)), 1e-9), 1.0, 2.0))
+    return float(np.clip(np.mean(seen) / max(float(np.mean(told)), 1e-9), 1.0, MOST_RARITY))
 
 
 def rarity_after(factor: float, early: float, late: float) -> float:

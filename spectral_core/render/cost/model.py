@@ -55,12 +55,17 @@ class CostModel:
     @property
     def slope(self) -> float:
         """Exponent of the error as a function of samples, beyond the measured range: -1/2 for independent numbers."""
+        return float(np.clip(self.last_slope, *self.SLOPES))
+
+    @property
+    def last_slope(self) -> float:
+        """The measured exponent at the end of the measured range, at most as steep as that of a grid of numbers."""
         if len(self.counts) < 2:
             return -0.5
         measured = np.log(max(self.errors[-1], 1e-6) / max(self.errors[-2], 1e-6)) / np.log(
             self.counts[-1] / self.counts[-2]
         )
-        return float(np.clip(measured, *self.SLOPES))
+        return float(np.clip(measured, -1.0, self.SLOPES[1]))
 
     def work(self, samples: float) -> float:
         """Seconds of the processor of a whole render with ``samples`` per pixel."""
