@@ -7,22 +7,20 @@ from spectral_core.scene import Scene
 
 LARGEST_PASS = 128
 """Most samples per pixel of a pass."""
-ONE_PASS_PATHS = 1 << 17
-"""Paths of a picture that takes some tenths of a second: one pass, because another would take as long to record as its
-paths to trace.
-"""
+FEW_PATHS = 1 << 17
+"""Paths of a picture that takes some tenths of a second: recording another pass would take as long as tracing it."""
 
 
 def pass_sizes(scene: Scene) -> list[int]:
     """1, 3, 12, 48, … samples up to ``LARGEST_PASS`` per pass, all samples in total: an early picture, few passes.
 
     Each pass records its kernel, a second or two with many materials; a last pass of less than half the previous one is
-    merged with it. A small picture of surfaces is one pass.
+    merged with it. A small picture of surfaces has two passes.
     """
     width, height = scene.film.size
     samples = scene.film.samples
-    if width * height * samples <= ONE_PASS_PATHS and not scene.volumes:
-        return [samples]
+    if 1 < samples and width * height * samples <= FEW_PATHS and not scene.volumes:
+        return [1, samples - 1]
     sizes, done = [1], 1
     while done < samples:
         size = min(3 * done, LARGEST_PASS, samples - done)

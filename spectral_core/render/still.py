@@ -110,7 +110,7 @@ def render_scene(
     groups: bool | tuple[str, ...] = False,
     sampling_lights: Sequence[Spectrum] | None = None,
 ) -> RenderResult:
-    """Render ``scene`` in this process, with a picture after 1, 4, 16, 64, … samples; a small one in one pass.
+    """Render ``scene`` in this process, with a picture after 1, 4, 16, 64, … samples; a small one in two passes.
 
     ``on_progress`` receives the picture after each pass; ``should_stop`` is called between kernel launches; ``Measure``
     explains the others. Raises InvalidInputError for a scene that cannot be rendered, RenderError if Mitsuba fails,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.render.cost import adaptive, asked
-from spectral_core.render.steps import ONE_PASS_PATHS, pass_sizes
+from spectral_core.render.steps import FEW_PATHS, pass_sizes
 from spectral_core.render.trace.chosen_pixels import Sums
 from spectral_core.scene import Camera, Film, Scene
 
@@ -80,11 +80,11 @@ def test_a_prediction_counts_the_launches_that_follow():
     assert asked._beside_paths(probe, 100.0, 0.0) == 4 + 2 * asked._ROUNDS
 
 
-def test_a_small_picture_is_one_pass_and_a_large_one_begins_with_a_sample():
+def test_a_small_picture_has_two_passes_and_a_large_one_more():
     small, large = (
         Scene(camera=Camera(world_from_camera=np.eye(4)), film=Film(*size, samples=64))
         for size in ((40, 30), (320, 200))
     )
-    assert 40 * 30 * 64 <= ONE_PASS_PATHS < 320 * 200 * 64
-    assert pass_sizes(small) == [64]
+    assert 40 * 30 * 64 <= FEW_PATHS < 320 * 200 * 64
+    assert pass_sizes(small) == [1, 63]
     assert pass_sizes(large) == [1, 3, 12, 48]

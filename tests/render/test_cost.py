@@ -89,6 +89,17 @@ def test_the_curve_predicts_the_error_of_a_plain_render(tmp_path):
         write_figure(tmp_path / "cost.txt", curve)
 
 
+def test_the_cost_of_a_border_is_that_of_its_render():
+    """A border that a smaller picture would not hold, under the plan of the render: without a pilot here."""
+    scene = replace(noisy(), film=Film(120, 90, samples=8, crop=(90, 70, 24, 16)))
+    curve = cost_curve(scene)
+    made = render_scene(scene)
+    assert curve.probe_pixels == 24 * 16
+    assert [(each.name, each.value) for each in curve.plan.decisions] == [
+        (each.name, each.value) for each in made.plan.decisions
+    ]
+
+
 def test_halves_tell_the_error_of_their_mean(rng):
     light = np.full((4096, 3), 0.3)
     halves = light + rng.normal(0, 0.02, (2, 4096, 3))

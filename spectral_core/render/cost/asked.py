@@ -34,7 +34,7 @@ _NEAR = 8.0
 """Samples, over those of the probe, up to which the slope that it measured last holds."""
 _LOOKED_AT = 16384
 """Pixels at which the time of a comparison is measured."""
-_LOOKS = 3
+_LOOKS = 6
 """Comparisons of the two halves in each round: error of the picture, errors of its tiles, rare light."""
 
 
