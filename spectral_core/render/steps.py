@@ -19,7 +19,7 @@ def pass_sizes(scene: Scene) -> list[int]:
     """
     width, height = scene.film.size
     samples = scene.film.samples
-    if 1 < samples and width * height * samples <= FEW_PATHS and not scene.volumes:
+    if samples > 1 and width * height * samples <= FEW_PATHS and not scene.volumes:
         return [1, samples - 1]
     sizes, done = [1], 1
     while done < samples:
