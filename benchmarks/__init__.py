@@ -21,7 +21,7 @@ class Options:
     """Options of the command line for every benchmark."""
 
     quick: bool = False
-    """Smaller inputs, for tests: the figures then prove that it runs, not what it claims."""
+    """Use smaller inputs, for tests: the benchmark runs, but its figures are not those of the docs."""
     out: Path = Path("out/benchmarks")
     """Folder of pictures and tables."""
     extra: list[str] = field(default_factory=list)

@@ -21,4 +21,4 @@ CASES: dict[str, tuple[Case, str]] = {
     ),
     "fluorescence": (lambda samples, _: fluorescence(samples), "two surfaces and a room, per wavelength"),
 }
-"""Name -> pairs of render and formula by (samples, transport), and what it is."""
+"""Name -> pairs of render and formula by (samples, transport), and a description."""

@@ -44,16 +44,16 @@ class Compared:
     measured: float
     expected: float
     noise: float
-    """Standard error of what was measured, from its pixels."""
+    """Standard error of the measured value, from its pixels."""
 
     @property
     def error(self) -> float:
-        """Difference as a share of what is expected."""
+        """Difference relative to the expected value."""
         return abs(self.measured - self.expected) / self.expected
 
     @property
     def agrees(self) -> bool:
-        """True if the two differ by at most 0.5 % or by what noise explains."""
+        """True if the two differ by at most 0.5 % or within the noise."""
         return self.error <= 0.005 or abs(self.measured - self.expected) <= 4.5 * self.noise
 
 
@@ -185,7 +185,7 @@ def empty_scene(camera: Camera, samples: int, transport: str = "spectral") -> Sc
 
 
 def polar(first: float, last: float, *, ramp: bool = False) -> ImageTexture:
-    """Surroundings that are white from ``first`` to ``last`` degrees about straight down, or rise to 1 there."""
+    """A world that is white from ``first`` to ``last`` degrees about the downward direction, or rises to 1 there."""
     rows = 1440
     degrees = (np.arange(rows) + 0.5) * 180 / rows  # row 0 is straight down
     value = np.where((degrees >= first) & (degrees <= last), degrees / last if ramp else 1.0, 0.0)
@@ -201,5 +201,5 @@ def in_bands(scene: Scene, bands: Bands) -> Any:
 
 
 def compared(case: str, pixels: Any, expected: float) -> Compared:
-    """The mean of pixels beside what is expected of it."""
+    """The mean of pixels, and its expected value."""
     return Compared(case, float(pixels.mean()), expected, float(pixels.std(ddof=1) / np.sqrt(pixels.size)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Requests to a served sweep over bare sockets: without the token, from elsewhere, broken, or of nonsense."""
+"""Requests to a served sweep over plain sockets: without the token, from other pages, damaged, or meaningless."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _GETS = ["/image/../project.json", "/image/%2e%2e/ledger.sqlite", "/image/..%2f.
 
 
 def measure_requests(count: int) -> dict[str, Any]:
-    """Send them all to one server; counts, and what was answered that should not have been."""
+    """Send all requests to one server; counts, and the requests that were wrongly accepted."""
     folder = Path(tempfile.mkdtemp(prefix="hostile-"))
     try:
         return _measured(folder, count)
@@ -132,7 +132,7 @@ def _nonsense(server: PageServer, count: int, tally: Counter[str], wrong: list[s
 
 
 def _answered(server: PageServer, path: str, body: bytes, tally: Counter[str], wrong: list[str]) -> None:
-    """A page with the token may send invalid requests: the answer is a message."""
+    """A page with the token may send invalid requests; the answer is a message."""
     tally["tried"] += 1
     said = _send(server, "POST", path, body, {"X-Explore-Token": server.token})
     status = said[9:12]

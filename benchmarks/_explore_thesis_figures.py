@@ -125,7 +125,7 @@ def simultaneity_figure(path: Path, *, people: int = 12) -> dict[str, Any]:
 
 
 def _trial(person: int, item: int) -> float:
-    """Largest correlation (by magnitude, with its sign) of a task, from what the board passed on to the scene."""
+    """Largest correlation (by magnitude, with its sign) of a task, from the values that the board sent to the scene."""
     rng = np.random.default_rng([person, item])
     habit, count = person % 4, int(ITEMS[item][0])
     step = 2 if "apart" in ITEMS[item] and count < 8 else 1

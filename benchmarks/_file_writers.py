@@ -24,7 +24,7 @@ class Writer:
 
 
 def writers(side: int = 96) -> list[Writer]:
-    """All of them, made once: what they write is held in memory.
+    """All writers, made once: their data are kept in memory.
 
     ``side``: pixels along an edge of the pictures, and twice the voxels along one of the volume.
     """

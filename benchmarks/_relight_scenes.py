@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Three scenes for the relight benchmarks, small to large: a lit corner, glass and textures, a crowd of balls."""
+"""Three scenes for the relight benchmarks, small to large: a lit corner, glass and textures, many balls."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _base(film: Film) -> Scene:
 
 
 def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
-    """The scene with the lights of each named group with that spectrum: what a relit picture is compared with."""
+    """The scene with the given spectrum for the lights of each named group, as a reference for relit pictures."""
 
     def lit(item: Any) -> Any:
         return replace(item, color=spectra[item.group]) if item.group in spectra else item

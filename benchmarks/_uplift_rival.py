@@ -60,7 +60,7 @@ def _kink(spectra_of: Any) -> float:
 
 
 def _render_times(uplift: Uplift, eight: Uplift, paths: int) -> dict[str, float]:
-    """Nanoseconds per path and hit for four wavelengths, what a texel stores being known (Dr.Jit, LLVM)."""
+    """Nanoseconds per path and hit for four wavelengths from the stored data of a texel (Dr.Jit, LLVM)."""
     import drjit as dr
     from drjit.llvm import Float, UInt32
 

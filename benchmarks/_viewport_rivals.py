@@ -174,7 +174,7 @@ def tick():
         pass
     except Exception:
         told["errors"].append(traceback.format_exc())
-    print("RESULT " + json.dumps(told), flush=True)  # what was measured before a failure, too
+    print("RESULT " + json.dumps(told), flush=True)  # also the measurements before a failure
     bpy.ops.wm.quit_blender()
     return None
 

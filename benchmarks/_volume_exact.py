@@ -160,8 +160,8 @@ def _rays(view: View) -> tuple[Array, Array]:
     if view.fov_deg is None:
         start = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=-1) @ matrix[:3, :3].T + matrix[:3, 3]
         return start, np.tile(matrix[:3, 2], (x.size, 1))
-    towards = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], axis=-1) @ matrix[:3, :3].T
-    return np.tile(matrix[:3, 3], (x.size, 1)), towards / np.linalg.norm(towards, axis=-1, keepdims=True)
+    toward = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], axis=-1) @ matrix[:3, :3].T
+    return np.tile(matrix[:3, 3], (x.size, 1)), toward / np.linalg.norm(toward, axis=-1, keepdims=True)
 
 
 def _box(shape: tuple[int, ...], origin: Array, along: Array, endless: bool) -> tuple[Array, Array]:

@@ -22,14 +22,14 @@ Result = tuple[str, np.ndarray, float]
 
 
 def emission_absorption(exact: np.ndarray, *_: Any) -> np.ndarray:
-    """Peers that render the same thing are held against the reference itself."""
+    """Other programs that render the same volume are compared with the reference."""
     return exact
 
 
 def transmittance_only(
     exact: np.ndarray, renderer: VolumeRenderer, transfer: TransferFunction, view: View
 ) -> np.ndarray:
-    """volpath knows no emission: it is held against the transmittance before a white wall."""
+    """volpath supports no emission: it is compared by the transmittance before a white wall."""
     from spectral_core.volume.image import Stepping
     from spectral_core.volume.march.march_input import REFERENCE
 
@@ -139,7 +139,7 @@ def yt_sampler(volume: ScalarVolume, transfer: TransferFunction, view: View, qui
     mask = np.ones(tuple(n - 1), dtype=np.uint8)
     grid = PartitionedGrid(0, [data], mask, edges[0], edges[1], (n - 1).astype(np.int64))
     origins, directions = view.rays_world()
-    # yt adds along the ray what lies further in front, so its rays run from behind towards the camera.
+    # yt adds along the ray what lies further in front, so its rays run from behind toward the camera.
     reach = 2.0 * float(np.linalg.norm(origins[0, 0] - volume.corners_world.mean(axis=0)))
     start = np.ascontiguousarray((origins + reach * directions).transpose(1, 0, 2))
     along = np.ascontiguousarray((-reach * directions).transpose(1, 0, 2))

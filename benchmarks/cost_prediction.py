@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Predicted against true time and error: a plain render, a requested error, a requested time, on 16 different scenes.
 
-True errors are mean ΔE2000 over 2048 random pixels against a picture with other random numbers and no effect left out
-by tolerance, traced until its own noise is a third of the error; what that noise adds is taken away. Times are compared
+True errors are mean ΔE2000 over 2048 random pixels against a picture with other random numbers and all effects, traced
+until its own noise is a third of the error; that noise is subtracted in quadrature. Times are compared
 in seconds of the processor (work), which other programs on the machine change little; those on the wall are printed
 beside. A time budget counts on the wall. Two samples for each pixel are the least: a scene that is better than asked
 after them is asked for a quarter of what it then has, too. ``--only WORDS``: scenes of these names, or whose name has
@@ -29,7 +29,7 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
 OPTIONS = ("--only",)
 NAMES = (
-    "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "glowing", "curtain",
+    "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "emissive", "curtain",
     "ball lamp", "lamp before lamp", "mirror", "mirror caustic", "glass caustic", "leaf",
 )  # fmt: skip
 ASKED, FINER = 1.0, 0.25
@@ -144,7 +144,7 @@ def _line(name: str, row: dict[str, Any]) -> str:
 
 
 class _Truth:
-    """A picture from which nothing is left out, at some pixels, in two halves that are traced further on demand."""
+    """A picture with all effects, at some pixels, in two halves that are traced further on demand."""
 
     def __init__(self, scene: Scene, most: int) -> None:
         far = replace(scene.settings, overrides=(*scene.settings.overrides, ("bounces", "64")))
@@ -163,8 +163,8 @@ class _Truth:
         self._samples += samples
 
     def error(self, made: RenderResult, *, refined: bool = True) -> float:
-        """Mean ΔE2000 of a picture against the limit: what the converged picture's noise adds is taken away, by
-        squares. Without ``refined`` it is not traced further, whatever its noise.
+        """Mean ΔE2000 of a picture relative to the limit; the noise of the converged picture is subtracted in
+        quadrature. Without ``refined`` that picture is not traced further, whatever its noise.
         """
         while True:
             found, noise = self._compared(made.pixels)

@@ -45,7 +45,7 @@ def run(options: Options) -> dict[str, Any]:
         print(f"{name:10} {len(outcomes)} tried, {sum(each == '' for each in outcomes)} as they should be")
         for each in sorted(set(outcomes) - {""}):
             print(f"           {outcomes.count(each)} × {each}")
-    print(f"{midway} of the kills met a half-written file")
+    print(f"{midway} of the kills interrupted a write")
     print(f"command    {command or 'one line of error, exit status 1'}")
     return {
         "seed": seed,
@@ -89,7 +89,7 @@ def _state(writer: Writer, references: dict[str, list[bytes]], path: Path) -> in
 def _kill(
     writer: Writer, references: dict[str, list[bytes]], folder: Path, rng: np.random.Generator
 ) -> tuple[str, bool]:
-    """Kill a process that writes both versions in turn; "" if what it left is well, and whether it was midway."""
+    """Kill a process that alternates both versions; "" if the files are whole, True if a write was interrupted."""
     place = Path(tempfile.mkdtemp(dir=folder))
     path = place / writer.file_name
     writer.write(path, 0)
@@ -119,7 +119,7 @@ def _forget(place: Path) -> None:
 
 
 def _fill(writer: Writer, references: dict[str, list[bytes]], folder: Path, share: float) -> str:
-    """Write where a file may grow to a share of what it needs; "" if it is refused and the earlier file is whole."""
+    """Write with a file size limit below the needed size; "" if it is refused and the earlier file is whole."""
     place = Path(tempfile.mkdtemp(dir=folder))
     path = place / writer.file_name
     writer.write(path, 0)
@@ -155,7 +155,7 @@ def _judged(writer: Writer, references: dict[str, list[bytes]], path: Path, stat
 
 
 def _memory_disk(known: list[Writer], references: dict[str, list[bytes]]) -> list[str]:
-    """The same on a real disk that is full; nothing where this user may mount none."""
+    """The same on a real full disk; skipped if this user cannot mount one."""
     outcomes = []
     for writer in known:
         # Room for the earlier file and half of another, in pages of 4 KiB and with one for the folder itself.
@@ -190,7 +190,7 @@ def _full_command() -> str:
             "--out",
             f"{folder}/out",
         ]
-        # Python 3.11 itself would keep a module's bytecode cut off at the limit, and fail to import it ever after.
+        # Python 3.11 would keep a module's bytecode truncated at the limit, and then always fail to import it.
         environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
         done = subprocess.run(line, capture_output=True, text=True, env=environment, preexec_fn=_small_files)
     lines = done.stderr.strip().splitlines()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mutants drawn at random in palette, volume, board and relight: how many do the rooms' own tests catch?
+"""Mutants drawn at random in palette, volume, board and relight: share that the tests of each room detect.
 
 A mutant changes one place of one file: an operator, a comparison, a constant, a condition, or a statement that is left
 out. Each is tried in a copy of the tree with the tests of its room, until one fails. Arguments: how many mutants in
@@ -96,7 +96,7 @@ Mutation = tuple[int, str, Callable[[], None]]
 
 
 def _mutations(tree: ast.Module) -> Iterator[Mutation]:
-    """All places that can be changed, with the line, what is done, and a function that does it to the tree."""
+    """All possible mutations: line, description, and a function that changes the tree."""
     inside: set[int] = set()
     for node in ast.walk(tree):
         if _is_skipped(node):
@@ -152,7 +152,7 @@ def _of_body(node: ast.AST, inside: set[int]) -> Iterator[Mutation]:
 
 
 def _copied(folder: Path) -> Path:
-    """A copy of what the tests need."""
+    """A copy of the files that the tests need."""
     target = folder / "tree"
     target.mkdir()
     for name in ("spectral_core", "blender_addon", "benchmarks", "tests", "examples", "docs", "scripts"):
@@ -186,7 +186,7 @@ class Callers:
 
 
 def _function_lines(path: Path, line: int) -> tuple[int, int]:
-    """First and last line of the innermost function around a line; the whole file's where there is none."""
+    """First and last line of the innermost function around a line; the whole file's if there is none."""
     text = (ROOT / path).read_text("utf-8")
     around = [
         (min([node.lineno, *(each.lineno for each in node.decorator_list)]), node.end_lineno or node.lineno)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights and reflectances designed together: is what is called solved optimal for both sides, and is it good?
+"""Lights and reflectances designed together: optimality of solved palettes for both sides, and their errors.
 
 First random 9×9 palettes with 31 positive samples, linear between them as everywhere in the product: mean ΔE76 within
 the default time budget, 40 seeds. Then 300 generated palettes with designed lights (groups, exact cells, weights, given

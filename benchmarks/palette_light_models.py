@@ -106,7 +106,7 @@ def row(label: str, model: LightModel, catalogue: Catalogue, pixels: int) -> dic
     return figures
 
 
-def learnt_models(size: int, catalogue: Catalogue) -> list[tuple[str, LightModel]]:
+def learned_models(size: int, catalogue: Catalogue) -> list[tuple[str, LightModel]]:
     """PCA with the full R, and factor models with equal and with searched intervals, for one m."""
     lights, surfaces = catalogue.training()
     grid = catalogue.grid
@@ -126,7 +126,7 @@ def table(catalogue: Catalogue, sizes: tuple[int, ...], pixels: int) -> list[dic
     grid = catalogue.grid
     rows = [row("RGB of D65", RgbModel(grid, catalogue.illuminant("D65")), catalogue, pixels)]
     for size in sizes:
-        rows += [row(label, model, catalogue, pixels) for label, model in learnt_models(size, catalogue)]
+        rows += [row(label, model, catalogue, pixels) for label, model in learned_models(size, catalogue)]
         if size in NATURAL_NODES_NM:
             rows.append(row("nodes, natural", NodeModel.natural(size, grid), catalogue, pixels))
     full = NodeModel(grid, grid.wavelengths_nm, np.eye(grid.size))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes in which one effect matters, or two: does the plan turn on just that, and what does it save?
+"""Scenes in which one or two effects matter: the effects that the plan turns on, and the time that it saves.
 
 Each scene is rendered as planned and with everything on (spectra, media, transparency, 64 bounces), in independent
 batches. Printed: effects that are on against those that must be; the share of pixels at which a Welch test between
@@ -117,7 +117,7 @@ def disperses_nothing(plan: EffectPlan) -> bool:
 
 
 class _Batches:
-    """Independent pictures (batches, pixels, 3), the time of all but the first, and what an error costs."""
+    """Independent pictures (batches, pixels, 3), the time of all except the first, and the cost of an error."""
 
     def __init__(self, pictures: Array, seconds: float) -> None:
         self.pictures, self.seconds = pictures, seconds

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bands against color error against time: relit from 31, 61 and 121 bands, by lamp, on measured and designed surfaces.
+"""Color error and time by number of bands: relit from 31, 61 and 121 bands, by lamp, on measured and designed surfaces.
 
-Colors are computed at 1 nm, without noise: what a pixel's bands hold of a path's reflectance, against the path itself.
+Colors are computed at 1 nm without noise: the product of a path's reflectances, and its approximation by bands.
 A path that meets two surfaces has the product of their reflectances. One rendered scene checks the computation.
 """
 
@@ -61,7 +61,7 @@ def _surfaces(count: int) -> dict[str, Array]:
     """Reflectances (n, 471) at 1 nm of paths: a color chart once and twice, designed spiky ones once and twice."""
     rng = np.random.default_rng(7)
     chart = np.stack([catalogue.reflectance(name).at(WAVELENGTHS_NM) for name in catalogue.reflectance_names()])
-    # Designs on a 10 nm grid tend to the ends of what is possible (bang-bang): knots at 0 or 1, and some in between.
+    # Designs on a 10 nm grid tend to the bounds (bang-bang): knots at 0 or 1, and some in between.
     knots = rng.choice([0.0, 1.0, -1.0], size=(count, 31), p=[0.4, 0.4, 0.2])
     knots = np.where(knots < 0, rng.random((count, 31)), knots)
     grid = np.linspace(400.0, 700.0, 31)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Memory of recording 8 lights: what is stated before rendering, and what the processes took at their peaks; and 4K."""
+"""Memory of recording 8 lights: the stated memory, and the measured peaks of the processes; also at 4K."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""F12's other half: how soon a cancel is answered, and what is left of Blender when the renderer is killed."""
+"""Control of F12: the time until a cancel takes effect, and the state of Blender after the renderer is killed."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files from elsewhere (.glb, .gltf, .blend) against Cycles: mean color difference at matched noise, side by side.
+"""Files of other programs (.glb, .gltf, .blend) against Cycles: mean color difference at matched noise, side by side.
 
 Arguments: files and folders, which are searched for such files; ``--most N`` takes N of them, evenly spread. Without
 arguments small files are written, one per glTF extension that Blender imports; the repository carries no foreign files.
@@ -93,7 +93,7 @@ def _one(path: Path, samples: int, out: Path) -> dict[str, Any]:
         ours = render("SPECTRAL", 1)
         notes = sorted({f"{note.subject}: {note.message}" for record in jobs.records for note in record.notes})
         cycles = [render("CYCLES", seed) for seed in (1, 2)]
-    # The file's own share of the frame: what a frame without it, of the background alone, would hide an error in.
+    # The share of the frame that differs from the background, because the background alone would hide an error.
     shown = _blocks(cycles[0][..., 3:])[..., 0] > 0.5
     if not shown.any():
         shown[:] = True  # an empty frame, as at the start of some animations

@@ -50,7 +50,7 @@ WARM_S, COLD_S, MATERIALS_S, AGAIN_S = 0.3, 3.0, 10.0, 0.5
 """Seconds of the acceptance, on a quiet machine."""
 FEW, LEAVES = 20, 120
 LIMIT_S = 120.0
-"""A first picture that takes longer is given up; what is printed is then at least this."""
+"""Limit for the time of a first picture; after it the printed time is a lower bound."""
 
 
 def run(options: Options) -> dict[str, Any]:
@@ -101,7 +101,7 @@ def run(options: Options) -> dict[str, Any]:
         each = ", ".join(f"{value:.2f}" for value in seconds)
         print(f"{name:34} {np.median(seconds):7.2f} s  ({each})")
     figures["load_after"] = _load()
-    print(f"load average afterwards {_load():.1f}")
+    print(f"load average afterward {_load():.1f}")
     figures["holds"] = holds(figures)
     for claim, true in figures["holds"].items():
         print(f"{'holds' if true else 'FAILS':6} {claim}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hard cases of node trees: extreme numbers through every Math and Vector Math operation, and scenes that break trees.
+"""Hard cases of node trees: extreme numbers through every Math and Vector Math operation, and unusual node trees.
 
 Each operation reads three attributes that hold zeros, ones, negative, huge, tiny and broken numbers in all pairs; its
 values are compared with what Cycles renders of the same faces, number for number. A value that is no finite number
@@ -112,7 +112,7 @@ def _compared(kind: str, operation: str) -> tuple[NDArray[np.float64], NDArray[n
     reader = Reader(Translation.of(depsgraph, bpy.data), "Numbers", on_surface=True)
     place = Input(material.evaluated_get(depsgraph).node_tree.nodes["Emission"].inputs["Color"])
     program = reader.paint(place, None).program  # type: ignore[union-attr,arg-type]
-    clean = np.nan_to_num(inputs)  # what is no number is 0 in a mesh of ours
+    clean = np.nan_to_num(inputs)  # numbers that are not finite become 0 in a translated mesh
 
     def read(name: str, _shift: int) -> Any:
         column = clean[:, int(name[-1])]
@@ -126,7 +126,7 @@ def _compared(kind: str, operation: str) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def _grid(inputs: NDArray[np.float32], size: int) -> None:
-    """A square of faces, one per pixel, that carry the numbers and glow with what a tree makes of them."""
+    """A square of faces, one per pixel, with the numbers as attributes; each emits the result of a node tree."""
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -157,7 +157,7 @@ def _grid(inputs: NDArray[np.float32], size: int) -> None:
 
 
 def _rendered(size: int) -> NDArray[np.float64]:
-    """Values (n, 3) of the faces as Cycles renders them, what is not finite as 0."""
+    """Values (n, 3) of the faces rendered by Cycles, with 0 for numbers that are not finite."""
     import bpy
 
     scene = bpy.context.scene

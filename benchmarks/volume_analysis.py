@@ -65,7 +65,7 @@ PERIOD = 4.0
 
 
 def case_figures(f: Function, g: Function, count: int) -> dict[str, float]:
-    """Both bounds, what they cost in samples over six units, and what is lost at one and two times the Nyquist rate."""
+    """Both bounds, their samples over six units, and their errors at one and two times the Nyquist rate."""
 
     def composed(x: np.ndarray) -> np.ndarray:
         return g(f(x))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Samples and time of `auto` over uniform stepping with the same leaping, at equal SNR, per volume and function.
+"""Samples and time of `auto` over uniform steps, both with empty-space skipping, at equal SNR.
 
 Both are swept around 40, 50 and 60 dB on the whole picture and compared at that SNR exactly; times are the least
 processor time of several marches, taken in turns. Arguments: names of volumes.

@@ -135,10 +135,10 @@ def cases(pixels: int) -> Iterator[Case]:
 
 def parallel(volume: ScalarVolume, axis: int, pixels: int) -> View:
     """Orthographic, exactly along an axis; with as many pixels as voxels the rays run through voxel centers."""
-    towards, up = np.eye(3)[axis], np.eye(3)[(axis + 1) % 3]
+    toward, up = np.eye(3)[axis], np.eye(3)[(axis + 1) % 3]
     middle = volume.corners_world.mean(axis=0)
     width = float(volume.shape[0])
-    return View.looking(middle - 50 * towards, middle, up, width=pixels, height=pixels, fov_deg=None, ortho_width=width)
+    return View.looking(middle - 50 * toward, middle, up, width=pixels, height=pixels, fov_deg=None, ortho_width=width)
 
 
 def _speck(n: int) -> np.ndarray:

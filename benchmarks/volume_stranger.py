@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fields and functions that tuned nothing, against an exact marcher that shares nothing: is the stated error true, and
-does `auto` cost less than fixed steps?
+"""Fields and functions that were not used for tuning, against an independent exact marcher: error and time of `auto`.
 
 Twelve fields with seven functions each (steps, one-value peaks, sawtooth, log-scaled, hard-edged opaque, emission).
 `auto` is compared at equal measured SNR with uniform midpoint steps, and with the better of the two ways of fixed
@@ -106,8 +105,8 @@ def _times(curve: Curve, ways: list[Stepping]) -> list[float]:
 
 
 def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Shares and medians, and whether they hold what is promised."""
-    # A reference that is no better than what it judges judges nothing.
+    """Shares and medians, and True if they meet the acceptance."""
+    # A reference must be better than the picture that it is compared with.
     judged = [row for row in rows if row["reference_db"] > row["measured_db"] + 6.0]
     off = np.array([row["stated_db"] - row["measured_db"] for row in judged])
     over = {key: np.array([row[key] for row in judged]) for key in ("time", "time_fixed")}

@@ -65,7 +65,7 @@ def node_tree(owner: Any) -> Any:
 
 
 def use_nodes(owner: Any) -> Any:
-    """The shader node tree of a new material, world or light, created if this Blender does not create it by itself."""
+    """The shader node tree of a new material, world or light, created if this Blender does not create it."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         if owner.node_tree is None or not owner.use_nodes:
@@ -94,7 +94,7 @@ def light_temperature_k(light: Any) -> float | None:
 
 
 def set_image_format(settings: Any, file_format: str, **options: Any) -> None:
-    """Choose how a render is saved: from 5.0 on the kind of media must be chosen before the format."""
+    """Choose how a render is saved: from 5.0 on the type of media must be set before the format."""
     if hasattr(settings, "media_type"):
         settings.media_type = "MULTI_LAYER_IMAGE" if file_format == "OPEN_EXR_MULTILAYER" else "IMAGE"
     settings.file_format = file_format

@@ -261,7 +261,7 @@ EEVEE_PANELS = (
 )  # fmt: skip
 
 
-# Panels of which EEVEE has a fuller twin above, and of what this engine does not draw.
+# Panels that EEVEE replaces by larger ones, and panels of features that this engine does not render.
 TWINS = {"DATA_PT_light": "DATA_PT_EEVEE_light", "NODE_DATA_PT_light": "NODE_DATA_PT_EEVEE_light"}
 NOT_DRAWN = ("freestyle", "gpencil", "grease_pencil", "greasepencil")
 

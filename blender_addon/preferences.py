@@ -34,8 +34,8 @@ class SPECTRAL_AP_preferences(bpy.types.AddonPreferences):
     llvm_library: StringProperty(
         name="LLVM Library", subtype="FILE_PATH", options=path_options(),
         update=lambda self, _context: choose_llvm(self.llvm_library),
-        description="Shared library of LLVM 17 or newer that renders are compiled with. Empty: the one that the "
-        "extension carries, or the newest that is installed. Used by renders that start after Blender does",
+        description="Shared library of LLVM 17 or newer that renders are compiled with. Empty: the library in the "
+        "extension, or the newest that is installed. Takes effect when the renderer is started next",
     )  # fmt: skip
 
     def draw(self, _context: Context) -> None:

@@ -75,7 +75,7 @@ def stage() -> tuple[bpy.types.Object, bpy.types.Node]:
 
 
 def picture(folder: str) -> np.ndarray:
-    """Mean over the rows of what is seen, by roughness."""
+    """Mean reflected light over the rows, by roughness."""
     scene = bpy.context.scene
     scene.render.filepath = str(Path(folder) / "sheen.exr")
     scene.render.image_settings.file_format = "OPEN_EXR"
@@ -112,7 +112,7 @@ def main() -> None:
             k = []
             for part in seen[1:]:
                 share = np.clip(2 * (part / np.maximum(whole, 1e-9)) - 1, -1 + 1e-6, 1 - 1e-6)
-                # light on the side x > t z is what the lobe has beyond k
+                # light on the side x > t z is the part of the lobe beyond k
                 k.append(-share / np.sqrt(1 - share**2))
             a = (k[1] - k[0]) / (SPLITS[1] - SPLITS[0])
             table[:, column] = np.stack([whole, a, k[0] - a * SPLITS[0]], axis=-1)

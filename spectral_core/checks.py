@@ -21,7 +21,7 @@ def frozen_array(
     """
     try:
         array = np.array(values, dtype=dtype, order="C", copy=True)
-    except (TypeError, ValueError, OverflowError) as error:  # OverflowError: an integer beyond what a float holds
+    except (TypeError, ValueError, OverflowError) as error:  # OverflowError: an integer outside the range of a float
         raise InvalidInputError(f"{name} must be numbers of type {np.dtype(dtype)}; {error}") from error
     if shape is not None and not _fits(array.shape, shape):
         expected = "×".join("any" if length is None else str(length) for length in shape) or "a single number"

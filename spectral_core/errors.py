@@ -6,10 +6,10 @@
     SpectralError
     ├── InvalidInputError (also ValueError)   a value from outside: what was given, expected, what to do
     │   ├── GridMismatchError                 two spectra on different wavelength grids
-    │   ├── UnknownNameError                  a name that no catalogue holds; says which are near
-    │   └── FileFormatError                   a file that is cut, edited or of another kind
-    ├── FileWriteError                        a file could not be written; what was there before is untouched
-    ├── MissingDependencyError                an optional package or library; says how to get it
+    │   ├── UnknownNameError                  a name that no catalogue has; suggests similar ones
+    │   └── FileFormatError                   a file that is truncated, edited or of another type
+    ├── FileWriteError                        a file could not be written; the earlier file is unchanged
+    ├── MissingDependencyError                an optional package or library; names the remedy
     ├── SolveError                            a solver's answer that failed its check and had no fallback
     └── RenderError                           the renderer stopped
         └── RenderCancelled                   the user stopped it
@@ -38,7 +38,7 @@ class UnknownNameError(InvalidInputError):
 
     @classmethod
     def among(cls, kind: str, given: str, known: Iterable[str]) -> UnknownNameError:
-        """Build the message that names what is known, the nearest first."""
+        """Build the message that lists the known names, the most similar first."""
         names = sorted(known)
         near = difflib.get_close_matches(given, names, n=3, cutoff=0.4)
         listed = ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
@@ -57,7 +57,7 @@ class FileWriteError(SpectralError):
 
 
 class MissingDependencyError(SpectralError):
-    """An optional part is needed but missing; the message says how to get it."""
+    """An optional part is needed but missing; the message states how to install it."""
 
     @classmethod
     def package(cls, package: str, purpose: str, extra: str) -> MissingDependencyError:

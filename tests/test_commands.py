@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line's frame: help, exit status, errors as one line, and what still works where something is missing."""
+"""The command line: help, exit status, errors in one line, and commands that work without optional packages."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_every_command_has_help(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
-def test_an_error_is_one_line_and_an_exit_status(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_an_error_gives_one_line_and_an_exit_status(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["relight", str(tmp_path / "absent.exr"), "--out", "x.png", "--json"]) == 1
     printed = capsys.readouterr()
 
@@ -57,7 +57,7 @@ def test_an_error_is_one_line_and_an_exit_status(capsys: pytest.CaptureFixture[s
         (["relight", "absent.exr", "--out", "x.png"], "there is no file absent.exr"),
     ],
 )
-def test_plain_mistakes_are_one_line(
+def test_simple_mistakes_give_one_line(
     arguments: list[str], message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: Any
 ) -> None:
     monkeypatch.chdir(ROOT)
@@ -70,7 +70,7 @@ def test_plain_mistakes_are_one_line(
 
 
 @pytest.mark.parametrize("absent", ["bpy", "mitsuba"])
-def test_doctor_says_what_is_missing_and_what_to_do(absent: str) -> None:
+def test_doctor_lists_missing_parts_with_remedies(absent: str) -> None:
     done = without([absent], "doctor", "--json")
     report = json.loads(done.stdout.splitlines()[-1])
     (finding,) = [entry for entry in report["findings"] if entry["name"] == absent]
@@ -100,7 +100,7 @@ def test_design_works_without_blender_and_renderer(tmp_path: Path) -> None:
         ("bpy", ("render", "pyproject.toml"), r"spectral-scene\[blender\]"),
     ],
 )
-def test_what_needs_the_missing_says_how_to_get_it(absent: str, arguments: tuple[str, ...], message: str) -> None:
+def test_commands_name_missing_packages_with_a_remedy(absent: str, arguments: tuple[str, ...], message: str) -> None:
     done = without([absent], *arguments)
 
     assert done.returncode == 1
@@ -120,7 +120,7 @@ def test_benchmarks_are_listed_and_unknown_ones_refused() -> None:
     assert "no benchmark is named 'x'" in unknown.stderr
 
 
-def test_benchmarks_refuse_what_they_do_not_know(capsys):
+def test_benchmarks_refuse_unknown_options(capsys):
     from benchmarks.__main__ import main as benchmarks
 
     assert benchmarks(["palette-spead"]) == 2 and "palette-speed" in capsys.readouterr().err
@@ -133,7 +133,7 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="pipes and /dev/full 
 
 @POSIX
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
-def test_a_terminal_without_utf_8_shows_every_letter_plainly(encoding: str, tmp_path: Path) -> None:
+def test_a_terminal_without_utf_8_shows_plain_letters(encoding: str, tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONIOENCODING": encoding, "LC_ALL": "C", "PYTHONUTF8": "0"}
     line = [*CLI, "design", "--preset", "hidden_mark", "--out", str(tmp_path / "out")]
     done = subprocess.run(line, capture_output=True, cwd=tmp_path, env=environment)
@@ -144,7 +144,7 @@ def test_a_terminal_without_utf_8_shows_every_letter_plainly(encoding: str, tmp_
 
 
 @POSIX
-def test_a_closed_pipe_ends_quietly_and_the_files_are_there(tmp_path: Path) -> None:
+def test_a_closed_pipe_gives_no_error_and_the_files_are_written(tmp_path: Path) -> None:
     line = [*CLI, "design", "--preset", "hidden_mark", "--out", str(tmp_path / "out")]
     reading, writing = os.pipe()
     os.close(reading)
@@ -158,7 +158,7 @@ def test_a_closed_pipe_ends_quietly_and_the_files_are_there(tmp_path: Path) -> N
 
 @POSIX
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_an_output_that_takes_nothing_is_one_line(tmp_path: Path) -> None:
+def test_an_output_without_space_gives_one_line(tmp_path: Path) -> None:
     with Path("/dev/full").open("w") as full:
         line = [*CLI, "lattice", "--dims", "2", "--points", "8"]
         done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
@@ -167,7 +167,7 @@ def test_an_output_that_takes_nothing_is_one_line(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1 and "No space left" in done.stderr
 
 
-def test_doctor_finds_the_answer_among_what_a_part_prints_of_itself(monkeypatch) -> None:
+def test_doctor_ignores_other_output_of_a_part(monkeypatch) -> None:
     """Blender may print a warning before anything else."""
     from spectral_core.cli import doctor
 

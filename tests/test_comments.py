@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The numerics say why: in each of their folders at least one line of comment to fifteen lines of code."""
+"""Comments of the numerics: each of their folders has at least one line of comment per fifteen lines of code."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BETWEEN = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.NL)
 
 
 def counted(text: str) -> tuple[int, int]:
-    """(lines of code, lines of comment); docstrings and the licence line are neither."""
+    """(lines of code, lines of comment); docstrings and the license line count as neither."""
     code: set[int] = set()
     comments: set[int] = set()
     before = tokenize.NEWLINE
@@ -37,16 +37,16 @@ def counted(text: str) -> tuple[int, int]:
     return len(code), len(comments - {1})
 
 
-def test_the_count_knows_code_from_prose() -> None:
+def test_the_count_distinguishes_code_comments_and_docstrings() -> None:
     lines = [
-        "# licence", '"""Docstring."""', "", "# why", "x = [1,", "     2]  # unit", '"""Of x."""', "", "",
+        "# license", '"""Docstring."""', "", "# why", "x = [1,", "     2]  # unit", '"""Of x."""', "", "",
         "def f():", '    """Doc."""', '    return "a"', "",
     ]  # fmt: skip
     assert counted("\n".join(lines)) == (4, 2)
 
 
 @pytest.mark.parametrize("folder", NUMERICS)
-def test_numerics_say_why(folder: str) -> None:
+def test_numerics_have_comments(folder: str) -> None:
     found = {path: counted(path.read_text("utf-8")) for path in sorted((ROOT / folder).glob("*.py"))}
     code, comments = (sum(counts) for counts in zip(*found.values(), strict=True))
     barest = sorted(found, key=lambda path: found[path][0] / (found[path][1] + 1), reverse=True)[:4]

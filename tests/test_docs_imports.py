@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the pages import is there: names move, and a reader copies the lines as they stand."""
+"""The imports in the Python code of the pages exist, because a reader copies these lines."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OURS = ("spectral_core", "blender_addon", "benchmarks", "examples")
 
 
 def imports_of(page: Path) -> list[tuple[str, str | None]]:
-    """(module, name) of every import of ours in the Python blocks of a page."""
+    """(module, name) of every import of this project in the Python blocks of a page."""
     found: list[tuple[str, str | None]] = []
     for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), flags=re.DOTALL):
         lines = [line for line in block.splitlines() if line.startswith(("import ", "from "))]

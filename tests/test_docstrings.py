@@ -13,7 +13,7 @@ _SECTION = re.compile(r"^(\s*)Parameters\n\s*-{3,}\n(.*?)(?=\n\s*\n\s*[A-Z]\w+\n
 
 
 def functions() -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef, str]]:
-    """Place, node and docstring of all that has one."""
+    """Position, node and docstring of everything with a docstring."""
     for folder in ("spectral_core", "blender_addon", "benchmarks", "scripts", "examples"):
         for path in sorted((ROOT / folder).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text("utf-8"))):
@@ -24,7 +24,7 @@ def functions() -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef | 
 
 
 def documented(text: str) -> list[str] | None:
-    """Names of a numpy-style Parameters section; None where there is none."""
+    """Names in a numpy-style Parameters section; None without one."""
     found = _SECTION.search(text)
     if found is None:
         return None
@@ -35,7 +35,7 @@ def documented(text: str) -> list[str] | None:
 
 
 def stated(node: ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef) -> list[str]:
-    """Parameters of a function without self and cls; of a class those of __init__, else its fields."""
+    """Parameters of a function without self and cls; for a class those of __init__, or its fields."""
     if isinstance(node, ast.ClassDef):
         for member in node.body:
             if isinstance(member, ast.FunctionDef) and member.name == "__init__":
@@ -71,6 +71,6 @@ def test_documented_parameters_are_those_of_the_signature() -> None:
     assert wrong == {}
 
 
-def test_headings_of_sections_stand_on_lines_of_their_own() -> None:
+def test_headings_of_sections_are_on_separate_lines() -> None:
     broken = re.compile(r"\b(Parameters|Returns|Raises|Yields|Attributes)[ \t]+-{3,}")
     assert [place for place, _, text in functions() if broken.search(text)] == []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""No module imports itself through others, imports within functions included."""
+"""No module imports itself through others; imports within functions count."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ import pytest
 grimp = pytest.importorskip("grimp", reason="needs import-linter: pip install 'spectral-scene[dev]'")
 
 SWITCHED_ON = [("blender_addon.commands._blend", "blender_addon")]
-"""Outside of Blender the command line enables the add-on, which Blender's preferences do inside; the add-on registers
-the command line in turn."""
+"""Outside Blender the command line enables the add-on; inside Blender the add-on registers the command line."""
 
 
 @pytest.mark.parametrize("package", ["blender_addon", "spectral_core"])

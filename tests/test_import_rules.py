@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The rooms import each other only as CONTRIBUTING.md says, and nothing heavy is imported before it is needed."""
+"""The rooms import each other only as CONTRIBUTING.md states, and large packages are imported only when needed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def room_modules() -> list[str]:
 
 
 def test_import_contracts_hold() -> None:
-    """The layers, the sideways arrows and who may import Mitsuba or a QP back end: pyproject.toml, import-linter."""
+    """Contracts of import-linter in pyproject.toml: layers, sideways imports, and users of Mitsuba and QP back ends."""
     lint = Path(sys.executable).with_name("lint-imports")
     done = subprocess.run([str(lint), "--no-cache"], capture_output=True, text=True, cwd=ROOT)
 
@@ -37,7 +37,7 @@ def test_import_contracts_hold() -> None:
 def test_core_imports_without_any_optional_package() -> None:
     """Every module of the core can be imported where no optional package is installed.
 
-    One interpreter for all of them: what one module imports of its own accord would fail for each package alike.
+    One interpreter for all packages: a module that imports one of them at its top level fails in any case.
     """
     absent = ["bpy", "mitsuba", "drjit", "cvxpy", "colour", "matplotlib", "OpenEXR", "nrrd", "nibabel", "tifffile"]
     code = (
@@ -50,7 +50,7 @@ def test_core_imports_without_any_optional_package() -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_nothing_heavy_is_imported_early() -> None:
+def test_no_large_package_is_imported_early() -> None:
     """Importing every module of the core, and the command line, loads no solver, renderer, plotter or Blender."""
     code = (
         "import sys, importlib\n"
@@ -62,8 +62,8 @@ def test_nothing_heavy_is_imported_early() -> None:
     assert done.stdout.strip() == "[]", done.stdout + done.stderr
 
 
-def test_every_source_file_names_its_licence() -> None:
-    """The first line of each of our Python files is the SPDX line."""
+def test_every_source_file_names_its_license() -> None:
+    """The first line of each Python file of the project is the SPDX line."""
     ours = [
         path
         for folder in ("spectral_core", "blender_addon", "benchmarks", "tests", "scripts", "examples")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tree stays readable: folders of at most 16 Python files, files of fewer than 300 lines."""
+"""The tree: folders with at most 16 Python files, files with fewer than 300 lines."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def sources(*folders: str) -> list[Path]:
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_no_folder_is_flat(package: str) -> None:
-    """A folder that grows past 16 files holds an idea that has no folder of its own yet."""
+def test_no_folder_has_too_many_files(package: str) -> None:
+    """A folder with more than 16 files contains an idea that should have a separate folder."""
     counts: dict[str, int] = {}
     for path in sources(package):
         if path.name != "__init__.py":

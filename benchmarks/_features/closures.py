@@ -78,7 +78,7 @@ feature("closures/specular node", _shader("ShaderNodeEeveeSpecular", Base_Color=
 
 
 def _copper(stage: Stage) -> None:
-    """Measured indices of refraction; their sockets are there for the physical model alone."""
+    """Measured indices of refraction; only the physical model has sockets for them."""
     node = stage.shader("ShaderNodeBsdfMetallic", Roughness=0.2)
     node.fresnel_type = "PHYSICAL_CONDUCTOR"
     node.inputs["IOR"].default_value, node.inputs["Extinction"].default_value = (0.25, 0.9, 1.2), (3.6, 2.6, 2.5)
@@ -125,7 +125,7 @@ feature(
 
 
 def _factor(kind: str, output: str, **values: Any) -> Callable[[Stage], None]:
-    """A mix of a dark and a light diffuse surface by what a node puts out."""
+    """A mix of a dark and a light diffuse surface by the output of a node."""
 
     def build(stage: Stage) -> None:
         _pair("ShaderNodeMixShader", "ShaderNodeBsdfDiffuse", "ShaderNodeEmission")(stage)

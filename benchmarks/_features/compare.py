@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two pictures of one scene: how far apart they are, robust to fireflies, on the ball and on the whole."""
+"""Difference of two pictures of one scene, robust to fireflies, on the ball and in all."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BLACK = 5e-3
 
 
 def render(engine: str, seed: int, *, raw: bool = False) -> Pixels:
-    """RGBA (height, width, 4) of the current scene, linear; ``raw``: with what is no finite number in it."""
+    """RGBA (height, width, 4) of the current scene, linear; ``raw``: with numbers that are not finite."""
     import bpy
 
     from blender_addon import compat
@@ -56,13 +56,13 @@ def compare(ours: Pixels, cycles: list[Pixels], ball: NDArray[np.bool_]) -> Comp
     """Error of our picture against the mean of two of Cycles'; ``ball``: pixels (height, width) on the ball.
 
     A region's error is the mean absolute difference of block means over the region's mean; blocks average noise away
-    and show what is misplaced. What two seeds of Cycles differ by is taken out in quadrature.
+    and show what is misplaced. The difference of two seeds of Cycles is subtracted in quadrature.
     """
     if ours.shape != cycles[0].shape:
         return Comparison(1.0, 0.0, 0.0, {"size": 1.0})
     first, second, mine = (_calm(picture) for picture in (*cycles, ours))
     truth = (first + second) / 2
-    # of magnitudes: a ball that glows with coordinates is as dark as it is bright, and its mean next to nothing
+    # of magnitudes: the emission of coordinates is as often negative as positive, so that its mean is near 0
     overall = float(np.abs(truth[..., :3]).mean())
     regions = {"all": np.ones(truth.shape[:2], bool)}
     if ball.shape == truth.shape[:2] and 0.02 < ball.mean() < 0.98:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Input nodes: coordinates, geometry, object, particle, light path and camera, each shown as what the ball emits."""
+"""Input nodes: coordinates, geometry, object, particle, light path and camera, each as the emission of the ball."""
 
 from __future__ import annotations
 

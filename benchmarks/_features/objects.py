@@ -67,7 +67,7 @@ for _ray in ("camera", "diffuse", "glossy", "transmission", "shadow", "volume_sc
 
     def _unseen(stage: Stage, ray: str = _ray) -> None:
         shader = {"glossy": "ShaderNodeBsdfAnisotropic", "transmission": "ShaderNodeBsdfGlass"}.get(ray)
-        if shader:  # the floor shows what it mirrors or lets through
+        if shader:  # the floor shows its reflection or transmission
             tree = stage.tree(stage.floor.data.materials[0])
             node = tree.nodes.new(shader)
             tree.links.new(node.outputs[0], tree.nodes["output"].inputs["Surface"])
@@ -95,7 +95,7 @@ feature(
     2,
 )
 feature(
-    "objects/shadow catcher beside a glowing ball",
+    "objects/shadow catcher beside an emissive ball",
     lambda s: (
         setattr(s.floor, "is_shadow_catcher", True),
         setattr(s.scene.render, "film_transparent", True),

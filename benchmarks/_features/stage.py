@@ -27,7 +27,7 @@ def match_settings(scene: Any, samples: int) -> None:
 
 
 class Stage:
-    """One fresh scene. What a feature changes is a plain attribute: ``ball``, ``floor``, ``lamp``, ``world``, …"""
+    """A new scene. The parts that a feature changes are attributes: ``ball``, ``floor``, ``lamp``, ``world``, …"""
 
     def __init__(self, samples: int) -> None:
         bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -148,7 +148,7 @@ class Stage:
         self.link(output, shader.inputs[0])
 
     def glow(self, output: Any) -> None:
-        """The ball shows an output as what it emits: the value itself, not what light makes of it."""
+        """The ball emits the value of an output, so that the picture shows the value itself."""
         shader = self.shader("ShaderNodeEmission")
         self.link(output, shader.inputs["Color"])
 

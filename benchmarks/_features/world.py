@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surroundings: colors, images, skies, mixes, what only the camera sees, and what rays see of them."""
+"""Worlds: colors, images, skies, mixes, backgrounds for the camera alone or for a type of ray."""
 
 from __future__ import annotations
 

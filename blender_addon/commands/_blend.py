@@ -34,7 +34,7 @@ def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_accuracy_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments that ask for an error or a time instead of samples."""
+    """Arguments that request an error or a time instead of samples."""
     asked = parser.add_mutually_exclusive_group()
     asked.add_argument(
         "--target-error", type=float, metavar="E", help="sample until the mean color error (ΔE2000) is E, e.g. 1.0"

@@ -211,7 +211,7 @@ def estimate(scene: Scene) -> str:
         share = sweep.percentage / 100
         paths = render.resolution_x * render.resolution_y * share * share * sweep.samples
         return (
-            f"{sweep.budget} renders of {paths / 1e6:.2g} million light paths each; the first ones will tell the time"
+            f"{sweep.budget} renders of {paths / 1e6:.2g} million light paths each; the first ones will show the time"
         )
     each = sum(times) / len(times)
     left = max(0, sweep.budget - len(times))

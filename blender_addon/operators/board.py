@@ -74,7 +74,7 @@ class SPECTRAL_OT_board_poll(bpy.types.Operator):
 
 
 class SPECTRAL_OT_board_learn(bpy.types.Operator):
-    """The next fader that is moved will move this number"""
+    """Bind this number to the next fader that is moved"""
 
     bl_idname = "spectral.board_learn"
     bl_label = "Learn Fader"
@@ -102,7 +102,7 @@ class SPECTRAL_OT_board_learn(bpy.types.Operator):
 
 
 class SPECTRAL_OT_board_unbind(bpy.types.Operator):
-    """Take the binding away"""
+    """Remove the binding"""
 
     bl_idname = "spectral.board_unbind"
     bl_label = "Unbind"
@@ -117,7 +117,7 @@ class SPECTRAL_OT_board_unbind(bpy.types.Operator):
 
 
 class SPECTRAL_OT_board_order(bpy.types.Operator):
-    """From now on the second number never goes below the first: each fader stops at the other"""
+    """Keep the second number at or above the first: each fader stops at the other"""
 
     bl_idname = "spectral.board_order"
     bl_label = "Keep in Order"
@@ -137,7 +137,7 @@ class SPECTRAL_OT_board_order(bpy.types.Operator):
 
 
 class SPECTRAL_OT_board_disorder(bpy.types.Operator):
-    """Let these two numbers cross again"""
+    """Remove this order, so that the two numbers are independent again"""
 
     bl_idname = "spectral.board_disorder"
     bl_label = "Let Cross"
@@ -156,7 +156,7 @@ def _targets(context: Context, typed: str) -> list[str]:
 
 
 class SPECTRAL_OT_board_motion(bpy.types.Operator, ExportHelper):
-    """Write how the faders have moved since the start, and show how far they moved at once (Eq. 6.2)"""
+    """Save the motion of the faders since the start, and show the correlation of their velocities (Eq. 6.2)"""
 
     bl_idname = "spectral.board_motion"
     bl_label = "Save Motion"

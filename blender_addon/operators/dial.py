@@ -23,7 +23,7 @@ def dial_in(context: Context) -> PropertyGroup:
 
 
 def reset(dial: PropertyGroup) -> None:
-    """Bulbs on their polygon and on, the selector at the center, the light as recorded."""
+    """Reset the dial: bulbs on their polygon and switched on, the selector at the center, the light as recorded."""
     from spectral_core.render.relight.dial import bulbs_on_polygon
 
     count = len(dial.bulbs)
@@ -35,7 +35,7 @@ def reset(dial: PropertyGroup) -> None:
 
 
 class SPECTRAL_OT_dial_reset(bpy.types.Operator):
-    """Bulbs back on a regular polygon and on, the selector in the middle: the light as it was recorded"""
+    """Reset the dial: bulbs on a regular polygon and switched on, the selector at the center, the light as recorded"""
 
     bl_idname = "spectral.dial_reset"
     bl_label = "Reset Dial"
@@ -64,7 +64,7 @@ class SPECTRAL_OT_dial_show(bpy.types.Operator):
 
 
 class SPECTRAL_OT_dial_check(bpy.types.Operator):
-    """Compare the scene with the recording, and list what has changed since"""
+    """Compare the scene with the recording, and list the changes since"""
 
     bl_idname = "spectral.dial_check"
     bl_label = "Compare"

@@ -27,14 +27,12 @@ BAKED = "Dial Light"
 
 
 class SPECTRAL_OT_dial_apply(bpy.types.Operator):
-    """Write the mixture to the powers of lamps, worlds and glowing materials: F12 then gives this picture"""
+    """Write the mixture to the powers of lamps, worlds and emissive materials: F12 then gives this picture"""
 
     bl_idname = "spectral.dial_apply"
     bl_label = "Apply to Lights"
     bl_options = UNDOABLE
-    restore: BoolProperty(
-        name="Restore", default=False, description="Write the powers as they were recorded, instead of the mixture"
-    )
+    restore: BoolProperty(name="Restore", default=False, description="Restore the recorded powers")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -63,7 +61,7 @@ def _require_lamps(dial: PropertyGroup) -> None:
         for kept in bulb.members:
             if bulb.lamp and kept.slot >= 0:
                 raise InvalidInputError(
-                    f"{kept.owner.name!r} is a glowing object, which cannot have the lamp {bulb.lamp!r}; "
+                    f"{kept.owner.name!r} is an emissive object, which cannot have the lamp {bulb.lamp!r}; "
                     "give it to its Emission node, or empty the bulb's lamp"
                 )
             if bulb.lamp and kept.owner is not None:
@@ -95,13 +93,13 @@ def _animated(dial: PropertyGroup) -> str:
 
 
 class SPECTRAL_OT_dial_bake(bpy.types.Operator):
-    """Make one light with the mixed spectrum, in the place and shape of the strongest lamp of the mixture"""
+    """Make one light with the mixed spectrum, and with position and shape of the strongest lamp of the mixture"""
 
     bl_idname = "spectral.dial_bake"
     bl_label = "Bake One Light"
     bl_options = UNDOABLE
     hide: BoolProperty(
-        name="Hide the Mixed Lamps", default=False, description="Leave the lamps of the mixture out of renders"
+        name="Hide the Mixed Lamps", default=False, description="Hide the lamps of the mixture in renders"
     )
 
     @reporting
@@ -165,7 +163,7 @@ def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndar
         spectrum = catalogue.named("illuminant", bulb.lamp) if bulb.lamp else light
         if spectrum is None:
             raise InvalidInputError(
-                f"the lights of {bulb.name!r} have no common spectrum (or they are glowing objects); give the bulb a "
+                f"the lights of {bulb.name!r} have no common spectrum (or they are emissive objects); give the bulb a "
                 "lamp, or record with One per Light"
             )
         total += share * _unit(spectrum).at(grid.wavelengths_nm)

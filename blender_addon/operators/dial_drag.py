@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The dial under the mouse: drag the selector, drag bulbs, click bulbs on and off, keys; Esc ends.
 
-The mouse changes only ``scene.spectral.dial``; the picture follows those changes, whatever makes them.
+The mouse changes only ``scene.spectral.dial``; the picture follows every such change.
 """
 
 import contextlib
@@ -55,7 +55,7 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
     bl_label = "Turn the Dial"
     bl_options = UNDOABLE
     selector: FloatVectorProperty(
-        name="Selector", size=2, default=(0.0, 0.0), description="Where to put the selector, without a mouse"
+        name="Selector", size=2, default=(0.0, 0.0), description="Position of the selector, without a mouse"
     )
 
     @reporting
@@ -205,7 +205,7 @@ def _require_bulbs(context: Context) -> None:
 
 
 class SPECTRAL_OT_dial_stop(bpy.types.Operator):
-    """Leave the mouse to Blender again"""
+    """Return the mouse to Blender"""
 
     bl_idname = "spectral.dial_stop"
     bl_label = "Stop Turning the Dial"

@@ -123,7 +123,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
             self._recording.stop = True
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
-            return {"PASS_THROUGH"}  # the artist may continue to work; the dial shows the edits afterwards
+            return {"PASS_THROUGH"}  # the artist may continue to work; the dial shows the edits afterward
         context.window_manager.progress_update(100 * self._recording.progress)
         if self._recording.is_running:
             return {"RUNNING_MODAL"}
@@ -168,7 +168,7 @@ class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
 
 
 class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
-    """Use a transport that was recorded before from this very scene, here or by the command line"""
+    """Load a transport that was recorded earlier from this scene, here or by the command line"""
 
     bl_idname = "spectral.dial_load"
     bl_label = "Load Transport"

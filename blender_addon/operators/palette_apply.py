@@ -15,17 +15,17 @@ from .common import UNDOABLE, palette_in, reporting
 
 
 class SPECTRAL_OT_palette_apply(bpy.types.Operator):
-    """Give the designed spectra to the lights and materials of the scene that the table names. One undo step"""
+    """Assign the designed spectra to the lights and materials in the table. One undo step"""
 
     bl_idname = "spectral.palette_apply"
     bl_label = "Apply to Scene"
     bl_options = UNDOABLE
     create: BoolProperty(
-        name="Create Missing Materials", default=False, description="Make a Blender material for rows that name none"
+        name="Create Missing Materials", default=False, description="Make a Blender material for rows without one"
     )
     make_local: BoolProperty(
         name="Make Linked Data Local", default=False,
-        description="Take materials and lights that are linked from another file into this one, to change them here",
+        description="Make linked materials and lights local to this file, so that they can be changed",
     )  # fmt: skip
 
     @reporting
@@ -93,7 +93,7 @@ def _create_materials(palette: PropertyGroup) -> None:
 
 
 class SPECTRAL_OT_palette_mend(bpy.types.Operator):
-    """Follow new names, find data that was deleted and made again, make linked data local, and forget deleted data"""
+    """Update names, find data that was deleted and made again, make linked data local, and remove deleted data"""
 
     bl_idname = "spectral.palette_mend"
     bl_label = "Mend Table"

@@ -100,7 +100,9 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
     filter_glob: StringProperty(default="*.ase;*.gpl", options={"HIDDEN"})
     check_extension = None
     clip: BoolProperty(
-        name="Move into Gamut", default=True, description="Move colors that no screen shows to the nearest that it can"
+        name="Move into Gamut",
+        default=True,
+        description="Replace colors that no screen can show by the nearest ones that it can",
     )
 
     @reporting

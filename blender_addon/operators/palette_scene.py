@@ -49,7 +49,7 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
                 _add_material(palette, material)
         left = max(len(lights) - MOST, 0) + max(len(materials) - MOST, 0)
         if left:
-            self.report({"WARNING"}, f"{left} lights or materials are left out; the table holds {MOST} of each")
+            self.report({"WARNING"}, f"{left} lights or materials are omitted; the table holds {MOST} of each")
         if palette_solve.solve_scene(context.scene) is None:
             raise InvalidInputError(palette.message)
         live.show()

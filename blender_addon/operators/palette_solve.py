@@ -19,7 +19,7 @@ PRESETS = [
     ("SPLIT_LIGHT", "Split Light", "Five materials that share one, then three, then five colors under three lights", 1),
     ("HIDDEN_MARK", "Hidden Mark", "A mark that daylight hides and a street lamp reveals", 2),
     ("COLOR_CONSTANCY", "Color Constancy", "One material keeps its color when the light changes, another does not", 3),
-    ("XRAY_SMOKE", "X-Ray Smoke", "A smoke that is not there under two lights and shows under a third", 4),
+    ("XRAY_SMOKE", "X-Ray Smoke", "A smoke that is invisible under two lights and visible under a third", 4),
     ("MOST_DISTINCT", "Most Distinct", "Materials that match in daylight and differ as much as possible elsewhere", 5),
 ]
 
@@ -27,7 +27,7 @@ LAMP_NAMES = {"D65": "Daylight", "HP1": "Sodium", "A": "Tungsten", "FL11": "Fluo
 
 
 class SPECTRAL_OT_palette_preset(bpy.types.Operator):
-    """Replace the palette by one of the ready-made ideas, and solve it"""
+    """Replace the palette by a preset, and solve it"""
 
     bl_idname = "spectral.palette_preset"
     bl_label = "Palette Preset"

@@ -59,13 +59,13 @@ def _picked(context: Context, side: str) -> ID | None:
 
 
 class SPECTRAL_OT_palette_remove(bpy.types.Operator):
-    """Take a light (column) or a material (row) out of the palette"""
+    """Remove a light (column) or a material (row) from the palette"""
 
     bl_idname = "spectral.palette_remove"
     bl_label = "Remove from Palette"
     bl_options = UNDOABLE
     side: EnumProperty(name="Remove", items=SIDES)
-    index: IntProperty(name="Index", default=-1, min=-1, description="Which one, from 0; -1 for the selected one")
+    index: IntProperty(name="Index", default=-1, min=-1, description="Number from 0; -1 for the selected one")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -138,7 +138,7 @@ class SPECTRAL_OT_palette_select(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_refer(bpy.types.Operator):
-    """Choose, or give up, this cell as one that the selected cell refers to"""
+    """Select or deselect this cell as a reference of the selected cell"""
 
     bl_idname = "spectral.palette_refer"
     bl_label = "Refer to Cell"
@@ -168,7 +168,7 @@ class SPECTRAL_OT_palette_refer(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_spread(bpy.types.Operator):
-    """Give every cell of the selected row or column the target, weight and exactness of the selected cell"""
+    """Copy target, weight and exactness of the selected cell to every cell of its row or column"""
 
     bl_idname = "spectral.palette_spread"
     bl_label = "Copy Target"
@@ -213,7 +213,7 @@ class SPECTRAL_OT_palette_lamp_add(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_lamp_remove(bpy.types.Operator):
-    """Take a lamp out of the selected light's list"""
+    """Remove a lamp from the selected light's list"""
 
     bl_idname = "spectral.palette_lamp_remove"
     bl_label = "Remove Lamp"

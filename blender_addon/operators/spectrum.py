@@ -40,7 +40,7 @@ def _active_node(active: Object | None) -> Node | None:
 def _required(context: Context, which: str) -> ID | Node:
     found = carrier(context, which)
     if found is None or not hasattr(found, "spectral"):
-        raise InvalidInputError(f"there is no active {which.lower()} that can carry a spectrum; select one")
+        raise InvalidInputError(f"there is no active {which.lower()} that can have a spectrum; select one")
     return found
 
 

@@ -47,7 +47,7 @@ class SPECTRAL_OT_sweep_remove(bpy.types.Operator):
 
 
 class SPECTRAL_OT_sweep_estimate(bpy.types.Operator):
-    """Say how long the sweep will take"""
+    """Estimate the time of the sweep"""
 
     bl_idname = "spectral.sweep_estimate"
     bl_label = "Estimate"
@@ -61,7 +61,7 @@ class SPECTRAL_OT_sweep_estimate(bpy.types.Operator):
 
 
 class SPECTRAL_OT_sweep_run(bpy.types.Operator):
-    """Render the missing points of the sweep, in the background; Blender stays free"""
+    """Render the missing points of the sweep in the background; Blender stays responsive"""
 
     bl_idname = "spectral.sweep_run"
     bl_label = "Run Sweep"
@@ -127,12 +127,12 @@ class SPECTRAL_OT_sweep_open(bpy.types.Operator):
 
 
 class SPECTRAL_OT_sweep_apply(bpy.types.Operator):
-    """Set the scene to a row of the sweep's table"""
+    """Set the scene to the settings in a row of the sweep's table"""
 
     bl_idname = "spectral.sweep_apply"
     bl_label = "Apply Point"
     bl_options = UNDOABLE
-    row: IntProperty(name="Row", min=0, description="Row of the table from 1; 0 takes the panel's")
+    row: IntProperty(name="Row", min=0, description="Row of the table, from 1; 0 for the row in the panel")
 
     @reporting
     def execute(self, context: Context) -> None:

@@ -151,7 +151,7 @@ class SPECTRAL_OT_volume_material_remove(_OnVolume, bpy.types.Operator):
 
 
 class SPECTRAL_OT_volume_curve_add(_OnVolume, bpy.types.Operator):
-    """Give the selected material a curve of its own for its emission or its edges"""
+    """Give the selected material a separate curve for its emission or its edges"""
 
     bl_idname = "spectral.volume_curve_add"
     bl_label = "Add Curve"

@@ -59,14 +59,14 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         default=False,
         description="Import all files that differ from this one in their number, as frames",
     )
-    field: StringProperty(name="Array", description="Which array, grid or key of a file that holds several")
+    field: StringProperty(name="Array", description="Array, grid or key, if the file has several")
     component: IntProperty(
         name="Component",
         default=-1,
         min=-1,
-        description="Which vector component, channel or time step; -1 for the only one",
+        description="Vector component, channel or time step; -1 if there is only one",
     )
-    raw: BoolProperty(name="Bare Numbers", default=False, description="The file has no header: say how it is laid out")
+    raw: BoolProperty(name="Bare Numbers", default=False, description="The file has no header: state its layout")
     raw_shape: IntVectorProperty(name="Voxels", size=3, default=(256, 256, 256), min=1)
     raw_type: EnumProperty(name="Type", items=RAW_TYPES, default="uint8")
     raw_big_endian: BoolProperty(name="Big Endian", default=False)

@@ -9,7 +9,7 @@ from .parts import wrapped
 
 
 class SPECTRAL_PT_board(bpy.types.Panel):
-    """Faders that move numbers of the file"""
+    """Faders that change numbers of the file"""
 
     bl_label = "Mixing Board"
     bl_space_type = "VIEW_3D"

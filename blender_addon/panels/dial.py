@@ -13,7 +13,7 @@ from ..translate.camera import translate_film
 from ..translate.dial import storage_of
 from .parts import wrapped
 
-LINEAR_ONLY = "Light is added up, so any mixture is exact. Changing a surface is not linear: after that, record again."
+LINEAR_ONLY = "Light adds up, so any mixture is exact. Surfaces do not: after changing one, record again."
 
 
 class SPECTRAL_UL_dial_bulbs(bpy.types.UIList):

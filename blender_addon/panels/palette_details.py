@@ -11,7 +11,7 @@ from .possible import draw_possible
 HINTS = {
     "FIXED": "",
     "FREE": "The palette chooses the color.",
-    "SAME": "Looks the same as the chosen cell, whatever color that becomes.",
+    "SAME": "Looks the same as the chosen cell, which may have any color.",
     "CONSTANT": "Keeps the color it has under the chosen lights.",
     "BLACK": "Shows nothing under this light.",
     "DISTINCT": "Differs from the chosen cells as much as possible. Takes seconds: press Solve.",

@@ -56,7 +56,7 @@ def draw_paint(layout: UILayout, context: Context) -> None:
     hint.active = False
     wrapped(
         hint, context,
-        "Paints mix by absorption and scattering (Kubelka and Munk), so materials that match pure may part as tints.",
+        "Paints mix by absorption and scattering (Kubelka and Munk), so materials that match may differ as tints.",
     )  # fmt: skip
     if palette.active_row >= len(palette.materials):
         return
@@ -76,7 +76,7 @@ def draw_paint(layout: UILayout, context: Context) -> None:
     hint.active = False
     wrapped(
         hint, context,
-        "A dye absorbs light and emits it at a longer wavelength. Begin the wavelengths under Design below the "
+        "A dye absorbs light and emits it at a longer wavelength. In Design, let the wavelengths begin below the "
         "first. Apply to Scene gives materials their dyes, and rendering shows their light.",
         indent=60.0,
     )  # fmt: skip

@@ -11,7 +11,7 @@ from .parts import draw_spectrum, is_editable, wrapped
 
 class _SpectrumPanel:
     layout: UILayout
-    """Base of the four panels; ``carrier`` names the kind of data-block that carries the spectrum."""
+    """Base of the four panels; ``carrier`` names the type of data-block with the spectrum."""
 
     bl_label = "Spectrum"
     carrier = ""
@@ -45,7 +45,7 @@ def _draw_whose(layout: UILayout, context: Context, node: Node) -> None:
         if tree == node.id_data and owner.spectral.source != "NONE":
             hint = layout.column()
             hint.active = False
-            text = f"The spectrum of {owner.name!r} counts for its main color; one chosen here comes before it."
+            text = f"The spectrum of {owner.name!r} sets its main color; one chosen here has precedence."
             wrapped(hint, context, text, icon="INFO")
             return
 
@@ -98,8 +98,8 @@ class SPECTRAL_PT_material_dyes(bpy.types.Panel):
         hint = layout.column()
         hint.active = False
         text = (
-            "A dye absorbs light and emits it at a longer wavelength. Seen where spectra are traced; a violet or "
-            "ultraviolet lamp shows it most."
+            "A dye absorbs light and emits it at a longer wavelength. Visible with spectral transport, most under a "
+            "violet or ultraviolet lamp."
         )
         wrapped(hint, context, text)
 

@@ -32,7 +32,7 @@ class SpectralDialMember(bpy.types.PropertyGroup):
     """A light or emissive object of a bulb's group, and its brightness at the time of the recording."""
 
     owner: PointerProperty(type=bpy.types.ID)
-    slot: IntProperty(default=-1, description="Material slot of a glowing object; -1 for a lamp or a world")
+    slot: IntProperty(default=-1, description="Material slot of an emissive object; -1 for a lamp or a world")
     node: StringProperty(description="Node of the strength; empty for a lamp's power")
     base: FloatProperty(description="Power or strength as recorded")
 
@@ -48,14 +48,16 @@ class SpectralDialBulb(bpy.types.PropertyGroup):
         update=_changed,
         description="Position of the bulb on the dial",
     )
-    is_on: BoolProperty(name="On", default=True, update=_changed, description="Whether the bulb takes part")
+    is_on: BoolProperty(
+        name="On", default=True, update=_changed, description="Whether the bulb contributes to the mixture"
+    )
     lamp: StringProperty(
         name="Lamp", search=offers(Topic.LAMP_NAMES), search_options={"SORT", "SUGGESTION"}, update=_changed,
         description="A measured lamp in place of the lights' own spectrum; empty keeps it. Not for Mixtures storage",
     )  # fmt: skip
     color: FloatVectorProperty(
         name="Color", size=3, subtype="COLOR_GAMMA", default=(1.0, 1.0, 1.0), min=0.0, max=1.0,
-        description="Color of the light by itself, for the dial",
+        description="Color of the light alone, for the dial",
     )  # fmt: skip
     members: CollectionProperty(type=SpectralDialMember)
 
@@ -89,19 +91,19 @@ class SpectralLightDial(bpy.types.PropertyGroup):
         name="Storage",
         items=STORAGE,
         default="DIAL",
-        description="Which data are kept: depends on what you want to change later",
+        description="Stored data, which determine the changes that are possible later",
     )
     one_per_light: BoolProperty(
         name="One per Light", default=True,
-        description="A bulb for each light, glowing object and the world; otherwise one for each light group",
+        description="A bulb for each light, emissive object and the world; otherwise one for each light group",
     )  # fmt: skip
     filepath: StringProperty(
         name="File", subtype="FILE_PATH", options=path_options(),
-        description="Where the transport is kept; empty: beside the .blend file",
+        description="File of the transport; empty: beside the .blend file",
     )  # fmt: skip
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
     facts: StringProperty(description="Facts of the recording, for the panel")
-    keeps_spectra: BoolProperty(default=True, description="Whether the recording lets lights have new spectra")
+    keeps_spectra: BoolProperty(default=True, description="Whether lights of the recording can have new spectra")
     recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")
     recorded_groups: StringProperty(description="Hash of each light group, and of all else, when they were recorded")
     changes: StringProperty(description="Changes of the scene since it was recorded; empty if none")

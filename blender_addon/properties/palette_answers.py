@@ -39,14 +39,16 @@ class SpectralDye(bpy.types.PropertyGroup):
     """A fluorescent dye that a material may hold."""
 
     excitation_nm: FloatProperty(
-        name="Takes In (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=edited,
+        name="Absorbs (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=edited,
         description="Wavelength around which the dye absorbs light; 365 and 405 nm are black lights",
     )  # fmt: skip
     emission_nm: FloatProperty(
-        name="Sends Out (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=edited,
+        name="Emits (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=edited,
         description="Wavelength around which the dye emits light; longer than the one that it absorbs",
     )  # fmt: skip
-    amount: FloatProperty(name="Amount", description="How much of the dye the design uses; 1 absorbs all light there")
+    amount: FloatProperty(
+        name="Amount", description="Amount of the dye in the design; 1 absorbs all light at its wavelength"
+    )
 
 
 CLASSES = (SpectralPossible, SpectralAlternative, SpectralDye)

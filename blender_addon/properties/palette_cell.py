@@ -15,11 +15,11 @@ from .hooks import Topic, announces
 MODES = [
     ("FIXED", "Color", "This color", "COLOR", 0),
     ("FREE", "Any Color", "Any color, or any color in a range", "QUESTION", 1),
-    ("SAME", "Same As", "The same color as another cell, whatever that becomes: metamers", "LINKED", 2),
+    ("SAME", "Same As", "The same color as another cell, which may have any color: metamers", "LINKED", 2),
     ("CONSTANT", "Constant", "The color that this material has under other lights", "FREEZE", 3),
     ("BLACK", "Black", "No color at all: invisible under this light", "HIDE_ON", 4),
     ("DISTINCT", "Distinct", "As different as possible from other cells", "ARROW_LEFTRIGHT", 5),
-    ("IGNORE", "Ignore", "Do not care", "REMOVE", 6),
+    ("IGNORE", "Ignore", "No request", "REMOVE", 6),
 ]
 REFERRING = ("SAME", "CONSTANT", "DISTINCT")
 BOXED = ("FREE", "SAME", "CONSTANT")
@@ -95,7 +95,7 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
     )  # fmt: skip
     actual: FloatVectorProperty(
         name="Actual Color", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("actual_display"),
-        description="The color that comes out. Click to read its numbers; it cannot be edited",
+        description="The actual color. Click to read its numbers; it cannot be edited",
     )  # fmt: skip
     wanted: FloatVectorProperty(
         name="Color to Match", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("wanted_display"),

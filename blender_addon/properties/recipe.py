@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.recipe``: the kind and library of colorants, the requirements, and the last recipe."""
+"""``scene.spectral.recipe``: the type of mixture, the library of colorants, the requirements, and the last recipe."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
@@ -13,7 +13,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
 
     SPECTRUM_KIND = "reflectance"
     kind: EnumProperty(
-        name="Mix", default="LAMP", description="What is mixed",
+        name="Mix", default="LAMP", description="Components of the mixture",
         items=[
             ("LAMP", "LED Lamp", "Drive levels of LED channels for a white", 0),
             ("PAINTS", "Paints", "Grams of opaque paints (Kubelka and Munk)", 1),
@@ -22,7 +22,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
         ],
     )  # fmt: skip
     library: EnumProperty(
-        name="From", default="BUILTIN", description="Which channels, paints, inks or filters there are",
+        name="From", default="BUILTIN", description="Available channels, paints, inks or filters",
         items=[
             ("BUILTIN", "Built In", "Common LEDs, or the 24 paints of the ColorChecker", 0),
             ("FILE", "File", "Your own measurements: one spectrum per channel or colorant", 1),
@@ -79,10 +79,10 @@ class SpectralRecipe(bpy.types.PropertyGroup):
         default=2.0,
         min=1.0,
         max=100.0,
-        description="How far light spreads in the paper (Yule and Nielsen)",
+        description="Spread of light in the paper (Yule and Nielsen)",
     )
     text: StringProperty(description="The recipe, one line each")
-    found_kind: StringProperty(description="What the recipe mixes")
+    found_kind: StringProperty(description="Components of the recipe")
     met: BoolProperty(description="Whether all requirements are met")
     spectrum: StringProperty(description="Spectrum of the recipe, as JSON")
 

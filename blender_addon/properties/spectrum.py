@@ -41,17 +41,17 @@ class SpectralCarriedDye(bpy.types.PropertyGroup):
     """A fluorescent dye in a material."""
 
     excitation_nm: FloatProperty(
-        name="Takes In (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=tag,
+        name="Absorbs (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=tag,
         description="Wavelength around which the dye absorbs light; 365 and 405 nm are black lights",
     )  # fmt: skip
     emission_nm: FloatProperty(
-        name="Sends Out (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=tag,
+        name="Emits (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=tag,
         description="Wavelength around which the dye emits light; longer than the one that it absorbs",
     )  # fmt: skip
     amount: FloatProperty(
         name="Amount", default=0.3, min=0.0, max=1.0, precision=3, update=tag,
-        description="Share of the power that comes at the first wavelength which is sent out at the second. What is "
-        "reflected there and sent out together is at most all of the light, photon for photon",
+        description="Share of the power absorbed at the first wavelength that is emitted at the second. Reflection and "
+        "emission together return at most one photon per photon",
     )  # fmt: skip
 
 
@@ -72,28 +72,28 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
         options=path_options(), update=announces(Topic.SPECTRUM_CHOICE),
     )  # fmt: skip
     file_entry: StringProperty(
-        name="Entry", description="Which spectrum of the file, where it holds several",
+        name="Entry", description="Spectrum of the file, if it has several",
         search=offers(Topic.SPECTRUM_ENTRIES), update=announces(Topic.SPECTRUM_CHOICE),
     )  # fmt: skip
     kind: EnumProperty(
-        default="OWNER", description="Kind of the values",
+        default="OWNER", description="Type of the values",
         items=[
-            ("OWNER", "By Owner", "What its owner can have", 0),
+            ("OWNER", "By Owner", "The type that its owner needs", 0),
             ("ILLUMINANT", "Illuminant", "Relative power per nm", 1),
             ("REFLECTANCE", "Reflectance", "Share of light from 0 to 1", 2),
         ],
     )  # fmt: skip
     strength: FloatProperty(
         name="Relative Strength", default=1.0, min=0.0, soft_max=4.0, update=tag,
-        description="How bright a light of this spectrum is beside a white light of the same power",
+        description="Brightness relative to a white light of the same power",
     )  # fmt: skip
     spectrum_name: StringProperty(name="Spectrum Name", description="Name of the stored spectrum")
-    origin: StringProperty(name="Origin", description="Where the stored values came from")
+    origin: StringProperty(name="Origin", description="Source of the stored values")
     interpolation: EnumProperty(
         name="Interpolation", default="LINEAR", description="How values are interpolated between their wavelengths",
         items=[
             ("LINEAR", "Linear", "Straight lines between the values, as the renderer reads them", 0),
-            ("SAMPLED", "Sampled", "Each value stands for its own cell", 1),
+            ("SAMPLED", "Sampled", "Each value is constant over its cell", 1),
         ],
     )  # fmt: skip
     samples: CollectionProperty(type=SpectralSample, name="Values")

@@ -15,10 +15,15 @@ class SpectralSweepParameter(bpy.types.PropertyGroup):
     high: FloatProperty(name="To", default=1.0, description="Upper end of the range")
     scale: EnumProperty(
         name="Scale",
-        description="How points are spread over the range",
+        description="Distribution of the points over the range",
         items=[
-            ("linear", "Linear", "Points are spread evenly over the range", 0),
-            ("log", "Logarithmic", "Points are spread evenly over the logarithm: for energies and other ratios", 1),
+            ("linear", "Linear", "Points are distributed evenly over the range", 0),
+            (
+                "log",
+                "Logarithmic",
+                "Points are distributed evenly over the logarithm: for energies and other ratios",
+                1,
+            ),
         ],
     )
     whole: BoolProperty(name="Whole Numbers", description="Only whole numbers, both ends included")

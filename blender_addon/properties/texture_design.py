@@ -21,7 +21,7 @@ TEXTURE_FIELDS = by_name(
     Field(
         "floor", FloatProperty, "floor", name="Black Shown As", default=0.02, min=0.0, max=0.5, precision=3,
         description="Gray that replaces black. A surface that is black under one light is dark under all, so a little "
-        "gray in black buys independence",
+        "gray in black makes the pictures more independent",
     ),
     Field(
         "slope", FloatProperty, "slope", name="Contrast Kept", default=0.95, min=0.05, max=1.0, precision=3,
@@ -44,7 +44,7 @@ TEXTURE_FIELDS = by_name(
         "importance", FloatProperty, "importance", name="First over Second", default=1.0, min=0.01, soft_max=25.0,
         max=1000.0,
         description="How much color errors of the first picture count against those of the second. At 25 the first is "
-        "almost exact and the second a trace in it",
+        "almost exact and the second is hardly visible",
     ),
     Field(
         "daylight_share", FloatProperty, "daylight_share", name="Realism", default=0.0, min=0.0, max=0.9,
@@ -54,7 +54,7 @@ TEXTURE_FIELDS = by_name(
     Field(
         "led_width_nm", FloatProperty, "led_width_nm", name="LED Width (nm)", default=20.0, min=5.0, max=60.0,
         precision=0,
-        description="Width of the LEDs' bands. Narrow LEDs keep pictures apart; wide ones render other surfaces better",
+        description="Width of the LEDs' bands. Narrow LEDs separate pictures; wide ones render other surfaces better",
     ),
 )  # fmt: skip
 
@@ -72,11 +72,16 @@ class SpectralTextureWantedColor(bpy.types.PropertyGroup):
     )  # fmt: skip
     wanted: FloatVectorProperty(
         name="Wanted", subtype="COLOR_GAMMA", size=3, default=(0.4, 0.3, 0.2), min=0.0, max=1.0,
-        description="What it should look like under the second light (sRGB)",
+        description="Wanted color under the second light (sRGB)",
     )  # fmt: skip
-    outcome: StringProperty(description="What became of it")
+    outcome: StringProperty(description="Result for this color")
     reached: FloatVectorProperty(
-        name="Reached", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, description="What it looks like now"
+        name="Reached",
+        subtype="COLOR_GAMMA",
+        size=3,
+        min=0.0,
+        max=1.0,
+        description="Color that the design reaches under the second light",
     )
 
 
@@ -91,25 +96,25 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
     """Pictures, lights, settings, and the last designed texture."""
 
     kind: EnumProperty(
-        name="Pictures", default="TWO", description="What the surface shows",
+        name="Pictures", default="TWO", description="Pictures that the surface shows: two, or one with wanted colors",
         items=[
             ("TWO", "A Picture for Each Light", "Two unrelated pictures, one under each light", 0),
             ("ONE", "One Picture with Wanted Colors", "One picture; some colors change under the second light", 1),
         ],
     )  # fmt: skip
     first: PointerProperty(
-        type=bpy.types.Image, name="First Picture", description="What the surface shows under the first light"
+        type=bpy.types.Image, name="First Picture", description="Picture of the surface under the first light"
     )
     second: PointerProperty(
         type=bpy.types.Image, name="Second Picture",
-        description="What the surface shows under the second light; of the same size as the first",
+        description="Picture of the surface under the second light, of the same size as the first",
     )  # fmt: skip
     wanted_colors: CollectionProperty(type=SpectralTextureWantedColor)
     lights: EnumProperty(
         name="Lights", default="DESIGNED", description="Whether the lights are free",
         items=[
             ("DESIGNED", "Designed", "Two mixes of LEDs that both look white like daylight", 0),
-            ("GIVEN", "Given", "Two lamps that are there already; they leave much less contrast", 1),
+            ("GIVEN", "Given", "Two existing lamps; they allow much less contrast", 1),
         ],
     )  # fmt: skip
     light_1: PointerProperty(type=SpectralTextureLight)

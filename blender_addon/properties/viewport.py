@@ -28,7 +28,7 @@ class SpectralLook(bpy.types.PropertyGroup):
 
     kind: EnumProperty(name="Look", items=LOOKS, default="SCENE", update=changed, description="Light to look under")
     column: StringProperty(name="Palette Light", update=changed, description="Light of the palette")
-    group: StringProperty(name="Light Group", update=changed, description="Light group that shines alone")
+    group: StringProperty(name="Light Group", update=changed, description="Light group that is shown alone")
     lamp: StringProperty(
         name="Lamp", default="D65", search=offers(Topic.LAMP_NAMES), search_options={"SORT", "SUGGESTION"},
         update=changed, description="Spectrum of all lamps: a lamp of the catalogue, or 'blackbody 3200'",

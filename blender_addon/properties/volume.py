@@ -63,7 +63,7 @@ class SpectralVolumeMaterial(bpy.types.PropertyGroup):
     uid: IntProperty()
     color: FloatVectorProperty(
         name="Color", update=_changed, subtype="COLOR", size=3, min=0.0, max=1.0, default=(0.8, 0.8, 0.8),
-        description="Color of the material where it carries no spectrum",
+        description="Color of the material if it has no spectrum",
     )  # fmt: skip
     spectral: PointerProperty(type=SpectralSpectrum)
     density: FloatProperty(
@@ -76,7 +76,7 @@ class SpectralVolumeMaterial(bpy.types.PropertyGroup):
     )  # fmt: skip
     lit: BoolProperty(
         name="Lit by the Scene", update=_changed, default=True,
-        description="The color is a reflectance, lit by the scene's lights; without, the material glows",
+        description="The color is a reflectance, lit by the scene's lights; if off, the material emits light",
     )  # fmt: skip
     use_gradient: BoolProperty(
         name="Only Edges", update=_changed, default=False,

@@ -56,7 +56,8 @@ def translate_scene(
     viewed = seen_from or translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph))
     if source.render.use_motion_blur and not is_moving:
         translation.note(
-            source.name, "motion blur is in renders of F12 and spectral-scene; here the frame stands still"
+            source.name,
+            "motion blur is in renders of F12 and spectral-scene; here the scene is shown without motion blur",
         )
     for item in (source.render, getattr(source, "cycles", None)):
         note_changed(translation, source.name, item)
@@ -66,7 +67,7 @@ def translate_scene(
     found = collect(translation, shows, kept)
     _note_limits(translation, settings_of(source).light_paths)
     world = overridden(depsgraph, "world_override") or source.world
-    surroundings, suns = _world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed, kept)
+    environment, suns = _world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed, kept)
     scene = Scene(
         camera=viewed,
         film=film,
@@ -74,7 +75,7 @@ def translate_scene(
         materials=found.materials,
         instances=tuple(found.instances),
         lights=(*found.lights, *suns),
-        world=surroundings,
+        world=environment,
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )
@@ -98,7 +99,7 @@ def _note_limits(translation: Translation, limits: LightPaths) -> None:
     """Note limits that depend on the sampling of light, so that two renderers never limit the same paths."""
     name = translation.scene.name
     if limits.clamp_direct > 0 or 0 < limits.clamp_indirect < USUAL_CLAMP:
-        translation.note(name, "samples are clamped, as the scene's light paths ask; what is cut off is lost light")
+        translation.note(name, "samples are clamped by the scene's Light Paths settings, so the picture loses light")
     if limits.transparent < 8:
         translation.note(
             name, f"light passes at most {limits.transparent} transparent surfaces; what lies behind is dark"

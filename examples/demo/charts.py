@@ -18,7 +18,7 @@ LEFT, RIGHT, TOP, BOTTOM = 44, 12, 12, 40
 
 
 def css_color(linear_rgb: ArrayLike) -> str:
-    """``#rrggbb`` of a linear sRGB color, cut to what a screen can show."""
+    """``#rrggbb`` of a linear sRGB color, clipped to the range of a screen."""
     shown = np.clip(display_rgb_from_linear(linear_rgb), 0, 1)
     return "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in shown)
 
@@ -29,7 +29,7 @@ def swatch(linear_rgb: ArrayLike, title: str = "") -> str:
 
 
 def wavelength_color(wavelength_nm: float) -> str:
-    """The hue of a wavelength, softened to what a screen can show; for axes."""
+    """The hue of a wavelength, desaturated to the gamut of a screen; for axes."""
     viewer = observer()
     xyz = np.array([np.interp(wavelength_nm, viewer.wavelengths_nm, row) for row in viewer.cmfs])
     rgb = np.maximum(linear_rgb_from_xyz(xyz), 0)

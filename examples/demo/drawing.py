@@ -95,9 +95,9 @@ def wood(height: int = 512, width: int = 1024, seed: int = 5) -> NDArray[np.floa
     board = np.floor(v * boards).astype(int)
     tone = rng.uniform(-0.035, 0.035, boards)[board]
     grain = 0.055 * np.sin(2 * np.pi * (v * 46 + 2.6 * _noise(height, width, (7, 1.6), rng)))
-    fibre = 0.09 * _noise(height, width, (180, 5), rng)
+    fiber = 0.09 * _noise(height, width, (180, 5), rng)
     joint = -0.22 * np.exp(-((((v * boards) % 1.0 - 0.5) ** 2 - 0.25) ** 2) / 1e-5)
-    light = 1.0 + tone + grain + fibre + joint
+    light = 1.0 + tone + grain + fiber + joint
     return np.clip(light[..., None] * np.array([0.50, 0.37, 0.27]), 0.02, 1.0).astype(np.float32)
 
 

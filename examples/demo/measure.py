@@ -28,7 +28,7 @@ class MarkContrast:
 
 
 def coverage_scene(scene: Scene, material_name: str) -> Scene:
-    """The scene with nothing but that material's mask to see: its first glaze glows green, its second red.
+    """The scene with that material's mask alone visible: its first glaze emits green, its second red.
 
     Pixels of its picture hold how much of them is ground (green) and mark (red).
     """
@@ -78,7 +78,7 @@ def mark_contrast(
                 colors.append(fitted[0])
                 steps.append(fitted[1])
     if not colors:
-        raise InvalidInputError("nowhere in the picture do mark and ground lie side by side; render it larger")
+        raise InvalidInputError("mark and ground are side by side nowhere in the picture; render it larger")
     ground_rgb, mark_rgb = np.array(colors), np.array(colors) + np.array(steps)
     delta_e = delta_e_2000(lab_from_linear_rgb(mark_rgb), lab_from_linear_rgb(ground_rgb))
     return MarkContrast(

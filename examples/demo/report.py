@@ -39,8 +39,8 @@ def write_report(demo: DemoResult) -> Path:
 def _head(demo: DemoResult) -> str:
     figures = "".join(_figure(rendered) for rendered in demo.rendered)
     return (
-        "<h1>The hidden branch</h1><p class='lead'>The vase wears two glazes. In daylight they have one color, so the "
-        "branch between them cannot be seen. Under a street lamp the same two glazes part. Only the light was changed."
+        "<h1>The hidden branch</h1><p class='lead'>The vase has two glazes. In daylight they have one color, so the "
+        "branch between them cannot be seen. Under a street lamp the glazes differ. Only the light was changed."
         f"</p><div class='pair'>{figures}</div>"
     )
 
@@ -67,8 +67,8 @@ def _spectra(demo: DemoResult) -> str:
              for light, color in zip(lights, ("#4a7bb5", "#d9822b"), strict=True)]  # fmt: skip
     glazes = chart([(ground, "#8a8f5c"), (mark, "#7a3b2e")], title="Reflectance of the two glazes", top=1.0)
     return (
-        "<h2>Why it works</h2><div class='pair'><figure>" + glazes + "<figcaption>What the ground (green) and the mark "
-        "(brown) reflect. Daylight adds all of it up; sodium asks only near 590 nm, where they differ.</figcaption>"
+        "<h2>Why it works</h2><div class='pair'><figure>" + glazes + "<figcaption>Reflectances of the ground (green) "
+        "and the mark (brown). Sodium light is strong near 590 nm only, where they differ.</figcaption>"
         "</figure><figure>" + chart(shown, title="The two lights") + "<figcaption>Daylight D65 (blue) and a "
         "high-pressure sodium lamp, HP1 (orange), each over its own peak.</figcaption></figure></div>"
     )
@@ -112,7 +112,7 @@ def _work(demo: DemoResult) -> str:
     )
     result = demo.rendered[0].result
     return (
-        f"<h2>What was simulated</h2><p>{result.samples} samples per pixel, {escape(result.variant)}.</p>"
+        f"<h2>Simulated effects</h2><p>{result.samples} samples per pixel, {escape(result.variant)}.</p>"
         f"<table>{decisions}</table><h2>Time</h2><table>{times}</table>"
         "<p class='small'>Beside this page: hidden_branch.blend, palette.toml, glazes.csv, swatches.ase and .gpl, and "
         "per light a picture and a spectral EXR.</p>"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Builds the demo's set with bpy: a vase with a branch of olives, lemons in a bowl, a table before a lime-washed wall.
 
-Everything is a plain Blender object with plain Blender materials; spectra are given to it afterwards.
+Everything is a plain Blender object with plain Blender materials; spectra are given to it afterward.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def looking(origin: tuple[float, float, float], target: tuple[float, float, floa
 
 
 def gallery(texture: SpectralTexture, light: Illuminant, film: Film) -> Scene:
-    """The gallery under one lamp; nothing but ``light`` differs between two calls."""
+    """The gallery under one lamp; only ``light`` differs between two calls."""
     painting = SpectralImage("painting", texture.weights[:, ::-1], texture.spectra, TEXTURE_GRID, extension="extend")
     surfaces: dict[str, Surface] = {
         "wall": Diffuse(gray(0.62)),

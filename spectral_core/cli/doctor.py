@@ -26,7 +26,7 @@ class Finding:
     remedy: str = ""
 
 
-# import name, distribution, what needs it, extra that brings it
+# import name, distribution, features that need it, extra that installs it
 PACKAGES = [
     ("numpy", "numpy", "everything", ""),
     ("scipy", "scipy", "everything", ""),

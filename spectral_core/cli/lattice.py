@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--refine", type=int, default=0, metavar="K", help="add K finer levels; no point moves")
     parser.add_argument("--latin", action="store_true", help="move the points of a box to perfect 1D projections")
     parser.add_argument(
-        "--criterion", default="packing", help="what the lattice is best at: packing, second_moment, covering, unit"
+        "--criterion", default="packing", help="figure of merit of the lattice: packing, second_moment, covering, unit"
     )
     parser.add_argument("--seed", type=int, default=0, help="draws rotation and offset (default 0)")
     parser.add_argument("--out", type=Path, metavar="FILE.csv", help="write the points, one per line")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run, resume or extend a sweep: many settings of a scene, a palette, a volume, a function or a program.
 
-Run again, it computes only what is missing. A larger --budget adds points, a smaller region reuses those inside.
+A second run computes only the missing points. A larger --budget adds points, a smaller region reuses those inside.
 ``spectral-scene explore FOLDER`` opens the result.
 """
 

@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--light", action="append", default=[], metavar="NAME", help="such as D65, A, HP1; repeatable")
     parser.add_argument("--backend", default="llvm", choices=["llvm", "cuda"], help="processor or graphics card")
     _add_camera(parser.add_argument_group("camera"))
-    _add_file(parser.add_argument_group("what the file leaves open"))
+    _add_file(parser.add_argument_group("properties that the file does not state"))
 
 
 def _add_camera(camera: Any) -> None:
@@ -61,8 +61,8 @@ def _add_camera(camera: Any) -> None:
 
 
 def _add_file(file: Any) -> None:
-    file.add_argument("--field", help="which array, grid or key of a file that holds several")
-    file.add_argument("--component", type=int, help="which vector component, channel or time step")
+    file.add_argument("--field", help="array, grid or key, if the file has several")
+    file.add_argument("--component", type=int, help="vector component, channel or time step")
     file.add_argument("--raw-shape", type=int, nargs=3, metavar=("NX", "NY", "NZ"), help="of a file of bare numbers")
     file.add_argument("--raw-type", metavar="TYPE", help="its NumPy type, such as uint8")
     file.add_argument("--raw-order", choices=["little", "big"], default="little", help="its byte order")

@@ -28,7 +28,7 @@ def read_document(path: str | Path, decode: Callable[[Any, Path], Decoded], what
     ----------
     path : a ``.toml`` or ``.json`` file; of another ending, JSON where the text starts with ``{``.
     decode : takes the document and the folder in which its spectrum files are sought.
-    what : the expected kind of document, for messages, such as ``"a palette"``.
+    what : the expected type of document, for messages, such as ``"a palette"``.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def write_document(
     path : ends in ``.toml`` or ``.json``.
     document : strings, finite numbers, lists and tables.
     comment : lines for people on top of a TOML file.
-    what : kind of the document, for messages.
+    what : type of the document, for messages.
     indent : blanks per level of JSON; None for one line.
 
     Raises

@@ -121,7 +121,7 @@ class CharacteristicPolynomial:
 def characteristic_polynomials(
     dimensions: int, rate: int, *, improper: bool | None = False
 ) -> tuple[CharacteristicPolynomial, ...]:
-    """All admissible polynomials of a dimension and rate; ``improper`` False, True or None for both kinds.
+    """All admissible polynomials of a dimension and rate; ``improper`` False, True or None for both types.
 
     Complete for rates without square factors (Proposition 3.2); odd dimensions have one polynomial, which is proper.
     """

@@ -3,7 +3,7 @@
 
 Products of reflectances are exact at the nodes, so errors do not grow with reflections; a lamp's lines cost nothing,
 since a light is integrated once, at 1 nm, into its matrix. The only approximation is the reflectance between the
-nodes, as a linear interpolation learnt from natural surfaces, or from the K surfaces of a scene: any K reflectances
+nodes, as a linear interpolation learned from natural surfaces, or from the K surfaces of a scene: any K reflectances
 span K dimensions, so m >= K scene nodes reproduce them, and every additive mixture of them, exactly.
 """
 
@@ -31,7 +31,7 @@ NATURAL_NODES_NM: dict[int, tuple[float, ...]] = {
     8: (430, 460, 490, 530, 550, 580, 610, 640),
     9: (430, 460, 490, 510, 540, 570, 600, 620, 650),
 }
-"""Node wavelengths by m, searched on natural reflectances under lamps of all kinds."""
+"""Node wavelengths by m, optimized on natural reflectances under lamps of all types."""
 
 
 class NodeModel(LightModel):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of a palette's input: numbers, sequences, references to cells, kinds."""
+"""Checks of a palette's input: numbers, sequences, references to cells, types."""
 
 from __future__ import annotations
 

@@ -9,7 +9,6 @@ Colors are linear sRGB, relative to a perfect white under a light of luminance 1
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import copy
 from dataclasses import KW_ONLY, dataclass
 from typing import Literal, Self
 
@@ -53,9 +52,7 @@ class PaletteLight:
         }
         given = [word for word, asked in requests.items() if asked]
         if given and not self.free:
-            raise InvalidInputError(
-                f"light {self.name!r} is fixed, so {', '.join(given)} cannot be asked of it; free it"
-            )
+            raise InvalidInputError(f"light {self.name!r} is fixed, so {', '.join(given)} cannot be required; free it")
         if self.free and self.variants:
             raise InvalidInputError(f"light {self.name!r} is designed; only a measured light can have variants")
         if self.white_xyz is not None:
@@ -222,6 +219,8 @@ class PaletteProblem:
             self._check_cell(i, j, cell)
             rows[i] = (*rows[i][:j], cell, *rows[i][j + 1 :])
         # Everything else was checked when this problem was built; a drag makes sixty of them a second.
-        changed = copy(self)
+        changed = object.__new__(type(self))
+        for name in self.__slots__:
+            object.__setattr__(changed, name, getattr(self, name))
         object.__setattr__(changed, "cells", tuple(rows))
         return changed

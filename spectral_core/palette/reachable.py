@@ -51,7 +51,7 @@ class CellReach:
 
     Parameters
     ----------
-    light : the light asked about.
+    light : the light under which the colors are seen.
     grid : knots of the reflectance, n.
     exact : pairs of another light and the linear sRGB (3,) that the material has there exactly.
     scale : luminance of a perfect white under every light; None if the lights are as bright as they are given.
@@ -131,7 +131,7 @@ class CellReach:
                 if np.abs(here - before).max() < EXACT:
                     break
             held = lab_jacobian_from_linear_rgb(self._colors.reshape(-1, 3)) if len(slope) else np.empty((0, 3, 3))
-            # A multiplier is per unit of linear RGB; one ΔE is what the color's own Jacobian says it is.
+            # A multiplier is per unit of linear RGB; the Jacobian at the color converts it to ΔE.
             per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(held, multipliers.reshape(-1, 3), strict=True)]
             slope = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
             reachable = bool(np.abs(color - target).max() <= EXACT)

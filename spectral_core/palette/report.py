@@ -100,7 +100,7 @@ def _white_remedy(problem: PaletteProblem, whites: list[int]) -> str:
     names = ", ".join(f"“{problem.lights[j].name}”" for j in whites)
     return (
         f"The primaries of {names} cannot make the white that the light must show, in any amounts. Add a primary on "
-        "the other side of that white, choose another white, or do not ask for one."
+        "the other side of that white, choose another white, or do not require one."
     )
 
 

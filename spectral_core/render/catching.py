@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shadow catchers: surfaces that show nothing but how much darker the rest of the scene makes them.
+"""Shadow catchers: surfaces that show only how much the rest of the scene darkens them.
 
 As in Cycles a picture is put together from three: the scene without its catchers, which stay where light bounces; the
-catchers with all around them; and the catchers alone. What the second has less than the third is shadow.
+catchers with all objects; and the catchers alone. The light that the second lacks relative to the third is shadow.
 """
 
 from __future__ import annotations
@@ -116,5 +116,5 @@ def _as_holdout(item: Instance) -> Instance:
 
 
 def _as_absent(item: Instance) -> Instance:
-    """Before the camera it still hides what is behind, but no light meets it."""
+    """In front of the camera it still hides the background, but receives no light."""
     return replace(item, is_holdout=True, hidden_from=item.hidden_from | BUT_CAMERA)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motion blur: a picture of each moment with its share of the samples, added up.
 
-The moments are equal parts of the shutter's open time. Each is a scene without motion, so all kinds of motion are
+The moments are equal parts of the shutter's open time. Each is a scene without motion, so all types of motion are
 blurred the same way: cameras, objects, deformed meshes. All moments share their kernels.
 """
 

@@ -3,7 +3,7 @@
 
 A light's ``color`` is a ``Color`` (that tints D65), a measured or designed ``Illuminant`` (normalized so that its
 luminance is that of a white light of the same power), or an image for the environment. Local axes are Blender's: a
-light shines along its -Z.
+light is emitted along its -Z.
 """
 
 from __future__ import annotations

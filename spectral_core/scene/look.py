@@ -30,8 +30,8 @@ _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0
 class Look:
     """Light and exposure for a view of a scene.
 
-    ``lamps``: names of the only lights that shine, None for all; ``with_world``: True if the world shines with them.
-    ``group``: the only light group that shines, None for all. ``spectrum``: spectrum of all emission, None for the
+    ``lamps``: names of the only visible lights, None for all; ``with_world``: True to keep the world's light.
+    ``group``: the only visible light group, None for all. ``spectrum``: spectrum of all emission, None for the
     scene's own; tinted lamps and images keep their tint. ``exposure_stops``: brightness of the picture. ``adapts``:
     True if the observer is adapted to ``spectrum``, so that white surfaces look white under it.
     """

@@ -2,7 +2,7 @@
 """Observers: color matching functions at 1 nm, and the matrices that integrate spectra into XYZ.
 
 Spectra and color matching functions are linear between their knots. Their products are integrated exactly over the
-union of all knots, so that a line of 0.01 nm counts in full wherever it stands; the renderer integrates the same.
+union of all knots, so that a line of 0.01 nm counts in full at any wavelength; the renderer integrates in the same way.
 """
 
 from __future__ import annotations

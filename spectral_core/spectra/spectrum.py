@@ -25,7 +25,7 @@ MOST_KNOTS = 1_000_000
 class SpectralGrid:
     """Wavelengths at which spectra are known, and the interpolation between them.
 
-    ``wavelengths_nm``: ascending, shape (n,), n >= 2, in nanometres. ``interpolation``: ``"linear"`` (hat functions,
+    ``wavelengths_nm``: ascending, shape (n,), n >= 2, in nanometers. ``interpolation``: ``"linear"`` (hat functions,
     zero outside; what the renderer does) or ``"sampled"`` (each knot stands for its own cell; the plain sum of the
     thesis, for comparison only).
     """

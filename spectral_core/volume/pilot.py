@@ -83,7 +83,7 @@ class Pilot:
     renderer
         Marches the rays.
     view, transfer
-        The picture that the rays stand for.
+        The picture that the rays sample.
     quality_db : float
         The reference is refined until it is clearly better than this.
     count : int

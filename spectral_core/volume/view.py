@@ -23,7 +23,7 @@ class View:
     ``world_from_camera`` (4, 4) follows Mitsuba: the camera looks along +z, +y is up, +x points to the left.
 
     ``fov_deg`` is the angle across the picture's width; None makes it orthographic with ``ortho_width`` world units
-    across. Rays of a perspective camera start at the camera, so it may stand inside a field; those of an
+    across. Rays of a perspective camera start at the camera, so it may be inside a field; those of an
     orthographic camera come from infinitely far behind it.
     """
 
@@ -82,15 +82,13 @@ class View:
         middle = corners.mean(axis=0)
         radius = float(np.linalg.norm(corners - middle, axis=1).max()) / zoom
         azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
-        towards = np.array(
-            [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
-        )
+        toward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
         fov = rest.get("fov_deg", 30.0)
         if fov is None:
             rest.setdefault("ortho_width", 2.0 * radius)
         distance = 4.0 * radius if fov is None else radius / np.sin(np.radians(fov) / 2)
         up = (0.0, 0.0, 1.0) if abs(elevation_deg) < 85 else (0.0, 1.0, 0.0)
-        return cls.looking(middle + towards * distance, middle, up, **rest)
+        return cls.looking(middle + toward * distance, middle, up, **rest)
 
     def resized(self, width: int, height: int) -> View:
         """The same camera with another number of pixels."""
@@ -101,9 +99,9 @@ class View:
     def rays_world(self) -> tuple[Array, Array]:
         """Start and unit direction of the ray through each pixel's center, both (height, width, 3), world units."""
         x, y = np.meshgrid(*(np.arange(n) + 0.5 for n in (self.width, self.height)))
-        start, towards = self._affine(np.eye(4), np.zeros(3))
+        start, toward = self._affine(np.eye(4), np.zeros(3))
         o = start[0] + x[..., None] * start[1] + y[..., None] * start[2]
-        d = towards[0] + x[..., None] * towards[1] + y[..., None] * towards[2]
+        d = toward[0] + x[..., None] * toward[1] + y[..., None] * toward[2]
         return o, d / np.linalg.norm(d, axis=-1, keepdims=True)
 
     def index_rays(self, volume: ScalarVolume) -> tuple[Array, float]:
@@ -115,18 +113,18 @@ class View:
         back·direction; an orthographic one has no beginning (infinite).
         """
         middle = volume.corners_world.mean(axis=0)
-        start, towards = self._affine(np.eye(4), middle)
+        start, toward = self._affine(np.eye(4), middle)
         ahead = self.world_from_camera[:3, 2]
         back = float(ahead @ (middle - self.world_from_camera[:3, 3]))  # directions reach one unit along the axis
         if self.fov_deg is None:
             start = start + np.array([[back], [0], [0]]) * ahead
             back = np.inf
         else:
-            start = start + back * towards
+            start = start + back * toward
         linear = volume.index_from_world[:3, :3]
         points = start @ linear.T
         points[0] += np.array(volume.shape) / 2 - 0.5
-        return np.stack([points, towards @ linear.T, towards]), back
+        return np.stack([points, toward @ linear.T, toward]), back
 
     def _affine(self, frame: Array, middle: Array) -> tuple[Array, Array]:
         """Start and direction as rows for (1, x, y), world axes, start relative to ``middle``."""

@@ -11,7 +11,7 @@ import pytest
 from benchmarks import Options, fault_kill, fuzz
 
 
-def test_damaged_files_of_every_kind_are_read_or_refused(tmp_path: Path) -> None:
+def test_damaged_files_of_every_type_are_read_or_refused(tmp_path: Path) -> None:
     figures = fuzz.run(Options(out=tmp_path, extra=["--seed", "20111", "--inputs", "400"]))
     assert figures["inputs"] == 400
     assert figures["faults"] == []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Blender with the extension enabled and an empty scene, for each test; and short ways to fill it."""
+"""Blender with the extension enabled and an empty scene for each test, and functions that fill the scene."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def build(blender):
 
 @pytest.fixture
 def translate(blender):
-    """The scene as translation data; a camera is added where the test has none."""
+    """The translated scene; adds a camera if the test has added none."""
 
     def run():
         from blender_addon.translate.scene import translate_scene
@@ -60,7 +60,7 @@ def _plane(name="Plane", size=2.0, material=None):
 
 
 def _material(name="Material", shader="ShaderNodeBsdfDiffuse", **inputs):
-    """A material of one shader node, its inputs set by name; returns it, its node under ``material["shader"]``."""
+    """A material with one shader node whose inputs are set by name; ``material["shader"]`` holds the node's name."""
     from blender_addon import compat
 
     made = bpy.data.materials.new(name)
@@ -93,7 +93,7 @@ def _camera(location=(0, 0, 5), **values):
 
 
 def _image(name, pixels, *, float_buffer=False, color_space=None):
-    """An image of the pixels (h, w, 4), as Blender stores them."""
+    """An image with pixels (h, w, 4) in Blender's row order."""
     array = np.asarray(pixels, dtype=np.float32)
     made = bpy.data.images.new(name, array.shape[1], array.shape[0], alpha=True, float_buffer=float_buffer)
     if color_space:
@@ -105,7 +105,7 @@ def _image(name, pixels, *, float_buffer=False, color_space=None):
 
 @pytest.fixture(autouse=True)
 def _deprecations():
-    """Blender announces what 6.0 takes away; compat.py asks for both ways, so tests may be told."""
+    """Ignore Blender's deprecation warnings for 6.0: ``compat.py`` supports the old and the new interface."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", category=DeprecationWarning, message=".*expected to be removed in Blender.*")
         yield

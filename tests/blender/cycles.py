@@ -10,7 +10,7 @@ bpy = pytest.importorskip("bpy")
 
 
 def settings(samples=64, size=24):
-    """Small square picture, raw colors, few bounces."""
+    """Settings for a small square picture with linear colors and few bounces."""
     scene = bpy.context.scene
     scene.render.resolution_x = scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
@@ -42,7 +42,7 @@ def cycles(tmp_path):
 
 
 def ours(samples=64, transport="rgb"):
-    """The same by this renderer, and its notes."""
+    """The same picture by this renderer, and the notes."""
     from dataclasses import replace
 
     from blender_addon.translate.scene import translate_scene

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The .blend files that break exporters, each built by bpy: ``python hard_files.py build FOLDER`` writes all of them.
+"""Builds .blend files that are difficult for exporters: ``python hard_files.py build FOLDER`` writes all of them.
 
-``render FOLDER`` renders them one after another through the command line's own entry and prints a JSON line for each
-as soon as it is done, so that a crash of Blender tells which file it was.
+``render FOLDER`` renders them one after another through the entry point of the command line. It prints one JSON line
+after each file, so that the output shows which file crashed Blender.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CASES: dict[str, Callable[[Path], None]] = {}
 
 
 def case(function: Callable[[Path], None]) -> Callable[[Path], None]:
-    """Enter a builder; the file is named after it."""
+    """Register a builder; its file has the function's name."""
     CASES[function.__name__] = function
     return function
 
@@ -75,7 +75,7 @@ def group_without_tree(folder):
 
 
 def library_file(folder):
-    """A file with a plane in it, beside the one that links it."""
+    """Write a file that contains a plane, in the folder of the file that links it."""
     plane("Linked plane", material("Linked material")[0])
     path = folder / "library.blend"
     bpy.data.libraries.write(str(path), {bpy.data.objects["Linked plane"]})
@@ -191,7 +191,7 @@ def negative_scale(folder):
 
 @case
 def no_objects(folder):
-    """Nothing but a camera: the empty picture."""
+    """A scene with only a camera, whose picture is empty."""
 
 
 @case
@@ -246,7 +246,7 @@ def build(folder: Path) -> None:
 
 
 def render(folder: Path, names: list[str]) -> None:
-    """Render files and print a JSON line for each: status, what was said, and figures of the picture."""
+    """Render files and print one JSON line for each: exit status, messages, and statistics of the picture."""
     from blender_addon.commands import main
 
     for name in names:

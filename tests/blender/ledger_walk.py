@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every setting that a Blender offers and the ledger does not know. Also runs as a script inside a real Blender."""
+"""List every setting of this Blender that the ledger lacks. Also runs as a script inside a real Blender."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ TYPES = (
     "SceneRenderView", "UnitSettings", "AOV", "CollectionLightLinking", "ObjectLightLinking",
 )  # fmt: skip
 OURS = ("spectral", "cycles", "cycles_curves", "cycles_visibility")
-"""Settings of add-ons on Blender's types: the extension's own are read by its own translation."""
+"""Properties that add-ons add to Blender's types; other tests check those of this extension."""
 ABSTRACT = ("ShaderNode", "ShaderNodeTree", "ShaderNodeCustomGroup")
 
 
 def missing_of(kind: str, names: list[str]) -> list[str]:
-    """Those of a type's settings that the ledger does not account for."""
+    """Settings of a type that the ledger lacks."""
     from blender_addon.translate.ledger import entries
 
     entry = entries().get(kind)
@@ -31,13 +31,13 @@ def missing_of(kind: str, names: list[str]) -> list[str]:
 
 
 def settings_of(kind: Any, base: Any) -> list[str]:
-    """Names that can be set on a type, without those that every data-block or node has."""
+    """Names of a type's writable properties, without those that every data-block or node has."""
     common = {each.identifier for each in base.bl_rna.properties}
     return [p.identifier for p in kind.bl_rna.properties if p.identifier not in common and not p.is_readonly]
 
 
 def missing_of_types() -> dict[str, list[str]]:
-    """Type of Blender's own, and of Cycles' settings where it is there, to what is missing."""
+    """Missing settings by type: Blender's types, and Cycles' settings if Cycles is installed."""
     import bpy
 
     found = {}
@@ -56,7 +56,7 @@ def missing_of_types() -> dict[str, list[str]]:
 
 
 def missing_of_nodes() -> dict[str, list[str]]:
-    """Type of shader node to the settings and inputs that are missing."""
+    """Missing settings and inputs by type of shader node."""
     import bpy
 
     tree, found = bpy.data.node_groups.new("every node", "ShaderNodeTree"), {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What only the whole scene shows is named in a note, and numbers that Cycles draws are the same here."""
+"""Notes on differences that depend on the whole scene; random numbers of objects equal those of Cycles."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def smooth_cube():
     return cube
 
 
-def test_glass_smooth_shaded_over_hard_edges_is_named(build, translate):
+def test_smooth_shaded_glass_with_hard_edges_gets_a_note(build, translate):
     cube = smooth_cube()
     shaded(cube, "ShaderNodeBsdfGlass")
     assert "smooth-shaded over hard edges" in messages(translate())
@@ -44,7 +44,7 @@ def test_glass_smooth_shaded_over_hard_edges_is_named(build, translate):
     assert not translate().notes
 
 
-def test_kinds_of_rays_on_surfaces_that_scatter_both_ways_are_named(build, translate):
+def test_ray_types_on_diffuse_and_glossy_surfaces_get_a_note(build, translate):
     lamp = build.light("POINT")
     thing = build.plane()
     shaded(thing, "ShaderNodeBsdfDiffuse")
@@ -55,12 +55,12 @@ def test_kinds_of_rays_on_surfaces_that_scatter_both_ways_are_named(build, trans
     assert "counts as diffuse" in found and "caustics are off" in found
 
 
-def test_low_indices_are_named(build, translate):
+def test_low_refractive_indices_get_a_note(build, translate):
     shaded(build.plane(), "ShaderNodeBsdfPrincipled", Emission_Strength=1.0, Coat_Weight=0.5, IOR=0.8)
     assert "below 1" in messages(translate())
 
 
-def test_generated_coordinates_of_a_modified_mesh_are_named(build, translate):
+def test_generated_coordinates_of_a_modified_mesh_get_a_note(build, translate):
     cube = smooth_cube()
     tree, node = shaded(cube, "ShaderNodeBsdfDiffuse")
     tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], node.inputs["Color"])
@@ -69,8 +69,8 @@ def test_generated_coordinates_of_a_modified_mesh_are_named(build, translate):
     assert "after its modifiers" in messages(translate())
 
 
-def test_the_random_number_of_an_object_is_the_one_of_cycles(build, translate):
-    """Worked out from the name by another program of the hash."""
+def test_the_random_number_of_an_object_equals_that_of_cycles(build, translate):
+    """Compared with a separate implementation of the hash of the object's name."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=4)
     bpy.context.object.name = "Sphere"
     assert translate().instances[0].random == pytest.approx(0.23682033, abs=1e-6)
@@ -78,7 +78,7 @@ def test_the_random_number_of_an_object_is_the_one_of_cycles(build, translate):
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf")])
 @pytest.mark.parametrize("shader", ["ShaderNodeBsdfPrincipled", "ShaderNodeBsdfGlass", "ShaderNodeEmission"])
-def test_a_number_that_is_none_is_named_and_the_object_stays(build, translate, shader, bad):
+def test_a_number_that_is_not_finite_gets_a_note_and_the_object_is_kept(build, translate, shader, bad):
     material = build.material(shader=shader)
     numbers = [each for each in material.node_tree.nodes["shader"].inputs if each.type == "VALUE" and each.enabled]
     for socket in numbers:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmarks behind docs/blender.md run, and what they measure is where it should be."""
+"""The benchmarks of docs/blender.md run, and their figures lie within the stated limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 
 
 def test_lights_agree_with_cycles(blender):
-    """A gray plane under one light of each formula: within 2 % even at 16 samples; these have little noise."""
+    """A gray plane under one light of each type is within 2 % at 16 samples, because its noise is small."""
     from benchmarks import render_cycles
 
     names = ["point", "spot", "sun", "area square", "area disk", "world color"]
@@ -42,6 +42,6 @@ def test_single_features_against_cycles(blender):
     scenes = ["film/stage", "lamps/area disk", "normals/cup smooth", "textures/texture mapping panel"]
     figures = render_features.run(Options(quick=True, extra=["--only", *scenes]))
     assert {row["verdict"] for row in figures["scenes"].values()} == {render_features.AGREES}, figures
-    # 3.1 % where the side that is lit is the shading's and not the geometry's
+    # 3.1 % if the shading normal decides which side is lit, instead of the geometric normal
     assert figures["scenes"]["normals/cup smooth"]["error"] < 0.026
     assert figures["holds"]["none silently wrong"] and not figures["holds"]["at least 250 scenes"]

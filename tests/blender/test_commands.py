@@ -14,7 +14,7 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 
 @pytest.fixture
 def saved(build, tmp_path):
-    """A small lit scene, saved: its path."""
+    """Path of a saved small scene with a light."""
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 20, 12
     scene.spectral.render.samples = 3
@@ -83,14 +83,14 @@ def test_render_writes_passes_as_layers(saved, tmp_path, capfd):
     np.testing.assert_allclose(depth, 5.0, rtol=1e-5)
     for wrong, message in (
         (("--out", tmp_path / "a.png", "--multilayer"), "passes fit into an .exr only"),
-        (("--out", out, "--multilayer", "--bands", "4"), "ask for one of them"),
+        (("--out", out, "--multilayer", "--bands", "4"), "request one of them"),
         (("--out", out, "--passes", "Dept"), "Dept"),
     ):
         status, _, error = call(capfd, "render", saved, *wrong)
         assert status == 1 and message in error
 
 
-def test_render_denoises_where_it_is_asked_and_the_package_is_there(saved, tmp_path, capfd):
+def test_render_denoises_on_request_if_the_package_is_installed(saved, tmp_path, capfd):
     from spectral_core.render.denoise import is_installed
 
     out = tmp_path / "clean.exr"
@@ -111,7 +111,7 @@ def test_render_denoises_where_it_is_asked_and_the_package_is_there(saved, tmp_p
     assert status == 0 and json.loads(text.splitlines()[-1])["frames"][0]["denoised"] == ""
 
 
-def test_plan_says_why(saved, capfd):
+def test_plan_prints_reasons(saved, capfd):
     status, text, _ = call(capfd, "plan", saved, "--set", "bounces=3", "--json")
     rows = {row["effect"]: row for row in json.loads(text.splitlines()[-1])["plan"]}
     assert status == 0 and rows["transport"]["value"] == "rgb" and rows["bounces"]["value"] == "3"
@@ -131,7 +131,7 @@ def test_plan_says_why(saved, capfd):
         (["render", "TEXT"], "notes.blend cannot be opened"),
     ],
 )
-def test_what_is_wrong_is_one_clear_line_and_status_1(saved, tmp_path, capfd, arguments, message):
+def test_wrong_input_gives_one_line_and_status_1(saved, tmp_path, capfd, arguments, message):
     text_file = tmp_path / "notes.blend"
     text_file.write_text("this is no Blender file")
     places = {"SCENE": saved, "TEXT": text_file}
@@ -140,7 +140,7 @@ def test_what_is_wrong_is_one_clear_line_and_status_1(saved, tmp_path, capfd, ar
     assert message in json.loads(out.splitlines()[-1])["error"]
 
 
-def test_without_bpy_it_says_what_to_install(saved, capfd, monkeypatch):
+def test_without_bpy_the_message_names_the_package_to_install(saved, capfd, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "bpy", None)
     status, _, error = call(capfd, "render", saved)
     assert status == 1 and "pip install 'spectral-scene[blender]'" in error

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demo's files call its glazes by the nodes that wear them."""
+"""The demo's files and scene use the same names for its glazes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 
-def test_ground_and_mark_are_named_alike_in_the_scene_and_in_the_files(blender, tmp_path: Path) -> None:
+def test_ground_and_mark_have_the_same_names_in_the_scene_and_in_the_files(blender, tmp_path: Path) -> None:
     from blender_addon.translate.spectra.stored import spectrum_of
     from examples.demo import materials, run, still_life
     from spectral_core.spectra.files import read_spectra

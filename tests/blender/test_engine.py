@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""F12: pixels arrive where Blender wants them, errors reach the user, a cancel is heard, records are kept."""
+"""F12: positions of pixels, errors that the user sees, cancel, and the record of a render."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def glowing(build, color=(0.5, 0.25, 0.125)):
     return build.material("Glow", "ShaderNodeEmission", Color=(*color, 1.0), Strength=1.0)
 
 
-def test_picture_stands_where_blender_wants_it(build, f12):
+def test_pixels_have_the_positions_that_blender_expects(build, f12):
     build.mesh("Corner", [(-2, 0.5, 0), (0, 0.5, 0), (0, 2, 0), (-2, 2, 0)], [(0, 1, 2, 3)], glowing(build))
     pixels = f12()
     assert pixels.shape == (16, 24, 4)
@@ -49,7 +49,7 @@ def test_picture_stands_where_blender_wants_it(build, f12):
     assert not pixels[:11, :, :3].any() and not pixels[:, 13:, :3].any() and np.all(pixels[..., 3] == 1)
 
 
-def test_record_keeps_what_became_of_it(build, f12):
+def test_the_record_states_the_outcome_of_the_render(build, f12):
     from blender_addon import jobs
 
     build.plane(material=glowing(build))
@@ -66,9 +66,9 @@ def test_transparent_film(build, f12):
 
 
 @pytest.mark.parametrize("crops", [False, True])
-def test_border_is_the_same_part_of_the_picture(build, f12, crops):
+def test_a_render_border_shows_the_same_part_of_the_picture(build, f12, crops):
     build.mesh("Slope", [(-2, -2, 0), (2, -2, 0), (2, 1, 0), (-2, 0, 0)], [(0, 1, 2, 3)], glowing(build))
-    bpy.context.scene.render.filter_size = 0.01  # no picture edge falls differently with the random numbers
+    bpy.context.scene.render.filter_size = 0.01  # narrow, so that edges do not depend on random numbers
     whole = f12()
     render = bpy.context.scene.render
     render.use_border, render.use_crop_to_border = True, crops
@@ -90,8 +90,8 @@ def test_every_view_layer_gets_its_own_picture(build, f12):
     assert [entry.view_layer for entry in jobs.records] == ["ViewLayer", "Second"]
 
 
-def test_both_eyes_of_a_stereo_render_see_something(build, f12, tmp_path):
-    """The left eye is the camera; for the right one a post stands where both frustums, crossed at 1.95, put it."""
+def test_both_eyes_of_a_stereo_render_show_their_views(build, f12, tmp_path):
+    """The left eye is the camera; the right eye sees a post moved as the convergence distance of 1.95 requires."""
     build.mesh("Post", [(-0.1, -2, 0), (0.1, -2, 0), (0.1, 2, 0), (-0.1, 2, 0)], [(0, 1, 2, 3)], glowing(build))
     camera = build.camera((0, 0, 4))
     camera.data.stereo.interocular_distance = 0.8
@@ -109,7 +109,7 @@ def test_both_eyes_of_a_stereo_render_see_something(build, f12, tmp_path):
     np.testing.assert_allclose(centers, [23.5, 23.5 + moved], atol=0.2)
 
 
-def test_a_view_layer_may_override_all_materials(build, f12):
+def test_a_view_layer_can_override_all_materials(build, f12):
     build.plane(size=9, material=glowing(build))
     bpy.context.view_layer.material_override = glowing(build, (0.25, 1.0, 0.5))
     np.testing.assert_allclose(f12()[8, 12, :3], (0.25, 1.0, 0.5), rtol=1e-3)
@@ -148,7 +148,7 @@ def test_an_error_reaches_the_user_and_the_next_render_works(build, f12):
     assert jobs.records[-1].status == "done"
 
 
-def test_an_error_of_ours_is_an_error_of_the_render(build, f12, monkeypatch):
+def test_an_error_of_this_project_ends_the_render_with_an_error(build, f12, monkeypatch):
     from blender_addon import engine, jobs
 
     monkeypatch.setattr(engine, "translate_scene", lambda *_, **__: 1 / 0)
@@ -170,7 +170,7 @@ def test_an_animation_stops_at_its_first_error(build, f12, monkeypatch):
     assert [entry.status for entry in jobs.records] == ["failed"]
 
 
-def test_cancel_is_a_record_and_no_error(build, f12):
+def test_a_cancelled_render_has_a_record_and_no_error(build, f12):
     from blender_addon import jobs
 
     def stop(scene):
@@ -182,7 +182,7 @@ def test_cancel_is_a_record_and_no_error(build, f12):
 
 
 def test_a_file_in_another_working_space_shows_the_same_color(build, f12):
-    """The file's numbers change with its working space; what they mean, and what is seen, does not."""
+    """Numbers in the file depend on its working space; the rendered color does not."""
     from blender_addon.translate.context import Translation
 
     if not hasattr(bpy.ops.wm, "set_working_color_space") or not hasattr(bpy.data, "colorspace"):
@@ -194,7 +194,7 @@ def test_a_file_in_another_working_space_shows_the_same_color(build, f12):
     np.testing.assert_allclose(Translation.of(None, bpy.data).linear_rgb(seen), (0.75, 0.5, 0.25), atol=2e-3)
 
 
-def test_registers_twice_and_leaves_nothing_behind(blender):
+def test_registering_twice_leaves_no_classes_behind(blender):
     import blender_addon
     from blender_addon.engine import SpectralRenderEngine as engine_class
 

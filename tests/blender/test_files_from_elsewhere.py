@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an outside look at mixed scenes found: muted nodes, colors of instances, patterns on what glows."""
+"""Muted nodes, colors of instances, patterns on emissive surfaces: cases from a review of mixed scenes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def color_of(scene):
 
 
 @pytest.mark.parametrize("through", ["node", "node and reroute"])
-def test_behind_a_muted_node_an_input_keeps_its_own_color(build, translate, through):
+def test_an_input_behind_a_muted_node_keeps_its_own_color(build, translate, through):
     material = build.material(Color=(0.9, 0.1, 0.3, 1))
     tree = material.node_tree
     node = tree.nodes.new("ShaderNodeInvert")
@@ -37,7 +37,7 @@ def test_behind_a_muted_node_an_input_keeps_its_own_color(build, translate, thro
     assert np.allclose(color_of(translate()), (0.9, 0.1, 0.3))
 
 
-def test_what_is_linked_into_a_muted_node_passes_it(build, translate):
+def test_a_muted_node_passes_its_linked_input(build, translate):
     material = build.material()
     tree = material.node_tree
     color, node = tree.nodes.new("ShaderNodeRGB"), tree.nodes.new("ShaderNodeInvert")
@@ -48,7 +48,7 @@ def test_what_is_linked_into_a_muted_node_passes_it(build, translate):
     assert np.allclose(color_of(translate()), (0.1, 0.6, 0.2))
 
 
-def test_an_instance_shows_the_color_of_what_instances_it(build, translate):
+def test_an_instance_shows_the_color_of_its_instancer(build, translate):
     thing = build.plane()
     thing.color = (0.1, 0.7, 0.3, 1)
     group = bpy.data.collections.new("Group")
@@ -60,14 +60,14 @@ def test_an_instance_shows_the_color_of_what_instances_it(build, translate):
 
 
 def lit_by(emission):
-    """A floor under a glowing square that carries a green attribute."""
+    """A floor under an emissive square with a green color attribute."""
     pytest.importorskip("mitsuba")
     square = plane(1.0, "square")
     green = np.tile(np.array([0.0, 1.0, 0.0], np.float32), (len(square.positions), 1))
     square = replace(square, attributes=(Attribute("attribute:Tint", green),))
     base = lit_plane(camera=looking_down(1.0, 0.5), film=Film(8, 8, samples=64), world=World(gray(0.0)))
     lamp = Instance("lamp", "square", matrix((3, 0, 2)), ("glow",))
-    other = Instance("other", "square", matrix((-3, 0, 2)), ("glow",))  # placed after the first has been asked
+    other = Instance("other", "square", matrix((-3, 0, 2)), ("glow",))  # a second instance of the same mesh
     scene = replace(
         base, meshes=(*base.meshes, square), materials=(*base.materials, Material("glow", emission)),
         instances=(*base.instances, lamp, other),
@@ -75,15 +75,15 @@ def lit_by(emission):
     return render_scene(scene).pixels[..., :3].mean(axis=(0, 1))
 
 
-def test_a_glow_that_reads_an_attribute_lights_as_it_shows():
+def test_emission_from_an_attribute_lights_other_surfaces_in_its_visible_color():
     build = Builder()
     program = Computed(build.program(build.add("vector_input", (), "attribute:Tint", 0)))
     found, expected = lit_by(Emission(program, 5.0)), lit_by(Emission(Color(np.array([0.0, 1.0, 0.0])), 5.0))
     assert expected[1] > 0.05 and found == pytest.approx(expected, rel=0.02, abs=1e-4)
 
 
-def test_a_coat_dims_and_tints_what_is_emitted_below_it(build, translate):
-    """Straight on a coat of index 1.5 reflects 4 %; its tint counts once, as light passes it once."""
+def test_a_coat_dims_and_tints_the_emission_below_it(build, translate):
+    """A coat of index 1.5 reflects 4 % at normal incidence; the tint counts once, because light passes it once."""
     sockets = {"Emission_Strength": 1.0, "Coat_Weight": 1.0, "Coat_Tint": (0.5, 1.0, 1.0, 1)}
     build.plane(material=build.material(shader="ShaderNodeBsdfPrincipled", **sockets))
     scene = translate()

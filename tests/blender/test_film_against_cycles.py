@@ -42,7 +42,7 @@ def test_edges_are_as_soft_as_in_cycles(build, tmp_path, kind, size):
     assert np.sqrt(np.mean((mine - theirs)[edge] ** 2)) < 0.02
 
 
-def test_the_filter_size_holds_where_cycles_has_its_defaults(build):
+def test_a_filter_size_of_cycles_that_is_not_the_default_is_used(build):
     import bpy
 
     from blender_addon.translate.camera import pixel_filter_of

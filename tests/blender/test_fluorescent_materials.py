@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent dyes from the palette, or from the material's own panel, in what is translated and rendered."""
+"""Translation and rendering of fluorescent dyes from the palette or from the material's panel."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def fluorescent(scene, name):
     return [leaf for leaf in leaves(material.surface) if isinstance(leaf, Fluorescent)]
 
 
-def test_dyes_of_a_material_stand_in_its_diffuse_and_its_principled_shader(build, translate):
+def test_dyes_of_a_material_reach_its_diffuse_and_principled_shaders(build, translate):
     plain = build.material("Plain", Color=(0.3, 0.3, 0.3, 1.0))
     glossy = build.material("Glossy", "ShaderNodeBsdfPrincipled", Metallic=0.25)
     for material in (plain, glossy):
@@ -36,11 +36,11 @@ def test_dyes_of_a_material_stand_in_its_diffuse_and_its_principled_shader(build
     np.testing.assert_allclose(own.color.linear_rgb, 0.3, rtol=1e-6)
     (base,) = fluorescent(scene, "Glossy")
     assert not base.color.linear_rgb.any()
-    assert 0.1 < base.amounts[0] < 0.3 * 0.93  # the gloss keeps light from the dye, and gray 0.8 leaves it little room
+    assert 0.1 < base.amounts[0] < 0.3 * 0.93  # less light below gloss; gray 0.8 limits it
     assert any("reduced to" in note.message for note in scene.notes if note.subject == "Glossy")
 
 
-def test_dyes_that_cannot_be_are_named(build, translate):
+def test_impossible_dyes_get_a_note(build, translate):
     backwards = build.material("Backwards")
     dye(backwards, 600.0, 450.0)
     mirror = build.material("Mirror", "ShaderNodeBsdfAnisotropic")
@@ -52,7 +52,7 @@ def test_dyes_that_cannot_be_are_named(build, translate):
     assert any(who == "Mirror" and "no Diffuse or Principled shader" in what for who, what in notes)
 
 
-def test_the_panel_s_operator(build):
+def test_the_operator_of_the_panel(build):
     material = build.material("Paint")
     bpy.context.view_layer.objects.active = build.plane(material=material)
     bpy.ops.spectral.material_dye()
@@ -64,8 +64,8 @@ def test_the_panel_s_operator(build):
         bpy.ops.spectral.material_dye(index=4)
 
 
-def test_a_designed_dye_is_applied_and_rendered_in_the_color_that_the_palette_shows(build, tmp_path):
-    """Oracle: the palette's own color of the cell, by its sum over the bispectral matrix."""
+def test_a_designed_dye_renders_in_the_color_of_the_palette(build, tmp_path):
+    """Oracle: the cell's color in the palette, a sum over the bispectral matrix."""
     from blender_addon import jobs
 
     bpy.ops.spectral.palette_preset(preset="METAMER_PAIR")
@@ -81,7 +81,7 @@ def test_a_designed_dye_is_applied_and_rendered_in_the_color_that_the_palette_sh
         for cell in row.cells:
             cell.mode = "IGNORE"
     asked = palette.materials[0].cells[1]
-    asked.mode, asked.target = "FIXED", (0.3, 1.0, 0.2)  # a green that no reflectance has by day
+    asked.mode, asked.target = "FIXED", (0.3, 1.0, 0.2)  # a green that no reflectance can have in daylight
     bpy.ops.spectral.palette_solve()
     assert palette.materials[0].dyes[0].amount > 1e-3, "the design uses no dye, so the test shows nothing"
     material = build.material("Paint")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that break exporters, rendered in a process of their own: each renders, or gives one clear message."""
+"""Files that are difficult for exporters: a separate process renders each, or prints one clear message."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ RENDERS = {
     "wild_numbers": ["Negative"],
     "everything_past_its_slot": [],
 }
-"""File, and what its notes must name."""
+"""By file, the words that its notes must contain."""
 FAILS = {
     "no_camera": "has no camera; add one",
     "no_blend_file": "no_blend_file.blend cannot be opened",
@@ -48,7 +48,7 @@ def run(*arguments):
 
 @pytest.fixture(scope="module")
 def outcomes(tmp_path_factory):
-    """What each file came to. A file that ends its process is noted as such, and the next ones get a new process."""
+    """The outcome of each file. If a file ends its process, its outcome says so, and a new process continues."""
     folder = tmp_path_factory.mktemp("hard")
     built = run("build", folder)
     assert built.returncode == 0, built.stderr[-2000:]
@@ -67,7 +67,7 @@ def outcomes(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", RENDERS)
-def test_renders_and_names_what_it_could_not_show(outcomes, name):
+def test_renders_with_notes_on_missing_features(outcomes, name):
     outcome = outcomes[name]
     assert outcome.get("status") == 0, outcome
     assert outcome["size"] == [32, 24] and outcome["finite"]
@@ -77,10 +77,10 @@ def test_renders_and_names_what_it_could_not_show(outcomes, name):
 
 
 @pytest.mark.parametrize("name", FAILS)
-def test_gives_one_clear_message_and_status_1(outcomes, name):
+def test_prints_one_clear_message_and_exits_with_status_1(outcomes, name):
     assert outcomes[name].get("status") == 1 and FAILS[name] in outcomes[name]["error"]
 
 
-def test_nothing_lights_the_empty_picture_and_something_the_others(outcomes):
+def test_only_the_empty_scene_is_black(outcomes):
     assert outcomes["no_objects"]["mean"] == pytest.approx(0.25)  # black, alpha 1
     assert all(outcomes[name]["mean"] > 0.26 for name in ("unknown_nodes", "linked_library", "hair", "empty_meshes"))

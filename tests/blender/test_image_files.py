@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Images of several files: tiles of a UDIM set where their coordinates are, the frame of a sequence that shows now."""
+"""Images of several files: tiles of a UDIM set at their coordinates, and the present frame of a sequence."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def saved(path, color):
 
 
 def textured(build, image):
-    """A material that glows with an image."""
+    """A material that emits an image."""
     material = build.material(shader="ShaderNodeEmission")
     node = material.node_tree.nodes.new("ShaderNodeTexImage")
     node.image = image
@@ -36,7 +36,7 @@ def colors(scene, *places):
     return program.evaluate(lambda name, shift: (u, v, 0 * u))
 
 
-def test_tiles_stand_where_their_coordinates_are(build, translate, tmp_path):
+def test_tiles_are_at_their_coordinates(build, translate, tmp_path):
     shown = {1001: (0.2, 0.4, 0.6), 1002: (0.8, 0.2, 0.0), 1011: (0.0, 0.6, 0.2)}
     for number, color in shown.items():
         saved(tmp_path / f"tile.{number}.png", color)
@@ -49,13 +49,13 @@ def test_tiles_stand_where_their_coordinates_are(build, translate, tmp_path):
     scene = translate()
     assert len(bpy.data.images) == before, "the images of the tiles are gone again"
     found = colors(scene, (0.4, 0.5), (1.7, 0.1), (0.5, 1.5), (2.5, 0.5), (2.2, 2.2), (-1.5, 0.5), (10.5, 0.5))
-    magenta = (1, 0, 1)  # as Cycles shows what is in no tile
+    magenta = (1, 0, 1)  # the color that Cycles shows outside of all tiles
     expected = [*shown.values(), magenta, magenta, magenta, magenta]
     np.testing.assert_allclose(found, expected, atol=1 / 255)
     assert [note.message for note in scene.notes] == ["tile 1023 of this UDIM image could not be read; it is magenta"]
 
 
-def test_a_sequence_shows_the_file_of_the_frame(build, translate, tmp_path):
+def test_a_sequence_shows_the_file_of_the_present_frame(build, translate, tmp_path):
     for number in (1, 2, 3):
         saved(tmp_path / f"walk_{number:04d}.png", (number / 5, 0, 0))
     image = bpy.data.images.load(str(tmp_path / "walk_0001.png"))
@@ -77,8 +77,25 @@ def test_a_sequence_shows_the_file_of_the_frame(build, translate, tmp_path):
      (0, {"use_cyclic": True}, 10), (-3, {}, 0), (99, {"frame_offset": 4}, 14),
      (5, {"use_auto_refresh": False, "frame_current": 7}, 7)],
 )  # fmt: skip
-def test_frames_are_counted_as_blender_counts_them(frame, settings, file):
+def test_frame_numbers_follow_blender(frame, settings, file):
     from blender_addon.translate.shading.image_files import frame_of
 
     usual = {"frame_duration": 10, "frame_start": 1, "frame_offset": 0, "use_cyclic": False, "use_auto_refresh": True}
     assert frame_of(SimpleNamespace(**(usual | settings)), frame) == file
+
+
+@pytest.mark.parametrize("path", ["", "/nowhere/lost.png", None])
+def test_a_missing_picture_is_magenta_with_a_note(build, translate, path):
+    """As Cycles shows it, whether the file or the image is missing; its alpha is 1."""
+    image = bpy.data.images.new("lost", 4, 4)
+    if path is not None:
+        image.source, image.filepath = "FILE", path
+    node = textured(build, image)
+    if path is None:
+        node.image = None
+    scene = translate()
+    np.testing.assert_array_equal(scene.materials[0].surface.color.linear_rgb, (1, 0, 1))
+    assert [note.message.endswith("it is magenta, as in Cycles") for note in scene.notes] == [True]
+    tree = bpy.data.materials[0].node_tree
+    tree.links.new(node.outputs["Alpha"], tree.nodes["shader"].inputs["Color"])
+    np.testing.assert_array_equal(translate().materials[0].surface.color.linear_rgb, (1, 1, 1))

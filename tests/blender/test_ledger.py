@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nothing is silent: every setting of this Blender is read, without effect on a picture, or noted."""
+"""The ledger is complete: every setting of this Blender is read, has no effect on a picture, or has a note."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from tests.blender.ledger_walk import missing_of, missing_of_nodes, missing_of_t
 bpy = pytest.importorskip("bpy")
 
 
-def test_every_setting_is_accounted_for(blender):
+def test_the_ledger_has_every_setting(blender):
     """Blender's own types and Cycles' settings."""
     missing = missing_of_types()
     assert not missing, f"enter these settings in blender_addon/translate/ledger: {missing}"
 
 
-def test_every_node_setting_and_input_is_accounted_for(blender):
+def test_the_ledger_has_every_node_setting_and_input(blender):
     missing = missing_of_nodes()
     assert not missing, f"enter these in blender_addon/translate/ledger/nodes.toml: {missing}"
 
 
-def test_a_node_that_is_read_is_not_entered_as_one_that_is_not(blender):
+def test_a_node_that_is_read_has_no_entry_as_a_whole(blender):
     """An entry for a whole node would hide its new settings."""
     from blender_addon.translate.ledger import entries
     from blender_addon.translate.shading import surfaces, texture_nodes
@@ -34,12 +34,12 @@ def test_a_node_that_is_read_is_not_entered_as_one_that_is_not(blender):
     assert [kind for kind in whole if tree.nodes.new(kind).type in read] == []
 
 
-def test_a_setting_that_is_missing_would_be_found(blender):
+def test_a_missing_setting_is_detected(blender):
     assert missing_of("World", ["color", "a setting of tomorrow"]) == ["a setting of tomorrow"]
     assert missing_of("A type of tomorrow", ["anything"]) == ["anything"]
 
 
-def test_no_entry_is_for_a_name_that_stands_twice(blender):
+def test_no_name_has_two_entries(blender):
     from blender_addon.translate.ledger import entries
 
     for kind, entry in entries().items():
@@ -47,7 +47,7 @@ def test_no_entry_is_for_a_name_that_stands_twice(blender):
         assert not (entry.read | entry.no_effect) & set(entry.noted), kind
 
 
-def test_what_is_noted_is_named_where_it_is_changed(build, translate):
+def test_a_changed_setting_without_support_gets_its_note(build, translate):
     material = build.material()
     build.plane(material=material)
     assert not translate().notes

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Volume shaders: sums and mixes, phase functions, and what fills all of space."""
+"""Volume shaders: sums and mixes, phase functions, and media of the world."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ bpy = pytest.importorskip("bpy")
 
 @pytest.fixture
 def filled(build):
-    """A cube whose volume is a shader node; returns the node and its tree."""
+    """A cube with a volume shader node; returns the node and its tree."""
 
     def make(kind, **inputs):
         material = build.material()
@@ -69,7 +69,7 @@ def test_sums_and_mixes_of_volumes_add_up(filled, translate):
 
 
 @pytest.mark.parametrize("phase", ["HENYEY_GREENSTEIN", "FOURNIER_FORAND", "DRAINE", "RAYLEIGH", "MIE"])
-def test_phase_functions_add_up_to_all_light(filled, translate, phase):
+def test_phase_functions_integrate_to_1(filled, translate, phase):
     node, _, _ = filled("ShaderNodeVolumeScatter")
     if not hasattr(node, "phase"):
         pytest.skip("this Blender has one phase function")
@@ -92,7 +92,7 @@ def test_lobes_follow_the_phase_function_of_water(backscatter):
     assert np.mean(turned) == pytest.approx(backscatter, rel=0.15)
 
 
-def test_a_world_may_be_filled(build, translate):
+def test_a_world_can_have_a_medium(build, translate):
     from blender_addon import compat
 
     world = bpy.data.worlds.new("World")
@@ -105,7 +105,7 @@ def test_a_world_may_be_filled(build, translate):
     assert np.allclose(coefficients(scene.world.medium)[0], 0.2 * 0.8) and not scene.notes
 
 
-def test_what_varies_inside_a_volume_is_named(filled, translate):
+def test_a_medium_that_varies_gets_a_note(filled, translate):
     node, tree, _ = filled("ShaderNodeVolumeScatter")
     noise = tree.nodes.new("ShaderNodeTexNoise")
     tree.links.new(noise.outputs["Color"], node.inputs["Color"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Motion blur of Blender's scenes: what moves, what is kept still, and when the shutter is open."""
+"""Motion blur of Blender's scenes: moving and fixed objects, and the time when the shutter is open."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ bpy = pytest.importorskip("bpy")
 
 @pytest.fixture
 def moments(build):
-    """The scene's moments, by the evaluated depsgraph; the frame must be what it was."""
+    """The scene's moments from the evaluated depsgraph; checks that the frame is unchanged afterward."""
 
     def run():
         from blender_addon.translate.camera.motion import with_motion
@@ -33,7 +33,7 @@ def moments(build):
 
 
 def fly(thing, distance=2.0):
-    """From x = 0 at frame 0 to ``distance`` at frame 2, at an even speed."""
+    """Move an object from x = 0 at frame 0 to ``distance`` at frame 2 with constant speed."""
     for frame, x in ((0, 0.0), (2, distance)):
         thing.location.x = x
         thing.keyframe_insert("location", frame=frame)
@@ -61,12 +61,12 @@ def test_the_shutter_opens_when_the_settings_say(build, moments, position, first
     assert count >= 8 and np.allclose(places(scene, "Plane"), first + (np.arange(count) + 0.5) / count, atol=0.02)
 
 
-def test_what_stands_still_has_no_moments(build, moments):
+def test_a_scene_without_motion_has_no_moments(build, moments):
     build.plane()
     assert moments().moments == ()
 
 
-def test_an_object_that_is_kept_still_stays(build, moments):
+def test_an_object_without_motion_blur_does_not_move(build, moments):
     thing, other = build.plane(), build.plane("Other")
     fly(thing)
     fly(other)
@@ -75,7 +75,7 @@ def test_an_object_that_is_kept_still_stays(build, moments):
     assert np.ptp(places(scene, "Plane")) == 0 and np.ptp(places(scene, "Other")) > 0.5
 
 
-def test_a_camera_moves_and_a_lamp_stands_still(build, moments):
+def test_a_moving_camera_and_a_fixed_lamp(build, moments):
     build.plane()
     lamp = build.light("POINT")
     fly(lamp)

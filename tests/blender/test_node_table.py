@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""docs/blender_nodes.md says of every shader node of Blender what the code does with it."""
+"""docs/blender_nodes.md states for every shader node of Blender whether it is read, as in the code."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ bpy = pytest.importorskip("bpy")
 
 PAGE = Path(__file__).parents[2] / "docs" / "blender_nodes.md"
 ELSEWHERE = {"GROUP", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT", "LIGHT_FALLOFF"}
-"""Nodes that are read by the walk over the tree and by the lamps, not by an evaluator."""
+"""Nodes that the walk over the tree or the translation of lamps reads, not an evaluator."""
 
 
 def _state(kind: str) -> str:
@@ -29,7 +29,7 @@ def _state(kind: str) -> str:
     return "Not read"
 
 
-def test_every_node_stands_in_the_right_row(blender):
+def test_every_node_is_in_the_right_row(blender):
     tree = bpy.data.node_groups.new("every node", "ShaderNodeTree")
     text = PAGE.read_text("utf-8")
     rows = {

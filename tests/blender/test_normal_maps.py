@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Normal maps as they are translated from Blender."""
+"""Translation of Blender's normal maps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("bpy")
 
 
-def test_a_normal_map_names_its_uv_map_only_where_another_one_renders(build, translate):
+def test_a_normal_map_names_its_uv_map_only_if_another_one_renders(build, translate):
     import bpy
 
     from blender_addon import compat

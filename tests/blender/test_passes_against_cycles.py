@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every pass beside Cycles' own of the same small scene, as multilayer EXR and in Blender's render result."""
+"""Every pass of a small scene compared with Cycles, as multilayer EXR and in Blender's render result."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TICKS = (
 
 
 def stage(build):
-    """A floor, a glossy ball, a glass pane, a glowing square and an AOV, under a lamp and a world in light groups."""
+    """A floor, a glossy ball, a glass pane, an emissive square and an AOV, under a lamp and a world in light groups."""
     from blender_addon import compat
 
     scene, layer = bpy.context.scene, bpy.context.view_layer
@@ -65,7 +65,7 @@ def stage(build):
 
 
 def rendered(tmp_path, engine):
-    """Channels (height, width, n) of each pass in the file, row 0 at the top, and what its header says."""
+    """Channels (height, width, n) of each pass in the file, row 0 at the top, and the file's header."""
     from blender_addon import compat
 
     scene = bpy.context.scene
@@ -88,7 +88,7 @@ def rendered(tmp_path, engine):
 
 @pytest.fixture(scope="module")
 def both(_extension, tmp_path_factory):
-    """What Cycles and this renderer write of the same scene."""
+    """The files of the same scene by Cycles and by this renderer."""
     from types import SimpleNamespace
 
     from tests.blender import conftest
@@ -112,8 +112,8 @@ def test_the_same_passes_are_in_the_file(both):
 @pytest.mark.parametrize(
     "name", ["Depth", "Mist", "Position", "Normal", "UV", "Object Index", "Material Index", "tone", "mark"]
 )
-def test_data_is_where_cycles_has_it(both, name):
-    """Equal but at edges, where a pixel is drawn by other random numbers."""
+def test_data_passes_equal_those_of_cycles(both, name):
+    """Equal except at edges, where pixels depend on random numbers."""
     (theirs, _), (ours, _) = both
     scale = 1.0 if name != "Depth" else 0.01
     apart = np.abs(ours[name] - theirs[name]).max(axis=-1) * scale
@@ -123,7 +123,7 @@ def test_data_is_where_cycles_has_it(both, name):
 
 
 @pytest.mark.parametrize("name", ["Diffuse Color", "Glossy Color", "Transmission Color"])
-def test_colors_are_those_of_cycles(both, name):
+def test_color_passes_equal_those_of_cycles(both, name):
     (theirs, _), (ours, _) = both
     assert np.abs(ours[name] - theirs[name]).mean() < 0.02
     assert abs(ours[name].mean() - theirs[name].mean()) < 0.05 * theirs[name].mean() + 0.002
@@ -136,12 +136,12 @@ def test_colors_are_those_of_cycles(both, name):
         "Transmission Indirect", "Emission", "Environment", "Combined_key", "Combined_sky",
     ],
 )  # fmt: skip
-def test_shares_of_light_are_those_of_cycles(both, name):
-    """Means over blocks of 8 by 8 pixels: noise is left out, places are not."""
+def test_light_passes_equal_those_of_cycles(both, name):
+    """Compares means over blocks of 8 by 8 pixels, which have little noise."""
     blocks = []
     for passes, _ in both:
         picture = passes[name][..., :3]
-        if name.endswith("rect"):  # light over the lobe's color: what reaches the picture is their product
+        if name.endswith("rect"):  # the pass is light divided by the lobe's color: the picture holds their product
             picture = picture * passes[f"{name.partition(' ')[0]} Color"]
         blocks.append(picture.reshape(SIZE // 8, 8, SIZE // 8, 8, 3).mean(axis=(1, 3)))
     apart = np.abs(blocks[0] - blocks[1])
@@ -184,7 +184,7 @@ def test_cryptomattes_hold_the_same_names_with_the_same_coverage(both):
         assert all(abs(covered[0][name] - covered[1][name]) < 0.01 for name in covered[0])
 
 
-def test_an_unsupported_tick_is_named_and_only_ticked_passes_are_made(build):
+def test_an_unsupported_pass_gets_a_note_and_only_selected_passes_are_rendered(build):
     from blender_addon.translate.passes import pass_notes, passes_of
 
     layer = bpy.context.view_layer
@@ -197,7 +197,7 @@ def test_an_unsupported_tick_is_named_and_only_ticked_passes_are_made(build):
     assert passes_of(bpy.context.scene, layer).names == ("Mist",)
 
 
-def test_the_compositor_has_a_socket_for_each_ticked_pass(build):
+def test_the_compositor_has_a_socket_for_each_selected_pass(build):
     layer = bpy.context.view_layer
     bpy.context.scene.render.engine = "SPECTRAL"
     layer.use_pass_normal = layer.use_pass_glossy_indirect = layer.use_pass_cryptomatte_object = True

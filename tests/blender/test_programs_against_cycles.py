@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operations number for number against Cycles: positions and node values of the same samples of one render."""
+"""Values of shader operations equal those of Cycles at the same positions of one render."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def passes(path):
 
 @pytest.mark.parametrize("offset", [0.0, 1e5])
 @pytest.mark.parametrize("name", NODES)
-def test_values_are_those_of_cycles(build, tmp_path, name, offset):
+def test_values_equal_those_of_cycles(build, tmp_path, name, offset):
     from blender_addon.translate.context import Translation
     from blender_addon.translate.shading import surfaces  # noqa: F401
     from blender_addon.translate.shading.reader import Reader

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender and its user see when the renderer dies, is cancelled, or is asked from the command line."""
+"""Messages and exit status in Blender if the renderer is killed, is cancelled, or runs from the command line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 
 @pytest.fixture
 def endless(build):
-    """A scene that would render for hours."""
+    """A scene whose render would take hours."""
     from blender_addon import jobs
 
     scene = bpy.context.scene
@@ -32,7 +32,7 @@ def endless(build):
 
 @pytest.fixture
 def shown(monkeypatch):
-    """How many samples each picture had that was shown, as a list that grows."""
+    """A growing list of the number of samples of each displayed picture."""
     from blender_addon import engine
 
     seen = []
@@ -65,7 +65,7 @@ def test_kill_9_is_an_error_and_the_next_render_works(endless, shown, monkeypatc
     assert jobs.records[-1].status == "done" and jobs.records[-1].samples == 2
 
 
-def test_cancel_keeps_what_was_rendered_and_answers_soon(endless, shown, monkeypatch):
+def test_cancel_keeps_the_rendered_samples_and_ends_soon(endless, shown, monkeypatch):
     from blender_addon import engine, jobs
 
     asked = []

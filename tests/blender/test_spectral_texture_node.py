@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The node Spectral Texture: its file reaches the renderer as reflectances, Blender's own views show its picture."""
+"""The node Spectral Texture: the renderer gets its file as reflectances, Blender's other views show its picture."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ def test_its_file_reaches_the_renderer(texture, node, translate):
     assert not [note for note in scene.notes if "Spectral Texture" in note.message]
 
 
-def test_its_pixels_lie_where_the_uv_map_says(node, texture, translate):
+def test_its_pixels_are_at_their_uv_coordinates(node, texture, translate):
     node.filepath = str(texture[1])
     (mesh,) = translate().meshes
     np.testing.assert_allclose(mesh.uvs, mesh.positions[:, :2] / mesh.positions[:, :2].max() / 2 + 0.5, atol=1e-6)
 
 
-def test_blender_shows_its_picture_and_copies_have_their_own(texture, node):
+def test_blender_shows_its_picture_and_copies_have_separate_data(texture, node):
     path = texture[1]
     node.filepath = str(path)
     image = next(inner for inner in node.node_tree.nodes if inner.bl_idname == "ShaderNodeTexImage").image
@@ -71,7 +71,7 @@ def test_blender_shows_its_picture_and_copies_have_their_own(texture, node):
 
 
 @pytest.mark.parametrize("path", ["", "/nowhere/texture.exr"])
-def test_a_missing_file_is_named_once(node, translate, path):
+def test_a_missing_file_gets_one_note(node, translate, path):
     node.filepath = path
     notes = [note.message for note in translate().notes if "Spectral Texture" in note.message]
     assert len(notes) == 1
@@ -88,22 +88,22 @@ def test_a_color_node_works_on_its_picture(texture, node, translate):
     assert any("the node used its color instead" in note.message for note in scene.notes)
 
 
-def test_its_spectra_come_before_the_one_of_its_material(texture, node, translate):
+def test_its_spectra_have_precedence_over_the_spectrum_of_its_material(texture, node, translate):
     node.filepath = str(texture[1])
     store_spectrum(bpy.data.materials[0].spectral, reflectance("yellow"))
     scene = translate()
     assert isinstance(scene.materials[0].surface.color, SpectralImage)
-    assert not [note for note in scene.notes if "in place of the texture" in note.message]
+    assert not [note for note in scene.notes if "replaces the texture" in note.message]
 
 
-def test_a_spectrum_in_place_of_an_image_is_named(build, translate):
+def test_a_spectrum_that_replaces_an_image_gets_a_note(build, translate):
     material = build.material()
     made = material.node_tree.nodes.new("ShaderNodeTexImage")
     made.image = build.image("photo", np.ones((2, 2, 4), np.float32))
     material.node_tree.links.new(made.outputs["Color"], material.node_tree.nodes["shader"].inputs["Color"])
     build.plane(material=material)
-    assert not [note for note in translate().notes if "in place of the texture" in note.message]
+    assert not [note for note in translate().notes if "replaces the texture" in note.message]
     store_spectrum(material.spectral, reflectance("yellow"))
     scene = translate()
     assert scene.materials[0].surface.color.name == "yellow"
-    assert len([note for note in scene.notes if "in place of the texture" in note.message]) == 1
+    assert len([note for note in scene.notes if "replaces the texture" in note.message]) == 1

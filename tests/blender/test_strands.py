@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hair curves, particle hair and point clouds become meshes of the right size and place."""
+"""Hair curves, particle hair and point clouds become meshes of the right size and position."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ bpy = pytest.importorskip("bpy")
 
 
 def volume_of(mesh):
-    """Volume that a closed mesh encloses, outward faces."""
+    """Volume of a closed mesh with outward faces."""
     a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(float) for k in range(3))
     return float(np.einsum("ti,ti->t", np.cross(a, b), c).sum() / 6)
 
@@ -41,7 +41,7 @@ def test_tubes_keep_radius_and_length():
     assert facing.min() > 0 and len(mesh.triangles) % (2 * SIDES) == 0
 
 
-def test_hair_without_length_and_broken_points_are_left_out():
+def test_hair_without_length_and_invalid_points_are_omitted():
     from blender_addon.translate.strands import tubes
 
     assert tubes("none", np.zeros((1, 3)), np.ones(1), np.array([1])) is None
@@ -82,7 +82,7 @@ def test_a_point_cloud_has_its_balls_and_attributes(build, translate):
     assert volume_of(mesh) == pytest.approx(4 * 4 / 3 * np.pi * 0.25**3, rel=0.02)
 
 
-def test_particle_hair_grows_where_the_object_stands(build, translate):
+def test_particle_hair_follows_the_position_of_its_object(build, translate):
     thing = build.plane(size=2.0)
     thing.location = (10, 0, 0)
     thing.modifiers.new("P", "PARTICLE_SYSTEM")

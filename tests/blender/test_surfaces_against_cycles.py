@@ -105,7 +105,7 @@ def test_nodes_behind_an_image(build, stage, tmp_path, kind, rng):
 @pytest.mark.parametrize("linked", [False, True])
 @pytest.mark.parametrize("mode", ["STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE"])
 def test_alpha_modes_of_images(build, tmp_path, mode, linked):
-    """A glowing plane that fills the picture: color, times alpha where that is linked to its strength."""
+    """An emissive plane that fills the picture: its color, times alpha if alpha is linked to its strength."""
     image = build.image("Picture", np.broadcast_to((0.8, 0.4, 0.2, 0.5), (4, 4, 4)))
     image.filepath_raw, image.file_format = str(tmp_path / "picture.png"), "PNG"
     image.save()
@@ -123,5 +123,5 @@ def test_alpha_modes_of_images(build, tmp_path, mode, linked):
     build.camera((0, 0, 5))
     cycles.settings(4, 8)
     theirs, (ours, notes) = cycles.cycles(tmp_path), cycles.ours(4)
-    np.testing.assert_allclose(ours.mean((0, 1)), theirs.mean((0, 1)), rtol=0.035)  # bytes are rounded
+    np.testing.assert_allclose(ours.mean((0, 1)), theirs.mean((0, 1)), rtol=0.035)  # 8-bit values are rounded
     assert notes == []

@@ -13,7 +13,7 @@ bpy = pytest.importorskip("bpy")
 
 @pytest.fixture
 def surface(build, translate):
-    """Surface of a material on a plane, and the notes about the scene."""
+    """The translated surface of a material on a plane, and the notes."""
 
     def run(material):
         for thing in list(bpy.data.objects):
@@ -35,7 +35,7 @@ def worn(material, kind):
 
 
 @pytest.mark.parametrize("kind", ["ShaderNodeBsdfPrincipled", "ShaderNodeBsdfGlass", "ShaderNodeBsdfMetallic"])
-def test_thin_films_are_read_where_they_have_a_thickness(kind, build, surface):
+def test_thin_films_with_a_thickness_are_translated(kind, build, surface):
     material = build.material()
     node = worn(material, kind)
     found, notes = surface(material)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights, surroundings, camera and film: numbers against Blender's own, odd settings named."""
+"""Lights, world, camera and film: numbers of Blender, and notes on unusual settings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def the_light(scene):
     return scene.lights[0]
 
 
-def test_each_kind_of_light_keeps_its_numbers(build, translate):
+def test_each_type_of_light_keeps_its_numbers(build, translate):
     build.light("POINT", 5, shadow_soft_size=0.25, use_soft_falloff=False).visible_camera = True
     build.light("SPOT", 6, spot_size=1.0, spot_blend=0.5)
     build.light("SUN", 7, angle=0.1)
@@ -28,7 +28,7 @@ def test_each_kind_of_light_keeps_its_numbers(build, translate):
     found = {type(light): light for light in translate().lights}
     assert (found[PointLight].power_w, found[PointLight].radius) == (5, 0.25)
     assert found[PointLight].camera_visible and not found[PointLight].soft_falloff
-    assert found[SpotLight].soft_falloff and not found[SpotLight].camera_visible  # as Blender makes them
+    assert found[SpotLight].soft_falloff and not found[SpotLight].camera_visible  # Blender's formula
     assert (found[SpotLight].cone_angle_rad, found[SpotLight].blend) == (1.0, 0.5)
     assert found[SunLight].irradiance == 7 and found[SunLight].angle_rad == pytest.approx(0.1)
     area = found[AreaLight]
@@ -36,7 +36,7 @@ def test_each_kind_of_light_keeps_its_numbers(build, translate):
     np.testing.assert_allclose(area.world_from_light[:3, :3], np.eye(3))
 
 
-def test_light_frame_is_rigid_whatever_the_object_does(build, translate):
+def test_the_frame_of_a_light_is_rigid_for_any_object_transform(build, translate):
     lamp = build.light("AREA", size=1)
     lamp.scale, lamp.rotation_euler = (-2, 3, 0.5), (0.3, 1.2, -0.7)
     frame = the_light(translate()).world_from_light[:3, :3]
@@ -47,7 +47,7 @@ def test_light_frame_is_rigid_whatever_the_object_does(build, translate):
     np.testing.assert_allclose(frame[:, 2], toward / np.linalg.norm(toward), atol=1e-6)
 
 
-def test_zero_size_and_zero_scale_still_shine(build, translate):
+def test_lights_of_zero_size_or_scale_emit_light(build, translate):
     build.light("AREA", size=0.0)
     build.light("SPOT", shadow_soft_size=0.0).scale = (0, 0, 0)
     scene = translate()
@@ -55,7 +55,7 @@ def test_zero_size_and_zero_scale_still_shine(build, translate):
     assert [note.subject for note in scene.notes] == ["Area"]
 
 
-def test_dark_lights_are_left_out_and_negative_ones_named(build, translate):
+def test_lights_without_power_are_omitted_and_negative_ones_get_a_note(build, translate):
     build.light("POINT", 0)
     build.light("SUN", 1, color=(0, 0, 0))
     build.light("SPOT", -5)
@@ -82,7 +82,7 @@ def test_exposure_and_power_over_area(build, translate):
     assert the_light(translate()).power_w == pytest.approx(10 * 8 * math.pi)
 
 
-def test_a_lamps_nodes_and_spectrum(build, translate):
+def test_nodes_and_spectrum_of_a_lamp(build, translate):
     from blender_addon import compat
     from blender_addon.translate.spectra.stored import store_spectrum
     from spectral_core.spectra.catalogue import illuminant
@@ -151,7 +151,7 @@ def test_world_color_and_image(build, translate, rng):
     np.testing.assert_allclose(world.world_from_environment[:3, :3] @ turned, np.eye(3), atol=1e-6)
 
 
-def test_no_world_is_black_and_a_missing_sky_is_named(build, translate):
+def test_no_world_is_black_and_a_missing_sky_image_gets_a_note(build, translate):
     assert translate().world.is_black
     world_with(image=bpy.data.images.new("Gone", 4, 4))
     bpy.data.images["Gone"].source = "FILE"
@@ -175,7 +175,7 @@ def test_camera_numbers(build, translate):
     assert translate().camera.kind == "orthographic" and translate().camera.orthographic_scale == 3
 
 
-def test_no_camera_is_one_clear_message(blender):
+def test_no_camera_gives_one_clear_message(blender):
     from blender_addon.translate.scene import translate_scene
 
     with pytest.raises(InvalidInputError, match="'Scene' has no camera; add one"):
@@ -198,7 +198,7 @@ def test_film_has_percentage_border_and_background(build, translate):
 
 
 def test_colors_come_from_the_working_space(build, monkeypatch):
-    """A file in another working space: the same reflectance, other numbers."""
+    """In a file with another working space, the same reflectance has other numbers."""
     from blender_addon import compat
     from blender_addon.translate.context import Translation
 
@@ -211,6 +211,6 @@ def test_colors_come_from_the_working_space(build, monkeypatch):
     assert "'My Space' is not known" in Translation.of(None, bpy.data).notes[0].message
 
 
-def test_color_is_a_color(build, translate):
+def test_the_color_of_a_light_is_a_color_object(build, translate):
     build.light("POINT", color=(1, 0.5, 0.25))
     assert isinstance(the_light(translate()).color, Color)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Geometry: arrays against what Blender says corner by corner, sharing, modifiers, odd meshes."""
+"""Geometry: arrays compared with Blender corner by corner, shared meshes, modifiers, unusual meshes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def corners_of(mesh):
 
 
 def corners_in_blender(source, *, normals, uvs):
-    """The same, asked of Blender one corner at a time: the slow oracle."""
+    """The same data, read from Blender one corner at a time: the slow oracle."""
     source.calc_loop_triangles()
     rows = []
     for triangle in source.loop_triangles:
@@ -31,7 +31,7 @@ def corners_in_blender(source, *, normals, uvs):
 
 @pytest.mark.parametrize("shading", ["flat", "smooth", "sharp", "custom"])
 @pytest.mark.parametrize("uvs", [False, True])
-def test_every_corner_is_what_blender_says(blender, shading, uvs):
+def test_every_corner_equals_that_of_blender(blender, shading, uvs):
     from blender_addon.translate.meshes import translate_mesh
 
     bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=7)
@@ -65,8 +65,8 @@ def test_split_keeps_equal_corners_together(rng):
     np.testing.assert_array_equal(corners[corner[vertex]], corners)
 
 
-def test_hash_collision_costs_memory_not_truth(monkeypatch):
-    """Where two kinds fall together in the hash, every row becomes a kind of its own."""
+def test_hash_collisions_cost_memory_and_change_nothing(monkeypatch):
+    """If two different rows have the same hash, every row becomes a separate vertex."""
     from blender_addon.translate import meshes
 
     vertices, attributes = np.array([3, 3, 4]), np.array([[1.0], [2.0], [1.0]], dtype=np.float32)
@@ -136,7 +136,7 @@ def test_curves_text_and_metaballs_become_meshes(blender, translate, kind):
     assert len(scene.meshes[0].triangles) > 4 and scene.notes == ()
 
 
-def test_what_has_no_faces_is_nothing_and_what_is_not_rendered_is_named(build, translate):
+def test_objects_without_faces_are_omitted_and_unsupported_ones_get_a_note(build, translate):
     build.mesh("Empty", [], [])
     build.mesh("Edge", [(0, 0, 0), (1, 0, 0)], [])
     fur = build.plane("Fur")
@@ -151,7 +151,7 @@ def test_what_has_no_faces_is_nothing_and_what_is_not_rendered_is_named(build, t
     assert {note.subject for note in scene.notes} == {"Cloud"}
 
 
-def test_a_mesh_of_numbers_that_are_none_is_left_out_by_name(build, translate):
+def test_a_mesh_with_coordinates_that_are_not_finite_is_omitted_with_a_note(build, translate):
     build.mesh("Broken", [(0, 0, 0), (float("nan"), 0, 0), (0, 1, 0)], [(0, 1, 2)])
     build.plane("Whole")
     scene = translate()
@@ -159,7 +159,7 @@ def test_a_mesh_of_numbers_that_are_none_is_left_out_by_name(build, translate):
     assert [note.subject for note in scene.notes] == ["Broken"] and "not finite" in scene.notes[0].message
 
 
-def test_uv_map_of_the_material_is_the_one_that_moves(build, translate):
+def test_the_uv_map_of_the_material_is_used(build, translate):
     material = build.material()
     tree = material.node_tree
     image = tree.nodes.new("ShaderNodeTexImage")
@@ -180,7 +180,7 @@ def test_uv_map_of_the_material_is_the_one_that_moves(build, translate):
     assert [(note.subject, "'Second'" in note.message) for note in scene.notes] == [("No UVs", True)]
 
 
-def test_generated_coordinates_are_those_of_the_texture_space_before_modifiers(build, translate):
+def test_generated_coordinates_use_the_texture_space_before_modifiers(build, translate):
     material = build.material()
     tree = material.node_tree
     coordinates = tree.nodes.new("ShaderNodeTexCoord")
@@ -194,4 +194,4 @@ def test_generated_coordinates_are_those_of_the_texture_space_before_modifiers(b
     (found,) = [each.values for each in mesh.attributes if each.name.startswith("generated")]
     corners = {(-1, -1): (0.0, 0.375), (1, -1): (0.5, 0.375), (1, 1): (0.5, 0.625), (-1, 1): (0.0, 0.625)}
     assert {tuple(row) for row in np.round(found[:, :2].astype(float), 4)} == set(corners.values())
-    assert not np.allclose(np.abs(mesh.positions[:, :2]), 1.0)  # the modifier did move something
+    assert not np.allclose(np.abs(mesh.positions[:, :2]), 1.0)  # the modifier moved vertices

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Node trees that nobody would build: random nodes, settings, values and links. None of them may raise."""
+"""Random node trees: nodes, settings, values and links. No translation may raise an error."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def random_tree(tree, chance, images):
         try:
             node = tree.nodes.new(chance.choice(kinds))
         except RuntimeError:
-            continue  # not for this kind of tree
+            continue  # not allowed in this type of tree
         nodes.append(node)
         node.mute = chance.random() < 0.1
         if hasattr(node, "image"):
@@ -45,7 +45,7 @@ def random_tree(tree, chance, images):
         for name in ("operation", "blend_type", "data_type", "mode", "projection", "interpolation_type", "vector_type"):
             if hasattr(node, name):
                 choices = node.bl_rna.properties[name].enum_items.keys()
-                with contextlib.suppress(TypeError):  # a choice that depends on another
+                with contextlib.suppress(TypeError):  # an option that depends on another setting
                     setattr(node, name, chance.choice(choices))
         for socket in node.inputs:
             value = getattr(socket, "default_value", None)
@@ -89,8 +89,8 @@ def test_random_node_trees_become_a_scene(build, translate, seed, rng):
 
 
 @pytest.mark.parametrize("into", ["Hue", "Saturation", "Value", "Fac", "Color"])
-def test_a_picture_may_enter_any_socket_of_a_color_node(build, translate, into, rng):
-    """Colors that enter a socket for numbers count by their luminance, as in Blender."""
+def test_an_image_can_feed_any_socket_of_a_color_node(build, translate, into, rng):
+    """A color in a socket for numbers counts by its luminance, as in Blender."""
     pixels = rng.random((2, 3, 4))
     material = build.material()
     tree = material.node_tree

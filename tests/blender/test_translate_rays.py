@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps' nodes, linking, visibility, light paths, the world's branches: the scene holds what Blender says."""
+"""The translated scene has Blender's lamp nodes, light linking, visibility, light paths and branches of the world."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def emission_of(lamp):
     return next(node for node in compat.use_nodes(lamp.data).nodes if node.type == "EMISSION")
 
 
-def test_a_portal_sheds_no_light(build, translate):
+def test_a_portal_emits_no_light(build, translate):
     build.light("AREA").data.cycles.is_portal = True
     assert translate().lights == () and translate().notes == ()
 
@@ -125,7 +125,7 @@ def test_bad_luminaires_are_refused(text):
         read_ies(text)
 
 
-def test_emissions_that_are_mixed_add_up(build, translate):
+def test_mixed_emissions_are_added_with_their_shares(build, translate):
     lamp = build.light("POINT", 10)
     first = emission_of(lamp)
     tree = first.id_data
@@ -142,7 +142,7 @@ def test_emissions_that_are_mixed_add_up(build, translate):
 
 
 def world_of_two(build, kind, factor):
-    """A world that mixes or adds a color and an image; the mix by a number or by whether the camera asks."""
+    """A world that mixes or adds a color and an image; the mix uses a number or Is Camera Ray."""
     from blender_addon import compat
 
     world = bpy.data.worlds.new("World")
@@ -172,7 +172,7 @@ def test_backgrounds_are_mixed_and_added_exactly(build, translate):
     np.testing.assert_allclose(world.strength * world.color.pixels, 0.75 * 0.5 + 0.25 * 0.8, rtol=1e-5)
 
 
-def test_what_the_camera_sees_does_not_light_the_scene(build, translate):
+def test_a_background_for_the_camera_alone_does_not_light_the_scene(build, translate):
     world_of_two(build, "ShaderNodeMixShader", "Is Camera Ray")
     scene = translate()
     assert isinstance(scene.world.color, Color) and np.allclose(scene.world.color.linear_rgb, 0.5)

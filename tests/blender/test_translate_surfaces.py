@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials: closures, textures, groups, arithmetic, spectra, and what is not understood."""
+"""Materials: closures, textures, groups, arithmetic, spectra, and notes on unsupported nodes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ bpy = pytest.importorskip("bpy")
 
 @pytest.fixture
 def surface(build, translate):
-    """Surface of a material on a plane, and the notes about the scene."""
+    """The translated surface of a material on a plane, and the notes."""
 
     def run(material):
         for thing in list(bpy.data.objects):
@@ -167,7 +167,7 @@ def test_image_texture_from_file_or_packed(build, surface, tmp_path, packed, rng
     np.testing.assert_allclose(values, linear_from_display_rgb(expected), atol=1e-6)
 
 
-def test_missing_image_is_gray_and_named(build, surface):
+def test_a_missing_image_is_gray_with_a_note(build, surface):
     image = bpy.data.images.new("Lost", 2, 2)
     image.source, image.filepath = "FILE", "//lost.png"
     material = build.material()
@@ -190,7 +190,7 @@ def test_color_spaces_of_images(build, surface):
     np.testing.assert_allclose(roughness.typical, 128 / 255, atol=1e-6)
 
 
-def test_an_image_factor_keeps_two_colors_apart(build, surface, rng):
+def test_an_image_factor_mixes_two_colors_per_pixel(build, surface, rng):
     material = build.material()
     mask = add(
         material, "ShaderNodeTexImage", image=build.image("Mask", rng.random((2, 2, 4)), color_space="Non-Color")
@@ -228,7 +228,7 @@ def test_arithmetic_on_an_image_reaches_its_pixels(build, surface, rng):
     assert notes == set()
 
 
-def test_what_is_not_understood_is_named_once_each(build, surface):
+def test_each_unsupported_node_gets_one_note(build, surface):
     material = build.material()
     noise, velvet = add(material, "ShaderNodeTexGabor"), add(material, "ShaderNodeBsdfHair")
     feed(material, noise.outputs[0])
@@ -247,7 +247,7 @@ def test_what_is_not_understood_is_named_once_each(build, surface):
 
 
 @pytest.mark.parametrize("kind", ["material", "node", "both"])
-def test_a_spectrum_takes_the_place_of_the_main_color(build, surface, kind):
+def test_a_spectrum_replaces_the_main_color(build, surface, kind):
     from blender_addon.translate.spectra.stored import store_spectrum
 
     grid = SpectralGrid.uniform()
@@ -272,8 +272,8 @@ def test_no_output_no_nodes_no_material(build, surface):
     np.testing.assert_allclose(rgb(found.color), 0.8)
 
 
-def test_every_shader_node_of_this_blender_is_survived(build, translate):
-    """Each node type that exists, its first outputs wired to a color, a number and a surface: nothing raises."""
+def test_no_shader_node_of_this_blender_raises_an_error(build, translate):
+    """Links the first outputs of each node type to a color, a number and a surface; no translation may fail."""
     kinds = [name for name in dir(bpy.types) if name.startswith("ShaderNode") and name != "ShaderNode"]
     tried = 0
     for kind in kinds:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds of patterns and skies, rays told apart, bent normals and attributes: as in Cycles, without a note."""
+"""Patterns and skies of worlds, types of rays, bent normals and attributes equal those of Cycles, without a note."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ def test_the_sun_of_a_sky_is_a_light(build, translate):
     # north is +y, and a sky's sun turns clockwise from there
     expected = (np.cos(0.5) * np.sin(0.25), np.cos(0.5) * np.cos(0.25), np.sin(0.5))
     np.testing.assert_allclose(sun.world_from_light[:3, 2], expected, atol=1e-6)
-    # a little over half of the 1361 W/m² above the air arrives, as light in Blender's unit of some 10 W/m²
+    # a little over half of the 1361 W/m² outside the atmosphere arrives as light; Blender's unit is about 10 W/m²
     assert 100 < sun.irradiance < 400 and scene.world.is_image
     sky.sun_disc = False
     assert translate().lights == ()
 
 
-def test_what_the_camera_sees_apart_from_what_lights(build, translate):
-    """A tree of math on Is Camera Ray, not the bare output alone."""
+def test_the_camera_can_see_another_background_than_the_light_source(build, translate):
+    """Uses a tree of Math nodes on Is Camera Ray, not only the output itself."""
     import bpy
 
     from blender_addon import compat

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A small saved scene with two lamps, a glowing ball and a world, and its recorded transport."""
+"""A small saved scene with two lamps, an emissive ball and a world, and its recorded transport."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _material(name, shader, **inputs):
 
 @pytest.fixture
 def stage(_extension, tmp_path):
-    """The scene: a floor, "Key" (orange) and "Fill" above it, a glowing "Ball", gray surroundings; saved."""
+    """The saved scene: a floor, "Key" (orange) and "Fill" above it, an emissive "Ball", a gray world."""
     from blender_addon import compat
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -88,7 +88,7 @@ def picture():
 
 @pytest.fixture
 def f12():
-    """What F12 renders now: (height, width, 4), row 0 at the bottom."""
+    """The present picture of F12: (height, width, 4), row 0 at the bottom."""
 
     def render():
         from blender_addon import jobs
@@ -103,7 +103,7 @@ def f12():
 
 @pytest.fixture
 def same_paths():
-    """The scene rendered along the paths of a recording, which choose lights whatever their brightness."""
+    """The scene rendered with the paths of a recording, which choose lights independently of their brightness."""
 
     def render():
         from blender_addon.translate.scene import translate_scene

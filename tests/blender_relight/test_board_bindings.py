@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bindings of the board follow their data-blocks, and Learn Fader understands the paths that it makes itself."""
+"""Bindings of the board follow their data-blocks, and Learn Fader reads the paths that it writes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from blender_addon.editing.board.paths import full_path, number_at
 
 @pytest.fixture
 def running(stage):
-    """A started board that no device reaches."""
+    """A started board without a device."""
     stage.spectral.board.use_midi = False
     stage.spectral.board.osc_port = 0
     session, _ = live.start(stage)
@@ -21,7 +21,7 @@ def running(stage):
 
 
 @pytest.mark.parametrize("name", ["Key", 'Key "left"', "Key's", "back\\slash", "a]b", "Lämpchen"])
-def test_a_path_that_we_make_is_one_that_we_read(stage, name):
+def test_written_paths_can_be_read(stage, name):
     lamp = bpy.data.lights["Key"]
     lamp.name = name
     number = number_at(full_path(lamp, "energy"))
@@ -30,7 +30,7 @@ def test_a_path_that_we_make_is_one_that_we_read(stage, name):
     assert number_at(full_path(lamp, "color", 1)).read() == pytest.approx(0.6)
 
 
-def test_a_node_s_number_is_reached_through_its_material(stage):
+def test_a_number_of_a_node_is_found_through_its_material(stage):
     tree = bpy.data.materials["Glow"].node_tree
     node = next(node for node in tree.nodes if node.type == "EMISSION")
     path = full_path(tree, node.path_from_id() + ".inputs[1].default_value")
@@ -56,7 +56,7 @@ def test_a_binding_follows_its_renamed_light(stage, running):
     assert settings.status == ""
 
 
-def test_an_order_can_be_taken_away_while_the_board_runs(stage, running):
+def test_an_order_can_be_removed_while_the_board_runs(stage, running):
     key, fill = (full_path(bpy.data.lights[name], "energy") for name in ("Key", "Fill"))
     bpy.ops.spectral.board_order(lower=key, upper=fill)
     assert running.board.orders == ((key, fill),)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Controls of the mixing board and the dial that the other tests leave alone."""
+"""Controls of the mixing board and the dial that other tests do not use."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ENERGY = 'bpy.data.lights["Key"].energy'
 
 @pytest.fixture
 def running(stage):
-    """Start the stage's board after ``settings`` were made; stopped in the end."""
+    """Start the stage's board with ``settings``, and stop it at the end."""
     from blender_addon.editing.board import live as mixing_board_live
 
     def start():
@@ -26,8 +26,8 @@ def running(stage):
     mixing_board_live.stop()
 
 
-def test_positions_are_sent_back_to_where_the_board_listens(stage, running):
-    """A number that is changed in Blender arrives at ``feedback_host`` and ``feedback_port``."""
+def test_positions_are_sent_to_the_address_of_the_board(stage, running):
+    """A number that changes in Blender is sent to ``feedback_host`` and ``feedback_port``."""
     from spectral_core.explore.board.osc import OscLink
 
     heard = []
@@ -50,7 +50,7 @@ def test_positions_are_sent_back_to_where_the_board_listens(stage, running):
     assert heard[-1] == ("/fader/1", pytest.approx(0.25, abs=1e-6))
 
 
-def test_pick_up_reaches_the_board_and_unbind_takes_a_row_away(stage, running):
+def test_pick_up_applies_to_the_board_and_unbind_removes_a_row(stage, running):
     settings = stage.spectral.board
     settings.use_midi, settings.osc_port = False, 0
     entry = settings.bindings.add()
@@ -65,14 +65,14 @@ def test_pick_up_reaches_the_board_and_unbind_takes_a_row_away(stage, running):
         bpy.ops.spectral.board_unbind(index=3)
 
 
-def test_a_midi_device_that_is_not_there_is_named_and_osc_still_listens(stage, running):
+def test_a_missing_midi_device_is_reported_and_osc_works(stage, running):
     settings = stage.spectral.board
     settings.use_midi, settings.midi_port, settings.osc_port = True, "BCF2000", 0
 
     assert running().osc_port
 
 
-def test_the_selector_is_put_without_a_mouse_and_the_dial_hidden(dial):
+def test_the_selector_is_set_without_a_mouse_and_the_dial_hidden(dial):
     assert bpy.ops.spectral.dial_play("EXEC_DEFAULT", selector=(0.25, -0.5)) == {"FINISHED"}
     assert tuple(dial.selector) == pytest.approx((0.25, -0.5))
     dial.show = False

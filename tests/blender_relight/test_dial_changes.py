@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The dial notices a scene that is no longer the recorded one, shows over the camera, counts lights first."""
+"""The dial reports changes since the recording, is drawn over the camera view, and counts lights before recording."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import pytest
 def test_a_recorded_scene_is_as_recorded(dial, stage):
     assert bpy.ops.spectral.dial_check() == {"FINISHED"}
     assert dial.changes == ""
-    dial.selector = (0.3, 0.2)  # turning the dial changes nothing of the scene
+    dial.selector = (0.3, 0.2)  # moving the dial does not change the scene
     bpy.ops.spectral.dial_check()
     assert dial.changes == ""
 
 
 @pytest.mark.parametrize("edit", ["moved", "dimmed", "painted", "added", "removed", "resized"])
-def test_an_edit_is_named_on_the_dial(dial, stage, edit):
+def test_an_edit_is_reported_on_the_dial(dial, stage, edit):
     if edit == "moved":
         bpy.data.objects["Key"].location.x += 1.0
     elif edit == "dimmed":
@@ -45,7 +45,7 @@ def test_an_edit_is_named_on_the_dial(dial, stage, edit):
     assert dial.changes == ""
 
 
-def test_applying_the_dial_is_no_change_but_an_edit_before_it_still_is(dial, stage):
+def test_applying_the_dial_is_no_change_and_an_earlier_edit_is_reported(dial, stage):
     dial.selector = (0.4, 0.1)
     bpy.ops.spectral.dial_apply()
     bpy.ops.spectral.dial_check()
@@ -65,7 +65,7 @@ def test_a_change_survives_saving(dial, stage):
     assert "light 'Key' was changed" in bpy.context.scene.spectral.dial.changes
 
 
-def test_the_picture_stands_over_the_camera_view(dial, stage):
+def test_the_picture_is_drawn_over_the_camera_view(dial, stage):
     camera = stage.camera.data
     bpy.ops.spectral.dial_show()
     shown = [each.image.name for each in camera.background_images]
@@ -98,8 +98,8 @@ def test_saving_the_transport_elsewhere(dial, stage, tmp_path):
 
 
 @pytest.mark.parametrize("hide", ["eye", "monitor", "layer"])
-def test_what_only_the_viewport_hides_is_no_change(dial, stage, hide):
-    """The picture that is rendered is the same, with a lamp or an object out of the artist's way."""
+def test_hiding_in_the_viewport_alone_is_no_change(dial, stage, hide):
+    """A lamp or an object that is hidden in the viewport alone does not change the rendered picture."""
     for name in ("Key", "Ball"):
         thing = bpy.data.objects[name]
         if hide == "eye":
@@ -119,7 +119,7 @@ def test_what_only_the_viewport_hides_is_no_change(dial, stage, hide):
     assert dial.changes == "light 'Fill' was changed"
 
 
-def test_a_lamp_that_no_render_shows_is_not_added(stage):
+def test_a_lamp_that_is_disabled_in_renders_is_not_recorded(stage):
     pytest.importorskip("mitsuba")
     spare = bpy.data.objects.new("Spare", bpy.data.lights.new("Spare", "POINT"))
     stage.collection.objects.link(spare)
@@ -150,7 +150,7 @@ def test_a_lamp_that_was_hidden_in_the_viewport_while_recording_is_no_addition(s
     assert dial.changes == ""
 
 
-def test_only_the_light_that_changed_is_rendered_anew(dial, stage, picture, monkeypatch):
+def test_only_the_changed_light_is_rendered_again(dial, stage, picture, monkeypatch):
     from blender_addon import jobs
 
     asked, render = [], jobs.render
@@ -161,7 +161,7 @@ def test_only_the_light_that_changed_is_rendered_anew(dial, stage, picture, monk
     shown = picture()
     bpy.ops.spectral.dial_record()
     np.testing.assert_allclose(picture().mean(axis=(0, 1)), shown.mean(axis=(0, 1)), rtol=0.02)
-    bpy.data.objects["Ball"].location.x += 1.0  # its shadow falls on what the others light
+    bpy.data.objects["Ball"].location.x += 1.0  # its shadow is in the light of the other groups
     bpy.ops.spectral.dial_record(only_changed=True)
     bpy.ops.spectral.dial_record(only_changed=True)
     assert asked == [("Key",), True, True]

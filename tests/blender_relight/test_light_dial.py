@@ -26,7 +26,7 @@ def test_recording_gives_the_scene_as_it_is(stage, dial, picture, same_paths):
     assert relative_error(picture(), same_paths()) < 1e-5
 
 
-def test_apply_then_render_is_the_dialled_picture_and_restore_takes_it_back(stage, dial, picture, f12, same_paths):
+def test_apply_renders_the_mixed_picture_and_restore_undoes_it(stage, dial, picture, f12, same_paths):
     before = f12()
     dial.selector = (0.3, -0.4)
     dial.intensity = 2.5
@@ -45,9 +45,9 @@ def test_apply_then_render_is_the_dialled_picture_and_restore_takes_it_back(stag
         stage.spectral.render.seed = seed
         others.append(f12()[..., :3])
     noise = np.abs(others[1] - others[0]).mean()
-    assert 0.5 < np.abs(others[0] - dialled[..., :3]).mean() / noise < 2  # within noise of other paths
+    assert 0.5 < np.abs(others[0] - dialled[..., :3]).mean() / noise < 2  # equal within the noise of different paths
 
-    bpy.ops.spectral.dial_apply()  # again: from what was recorded, not from what was applied
+    bpy.ops.spectral.dial_apply()  # a second time: relative to the recorded values, not to the applied ones
     assert bpy.data.objects["Key"].data.energy == pytest.approx(200 * weights["Key"], rel=1e-6)
     bpy.ops.spectral.dial_apply(restore=True)
     stage.spectral.render.seed = 0
@@ -84,7 +84,7 @@ def test_a_keyframed_selector_moves_the_picture_with_the_frames(dial, picture, s
     assert sorted(path.name for path in tmp_path.glob("walk_*.png")) == [f"walk_{k:04d}.png" for k in (1, 2, 3)]
 
 
-def test_all_off_is_dark_and_said(dial, picture):
+def test_all_bulbs_off_is_dark_and_is_reported(dial, picture):
     for bulb in dial.bulbs:
         bulb.is_on = False
     assert not picture()[..., :3].any()
@@ -93,7 +93,7 @@ def test_all_off_is_dark_and_said(dial, picture):
     np.testing.assert_allclose(np.hypot(*np.array([bulb.place for bulb in dial.bulbs]).T), 1.0, rtol=1e-6)
 
 
-def test_the_dial_survives_the_file(dial, picture):
+def test_the_dial_is_saved_and_loaded(dial, picture):
     dial.selector = (0.25, 0.5)
     dial.bulbs[0].is_on = False
     before = picture()
@@ -105,7 +105,7 @@ def test_the_dial_survives_the_file(dial, picture):
     np.testing.assert_array_equal(picture(), before)
 
 
-def test_a_transport_of_another_scene_or_cut_is_refused(dial, tmp_path):
+def test_a_truncated_transport_or_one_of_another_scene_is_refused(dial, tmp_path):
     path = Path(bpy.data.filepath).with_suffix(".transport.exr")
     good = path.read_bytes()
     path.write_bytes(good[: len(good) // 2])
@@ -123,7 +123,7 @@ def test_a_transport_of_another_scene_or_cut_is_refused(dial, tmp_path):
         bpy.ops.spectral.dial_load(filepath=str(kept))
 
 
-def test_shared_lamps_are_told_apart_when_applied(stage, dial):
+def test_shared_lamps_are_copied_when_they_are_applied(stage, dial):
     twin = bpy.data.objects.new("Twin", bpy.data.objects["Key"].data)
     stage.collection.objects.link(twin)
     dial.selector, dial.intensity = bulbs(dial)["Key"].place, 0.5
@@ -132,7 +132,7 @@ def test_shared_lamps_are_told_apart_when_applied(stage, dial):
     assert twin.data.energy == pytest.approx(200.0) and twin.data != bpy.data.objects["Key"].data
 
 
-def test_a_deleted_light_is_said_and_nothing_is_written(dial):
+def test_a_deleted_light_is_reported_and_nothing_is_written(dial):
     bpy.data.objects.remove(bpy.data.objects["Key"])
     dial.selector = (0.3, 0.2)
     with pytest.raises(RuntimeError, match="deleted; record the transport again"):
@@ -140,7 +140,7 @@ def test_a_deleted_light_is_said_and_nothing_is_written(dial):
     assert bpy.data.objects["Fill"].data.energy == pytest.approx(80.0)
 
 
-def test_bake_makes_one_light_of_the_mixed_spectrum(stage, dial):
+def test_bake_creates_one_light_with_the_mixed_spectrum(stage, dial):
     from blender_addon.translate.spectra.stored import spectrum_of
     from spectral_core.spectra.color import linear_rgb_from_xyz
     from spectral_core.spectra.observer import xyz_of
@@ -156,13 +156,13 @@ def test_bake_makes_one_light_of_the_mixed_spectrum(stage, dial):
     np.testing.assert_allclose(rgb / rgb[0], (1.0, 0.6, 0.3), rtol=0.02)
 
 
-def test_before_recording_every_operator_says_what_to_do(stage):
+def test_before_recording_every_operator_names_the_remedy(stage):
     for name in ("dial_show", "dial_apply", "dial_bake", "dial_reset", "dial_play"):
         with pytest.raises(RuntimeError, match="press Record"):
             getattr(bpy.ops.spectral, name)()
 
 
-def test_groups_of_blender_and_lamps_in_bands(stage, picture, f12):
+def test_light_groups_of_blender_and_lamps_in_bands_storage(stage, picture, f12):
     pytest.importorskip("mitsuba")
     dial = stage.spectral.dial
     group = stage.view_layers[0].lightgroups.add(name="Room")
@@ -177,7 +177,7 @@ def test_groups_of_blender_and_lamps_in_bands(stage, picture, f12):
     sodium = picture()[..., :3].mean(axis=(0, 1))
     assert sodium[0] > 2 * sodium[2]
     bpy.ops.spectral.dial_reset()
-    with pytest.raises(RuntimeError, match="'Ball' is a glowing object"):
+    with pytest.raises(RuntimeError, match="'Ball' is an emissive object"):
         bpy.ops.spectral.dial_apply()
     bpy.data.objects["Ball"].hide_render = True
     bpy.ops.spectral.dial_record()

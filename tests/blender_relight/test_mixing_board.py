@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The mixing board through Blender's operators: faders arrive over OSC on this machine, and move numbers."""
+"""The mixing board through Blender's operators: OSC messages on this machine change numbers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SELECTOR = 'bpy.data.scenes["Scene"].spectral.dial.selector[0]'
 
 @pytest.fixture
 def board(stage):
-    """The stage's board on any free OSC port, without MIDI, started; stopped in the end."""
+    """Start the stage's board on a free OSC port without MIDI, and stop it at the end."""
     from blender_addon.editing.board import live as mixing_board_live
 
     settings = stage.spectral.board
@@ -30,7 +30,7 @@ def board(stage):
 
 @pytest.fixture
 def fader(board):
-    """Send positions to addresses, wait until the board has them, and let Blender read."""
+    """Send positions to addresses, wait until the board has received them, and poll it."""
     from pythonosc.udp_client import SimpleUDPClient
 
     from blender_addon.editing.board import live as mixing_board_live
@@ -58,7 +58,7 @@ def bind(settings, target, name, low, high):
     entry.control = f"osc:0:/fader/{name}"
 
 
-def test_faders_move_several_numbers_at_once(board, fader):
+def test_faders_change_several_numbers_at_once(board, fader):
     bind(board, ENERGY, "a", 0, 500)
     bind(board, SIZE, "b", 0.1, 1.1)
     fader(a=0.25, b=0.5)
@@ -89,27 +89,27 @@ def test_bounds_stay_in_order(board, fader):
     assert bpy.data.lights["Key"].energy == pytest.approx(40.0) == bpy.data.lights["Fill"].energy
 
 
-def test_motors_follow_a_number_that_moved_otherwise(board, fader):
+def test_motors_follow_a_number_that_is_changed_in_blender(board, fader):
     from blender_addon.editing.board import live as mixing_board_live
 
     sent = []
     link = mixing_board_live.session().links[0]
     bind(board, ENERGY, "a", 0, 400)
     bpy.ops.spectral.board_poll()
-    assert not link.has_motor(None)  # without an address for feedback nothing can be moved, and nothing is thought so
+    assert not link.has_motor(None)  # without an address for feedback no position is sent or recorded as sent
     link.has_motor = lambda control: True
     link.send = lambda control, position: sent.append((str(control), position))
     bpy.ops.spectral.board_poll()
     assert sent == [("osc:0:/fader/a", pytest.approx(0.5))]
     bpy.ops.spectral.board_poll()
-    assert len(sent) == 1  # it stands there: nothing to send, no loop
+    assert len(sent) == 1  # the fader has this position: nothing is sent, so there is no loop
     time.sleep(0.03)
     bpy.data.lights["Key"].energy = 100.0
     bpy.ops.spectral.board_poll()
     assert sent[1:] == [("osc:0:/fader/a", pytest.approx(0.25))]
 
 
-def test_motion_is_saved_with_its_simultaneity(board, fader, tmp_path):
+def test_recorded_motion_is_saved_with_its_simultaneity(board, fader, tmp_path):
     from spectral_core.explore.board import Recording
 
     bind(board, ENERGY, "a", 0, 100)
@@ -133,12 +133,12 @@ def test_motion_is_saved_with_its_simultaneity(board, fader, tmp_path):
         ('bpy.data.lights["Key"].use_shadow', "not a number"),
     ],
 )
-def test_what_is_no_number_is_refused(board, path, message):
+def test_a_path_to_no_number_is_refused(board, path, message):
     with pytest.raises(RuntimeError, match=message):
         bpy.ops.spectral.board_learn(target=path)
 
 
-def test_numbers_of_all_kinds_are_found(stage):
+def test_numbers_of_all_types_are_found(stage):
     from blender_addon.editing.board.paths import number_at
 
     key = bpy.data.objects["Key"]
@@ -157,7 +157,7 @@ def test_numbers_of_all_kinds_are_found(stage):
         assert low < high
 
 
-def test_absent_hardware_is_said_and_is_no_error(stage, monkeypatch, capfd):
+def test_missing_hardware_is_reported_and_is_no_error(stage, monkeypatch, capfd):
     from blender_addon.editing.board import live as mixing_board_live
     from spectral_core.explore.board import midi
 

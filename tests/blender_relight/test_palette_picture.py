@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A wanted color that is dragged reaches the picture: a light by re-lighting, a reflectance by a new render."""
+"""Dragging a target changes the picture: designed lights are relit, designed reflectances need a new render."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from spectral_core.spectra.spectrum import Reflectance, SpectralGrid  # noqa: E4
 
 @pytest.fixture
 def palette(stage):
-    """The light "Key" is designed for the color that a white paper has under it."""
+    """The palette designs the light "Key" for the color of white paper under it."""
     palette = stage.spectral.palette
     bpy.ops.spectral.palette_add(side="LIGHT")
     bpy.ops.spectral.palette_add(side="MATERIAL")
@@ -28,13 +28,13 @@ def palette(stage):
 
 
 def middle(dial):
-    """Every light as it was recorded."""
+    """Set every light to its recorded state."""
     for bulb in dial.bulbs:
         bulb.is_on = True
     dial.selector, dial.intensity = (0.0, 0.0), len(dial.bulbs)
 
 
-def test_a_designed_light_is_relit_as_it_renders_once_it_is_applied(stage, palette, picture):
+def test_a_relit_designed_light_equals_its_render_after_apply(stage, palette, picture):
     stage.spectral.dial.storage = "EXACT"
     bpy.ops.spectral.dial_record()
     middle(stage.spectral.dial)
@@ -51,11 +51,11 @@ def test_a_designed_light_is_relit_as_it_renders_once_it_is_applied(stage, palet
     level = 2.0**palette.applied_exposure
     key = list(stage.spectral.dial.bulbs.keys()).index("Key")
     weights = live.weights_of(stage.spectral.dial)
-    weights[key] *= level  # Apply leaves it to the exposure of the view, which brightens all
+    weights[key] *= level  # Apply changes the exposure of the view instead
     assert np.abs(live.live_mix(stage).picture(weights) - shown).mean() < 0.02 * shown.mean()
 
 
-def test_a_reflectance_is_not_relit_and_the_panel_says_why(dial, palette):
+def test_a_reflectance_is_not_relit_and_the_panel_states_the_reason(dial, palette):
     paint = bpy.data.materials["Floor"]
     material = palette.materials[0]
     material.material, material.design = paint, "DESIGNED"
@@ -63,7 +63,7 @@ def test_a_reflectance_is_not_relit_and_the_panel_says_why(dial, palette):
     assert palette.picture.startswith("Rendered anew: Floor")
 
 
-def test_what_was_relit_goes_back_when_it_is_not_to_be_shown(stage, palette, picture):
+def test_relit_lights_are_restored_when_show_in_viewport_is_off(stage, palette, picture):
     stage.spectral.dial.storage = "BANDS31"
     bpy.ops.spectral.dial_record()
     middle(stage.spectral.dial)
@@ -75,7 +75,7 @@ def test_what_was_relit_goes_back_when_it_is_not_to_be_shown(stage, palette, pic
     assert palette.picture == ""
 
 
-def test_mixtures_storage_says_why_it_cannot(dial, palette):
+def test_mixtures_storage_states_why_it_cannot_relight(dial, palette):
     palette.materials[0].cells[0].target = (0.3, 0.7, 0.2)
     assert palette.picture.startswith("Rendered anew: ")
     assert dial.message == ""

@@ -25,7 +25,7 @@ HERE = Path(__file__).resolve().parent
 @pytest.mark.slow
 @pytest.mark.real_blender
 @pytest.mark.skipif(not COMMAND, reason="needs a Blender with a window in SPECTRAL_REAL_BLENDER")
-def test_the_mouse_turns_the_dial_and_the_picture_follows(dial):
+def test_the_mouse_moves_the_selector_and_the_picture_follows(dial):
     bpy.ops.wm.save_mainfile()
     paths = os.pathsep.join([str(HERE.parents[1]), os.environ.get("SPECTRAL_PATHS", "")])
     stage = {"SPECTRAL_PATHS": paths, "SPECTRAL_STAGE": bpy.data.filepath}

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: E402
-"""Runs inside a Blender with a window: presses, drags and releases on the dial, and prints what happened as JSON.
+"""Runs inside a Blender with a window: presses, drags and releases on the dial, and prints the results as JSON.
 
 ``blender --enable-event-simulate stage.blend --python window_drive.py``; the file has a recorded dial. SPECTRAL_PATHS
 holds folders for sys.path, SPECTRAL_HOLD seconds to keep the window open at the end, for a screenshot.
@@ -27,7 +27,7 @@ drawn_panels: set[str] = set()
 
 
 def recorded(panel):
-    """The panel, open, noting that it was drawn to its end or how it failed."""
+    """Register an open copy of the panel that records that its drawing ended or failed."""
     draw = panel.draw
 
     def draw_and_note(self, context):
@@ -77,7 +77,7 @@ def pixels_mean() -> float:
 
 
 def mouse(kind: str, value: str, place=None, **keys):
-    """An event at a place of the dial, or in its middle."""
+    """Send an event at a position of the dial, or in its center."""
     region = next(region for region in view().regions if region.type == "WINDOW")
     x, y = drawn_shape().pixels((0.0, 0.0) if place is None else place)
     window().event_simulate(type=kind, value=value, x=round(region.x + x), y=round(region.y + y), **keys)
@@ -89,7 +89,7 @@ def drawn_shape():
 
 
 def arrange() -> None:
-    """The picture beside the view, our tab in the sidebar."""
+    """Show the picture beside the view, and this extension's tab in the sidebar."""
     others = [area for area in window().screen.areas if area.type != "VIEW_3D"]
     largest = max(others, key=lambda area: area.width * area.height)
     largest.ui_type = "IMAGE_EDITOR"
@@ -173,7 +173,7 @@ def keyed() -> bool:
 
 
 def pose() -> None:
-    """For the screenshot."""
+    """Keep the window open for the screenshot."""
     dial().selector = (0.45, 0.3)
     mouse("MOUSEMOVE", "NOTHING", (0.1, -0.5))
     seen["posed"] = perf_counter()
@@ -218,7 +218,7 @@ def tick() -> float | None:
         facts["errors"].append(f"step {action.__name__}: {traceback.format_exc(limit=4)}")
         if action is open_tab and perf_counter() - state["since"] < STEP_SECONDS:
             facts["errors"].pop()
-            return 0.5  # a region has no tabs before it was drawn
+            return 0.5  # a region has no tabs until it has been drawn
     state.update(step=state["step"] + 1, since=perf_counter(), done=False)
     if state["step"] < len(STEPS) and not facts["errors"]:
         return 0.3

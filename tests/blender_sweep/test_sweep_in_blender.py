@@ -74,7 +74,7 @@ def test_three_properties_are_swept_applied_and_keyframed(scene, tmp_path):
     assert bpy.ops.spectral.sweep_apply(row=2) == {"FINISHED"}
     assert bpy.data.lights["Key"].energy == pytest.approx(rows[1].parameters["key_energy"], rel=1e-6)
     assert bpy.data.objects["Camera"].location[2] == pytest.approx(rows[1].parameters["camera_location_2"], rel=1e-6)
-    # applying a point changes the file, and yet the sweep goes on where it was
+    # applying a point changes the file, and the sweep still continues
     scene.spectral.sweep.budget = 5
     assert bpy.ops.spectral.sweep_run() == {"FINISHED"}, scene.spectral.sweep.status
     more = editing.rows(scene)
@@ -110,14 +110,14 @@ def test_a_swept_light_is_relit_and_equals_a_render(scene, tmp_path):
     'bpy.data.lights["Key"].energy; 1',
      'bpy.data.objects["Camera"].location[7]', 'bpy.data.objects["Camera"].__class__', "../x", ""],
 )  # fmt: skip
-def test_a_path_that_does_not_exist_is_named(scene, path):
+def test_an_error_names_a_path_that_does_not_exist(scene, path):
     with pytest.raises(RuntimeError):
         bpy.ops.spectral.sweep_add(target=path)
     assert len(scene.spectral.sweep.parameters) == 0
 
 
 @pytest.mark.slow
-def test_the_command_line_sweeps_a_file_and_names_a_wrong_path(scene, tmp_path):
+def test_the_command_line_sweeps_a_file_and_reports_a_wrong_path(scene, tmp_path):
     text = """[compute]
 kind = "blend"
 blend = "scene.blend"
@@ -143,7 +143,7 @@ high = 4.0
     assert bad.returncode == 1 and "Kamera" in bad.stderr
 
 
-def test_a_number_is_removed_and_nothing_is_cancelled_or_opened_before_a_run(scene):
+def test_a_number_is_removed_and_a_sweep_without_a_run_cannot_be_cancelled_or_opened(scene):
     add(KEY, 1, 2)
     assert bpy.ops.spectral.sweep_remove(index=0) == {"FINISHED"}
     assert len(scene.spectral.sweep.parameters) == 0
@@ -155,6 +155,6 @@ def test_a_number_is_removed_and_nothing_is_cancelled_or_opened_before_a_run(sce
         bpy.ops.spectral.sweep_open(browse=False)
 
 
-def test_nothing_is_swept_where_nothing_was_added(scene):
+def test_a_sweep_without_parameters_is_refused(scene):
     with pytest.raises(RuntimeError, match="nothing is swept"):
         bpy.ops.spectral.sweep_run()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Switches, lists, colors and whole numbers of a .blend are swept too; pictures are shown as the file shows them."""
+"""Sweeps of switches, lists, colors and whole numbers of a .blend; pictures use the view transform of the file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def node_of(folder: Path, *parameters: Any, **options: Any) -> Any:
     return BlendNode.of(folder / "scene.blend", Space(parameters), samples=2, **options)
 
 
-def test_each_kind_of_setting_is_added_with_its_values(scene: Any) -> None:  # noqa: F811
+def test_each_type_of_setting_is_added_with_its_values(scene: Any) -> None:  # noqa: F811
     from blender_addon.editing.sweep import parameters_of
 
     for path in (SHAPE, HIDDEN, GREEN, SIDES):
@@ -61,7 +61,7 @@ def test_a_point_sets_and_keyframes_switches_and_lists(scene: Any) -> None:  # n
     assert bpy.data.objects["Plane"].hide_render
 
 
-def test_a_setting_that_keyframes_hold_is_named(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+def test_an_error_names_a_setting_that_has_keyframes(scene: Any, tmp_path: Path) -> None:  # noqa: F811
     from spectral_core.explore.sweep.parameters import Parameter
 
     camera = bpy.data.objects["Camera"]
@@ -102,7 +102,7 @@ def test_points_that_the_page_added_are_rendered_by_another_process(scene: Any) 
     assert bpy.ops.spectral.sweep_run(pending=True) == {"FINISHED"}, scene.spectral.sweep.status
     rows = editing.rows(bpy.context.scene)
     assert len(rows) == 3 and rows[-1].parameters == {"key_type": "SPOT", "key_color_1": 0.125}
-    assert bpy.data.filepath == file and bpy.data.lights["Key"].type == "POINT"  # the artist's file is left alone
+    assert bpy.data.filepath == file and bpy.data.lights["Key"].type == "POINT"  # the artist's file is unchanged
 
 
 @pytest.mark.slow
@@ -123,7 +123,7 @@ def test_pictures_are_shown_through_the_view_transform_of_the_file(scene: Any, t
     assert shown["Standard"][0] != shown["AgX"][0]
     plain, agx = shown["Standard"][1], shown["AgX"][1]
     assert not plain.shown and np.array_equal(plain.pictures[""], agx.pictures[""])
-    # the same pixels by another way: an image of Blender's own, saved as 8-bit PNG as a render is
+    # the same pixels in an image of Blender, which saves it as 8-bit PNG like a render
     linear = agx.pictures[""][::-1]
     height, width = linear.shape[:2]
     image = bpy.data.images.new("check", width, height, float_buffer=True)
@@ -137,6 +137,6 @@ def test_pictures_are_shown_through_the_view_transform_of_the_file(scene: Any, t
         name: np.asarray(Image.open(tmp_path / f"{name}.png").convert("RGB"), int)
         for name in ("sweep", "check", "srgb")
     }
-    assert np.abs(levels["sweep"] - levels["check"]).max() <= 1  # Blender dithers 8-bit pictures by up to a level
+    assert np.abs(levels["sweep"] - levels["check"]).max() <= 1  # Blender's dithering: up to one level
     assert np.abs(levels["sweep"] - levels["srgb"]).max() > 10
     assert KEY

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: E402
-"""Runs inside a Blender with a window: three settings into the sweep by the context menu's entry, run, open, apply.
+"""Runs inside a Blender with a window: adds three settings to a sweep by the context menu, runs it, applies a point.
 
 ``blender --factory-startup --python window_drive.py``; SPECTRAL_PATHS holds folders for sys.path, SPECTRAL_FOLDER an
 empty folder, SPECTRAL_HOLD seconds to keep the window open at the end, for a screenshot. Prints RESULT and JSON.
@@ -38,7 +38,7 @@ def draw_and_note(self, context):
 
 
 panels.SPECTRAL_PT_sweep.draw, panels.SPECTRAL_PT_sweep.bl_options = draw_and_note, set()
-panels.SPECTRAL_PT_sweep.bl_category = "Item"  # the tab that a new window shows
+panels.SPECTRAL_PT_sweep.bl_category = "Item"  # the tab of a new window
 if "SPECTRAL_EXTENSION" in os.environ:
     bpy.utils.register_class(panels.SPECTRAL_PT_sweep)
 else:
@@ -49,10 +49,10 @@ operators, editing = import_module(NAME + ".operators.sweep"), import_module(NAM
 
 
 class Layout:
-    """A layout that presses the last button drawn into it."""
+    """A layout that can press its last button."""
 
     def separator(self):
-        """Nothing to press."""
+        """Ignore labels: only buttons can be pressed."""
 
     def operator(self, name, **_look):
         """Keep the arguments of a button."""
@@ -61,7 +61,7 @@ class Layout:
 
 
 def by_menu(pointer, identifier):
-    """Add a setting through the function that draws the entry of its context menu."""
+    """Add a setting by the function that draws its context menu entry."""
     menu = SimpleNamespace(layout=Layout())
     known = pointer.bl_rna.properties[identifier]
     operators.draw_menu(menu, SimpleNamespace(button_pointer=pointer, button_prop=known))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""These tests need bpy; ``blender`` is in the folder above."""
+"""Fixtures for tests of panels and operators, which need bpy; ``blender`` is in the folder above."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip instal
 
 @pytest.fixture
 def registered(_extension):
-    """bpy with the extension, whatever file is open: for tests that look at classes only."""
+    """bpy with the extension and any open file: for tests that read classes only."""
     return bpy

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every control that a panel shows exists in Blender, has a tooltip, and is driven by a test of this folder."""
+"""Every control of a panel exists in Blender, has a tooltip, and is used by a test in this folder."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CALLS = [
 
 
 def constants(method: str, position: int) -> list[str]:
-    """Constant string arguments at a place, of all calls of one layout method in the panels."""
+    """String constants at one argument position in all calls of a layout method in the panels."""
     found = [node.args[position] for node in CALLS if node.func.attr == method and len(node.args) > position]
     return sorted({node.value for node in found if isinstance(node, ast.Constant) and isinstance(node.value, str)})
 
@@ -45,7 +45,7 @@ def groups(registered):
 
 
 def ticks_of_passes():
-    """Blender's own ticks, and Cycles', that the panels of passes show."""
+    """Check boxes of Blender and Cycles in the panels of passes."""
     import bpy
 
     return [bpy.types.ViewLayer.bl_rna, type(bpy.context.view_layer.cycles).bl_rna]
@@ -63,7 +63,7 @@ def test_the_panels_were_read():
 
 
 @pytest.mark.parametrize("name", SHOWN_PROPERTIES)
-def test_property_exists_has_a_label_and_is_driven(groups, name):
+def test_each_property_exists_has_a_label_and_is_tested(groups, name):
     found = [rna.properties[name] for rna in (*groups, *ticks_of_passes()) if name in rna.properties]
     assert found, f"no property group has {name!r}"
     assert all(prop.name for prop in found)
@@ -71,7 +71,7 @@ def test_property_exists_has_a_label_and_is_driven(groups, name):
 
 
 @pytest.mark.parametrize("name", SHOWN_OPERATORS)
-def test_operator_exists_has_a_tooltip_an_execute_and_is_driven(registered, name):
+def test_each_operator_exists_has_a_tooltip_and_is_tested(registered, name):
     operator = getattr(registered.ops.spectral, name.removeprefix("spectral."))
     rna = operator.get_rna_type()
     assert len(rna.description) > 15
@@ -80,7 +80,7 @@ def test_operator_exists_has_a_tooltip_an_execute_and_is_driven(registered, name
     assert re.search(rf"spectral\.{name.removeprefix('spectral.')}\b", text_of_tests()), f"no test calls {name!r}"
 
 
-def test_every_property_of_the_palette_has_a_tooltip_or_is_no_control(groups):
+def test_every_control_of_the_palette_has_a_tooltip(groups):
     for rna in groups:
         for prop in rna.properties:
             if prop.identifier in SHOWN_PROPERTIES and prop.identifier != "name" and prop.type != "COLLECTION":
@@ -103,8 +103,8 @@ def test_icons_of_the_panels_exist(registered):
     assert used <= known
 
 
-def test_enum_numbers_are_stated(groups):
-    """Files keep the number: without it, a new item in the middle would change the meaning of saved files."""
+def test_enum_items_have_explicit_numbers(groups):
+    """Files store an item's number. Without explicit numbers, a new item would change the meaning of saved files."""
     for file in (PANELS.parent / "properties").glob("*.py"):
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "EnumProperty":
@@ -113,7 +113,7 @@ def test_enum_numbers_are_stated(groups):
                     assert all(isinstance(item.elts[-1].value, int) for item in items.elts)
 
 
-def test_registering_twice_leaves_nothing_behind(blender):
+def test_registering_twice_leaves_no_classes_behind(blender):
     before = set(dir(blender.types))
     blender_addon.unregister()
     try:

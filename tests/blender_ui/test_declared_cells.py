@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every field of a cell and of a light survives Blender's table."""
+"""Blender's table keeps every field of a cell and of a light."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Each setting is declared once: the core, the document, the panels and the translations agree with the declaration.
+"""Each setting is declared once: the core, documents, panels and translations agree with the declaration.
 
-Every translation is checked twice: with all settings, where it must keep each one, and with one setting taken out of
-it, where the same check must fail. So no setting can be forgotten in silence.
+Every translation is checked twice. With all settings it must keep each one; with one setting removed from the
+translation, the same check must fail. A forgotten setting is therefore detected.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ NOT_IN_RENDER = {
 
 
 def without(declared, name):
-    """A declaration that lacks one setting."""
+    """The declaration without one setting."""
     return MappingProxyType({key: field for key, field in declared.items() if key != name})
 
 
@@ -80,7 +80,7 @@ def palette(blender):
 
 
 def kept_in_the_core(palette, name) -> bool:
-    """Whether another value of a setting changes what the core is asked, and in its own attributes only."""
+    """True if another value of a setting changes the core's problem in the setting's own attributes alone."""
     field = PALETTE_FIELDS[name]
     try:
         before = palette_problem(palette)
@@ -94,7 +94,7 @@ def kept_in_the_core(palette, name) -> bool:
 
 
 def kept_in_the_table(palette, name) -> bool:
-    """Whether a problem with another value is in the table as it was asked."""
+    """True if the table keeps another value of a setting."""
     setattr(palette, name, OTHER_PALETTE[name])
     wanted = palette_problem(palette)
     palette.property_unset(name)
@@ -104,7 +104,7 @@ def kept_in_the_table(palette, name) -> bool:
 
 
 def kept_in_a_document(palette, name) -> bool:
-    """Whether a document states another value and gives it back."""
+    """True if a document keeps another value of a setting."""
     setattr(palette, name, OTHER_PALETTE[name])
     wanted = palette_problem(palette)
     try:
@@ -115,7 +115,7 @@ def kept_in_a_document(palette, name) -> bool:
 
 
 def kept_by_the_session(palette, name) -> bool:
-    """Whether a live edit of a setting is answered from the problem as it is now."""
+    """True if a live edit of a setting is solved with the new value."""
     from blender_addon.editing.palette import session
 
     palette.allow_negative = False
@@ -139,7 +139,7 @@ def test_every_setting_of_the_core_is_declared():
     assert set(OTHER_VOLUME) == set(VOLUME_FIELDS)
 
 
-def test_defaults_and_choices_are_the_core_s(blender):
+def test_defaults_and_options_are_those_of_the_core(blender):
     scene = blender.context.scene
     stated = palette_settings.settings_of(scene.spectral.palette)
     for each in fields(PaletteProblem):
@@ -160,7 +160,7 @@ def test_defaults_and_choices_are_the_core_s(blender):
     assert (stated["rule"], stated["quality"]) == (volume["rule"], volume["quality"])
 
 
-def test_the_white_of_a_looks_white_light_is_the_core_s():
+def test_the_white_of_a_light_that_looks_white_is_that_of_the_core():
     from spectral_core.spectra.color import WHITE_XYZ as CORE
 
     np.testing.assert_allclose(WHITE_XYZ, CORE, rtol=1e-7)
@@ -168,18 +168,18 @@ def test_the_white_of_a_looks_white_light_is_the_core_s():
 
 @pytest.mark.parametrize("name", PALETTE_FIELDS)
 @pytest.mark.parametrize("check", [kept_in_the_core, kept_in_the_table, kept_in_a_document, kept_by_the_session])
-def test_a_palette_setting_survives(palette, check, name):
+def test_a_palette_setting_is_kept(palette, check, name):
     assert check(palette, name)
 
 
 @pytest.mark.parametrize("name", PALETTE_FIELDS)
-def test_a_palette_setting_left_out_of_the_problem_is_noticed(palette, monkeypatch, name):
+def test_a_palette_setting_missing_in_the_problem_is_detected(palette, monkeypatch, name):
     monkeypatch.setattr(palette_settings, "PALETTE_FIELDS", without(PALETTE_FIELDS, name))
     assert not kept_in_the_core(palette, name)
 
 
 @pytest.mark.parametrize("name", PALETTE_FIELDS)
-def test_a_palette_setting_left_out_of_the_table_is_noticed(palette, monkeypatch, name):
+def test_a_palette_setting_missing_in_the_table_is_detected(palette, monkeypatch, name):
     stored = palette_settings.store_settings
 
     def lacking(target, problem):
@@ -192,14 +192,14 @@ def test_a_palette_setting_left_out_of_the_table_is_noticed(palette, monkeypatch
 
 
 @pytest.mark.parametrize("name", [name for name in PALETTE_FIELDS if not name.startswith("grid_")])
-def test_a_palette_setting_left_out_of_documents_is_noticed(palette, monkeypatch, name):
+def test_a_palette_setting_missing_in_documents_is_detected(palette, monkeypatch, name):
     lost = PALETTE_FIELDS[name].core
     monkeypatch.setattr(documents, "fields", lambda kind: [each for each in fields(kind) if each.name not in lost])
     assert not kept_in_a_document(palette, name)
 
 
 @pytest.mark.parametrize("name", [name for name in PALETTE_FIELDS if not name.startswith("grid_")])
-def test_a_palette_setting_left_out_of_the_schema_is_noticed(palette, monkeypatch, name):
+def test_a_palette_setting_missing_in_the_schema_is_detected(palette, monkeypatch, name):
     known = documents.PALETTE_SCHEMA.content
     settings = known["$defs"]["settings"]
     kept = {key: value for key, value in settings["properties"].items() if key not in PALETTE_FIELDS[name].core}
@@ -209,7 +209,7 @@ def test_a_palette_setting_left_out_of_the_schema_is_noticed(palette, monkeypatc
 
 
 @pytest.mark.parametrize("name", [name for name in PALETTE_FIELDS if not name.startswith("grid_")])
-def test_a_palette_setting_left_out_of_live_editing_is_noticed(palette, monkeypatch, name):
+def test_a_palette_setting_missing_in_live_editing_is_detected(palette, monkeypatch, name):
     from blender_addon.editing.palette import session
 
     lost = PALETTE_FIELDS[name].core
@@ -233,7 +233,7 @@ def kept_in_a_render(scene, name) -> bool:
 
 
 @pytest.mark.parametrize("name", RENDER_FIELDS)
-def test_a_render_setting_survives_and_is_missed(blender, monkeypatch, name):
+def test_a_render_setting_is_kept_and_its_absence_is_detected(blender, monkeypatch, name):
     scene = blender.context.scene
     assert kept_in_a_render(scene, name)
     scene.spectral.render.property_unset(name)
@@ -243,7 +243,7 @@ def test_a_render_setting_survives_and_is_missed(blender, monkeypatch, name):
 
 
 @pytest.mark.parametrize("name", VOLUME_FIELDS)
-def test_a_volume_setting_survives_and_is_missed(blender, monkeypatch, name):
+def test_a_volume_setting_is_kept_and_its_absence_is_detected(blender, monkeypatch, name):
     settings = blender.data.volumes.new("v").spectral
     setattr(settings, name, OTHER_VOLUME[name])
 
@@ -264,15 +264,15 @@ def test_panels_show_every_declared_setting():
     assert {*PALETTE_FIELDS, *RENDER_FIELDS, *VOLUME_FIELDS} <= shown
 
 
-def test_copying_a_target_copies_all_that_a_cell_asks(palette):
+def test_copying_a_target_copies_the_whole_request_of_a_cell(palette):
     cell = palette.materials[0].cells[0]
     results = {"actual_linear", "wanted_linear", "actual_display", "wanted_display", "has_result", "delta_e", "actual",
                "wanted", "name", "rna_type", "others"}  # fmt: skip
     assert set(ASKED) == {prop.identifier for prop in cell.bl_rna.properties} - results
 
 
-def test_a_path_beside_the_file_is_no_mistake(registered):
-    """From 5.0 on a property says whether its path may start with //; without, a good path stands in red."""
+def test_a_path_relative_to_the_file_is_not_marked_as_wrong(registered):
+    """From 5.0 on, Blender shows a path that starts with // in red, unless the property allows it."""
     import inspect
 
     import blender_addon.properties as declared

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Python of docs/palette_in_blender.md runs as it stands there."""
+"""The Python code of docs/palette_in_blender.md runs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_the_example_of_the_page_runs(blender, capsys):
     assert blender.data.materials["mark"].spectral.source == "DESIGNED"
 
 
-def test_every_picture_of_the_page_is_there():
+def test_every_picture_of_the_page_exists():
     pictures = re.findall(r"\]\((pictures/[^)]+)\)", PAGE.read_text("utf-8"))
     assert len(pictures) == 5
     assert all((PAGE.parent / picture).stat().st_size < 300_000 for picture in pictures)

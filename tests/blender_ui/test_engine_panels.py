@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which of Blender's own panels are shown for the engine, and which passes it says that it leaves out."""
+"""Blender's panels that are shown for the engine, and notes on passes that are not rendered."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def test_a_light_has_one_panel_named_light(registered, space):
     assert len(named) == 1, named
 
 
-def test_panels_of_what_is_not_drawn_are_hidden(registered):
+def test_panels_of_features_that_are_not_rendered_are_hidden(registered):
     assert not [each.__name__ for each in shown() if "freestyle" in each.__name__.lower()]
     assert not [each.__name__ for each in shown() if "pencil" in each.__name__.lower()]
 
 
-def test_denoising_is_off_until_the_artist_asks_and_cycles_own_switch_is_cycles(blender, monkeypatch):
+def test_denoising_is_off_by_default_and_independent_of_the_switch_of_cycles(blender, monkeypatch):
     from blender_addon import jobs
     from blender_addon.translate.settings import settings_of
     from spectral_core.render.denoise import PACKAGE
@@ -45,7 +45,7 @@ def test_denoising_is_off_until_the_artist_asks_and_cycles_own_switch_is_cycles(
     assert "pip install pyoidn" in jobs.missing_denoiser() and jobs.missing_denoiser().startswith("Denoising needs")
 
 
-def test_passes_that_are_not_rendered_are_named(blender):
+def test_passes_that_are_not_rendered_get_a_note(blender):
     layer = blender.context.view_layer
     assert pass_notes(layer) == ()
     layer.use_pass_z = layer.use_pass_diffuse_color = layer.use_pass_vector = True

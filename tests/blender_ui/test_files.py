@@ -25,7 +25,7 @@ def palette(blender):
 
 
 @pytest.mark.parametrize("ending", ["toml", "json"])
-def test_a_palette_goes_out_and_comes_back(blender, palette, tmp_path, ending):
+def test_a_palette_is_exported_and_imported(blender, palette, tmp_path, ending):
     file = str(tmp_path / f"split.{ending}")
     before = palette_problem(palette)
     blender.ops.spectral.palette_export(filepath=file)
@@ -41,7 +41,7 @@ def test_a_palette_goes_out_and_comes_back(blender, palette, tmp_path, ending):
     assert palette.status == "solved"
 
 
-def test_a_file_that_is_no_palette_leaves_the_table_alone(blender, palette, tmp_path):
+def test_a_file_that_is_no_palette_leaves_the_table_unchanged(blender, palette, tmp_path):
     file = tmp_path / "wrong.toml"
     file.write_text("lights = 3\n")
     with pytest.raises(RuntimeError, match=r"wrong\.toml"):
@@ -101,7 +101,7 @@ def test_a_light_from_a_file_with_several(blender, tmp_path):
     blender.context.object.data = light
     with pytest.raises(RuntimeError, match="there is no file"):
         blender.ops.spectral.spectrum_reload(carrier="LIGHT")
-    np.testing.assert_allclose(spectrum_of(light).values, illuminant("HP1").values, rtol=1e-6)  # the values stay
+    np.testing.assert_allclose(spectrum_of(light).values, illuminant("HP1").values, rtol=1e-6)  # the values are kept
 
 
 @pytest.mark.parametrize("ending", ["spd", "spdx", "csv"])

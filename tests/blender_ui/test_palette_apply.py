@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Apply: what it writes, what it refuses, how bright it leaves everything else, and a table that names what is gone."""
+"""Apply: written data, refusals, brightness of other objects, and messages on deleted data-blocks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from spectral_core.spectra.catalogue import reflectance
 
 @pytest.fixture
 def scene(blender):
-    """The hidden mark, bound to a lamp and a material that an object uses."""
+    """The preset hidden mark, assigned to a lamp and a material of an object."""
     scene = blender.context.scene
     blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
     lamp = blender.data.lights.new("Sun", "POINT")
@@ -37,7 +37,7 @@ def linked(blender, tmp_path):
     return blender.data.materials["Glaze"]
 
 
-def test_apply_leaves_lamps_at_their_power_and_exposes_the_view(blender, scene):
+def test_apply_keeps_the_power_of_lamps_and_sets_the_exposure_of_the_view(blender, scene):
     palette = scene.spectral.palette
     palette.brightness = 5.0
     scene.view_settings.exposure = 0.5
@@ -46,7 +46,7 @@ def test_apply_leaves_lamps_at_their_power_and_exposes_the_view(blender, scene):
     assert strength_of(lamp) == pytest.approx(palette.lights[0].intensity, rel=1e-5)
     assert scene.view_settings.exposure == pytest.approx(0.5 + np.log2(5.0), abs=1e-5)
     palette.brightness = 2.5
-    blender.ops.spectral.palette_apply()  # a second time nothing adds up
+    blender.ops.spectral.palette_apply()  # a second Apply adds nothing
     assert scene.view_settings.exposure == pytest.approx(0.5 + np.log2(2.5), abs=1e-5)
     palette.level_to = "LIGHTS"
     blender.ops.spectral.palette_apply()
@@ -79,13 +79,13 @@ def test_a_linked_material_is_made_local_on_request_and_keeps_its_spectrum(blend
     assert spectrum_of(loaded).values.size > 30
 
 
-def test_an_override_is_refused_as_its_spectrum_would_not_be_saved(linked):
+def test_an_override_is_refused_because_its_spectrum_would_not_be_saved(linked):
     override = linked.override_create(remap_local_usages=True)
     with pytest.raises(InvalidInputError, match="'Glaze' is linked from library"):
         store_spectrum(override.spectral, reflectance("dark skin"))
 
 
-def test_what_was_deleted_renamed_or_left_behind_is_named_and_mended(blender, scene):
+def test_deleted_and_renamed_data_blocks_are_reported_and_corrected(blender, scene):
     from blender_addon.editing.palette.bindings import faults
 
     palette = scene.spectral.palette
@@ -120,7 +120,7 @@ def test_a_row_follows_the_new_name_of_its_material(blender, scene):
     "operator",
     ["spectra_export", "swatches_export", "palette_export", "palette_import", "board_motion", "dial_save"],
 )
-def test_an_operator_without_a_path_says_so(blender, scene, operator):
+def test_an_operator_without_a_path_reports_it(blender, scene, operator):
     from blender_addon.editing.board import live
 
     if operator == "board_motion":
@@ -132,8 +132,8 @@ def test_an_operator_without_a_path_says_so(blender, scene, operator):
         live.stop()
 
 
-def test_results_of_an_earlier_version_get_their_swatches(blender, scene, tmp_path):
-    """A file that kept linear colors only."""
+def test_results_of_an_earlier_version_get_swatches(blender, scene, tmp_path):
+    """A file that has linear colors only."""
     cell = scene.spectral.palette.materials[0].cells[1]
     before = tuple(cell.actual)
     for _, each in [(None, c) for material in scene.spectral.palette.materials for c in material.cells]:

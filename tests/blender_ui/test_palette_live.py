@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live solving: every edit answered, with the core's session, and finished; undo; what waits for the button."""
+"""Live solving: every edit is solved by the core's session, then completed; undo; problems that need the button."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_live_edit_solves_at_once(blender, palette):
     after = actual(palette)
     assert np.abs(after - before)[0, 1].max() > 1e-3
     assert not palette.is_stale
-    np.testing.assert_allclose(after[0, 0], before[0, 0], atol=1e-5)  # the exact cell stays
+    np.testing.assert_allclose(after[0, 0], before[0, 0], atol=1e-5)  # the exact cell keeps its color
 
 
 def test_not_live_waits_for_solve(blender, palette):
@@ -44,7 +44,7 @@ def test_not_live_waits_for_solve(blender, palette):
 
 
 def edited_row(cell, palette):
-    """An edit of each kind: a target, a weight, exactness, a light, a setting."""
+    """One edit of each type: a target, a weight, exactness, a light, a setting."""
     cell.target = (0.9, 0.5, 0.1)
     yield "target"
     cell.weight = 5.0
@@ -61,8 +61,8 @@ def edited_row(cell, palette):
 
 
 @pytest.mark.parametrize("preset", ["HIDDEN_MARK", "METAMER_PAIR"])
-def test_the_live_session_follows_every_kind_of_edit_to_the_full_solution(blender, preset):
-    """Where only materials are designed one convex solve is the whole answer, so both must agree."""
+def test_the_live_session_equals_a_full_solve_after_every_type_of_edit(blender, preset):
+    """If only materials are designed, one convex solve gives the optimum, so both must agree."""
     from blender_addon.editing.palette.solve import solve_live
 
     blender.ops.spectral.palette_preset(preset=preset)
@@ -77,8 +77,8 @@ def test_the_live_session_follows_every_kind_of_edit_to_the_full_solution(blende
         assert quick.status == full.status, kind
 
 
-def test_a_designed_light_is_finished_after_the_edit(blender):
-    """Headless an edit is followed at once, then finished: as good as a solve from the start."""
+def test_a_designed_light_is_completed_after_the_edit(blender):
+    """Without a window an edit is solved at once, then completed: as good as a solve from the start."""
     blender.ops.spectral.palette_preset(preset="SPLIT_LIGHT")
     palette = blender.context.scene.spectral.palette
     palette.materials[2].cells[1].target = (0.9, 0.8, 0.7)
@@ -86,7 +86,7 @@ def test_a_designed_light_is_finished_after_the_edit(blender):
     assert palette.worst_delta_e <= max(0.05, 1.5 * fresh.max_delta_e_2000)
 
 
-def test_worst_case_and_distinct_wait_for_the_button(blender, palette):
+def test_worst_case_and_distinct_need_the_button(blender, palette):
     palette.observers = {"cie_1931_2deg", "cie_1964_10deg"}
     palette.robustness = "worst_case"
     assert palette.message.startswith("This table takes some seconds")
@@ -97,7 +97,7 @@ def test_worst_case_and_distinct_wait_for_the_button(blender, palette):
     assert palette.message.startswith("This table takes some seconds")
 
 
-def test_undo_takes_cell_and_result_back_together(blender, palette):
+def test_undo_restores_cell_and_result_together(blender, palette):
     blender.ops.ed.undo_push(message="solved")
     before = actual(palette)
     palette.materials[0].cells[1].target = (0.9, 0.5, 0.1)

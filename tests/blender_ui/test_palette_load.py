@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A palette problem goes into the table and comes out the same, or is refused with the table unchanged."""
+"""The table keeps a palette problem unchanged, or refuses it and stays unchanged."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ EXAMPLES = [
 
 
 def everything() -> PaletteProblem:
-    """A problem that uses all that the table can hold."""
+    """A problem that uses every feature of the table."""
     grid = SpectralGrid.uniform(400.0, 700.0, 10.0)
     lamps = [normalized(illuminant(name), luminance=2.0) for name in ("D65", "A", "HP1", "FL11")]
     start = normalized(illuminant("A").resampled(grid), luminance=1.0)
@@ -99,20 +99,20 @@ def palette(blender):
     return palette
 
 
-def test_a_problem_with_everything_comes_back(palette):
+def test_a_problem_with_every_feature_is_kept(palette):
     assert store_problem(palette, everything()) == []
     assert_same(palette_problem(palette), everything())
 
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
-def test_the_examples_come_back(palette, file):
+def test_the_examples_are_kept(palette, file):
     assert len(EXAMPLES) >= 6
     problem = read_palette(file)
     assert store_problem(palette, problem) == []
     assert_same(palette_problem(palette), problem)
 
 
-def test_too_large_a_weight_is_brought_down_and_said(palette):
+def test_too_large_a_weight_is_reduced_with_a_message(palette):
     problem = presets.hidden_mark().with_cell((0, 1), Cell.fixed((0.5, 0.2, 0.0), weight=1e6))
     (note,) = store_problem(palette, problem)
     assert "weight 1e+06 became 1000" in note
@@ -132,15 +132,15 @@ def refused() -> list[tuple[PaletteProblem, str]]:
 
 
 @pytest.mark.parametrize(("problem", "message"), refused(), ids=lambda value: value if isinstance(value, str) else "")
-def test_what_the_table_cannot_hold_is_refused_and_changes_nothing(palette, problem, message):
+def test_a_problem_that_the_table_cannot_hold_is_refused_and_changes_nothing(palette, problem, message):
     store_problem(palette, presets.hidden_mark())
     with pytest.raises(InvalidInputError, match=message):
         store_problem(palette, problem)
     assert_same(palette_problem(palette), presets.hidden_mark())
 
 
-def test_every_field_of_the_core_is_known_here():
-    """A new field of the core must be given a place in the table, or be refused; until then this fails."""
+def test_this_file_lists_every_field_of_the_core():
+    """Fails for a new field of the core until the table keeps or refuses it."""
     known = {
         PaletteProblem: "grid lights reflectances cells smoothness smoothness_operator match subspace rounds "
         "reflectance_bounds light_bounds scale_lights observers robustness robust_weight",

@@ -23,7 +23,7 @@ def shown(palette, name="actual_linear"):
     return np.array([[tuple(getattr(cell, name)) for cell in material.cells] for material in palette.materials])
 
 
-def test_alternatives_are_found_taken_locked_and_gone_on_with(blender, palette) -> None:
+def test_alternatives_are_found_selected_and_found_again_with_a_locked_material(blender, palette) -> None:
     before = shown(palette)
     palette.alternative_count = 3
     blender.ops.spectral.palette_alternatives()
@@ -31,7 +31,7 @@ def test_alternatives_are_found_taken_locked_and_gone_on_with(blender, palette) 
     assert palette.alternatives[1].apart > 3
     assert np.array(json.loads(palette.alternatives[1].colors)).shape[2] == 3
     blender.ops.spectral.palette_alternative_take(index=1)
-    np.testing.assert_allclose(shown(palette), before, atol=1e-4)  # every cell of this table is asked about
+    np.testing.assert_allclose(shown(palette), before, atol=1e-4)  # every cell of this table has a request
     kept = spectrum_of(palette.materials[0], "result").values
     stored = json.loads(palette.alternatives[1].spectra)[str(palette.materials[0].uid)]
     np.testing.assert_allclose(kept, stored["values"], atol=1e-5)
@@ -44,7 +44,7 @@ def test_alternatives_are_found_taken_locked_and_gone_on_with(blender, palette) 
         blender.ops.spectral.palette_alternative_take(index=9)
 
 
-def test_tints_match_where_they_are_asked_to(blender, palette) -> None:
+def test_tints_match_if_requested(blender, palette) -> None:
     from blender_addon.translate.palette.problem import palette_problem
     from spectral_core.palette import solve_palette
     from spectral_core.palette.paint.mixtures import tint_differences
@@ -57,7 +57,7 @@ def test_tints_match_where_they_are_asked_to(blender, palette) -> None:
     assert not palette.message
     spectra = [spectrum_of(material, "result").values for material in palette.materials]
     apart = [np.abs(spectra[0] - spectra[1]).max(), np.abs(plain.reflectances[0].values - spectra[0]).max()]
-    assert min(apart) > 1e-3  # other spectra than the plain ones, and still two paints
+    assert min(apart) > 1e-3  # the spectra differ from those without tints, and from each other
     assert float(tint_differences(plain, [(0, 1)], base=0.9, levels=(0.5,)).max()) > 1
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The button Possible? of a selected cell, and taking the nearest color."""
+"""The button Possible? of a selected cell, and the use of the nearest color."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def palette(blender):
     return blender.context.scene.spectral.palette
 
 
-def test_an_impossible_color_is_named_drawn_and_replaced_by_the_nearest(blender, palette) -> None:
+def test_an_impossible_color_is_reported_drawn_and_replaced_by_the_nearest(blender, palette) -> None:
     palette.active_row, palette.active_column = 0, 1
     cell = palette.materials[0].cells[1]
     palette.materials[0].cells[0].mode = "FIXED"
@@ -41,12 +41,12 @@ def test_an_impossible_color_is_named_drawn_and_replaced_by_the_nearest(blender,
         blender.ops.spectral.palette_possible()
 
 
-def test_nothing_to_take_is_said(blender, palette) -> None:
+def test_no_nearest_color_is_reported(blender, palette) -> None:
     with pytest.raises(RuntimeError, match="there is no question yet"):
         blender.ops.spectral.palette_take_nearest()
 
 
-def test_an_answer_follows_on_a_thread(blender, palette, monkeypatch) -> None:
+def test_an_answer_is_computed_in_a_thread(blender, palette, monkeypatch) -> None:
     import time
 
     from blender_addon.editing.palette import possible
@@ -60,7 +60,7 @@ def test_an_answer_follows_on_a_thread(blender, palette, monkeypatch) -> None:
     monkeypatch.setattr(possible, "redraw", lambda *_: None)
     palette.possible_follows = False
     possible.follow(scene)
-    assert possible._collect() is None  # nothing was asked
+    assert possible._collect() is None  # no question was started
     palette.possible_follows = True
     possible.follow(scene)
     end = time.monotonic() + 60
@@ -71,11 +71,11 @@ def test_an_answer_follows_on_a_thread(blender, palette, monkeypatch) -> None:
 
 
 class Timers:
-    """Blender's timers, of which none is called without a window."""
+    """A replacement for Blender's timers, which are never called without a window."""
 
     def register(self, *_: object, **__: object) -> None:
-        """Never."""
+        """Ignore the timer: it is never called."""
 
     def is_registered(self, _timer: object) -> bool:
-        """Nothing is."""
+        """No timer is registered."""
         return False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Solving in Blender: presets, live edits of every property, apply, undo, and what is shown when it cannot be."""
+"""Solving in Blender: presets, live edits of every property, apply, undo, and messages on failure."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def test_every_preset_in_the_table_is_the_problem_of_the_library(blender, preset
                 np.testing.assert_allclose(mine.target, theirs.target, atol=1e-6)
             if theirs.box is not None:
                 np.testing.assert_allclose(mine.box, theirs.box, atol=1e-6)
-    # The smoke's lights must look white and improve slowly to the last digit: the time budget may end before.
+    # The lights of the preset smoke must look white and converge slowly: the time budget may end before.
     assert palette.status in (("solved", "still_improving") if preset == "XRAY_SMOKE" else ("solved",))
     assert palette.worst_delta_e < 3
     assert palette.message == ""
     assert all(cell.has_result for _, cell in places(palette))
 
 
-def test_the_table_shows_what_the_library_solves(palette):
+def test_the_table_shows_the_solution_of_the_library(palette):
     direct = solve_palette(palette_problem(palette))
     np.testing.assert_allclose(actual(palette), direct.actual_linear_rgb, atol=2e-6)
     for (row, column), cell in places(palette):
@@ -61,7 +61,7 @@ def test_the_table_shows_what_the_library_solves(palette):
 
 
 def test_a_stored_result_shows_the_colors_of_the_table(palette):
-    """From the saved spectra alone: light times reflectance, integrated anew."""
+    """Colors from the saved spectra alone: light times reflectance, integrated again."""
     for (row, column), cell in places(palette):
         light = spectrum_of(palette.lights[column], "result")
         surface = spectrum_of(palette.materials[row], "result")
@@ -123,7 +123,7 @@ def test_weight_exact_and_box_reach_the_problem(palette):
     cell.weight, cell.exact = 7.0, True
     assert (palette_problem(palette).cells[1][1].weight, palette_problem(palette).cells[1][1].exact) == (7.0, True)
     cell.weight = 1e12
-    assert cell.weight == 1000.0  # the property itself stops there, and its tooltip says so
+    assert cell.weight == 1000.0  # the limit of the property, which its tooltip states
     cell.mode, cell.use_box = "FREE", True
     cell.box_low, cell.box_high = (0.1, 0.2, 0.3), (0.5, 0.6, 0.7)
     low, high = palette_problem(palette).cells[1][1].box
@@ -132,7 +132,7 @@ def test_weight_exact_and_box_reach_the_problem(palette):
     assert np.all(actual(palette)[1, 1] <= high + 1e-5)
 
 
-def test_a_box_the_wrong_way_round_is_said(palette):
+def test_a_box_with_swapped_ends_is_reported(palette):
     cell = palette.materials[1].cells[1]
     cell.mode, cell.use_box = "FREE", True
     cell.box_low, cell.box_high = (0.9, 0.9, 0.9), (0.1, 0.1, 0.1)
@@ -140,7 +140,7 @@ def test_a_box_the_wrong_way_round_is_said(palette):
     assert palette.is_stale
 
 
-def test_lights_measured_designed_mixed_white(blender, palette):
+def test_measured_designed_mixed_and_white_lights(blender, palette):
     light = palette.lights[1]
     light.design = "DESIGNED"
     assert palette_problem(palette).lights[1].free
@@ -150,7 +150,7 @@ def test_lights_measured_designed_mixed_white(blender, palette):
     blender.ops.spectral.palette_select(column=1)
     for lamp in ("FL2", "HP1", "A", "FL11"):
         blender.ops.spectral.palette_lamp_add(to="PRIMARIES", lamp=lamp)
-    palette.live = True  # catches up
+    palette.live = True  # solves the pending edits
     assert palette.message == ""
     assert sum(lamp.amount for lamp in light.primaries) > 0
     light.use_primaries = False
@@ -165,7 +165,7 @@ def test_lights_measured_designed_mixed_white(blender, palette):
     assert [variant.name for variant in palette_problem(palette).lights[1].variants] == ["FL2"]
 
 
-def test_a_measured_material_stays_as_it_is(palette):
+def test_a_measured_material_is_unchanged(palette):
     material = palette.materials[1]
     material.design = "MEASURED"
     assert "'Ground' is measured but has no spectrum" in palette.message
@@ -175,7 +175,7 @@ def test_a_measured_material_stays_as_it_is(palette):
     np.testing.assert_allclose(spectrum_of(material, "result").values, spectrum_of(material).values)
 
 
-def test_apply_is_one_undo_step_and_gives_spectra_and_brightness(blender, palette):
+def test_apply_is_one_undo_step_and_sets_spectra_and_brightness(blender, palette):
     lamp = blender.data.lights.new("street", "POINT")
     world = blender.data.worlds.new("day")
     paint = blender.data.materials.new("paint")
@@ -199,7 +199,7 @@ def test_apply_is_one_undo_step_and_gives_spectra_and_brightness(blender, palett
     assert blender.data.lights["street"].spectral.source == "NONE"
 
 
-def test_apply_refuses_what_is_not_solved_or_not_real(blender, palette):
+def test_apply_refuses_unsolved_and_unphysical_palettes(blender, palette):
     with pytest.raises(RuntimeError, match="no row or column names a material or light"):
         blender.ops.spectral.palette_apply()
     palette.allow_negative = True
@@ -216,7 +216,7 @@ def test_apply_refuses_what_is_not_solved_or_not_real(blender, palette):
         blender.ops.spectral.palette_solve()
 
 
-def test_a_hopeless_target_gets_a_status_and_a_remedy(blender, palette):
+def test_an_impossible_target_gets_a_status_and_a_remedy(blender, palette):
     palette.materials[0].cells[0].target = (0.0, 0.0, 1.0)  # exact
     palette.materials[1].cells[0].target = (1.0, 0.0, 0.0)
     palette.materials[0].cells[1].target = (0.0, 1.0, 0.0)  # green under sodium
@@ -235,11 +235,11 @@ def test_results_are_saved_with_the_file(blender, palette, tmp_path):
     loaded = blender.context.scene.spectral.palette
     np.testing.assert_array_equal(actual(loaded), before)
     assert loaded.status == "solved"
-    loaded.smoothness = 0.3  # live goes on in the loaded file
+    loaded.smoothness = 0.3  # live editing continues in the loaded file
     assert not loaded.is_stale
 
 
-def test_what_is_only_shown_does_not_solve(palette):
+def test_settings_of_the_display_do_not_solve(palette):
     palette.live = False
     palette.show_curves = True
     assert not palette.is_stale

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table: rows, columns, cells and what they refer to, through Blender's operators and properties."""
+"""The table: rows, columns, cells and their references, through Blender's operators and properties."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from blender_addon.translate.palette import table
 
 @pytest.fixture
 def palette(blender):
-    """A table of two materials and two lights, D65 and HP1, that asks for nothing yet; not live."""
+    """A table of two materials and two lights, D65 and HP1, without requests and without live solving."""
     palette = blender.context.scene.spectral.palette
     palette.live = False
     for side, name in (("LIGHT", "day"), ("LIGHT", "lamp"), ("MATERIAL", "mark"), ("MATERIAL", "ground")):
@@ -25,7 +25,7 @@ def modes(palette) -> list[list[str]]:
     return [[cell.mode for cell in material.cells] for material in palette.materials]
 
 
-def test_added_rows_and_columns_make_a_whole_table(blender, palette):
+def test_added_rows_and_columns_form_a_complete_table(blender, palette):
     assert [light.name for light in palette.lights] == ["day", "lamp"]
     assert [material.name for material in palette.materials] == ["mark", "ground"]
     assert modes(palette) == [["IGNORE"] * 2] * 2
@@ -35,7 +35,7 @@ def test_added_rows_and_columns_make_a_whole_table(blender, palette):
     assert palette.active_column == 2
 
 
-def test_the_active_object_gives_light_and_material(blender, palette):
+def test_the_active_object_supplies_light_and_material(blender, palette):
     blender.ops.object.light_add(type="SUN")
     blender.ops.spectral.palette_add(side="LIGHT")
     assert palette.lights[-1].light == blender.context.object.data
@@ -47,7 +47,7 @@ def test_the_active_object_gives_light_and_material(blender, palette):
     assert palette.materials[-1].name == "paint"
 
 
-def test_removing_takes_cells_and_references_with_it(blender, palette):
+def test_removing_a_row_or_column_removes_cells_and_references(blender, palette):
     palette.materials[1].cells[0].mode = "SAME"
     assert table.references(palette, palette.materials[1].cells[0]) == [(0, 0)]
     blender.ops.spectral.palette_remove(side="MATERIAL", index=0)
@@ -76,7 +76,7 @@ def test_moving_keeps_each_cell_with_its_material_and_light(blender, palette):
     ("mode", "place", "expected"),
     [("SAME", (1, 0), [(0, 0)]), ("CONSTANT", (0, 1), [(0, 0)]), ("DISTINCT", (0, 0), [(1, 0)])],
 )
-def test_a_new_cell_refers_to_what_is_most_often_meant(palette, mode, place, expected):
+def test_a_new_reference_points_to_the_most_common_cell(palette, mode, place, expected):
     cell = palette.materials[place[0]].cells[place[1]]
     cell.mode = mode
     assert table.references(palette, cell) == expected
@@ -124,7 +124,7 @@ def test_lamps_are_added_to_lists_and_removed(blender, palette):
         assert [lamp.spectral.spectrum_name for lamp in lamps] == ["A"]
 
 
-def test_selecting_outside_the_table_says_what_there_is(blender, palette):
+def test_selecting_outside_the_table_reports_its_size(blender, palette):
     with pytest.raises(RuntimeError, match="there is no material 7; there are 2"):
         blender.ops.spectral.palette_select(row=7, column=0)
     assert (palette.active_row, palette.active_column) == (1, 1)
@@ -137,7 +137,7 @@ def test_clear(blender, palette):
     assert table.active_cell(palette) is None
 
 
-def test_the_scene_gives_lights_and_materials_with_their_colors(blender):
+def test_the_scene_supplies_lights_and_materials_with_their_colors(blender):
     palette = blender.context.scene.spectral.palette
     with pytest.raises(RuntimeError, match="this scene has 0 lights and 0 materials"):
         blender.ops.spectral.palette_from_scene()
@@ -160,7 +160,7 @@ def test_the_scene_gives_lights_and_materials_with_their_colors(blender):
     red = next(material for material in palette.materials if material.name == "red")
     assert tuple(red.cells[0].wanted_linear) == pytest.approx((0.5, 0.1, 0.05), abs=1e-5)
 
-    # What is measured stays measured.
+    # Measured rows and columns are not replaced.
     blender.data.materials["blue"].spectral.source = "CATALOGUE"
     blender.data.materials["blue"].spectral.catalogue_name = "blue"
     blender.ops.spectral.palette_from_scene()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Each tick of the panels of passes asks for its pass."""
+"""Each check box of the panels of passes requests its pass."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def asked(bpy):
 
 
 @pytest.mark.parametrize("tick", TICKS)
-def test_a_tick_asks_for_its_pass(blender, tick) -> None:
+def test_a_check_box_requests_its_pass(blender, tick) -> None:
     layer = blender.context.view_layer
     for owner in (layer, layer.cycles):
         for each in TICKS:
@@ -36,7 +36,7 @@ def test_a_tick_asks_for_its_pass(blender, tick) -> None:
     assert set(asked(blender).names) - names == TICKS[tick]
 
 
-def test_the_threshold_of_alpha_goes_along(blender) -> None:
+def test_the_alpha_threshold_is_translated(blender) -> None:
     layer = blender.context.view_layer
     layer.use_pass_z, layer.pass_alpha_threshold = True, 0.25
     assert asked(blender).alpha_threshold == 0.25

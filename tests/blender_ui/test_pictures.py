@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of spectra: what is drawn where, without a graphics card."""
+"""Pictures of spectra: positions and colors, without a graphics card."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ SIZE = 128
 
 
 @pytest.mark.parametrize("level", [0.0, 0.25, 0.5, 1.0])
-def test_a_flat_reflectance_is_a_level_line_at_its_value(level):
+def test_a_flat_reflectance_is_a_horizontal_line_at_its_value(level):
     grid = np.array([380.0, 780.0])
     picture = curve_picture(grid, np.full(2, level), "reflectance", SIZE)
-    brightness = picture[:, SIZE // 2 + 5, :3].min(axis=1)  # beside the grid lines
+    brightness = picture[:, SIZE // 2 + 5, :3].min(axis=1)  # away from the grid lines
     line = np.flatnonzero(brightness > 0.8 * LINE[0])
     expected = (MARGIN + (1 - 2 * MARGIN) * level) * SIZE
     assert line.size
@@ -78,7 +78,7 @@ def test_a_swatch_is_its_color():
     np.testing.assert_allclose(picture[16, 16], [0.2, 0.4, 0.6, 1.0], rtol=1e-6)
 
 
-def test_icons_are_made_once_per_content_and_the_oldest_forgotten(blender, monkeypatch):
+def test_icons_are_made_once_per_content_and_the_oldest_are_dropped(blender, monkeypatch):
     material = blender.data.materials.new("m")
     assert icons.curve_icon(material.spectral) == 0
     store_spectrum(material.spectral, reflectance("dark skin"))
@@ -111,7 +111,7 @@ def test_swatches_of_a_surface_are_its_colors_under_the_lamps(blender):
     assert np.abs(swatches["Day"] - display_rgb_from_linear(np.full(3, 0.5))).max() > 0.05
 
 
-def test_swatches_of_a_light_and_of_one_that_no_eye_sees(blender):
+def test_swatches_of_a_light_and_of_one_without_luminance(blender):
     light = blender.data.lights.new("l", "POINT")
     store_spectrum(light.spectral, illuminant("D65"))
     name, color = swatches_of(light.spectral)[0]
@@ -131,10 +131,10 @@ def test_plot_geometry():
     assert plot.corners().min(axis=0).tolist() == [10.0, 20.0]
     assert plot.corners().max(axis=0).tolist() == [410.0, 120.0]
     partly = plot.line(np.array([500.0, 600.0]), np.ones(2))
-    assert partly[0, 0] == plot.across(500.0)  # nothing is drawn where nothing is known
+    assert partly[0, 0] == plot.across(500.0)  # no curve is drawn outside the known range
 
 
-def test_plots_share_the_room_or_stay_away():
+def test_plots_share_the_space_or_are_hidden():
     first, second = side_by_side((1200.0, 700.0), [(0, 1), (0, 2)], 16.0)
     assert first.x + first.width < second.x
     assert second.x + second.width <= 1200.0
@@ -142,7 +142,7 @@ def test_plots_share_the_room_or_stay_away():
     assert side_by_side((200.0, 700.0), [(0, 1), (0, 1)], 16.0) == []
 
 
-def test_plots_stand_beside_the_dial():
+def test_plots_are_drawn_beside_the_dial():
     from blender_addon.drawing.dial_shape import DISC, DialShape
 
     shape = DialShape.in_region(1300.0, 800.0, left=60.0)
@@ -153,7 +153,7 @@ def test_plots_stand_beside_the_dial():
 
 
 def test_reflectances_share_one_scale(blender):
-    """A dark paint must look dark beside a bright one: the plot of a reflectance always ends at 1."""
+    """A dark paint must look dark beside a bright one, so the plot of a reflectance always ends at 1."""
     grid = SpectralGrid.uniform()
     dark = curve_picture(grid.wavelengths_nm, Reflectance("d", grid, np.full(31, 0.1)).values, "reflectance", SIZE)
     filled = dark[int(SIZE * 0.5), SIZE // 2 + 5, :3]
@@ -179,7 +179,7 @@ def test_a_narrow_table_shows_the_lights_around_the_selected_one(active, count, 
     assert active in page
 
 
-def test_names_are_told_apart_in_little_room():
+def test_short_names_stay_distinct():
     from blender_addon.panels.parts import told_apart
 
     lights = [f"Studio Light {number}" for number in range(1, 9)]
@@ -192,7 +192,7 @@ def test_names_are_told_apart_in_little_room():
     assert len(told_apart(["Same name here", "Same name here"], 5)[0]) <= 5
 
 
-def test_a_plot_has_room_for_its_numbers_and_names():
+def test_a_plot_has_space_for_its_numbers_and_names():
     plot = Plot(100.0, 50.0, 400.0, 200.0, 0.0, 2.0)
     inner = plot.within(left=30, bottom=20, right=10, top=25)
     assert (inner.x, inner.y, inner.width, inner.height) == (130.0, 70.0, 360.0, 155.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every panel drawn, and a live edit answered, in a Blender with a window.
+"""Draws every panel and makes a live edit in a Blender with a window.
 
 SPECTRAL_REAL_BLENDER holds the start of the command (``"xvfb-run blender"``; the script and its arguments follow),
 SPECTRAL_PATHS the folders with numpy-only dependencies for that Blender's Python (scipy, daqp, piqp).
@@ -23,7 +23,7 @@ HERE = Path(__file__).resolve().parent
 @pytest.mark.slow
 @pytest.mark.real_blender
 @pytest.mark.skipif(not COMMAND, reason="needs a Blender with a window in SPECTRAL_REAL_BLENDER")
-def test_every_panel_draws_and_a_live_edit_is_answered():
+def test_every_panel_is_drawn_and_a_live_edit_is_solved():
     paths = os.pathsep.join([str(HERE.parents[1]), os.environ.get("SPECTRAL_PATHS", "")])
     command = [*shlex.split(COMMAND), "--factory-startup", "--python", str(HERE / "window_drive.py")]
     done = subprocess.run(
@@ -34,7 +34,7 @@ def test_every_panel_draws_and_a_live_edit_is_answered():
     result = json.loads(lines[-1].removeprefix("RESULT "))
     assert result["errors"] == []
     assert len(result["drawn"]) == 20
-    assert "rna_ui" not in done.stdout + done.stderr  # Blender's word for a property that a panel misnames
+    assert "rna_ui" not in done.stdout + done.stderr  # Blender's message for a property that does not exist
     assert result["waits_for_timer"]
     assert np.abs(np.subtract(result["after"], result["before"])).max() > 1e-3
     assert np.abs(np.subtract(result["target_after_undo"], (0.9, 0.7, 0.5))).max() > 1e-2

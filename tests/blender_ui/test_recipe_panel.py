@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recipes through the panel: a lamp, paints for a palette's material, files of one's own, and what is missing."""
+"""Recipes through the panel: a lamp, paints for a palette's material, the user's files, and missing input."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def recipe(blender):
     return blender.context.scene.spectral.recipe
 
 
-def test_a_lamp_has_its_white_and_goes_to_the_selected_light(blender, recipe) -> None:
+def test_a_lamp_has_the_requested_white_and_is_assigned_to_the_selected_light(blender, recipe) -> None:
     recipe.kind, recipe.cct, recipe.duv, recipe.cri, recipe.most = "LAMP", 3500, 0.001, 85, 4
     recipe.use_fidelity, recipe.fidelity = True, 80
     recipe.use_gamut, recipe.gamut_low, recipe.gamut_high = True, 90, 112
@@ -57,7 +57,7 @@ def test_paints_for_a_named_surface_and_for_a_material_of_the_palette(blender, r
         blender.ops.spectral.recipe_give()
 
 
-def test_channels_of_ones_own_and_inks_that_are_missing(blender, recipe, tmp_path) -> None:
+def test_channels_from_a_file_and_missing_inks(blender, recipe, tmp_path) -> None:
     write_spectra(tmp_path / "mine.csv", [led(450, 20), led(530, 30), led(620, 20)])
     recipe.kind, recipe.library, recipe.filepath = "LAMP", "FILE", str(tmp_path / "mine.csv")
     recipe.use_cri = recipe.use_fidelity = recipe.use_gamut = False
@@ -72,12 +72,12 @@ def test_channels_of_ones_own_and_inks_that_are_missing(blender, recipe, tmp_pat
     assert np.isfinite(recipe.dot_gain)
 
 
-def test_nothing_to_copy_is_said(blender, recipe) -> None:
+def test_a_recipe_without_anything_to_copy_is_reported(blender, recipe) -> None:
     with pytest.raises(RuntimeError, match="there is no recipe yet"):
         blender.ops.spectral.recipe_copy()
 
 
-def test_a_chip_is_no_recipe_of_itself_and_an_old_recipe_does_not_stay(blender, recipe) -> None:
+def test_a_chip_is_no_recipe_of_itself_and_an_old_recipe_is_removed(blender, recipe) -> None:
     recipe.kind, recipe.wanted, recipe.surface, recipe.most = "PAINTS", "NAMED", "foliage", 3
     blender.ops.spectral.recipe_find()
     assert "foliage" not in recipe.text
@@ -90,7 +90,7 @@ def test_a_chip_is_no_recipe_of_itself_and_an_old_recipe_does_not_stay(blender, 
     assert not recipe.text
 
 
-def test_what_the_core_refuses_is_said_rather_than_changed(blender, recipe, tmp_path) -> None:
+def test_an_error_of_the_core_is_reported_and_changes_nothing(blender, recipe, tmp_path) -> None:
     recipe.kind, recipe.most = "LAMP", 2
     with pytest.raises(RuntimeError, match="a white takes three channels"):
         blender.ops.spectral.recipe_find()

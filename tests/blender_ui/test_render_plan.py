@@ -42,7 +42,7 @@ def test_the_plan_is_shown_with_reasons(blender, settings):
     assert line(settings, "bounces").how == "measured" and line(settings, "bounces").value != "64"
 
 
-def test_a_decision_is_overridden_and_given_back(blender, settings):
+def test_a_decision_is_overridden_and_reset(blender, settings):
     blender.ops.spectral.plan()
     blender.ops.spectral.plan_override(effect="transport", value="spectral")
     assert settings.transport == "SPECTRAL"
@@ -62,7 +62,7 @@ def test_a_decision_is_overridden_and_given_back(blender, settings):
     ("effect", "value", "message"),
     [("bounces", "many", "expected a whole number"), ("levitation", "on", "no effect is named 'levitation'")],
 )
-def test_a_wrong_override_is_refused_and_forgotten(blender, settings, effect, value, message):
+def test_a_wrong_override_is_refused_and_dropped(blender, settings, effect, value, message):
     with pytest.raises(RuntimeError, match=message):
         blender.ops.spectral.plan_override(effect=effect, value=value)
     assert overrides_of(settings) == {}
@@ -86,7 +86,7 @@ def test_the_cost_of_accuracy_is_shown(blender, settings):
     assert "As it is set" in settings.cost_summary and settings.cost[0].seconds > 0
 
 
-def test_an_asked_error_or_time_reaches_the_translated_scene(blender, settings):
+def test_a_target_error_or_time_reaches_the_translated_scene(blender, settings):
     from blender_addon.translate.scene import translate_scene
 
     asked = lambda: translate_scene(blender.context.evaluated_depsgraph_get()).settings  # noqa: E731

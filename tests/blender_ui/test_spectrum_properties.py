@@ -40,7 +40,7 @@ def test_light_from_the_catalogue(blender, typed):
     assert_same(properties.spectrum_of(light), catalogue.illuminant(typed))
 
 
-def test_material_and_world_and_nodes_know_their_kind(blender):
+def test_materials_worlds_and_nodes_have_the_right_type_of_spectrum(blender):
     material, world = blender.data.materials.new("m"), blender.data.worlds.new("w")
     material.spectral.source = "CATALOGUE"
     material.spectral.catalogue_name = "dark skin"
@@ -54,7 +54,7 @@ def test_material_and_world_and_nodes_know_their_kind(blender):
     assert_same(properties.spectrum_of(emission), catalogue.illuminant("HP1"))
 
 
-def test_strength_counts_only_with_a_spectrum_and_starts_anew_with_another(blender):
+def test_strength_counts_only_with_a_spectrum_and_is_reset_with_another(blender):
     light = blender.data.lights.new("key", "POINT")
     light.spectral.strength = 3.0
     assert properties.strength_of(light) == 1.0
@@ -66,7 +66,7 @@ def test_strength_counts_only_with_a_spectrum_and_starts_anew_with_another(blend
     assert properties.strength_of(light) == 1.0
 
 
-def test_an_unknown_name_is_said_and_not_replaced(blender):
+def test_an_unknown_name_is_reported_and_not_replaced(blender):
     light = blender.data.lights.new("key", "POINT")
     light.spectral.source = "CATALOGUE"
     light.spectral.catalogue_name = "HP9"
@@ -75,7 +75,7 @@ def test_an_unknown_name_is_said_and_not_replaced(blender):
         properties.spectrum_of(light)
 
 
-def test_a_wrong_choice_does_not_leave_the_right_one_before_in_place(blender):
+def test_a_wrong_source_removes_the_earlier_spectrum(blender):
     light = blender.data.lights.new("key", "POINT")
     light.spectral.source = "CATALOGUE"
     light.spectral.catalogue_name = "D65"
@@ -84,7 +84,7 @@ def test_a_wrong_choice_does_not_leave_the_right_one_before_in_place(blender):
         properties.spectrum_of(light)
 
 
-def test_designed_without_a_design_says_what_to_do(blender):
+def test_the_source_designed_without_a_design_names_the_remedy(blender):
     material = blender.data.materials.new("m")
     material.spectral.source = "DESIGNED"
     with pytest.raises(InvalidInputError, match="nothing is designed yet; take a spectrum from the palette"):
@@ -93,7 +93,7 @@ def test_designed_without_a_design_says_what_to_do(blender):
     assert properties.spectrum_of(material) is None
 
 
-def test_designed_values_survive_save_and_load_and_append(blender, tmp_path):
+def test_designed_values_are_kept_by_save_load_and_append(blender, tmp_path):
     material = blender.data.materials.new("mark")
     properties.store_spectrum(material.spectral, paint())
     node = material.node_tree.nodes.new("ShaderNodeRGB")
@@ -114,7 +114,7 @@ def test_designed_values_survive_save_and_load_and_append(blender, tmp_path):
     assert_same(properties.spectrum_of(wanted.materials[0]), paint())
 
 
-def test_undo_brings_the_old_spectrum_back(blender):
+def test_undo_restores_the_earlier_spectrum(blender):
     blender.data.materials.new("mark").use_fake_user = True
     properties.store_spectrum(blender.data.materials["mark"].spectral, paint(seed=1))
     blender.ops.ed.undo_push(message="first")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The panel Spectral Texture, without a window: images in, texture, material, lamps and words out."""
+"""The panel Spectral Texture without a window: images as input; texture, material, lamps and messages as output."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def design(blender, tmp_path):
 
 
 def errors(texture, light, shown, wanted) -> float:
-    """Largest ΔE2000 of the texture's own picture to the one that was asked for."""
+    """Largest ΔE2000 between the texture's picture and the wanted one."""
     found = texture.picture(light)
     return float(delta_e_2000(lab_from_linear_rgb(found), lab_from_linear_rgb(wanted)).max())
 
@@ -82,7 +82,7 @@ def test_one_image_with_a_wanted_color_under_given_lamps(blender, design) -> Non
     assert any(design.wanted_colors[0].reached)
 
 
-def test_what_is_missing_is_said(blender, design) -> None:
+def test_missing_input_is_reported(blender, design) -> None:
     bpy = blender
     with pytest.raises(RuntimeError, match="picture 1 is not chosen"):
         bpy.ops.spectral.texture_design()

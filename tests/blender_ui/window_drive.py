@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: E402
-"""Runs inside a Blender with a window: opens every panel, edits live, undoes, and prints what happened as JSON.
+"""Runs inside a Blender with a window: opens every panel, edits live, undoes, and prints the results as JSON.
 
-``blender file --python window_drive.py``; SPECTRAL_PATHS holds folders for sys.path. Blender draws and fires timers
-when it likes, slowly under software OpenGL, so each step waits for its condition, not for a time.
+``blender file --python window_drive.py``; SPECTRAL_PATHS holds folders for sys.path. Times of drawing and of timers
+vary, above all under software OpenGL, so each step waits for its condition, not for a time.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ facts: dict = {"version": bpy.app.version_string}
 
 
 def recorded(draw, name: str):
-    """The panel's draw, noting that it ran to its end or how it failed."""
+    """The panel's draw function, which records that it ended or failed."""
 
     def draw_and_note(self, context):
         try:
@@ -56,7 +56,7 @@ bpy.context.preferences.view.show_splash = False
 
 
 def palette():
-    """Asked for anew each time: undo moves everything in memory."""
+    """The palette, read from the scene at each call, because undo invalidates references."""
     return bpy.context.scene.spectral.palette
 
 
@@ -65,7 +65,7 @@ def areas(kind: str) -> list:
 
 
 def show(context_name: str):
-    """Turn the properties editor to a tab, and every sidebar to ours."""
+    """Show a tab in the properties editor, and this extension's tab in every sidebar."""
 
     def turn() -> None:
         for area in areas("PROPERTIES"):
@@ -74,7 +74,7 @@ def show(context_name: str):
             area.spaces.active.show_region_ui = True
             for region in area.regions:
                 if region.type == "UI":
-                    with contextlib.suppress(AttributeError, TypeError):  # no tabs yet, or none for what is active
+                    with contextlib.suppress(AttributeError, TypeError):  # no tabs yet, or no tab for the active object
                         region.active_panel_category = "Spectral"
         for window in bpy.context.window_manager.windows:
             for area in window.screen.areas:
@@ -123,7 +123,7 @@ def solved() -> bool:
 
 
 def undo() -> None:
-    """Back to before the edit, as a person does it."""
+    """Undo the edit as a user does."""
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
         bpy.ops.ed.undo_push(message="edited")
         bpy.ops.ed.undo()
@@ -137,7 +137,7 @@ def undone() -> bool:
 
 
 def ask_the_impossible() -> None:
-    """Green under a lamp that has none."""
+    """Request green under a lamp without green light."""
     bpy.ops.spectral.palette_preset(preset="HIDDEN_MARK")
     for row, target in enumerate([(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)]):
         palette().materials[row].cells[0].target = target
@@ -171,7 +171,7 @@ STEPS = [
     (ask_the_impossible, conflict_drawn),
     (show("SCENE"), lambda: len(drawn) == len(PANELS)),
 ]
-"""What is done, and when it is reached. Turning a page is done again until it is seen: Blender may not be ready."""
+"""Steps and their end conditions. Showing a tab is repeated until it is visible, because Blender may not be ready."""
 state = {"step": 0, "since": perf_counter(), "done": False}
 
 

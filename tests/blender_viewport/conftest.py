@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Blender with a small scene, and a 3D view as the session sees one: bpy from PyPI has no window."""
+"""Blender with a small scene and a stand-in for a 3D view, because bpy from PyPI has no window."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip instal
 
 
 class Link:
-    """Stands in for the renderer: keeps what it was shown and asked for."""
+    """A stand-in for the renderer that records its calls."""
 
     def __init__(self) -> None:
         self.scenes, self.requests, self.dropped, self.closed = {}, [], [], []
@@ -47,7 +47,7 @@ class Link:
 
 @pytest.fixture
 def stage(blender, monkeypatch):
-    """Plane, ball and lamp; a view of them, whose renderer only takes notes."""
+    """Plane, ball and lamp, and a view of them with the recording stand-in as renderer."""
     from blender_addon import jobs
     from blender_addon.editing.viewport.session import ViewSession
 
@@ -72,6 +72,7 @@ def stage(blender, monkeypatch):
         window_matrix=projection, view_matrix=np.eye(4), is_perspective=True, view_perspective="PERSP"
     )
     own = {"local_view": None, "use_local_collections": False, "camera": None, "use_local_camera": False}
+    own["use_render_border"] = False
     space = SimpleNamespace(**own, clip_start=0.1, clip_end=100.0)
     context = SimpleNamespace(space_data=space, region=SimpleNamespace(width=90, height=60), region_data=region_data)
     session = ViewSession(lambda: None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A wanted color that is dragged changes what a Rendered viewport shows before Apply; Apply sets colors for EEVEE."""
+"""Dragging a target changes a Rendered viewport before Apply; Apply sets the colors for EEVEE."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.blender_viewport.test_viewport_edits import shader, updated, whole  #
 
 @pytest.fixture
 def palette(stage):
-    """The ball's material is designed for its color in daylight."""
+    """A palette designs the ball's material for its color in daylight."""
     palette = stage.scene.spectral.palette
     bpy.ops.spectral.palette_preset(preset="HIDDEN_MARK")
     palette.materials[0].material = stage.material
@@ -37,11 +37,11 @@ def drag(color):
     cell.target = color
 
 
-def test_a_dragged_color_is_in_the_view_before_it_is_applied(stage, palette):
+def test_a_dragged_color_is_visible_in_the_view_before_apply(stage, palette):
     updated(stage, lambda _stage: drag((0.2, 0.5, 0.3)))
     first = main_color(known(stage), stage.material)
     assert isinstance(first, Reflectance)
-    assert not isinstance(main_color(whole(stage), stage.material), Reflectance)  # the file has it only after Apply
+    assert not isinstance(main_color(whole(stage), stage.material), Reflectance)  # the file changes only with Apply
     assert palette.picture.startswith("Rendered anew")
     updated(stage, lambda _stage: drag((0.5, 0.3, 0.2)))
     second = main_color(known(stage), stage.material)
@@ -52,7 +52,7 @@ def test_a_dragged_color_is_in_the_view_before_it_is_applied(stage, palette):
     assert palette.picture == ""
 
 
-def test_the_view_shows_the_file_again_where_the_design_is_not_to_be_shown(stage, palette):
+def test_the_view_shows_the_file_if_show_in_viewport_is_off(stage, palette):
     updated(stage, lambda _stage: drag((0.2, 0.5, 0.3)))
     updated(stage, lambda _stage: setattr(palette, "in_viewport", False))
     assert not isinstance(main_color(known(stage), stage.material), Reflectance)
@@ -77,7 +77,7 @@ def test_apply_sets_the_colors_of_solid_mode_and_eevee(stage, palette, wanted):
     assert tuple(stage.material.diffuse_color) == tuple(base.default_value)
 
 
-def test_apply_leaves_a_color_that_nodes_feed(stage, palette):
+def test_apply_keeps_a_color_that_comes_from_nodes(stage, palette):
     tree, base = stage.material.node_tree, shader(stage.material)["Base Color"]
     tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[1], base)
     before = tuple(base.default_value)

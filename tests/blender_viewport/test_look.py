@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Looking under a light: one click in viewport and F12, two sides of a split view, previews under a lamp."""
+"""The view under a chosen light: one click for viewport and F12, a split view, previews under a lamp."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def updated(stage):
     return stage.session.look(stage.context, depsgraph)
 
 
-def test_one_click_looks_under_a_palette_light_and_another_goes_back(stage):
+def test_one_click_selects_a_palette_light_for_the_view_and_another_resets_it(stage):
     palette, settings = stage.scene.spectral.palette, stage.scene.spectral.viewport
     column = palette.lights.add()
     column.name, column.light = "Evening", bpy.data.lights["Lamp"]
@@ -61,7 +61,7 @@ def test_a_split_view_has_two_lights_and_a_divider(stage):
     assert not bpy.ops.spectral.look_divide.poll(), "bpy has no 3D view whose divider could be dragged"
 
 
-def test_f12_is_under_the_same_light_and_says_so(stage):
+def test_f12_uses_the_same_light_with_a_note(stage):
     from blender_addon import jobs
     from blender_addon.engine import SpectralRenderEngine
 
@@ -82,7 +82,7 @@ def test_f12_is_under_the_same_light_and_says_so(stage):
     assert jobs.records[-1].status == "done"
 
 
-def test_previews_are_seen_under_the_chosen_lamp(stage):
+def test_previews_use_the_chosen_lamp(stage):
     from blender_addon.translate.scene import translate_scene
     from blender_addon.translate.viewport.look import preview_scene
     from spectral_core.scene import Camera

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Previews have few samples and leave no record; a look shows lamps alone or with another spectrum, as bright."""
+"""Previews have few samples and no record; a look shows lamps alone, or with another spectrum at equal brightness."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_lamp_of_the_catalogue_is_as_bright_and_has_its_color(scene):
     assert Look(exposure_stops=1.0).picture_matrix == pytest.approx(2 * np.eye(3))
 
 
-def test_a_look_that_names_nothing_says_what_there_is(stage):
+def test_a_look_with_an_unknown_name_lists_the_known_ones(stage):
     from blender_addon.translate.viewport.look import look_of
     from spectral_core.errors import InvalidInputError, UnknownNameError
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a 3D view sends after each kind of edit is the scene as a whole translation has it; no edit goes unseen."""
+"""The changes that a 3D view sends after each type of edit give the same scene as a full translation."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def whole(stage):
 
 
 def updated(stage, edit=lambda _stage: None):
-    """The calls that Blender makes after an edit: handlers receive the same list of updates as an engine's view."""
+    """The calls of Blender after an edit: handlers get the same list of updates as the engine's view."""
 
     def follow(_scene, depsgraph):
         stage.session.update(stage.context, depsgraph)
@@ -107,7 +107,7 @@ def test_every_edit_is_sent(stage):
     assert stale == {}
 
 
-def test_an_edit_sends_nothing_that_it_did_not_touch(stage):
+def test_an_edit_sends_changed_data_alone(stage):
     from spectral_core.render.live.changes import difference
 
     updated(stage)
@@ -119,7 +119,7 @@ def test_an_edit_sends_nothing_that_it_did_not_touch(stage):
     assert all(new is old for new, old in zip(after.meshes, before.meshes, strict=True))
 
 
-def test_the_view_asks_again_only_where_something_differs(stage):
+def test_the_view_requests_a_new_picture_only_after_a_change(stage):
     updated(stage)
     asked = len(stage.link.requests)
     updated(stage)
@@ -137,17 +137,17 @@ def test_the_view_asks_again_only_where_something_differs(stage):
     assert len(stage.link.requests) == asked + 3
 
 
-def test_a_view_that_is_left_is_closed_and_its_scene_forgotten(stage):
+def test_a_closed_view_releases_its_scene(stage):
     updated(stage)
     stage.session.leave()
     assert stage.link.closed == [f"{stage.session.name}.0"]
     assert stage.link.dropped == list(stage.link.scenes)
 
 
-def test_views_look_through_what_blender_looks_through():
+def test_views_use_the_same_camera_as_blender():
     from blender_addon.translate.viewport.viewpoint import window_of
 
-    # a lens of half width 0.5, its middle moved by a tenth of the picture
+    # a lens of half width 0.5, with its center moved by a tenth of the picture
     projection = np.array([[2.0, 0, 0.2, 0], [0, 4.0, -0.1, 0], [0, 0, -1, -1], [0, 0, -1, 0]])
     low, high = window_of(projection, is_perspective=True)
     for corner, expected in ((low, (-1, -1)), (high, (1, 1))):
@@ -176,7 +176,7 @@ def test_a_panoramic_camera_fills_its_frame_in_the_view_as_in_f12(stage):
     bpy.context.view_layer.update()
     width, height = stage.scene.render.resolution_x, stage.scene.render.resolution_y
     half = 18 / 50 * np.array([1.0, height / width])
-    low = (np.array([0.1, -0.2]) * 2 * half[0]) - half  # Blender shifts by shares of the larger side
+    low = (np.array([0.1, -0.2]) * 2 * half[0]) - half  # Blender's shift is relative to the larger side
     scale, middle = 2 / half, low + half / 2
     projection = np.diag([*scale, -1.0, 0.0])
     projection[:2, 2], projection[3, 2] = middle * scale, -1.0
@@ -195,7 +195,7 @@ def test_a_panoramic_camera_fills_its_frame_in_the_view_as_in_f12(stage):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_random_edits_leave_nothing_stale(stage, seed):
+def test_random_edits_leave_no_outdated_data(stage, seed):
     from spectral_core.render.live.changes import difference, equal
 
     rng = np.random.default_rng(seed)

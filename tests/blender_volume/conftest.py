@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Blender with the extension enabled and an empty file, for each test; and a small volume to import."""
+"""Blender with the extension enabled and an empty file for each test, and a small volume to import."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip instal
 
 @pytest.fixture
 def blender(_extension, tmp_path):
-    """bpy with the extension, an empty file saved in a folder of its own, and a camera."""
+    """bpy with the extension, an empty file saved in a separate folder, and a camera."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location = (0, 0, 6)

@@ -10,7 +10,7 @@ bpy = pytest.importorskip("bpy")
 
 
 def test_f12_shows_the_volume(blender, ramp):
-    """Through the engine: an X-ray of the ramp, brighter where the data are, and nothing beside it."""
+    """The engine renders an X-ray of the ramp: bright at the data, and black beside them."""
     pytest.importorskip("mitsuba")
     from blender_addon import jobs
 

@@ -51,7 +51,7 @@ def test_an_imported_file_is_a_volume_object_with_the_same_voxels(blender, ramp,
     assert (volume.rule, volume.quality) == ("auto", 50.0)
 
 
-def test_size_and_place_follow_the_cursor(blender, ramp):
+def test_size_and_position_follow_the_cursor(blender, ramp):
     from spectral_core.volume.field import ScalarVolume
 
     blender.context.scene.cursor.location = (1, 2, 3)
@@ -60,7 +60,7 @@ def test_size_and_place_follow_the_cursor(blender, ramp):
     corners = ScalarVolume("v", volume.data, volume.world_from_index).corners_world
     assert corners.mean(axis=0) == pytest.approx([1, 2, 3], abs=1e-5)
     assert np.ptp(corners, axis=0).max() == pytest.approx(2.0, rel=1e-6)
-    # Blender's box of the grid begins where ours does, half a voxel before the first center; it ends at whole leaves
+    # Blender's box of the grid begins at the same point, half a voxel before the first center, and ends at a whole leaf
     thing.data.grids.load()
     blender.context.view_layer.update()
     lowest = np.array(thing.matrix_world) @ [*thing.bound_box[0], 1.0]
@@ -68,7 +68,7 @@ def test_size_and_place_follow_the_cursor(blender, ramp):
 
 
 @pytest.mark.parametrize("name", ["wide", "narrow", "opaque", "xray", "edges"])
-def test_presets_arrive_at_the_renderer_as_the_core_makes_them(blender, ramp, name):
+def test_the_renderer_gets_the_presets_of_the_core(blender, ramp, name):
     from spectral_core.volume.field import ScalarVolume
     from spectral_core.volume.presets import preset
 
@@ -84,7 +84,7 @@ def test_presets_arrive_at_the_renderer_as_the_core_makes_them(blender, ramp, na
                 np.interp(places, m.values, getattr(m, curve)) if getattr(m, curve) is not None else 0 * places
                 for m in (got, made)
             ]
-            # Blender keeps floats of 32 bits, and curve points to 1e-6 of the range
+            # Blender stores 32-bit floats, and curve points to 1e-6 of the range
             assert np.abs(at[0] - at[1]).max() < 2e-3 * max(at[1].max(), 1e-9)
         assert got.color == pytest.approx(made.color, abs=1e-6)
         assert got.lit == made.lit
@@ -94,7 +94,7 @@ def test_presets_arrive_at_the_renderer_as_the_core_makes_them(blender, ramp, na
 
 
 @pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
-def test_transfer_files_go_in_and_out(blender, ramp, tmp_path, example):
+def test_transfer_files_are_imported_and_exported(blender, ramp, tmp_path, example):
     imported(ramp[0])
     assert bpy.ops.spectral.transfer_import(filepath=str(example)) == {"FINISHED"}
     assert bpy.ops.spectral.transfer_export(filepath=str(tmp_path / "out.toml")) == {"FINISHED"}
@@ -112,7 +112,7 @@ def test_transfer_files_go_in_and_out(blender, ramp, tmp_path, example):
             assert np.interp(wavelengths, back.transfer.wavelengths_nm, new.color) == pytest.approx(old.color, abs=1e-5)
 
 
-def test_everything_survives_the_file(blender, ramp, tmp_path):
+def test_all_settings_are_saved_and_loaded(blender, ramp, tmp_path):
     data = imported(ramp[0], preset="edges").data
     data.spectral.rule, data.spectral.quality_db = "thesis", 42.0
     before = translated().volumes[0]
@@ -140,20 +140,20 @@ def test_jumps_and_round_curves(blender, ramp):
     assert material.values == pytest.approx([0, 0.5, 0.5, 1], abs=1e-6)
     assert material.values[1] == material.values[2]
     assert material.extinction.tolist() == [0, 0, 2, 2]
-    # an emission with knots of its own: both curves on the knots of both, the jump kept
+    # emission has other knots: both curves get the union of the knots, and keep the jump
     stored.set_curve(data, entry, "emission", [0.0, 0.25, 1.0], [1.0, 0.0, 0.0])
     entry.emission = 0.5
     both = volume_transfer.stated_transfer(data).transfer.materials[0]
     assert both.values == pytest.approx([0, 0.25, 0.5, 0.5, 1], abs=1e-6)
     assert both.extinction.tolist() == [0, 0, 0, 2, 2]
     assert both.emission == pytest.approx([0.5, 0, 0, 0, 0])
-    # what an artist rounds is followed finely
+    # rounded curves are sampled finely
     for point in stored.curve_node(data, entry, "density").mapping.curves[0].points:
         point.handle_type = "AUTO"
     assert len(volume_transfer.stated_transfer(data).transfer.materials[0].values) > 100
 
 
-def test_spectra_make_the_whole_function_spectral(blender, ramp):
+def test_one_spectrum_makes_the_whole_function_spectral(blender, ramp):
     from spectral_core.spectra import catalogue
     from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 
@@ -206,7 +206,7 @@ def test_materials_are_added_and_removed(blender, ramp):
     assert any("has no material" in note.message for note in scene.notes)
 
 
-def test_a_sequence_plays_its_frames(blender, tmp_path):
+def test_a_sequence_shows_the_file_of_each_frame(blender, tmp_path):
     for number in (10, 11, 13):
         np.save(tmp_path / f"flow_{number}.npy", np.full((3, 3, 3), number, np.float32) + np.arange(3))
     data = imported(tmp_path / "flow_11.npy", sequence=True, size=0.0).data
@@ -219,7 +219,7 @@ def test_a_sequence_plays_its_frames(blender, tmp_path):
     assert seen == [10.0, 11.0, 13.0]
 
 
-def test_an_ordinary_volume_is_named_and_left_out(blender, ramp):
+def test_a_volume_without_a_transfer_function_is_omitted_with_a_note(blender, ramp):
     data = imported(ramp[0]).data
     data.spectral.enabled = False
     scene = translated()
@@ -227,7 +227,7 @@ def test_an_ordinary_volume_is_named_and_left_out(blender, ramp):
     assert any("has no spectral transfer function" in note.message for note in scene.notes)
 
 
-def test_a_missing_file_is_named(blender, ramp, tmp_path):
+def test_a_missing_file_is_reported(blender, ramp, tmp_path):
     data = imported(ramp[0]).data
     Path(bpy.path.abspath(data.filepath)).unlink()
     scene = translated()
@@ -244,7 +244,7 @@ def test_a_missing_file_is_named(blender, ramp, tmp_path):
         (b"12345678", {"raw": True, "raw_shape": (2, 2, 2), "sequence": True}, "is no frame of a sequence"),
     ],
 )
-def test_refused_files_leave_nothing_behind(blender, tmp_path, content, options, message):
+def test_refused_files_leave_no_data_behind(blender, tmp_path, content, options, message):
     (tmp_path / "odd.nrrd").write_bytes(content)
     with pytest.raises(RuntimeError, match=message):
         bpy.ops.spectral.volume_import(filepath=str(tmp_path / "odd.nrrd"), **options)
@@ -252,7 +252,7 @@ def test_refused_files_leave_nothing_behind(blender, tmp_path, content, options,
     assert len(bpy.data.node_groups) == 0
 
 
-def test_bare_numbers_are_imported_as_they_are_laid_out(blender, tmp_path):
+def test_raw_numbers_are_imported_in_the_stated_layout(blender, tmp_path):
     values = np.arange(24, dtype=">u2").reshape(2, 3, 4)
     (tmp_path / "a.raw").write_bytes(b"head" + values.tobytes(order="F"))
     options = {"raw": True, "raw_shape": (2, 3, 4), "raw_type": "uint16", "raw_big_endian": True, "raw_offset": 4}
@@ -280,7 +280,7 @@ def test_the_palette_colors_a_volume(blender, ramp):
 
 
 def test_lighting_and_edges_reach_the_renderer(blender, ramp):
-    """The kind of lighting, and a material that shows edges only."""
+    """The type of lighting, and a material that shows edges only."""
     imported(ramp[0], size=3.0, preset="wide")
     settings = blender.context.object.data.spectral
     entry = settings.materials[0]

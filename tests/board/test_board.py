@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faders move numbers: the last value wins, motors make no loop, bounds hold, learning and pick-up do what they say."""
+"""Faders change numbers: the last value counts, motors form no loop, bounds hold; learning and pick-up."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def board_of(numbers: Numbers, **options: bool) -> Board:
     return board
 
 
-def test_the_last_value_of_each_fader_wins_and_nothing_queues() -> None:
+def test_the_last_value_of_each_fader_counts_and_none_is_queued() -> None:
     numbers = Numbers({f"n{i}": 0.0 for i in range(8)})
     board = board_of(numbers)
     for step in range(1001):
@@ -49,14 +49,14 @@ def test_a_motor_follows_the_number_and_its_echo_is_no_movement() -> None:
     sent = board.motors(time=1.0)
 
     assert sent == ((FADERS[0], 0.25),)
-    board.receive(FADERS[0], 0.25 + 0.9 / 16383, time=1.01)  # the motor arrives and reports where it is
+    board.receive(FADERS[0], 0.25 + 0.9 / 16383, time=1.01)  # the motor reports its final position
     assert numbers.apply(board) == 0
     assert numbers["a"] == 2.5
     assert board.motors(time=2.0) == ()
 
 
-def test_a_hand_and_a_motor_never_loop() -> None:
-    """A board that echoes its motors, polled for a simulated minute: the number stays where it was put."""
+def test_a_moved_fader_and_its_motor_form_no_loop() -> None:
+    """A board that echoes its motors, polled for a simulated minute, keeps the number unchanged."""
     numbers = Numbers({"a": 0.0})
     board = board_of(numbers)
     board.receive(FADERS[0], 0.7, time=0.0)
@@ -116,7 +116,7 @@ def test_an_upper_bound_never_goes_below_its_lower_one() -> None:
     assert moved["low"] <= moved["high"] == pytest.approx(3.0)
 
 
-def test_learning_takes_the_control_that_travels() -> None:
+def test_learning_binds_the_control_that_moves() -> None:
     numbers = Numbers({"a": 0.0})
     board = Board(numbers.__getitem__)
     board.learn("a")
@@ -134,7 +134,7 @@ def test_learning_takes_the_control_that_travels() -> None:
 
 
 @pytest.mark.parametrize("text", ["cc:0:81", "cc14:3:16", "bend:15:", "osc:0:/fader/1"])
-def test_controls_have_names_that_read_back(text: str) -> None:
+def test_names_of_controls_can_be_parsed(text: str) -> None:
     assert str(Control.parse(text)) == text
 
 
@@ -151,7 +151,7 @@ def test_bad_controls_are_refused(text: str, message: str) -> None:
 
 
 def test_simultaneity_of_known_motions(tmp_path: Path) -> None:
-    """Together 1, against each other -1, one after the other 0, resting 0; after a round trip through a file."""
+    """1 for equal motion, -1 for opposite, 0 for alternating motion and for rest; after a round trip through a file."""
     times = np.array([0.0, 1.0, 2.5, 3.0])
     together = np.array([0, 0.2, 0.5, 0.5])
     later = np.array([0, 0, 0, 0.4])
@@ -177,7 +177,7 @@ def test_simultaneity_is_the_integral_of_equation_6_2(rng: np.random.Generator) 
     )
 
 
-def test_events_become_paths_and_odd_files_are_refused(tmp_path: Path) -> None:
+def test_events_become_paths_and_invalid_files_are_refused(tmp_path: Path) -> None:
     recording = Recording.from_events([(1.0, 0, 0.5), (1.0, 1, 0.25), (0.5, 1, 0.1)], ("a", "b"), start=(0.0, 0.0))
 
     np.testing.assert_array_equal(recording.positions, [[0.0, 0.1], [0.5, 0.25]])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faders of a board: every step arrives, hands and motors are told apart, orders hold."""
+"""Faders of a board: every step counts, hand and motor moves are distinguished, orders hold."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def step_board(numbers: Numbers, control: Control, **options: object) -> Board:
 
 @pytest.mark.parametrize("with_motor", [True, False])
 def test_every_step_of_a_seven_bit_fader_arrives(with_motor: bool) -> None:
-    """One step per picture, up and down, from any start, with the motors asked each time as the add-on does."""
+    """One step per picture, up and down, from any start; motors are polled each time, as in the add-on."""
     knob = Control("cc", 0, "7")
     for start, way in ((64, 1), (0, 1), (127, -1), (1, -1)):
         numbers = Numbers({"a": float(start)})
@@ -35,8 +35,8 @@ def test_every_step_of_a_seven_bit_fader_arrives(with_motor: bool) -> None:
             assert numbers["a"] == pytest.approx(value)
 
 
-def test_pick_up_works_while_motors_are_asked_for_every_picture() -> None:
-    """The value is 20 of 127; the first message, far above it, moves nothing, and passing the value catches it."""
+def test_pick_up_works_while_motors_are_polled_for_every_picture() -> None:
+    """The value is 20 of 127. The first message, far above, changes nothing; after passing the value it does."""
     knob = Control("cc", 0, "7")
     numbers = Numbers({"a": 20.0})
     board = step_board(numbers, knob, pick_up=True, has_motor=lambda control: False)
@@ -49,14 +49,14 @@ def test_pick_up_works_while_motors_are_asked_for_every_picture() -> None:
         assert numbers["a"] == pytest.approx(expected)
 
 
-def test_a_caught_fader_lets_go_of_a_value_that_something_else_moves() -> None:
+def test_a_fader_releases_a_value_that_is_changed_elsewhere() -> None:
     knob = Control("cc", 0, "7")
     numbers = Numbers({"a": 20.0})
     board = step_board(numbers, knob, pick_up=True, has_motor=lambda control: False)
     for value in (10, 30, 31):
         board.receive(knob, value / 127, time=value)
         numbers.apply(board)
-        board.motors(time=value)  # as the add-on does after each poll
+        board.motors(time=value)  # as in the add-on after each poll
     assert numbers["a"] == pytest.approx(31)
     numbers["a"] = 100.0
     board.receive(knob, 33 / 127, time=40.0)
@@ -66,8 +66,8 @@ def test_a_caught_fader_lets_go_of_a_value_that_something_else_moves() -> None:
     assert numbers["a"] == pytest.approx(101)
 
 
-def test_a_number_that_is_rounded_stays_caught() -> None:
-    """Blender rounds whole numbers: what a fader of 14 bits leaves is not what it asked for."""
+def test_a_rounded_number_stays_under_control_of_its_fader() -> None:
+    """Blender rounds whole numbers, so the stored value differs from that of a 14-bit fader."""
     numbers = Numbers({"a": 3.0})
     board = Board(numbers.__getitem__, lambda control: False)
     board.bind(Binding(FADERS[0], "a", 0.0, 10.0, pick_up=True))
@@ -84,13 +84,13 @@ def test_a_motor_moves_for_two_steps_and_rests_for_half_a_step() -> None:
     numbers = Numbers({"a": 5.0})
     board = board_of(numbers)
     assert len(board.motors(time=1.0)) == 1
-    numbers["a"] = 5.0 + 5 / 16383  # half a step of ten
+    numbers["a"] = 5.0 + 5 / 16383  # half of one of ten steps
     assert board.motors(time=2.0) == ()
     numbers["a"] = 5.0 + 20 / 16383
     assert len(board.motors(time=3.0)) == 1
 
 
-def test_a_late_message_equal_to_the_command_is_a_hand() -> None:
+def test_a_late_message_equal_to_the_command_counts_as_a_hand_move() -> None:
     numbers = Numbers({"a": 2.5})
     board = board_of(numbers)
     board.motors(time=1.0)
@@ -121,7 +121,7 @@ def test_chains_of_order_hold_and_can_be_removed() -> None:
 
 
 def test_learning_a_fourteen_bit_fader_binds_the_pair() -> None:
-    """Its low byte saws over the whole range; a knob of seven bits beside it is still learned as that."""
+    """The low byte runs repeatedly over the whole range; a knob of seven bits is still learned as such."""
     from spectral_core.explore.board.midi import MidiLink
 
     mido = pytest.importorskip("mido")
@@ -143,7 +143,7 @@ def test_learning_a_fourteen_bit_fader_binds_the_pair() -> None:
         assert numbers["a"] == pytest.approx(16354 / 16383 if wide else 127 / 127, abs=0.01)
 
 
-def test_ranges_that_do_not_start_at_zero_and_run_the_other_way() -> None:
+def test_ranges_that_do_not_start_at_zero_or_are_reversed() -> None:
     knob = Control("cc", 0, "1")
     assert Binding(knob, "a", 5.0, 10.0).position(7.5) == pytest.approx(0.5)
     assert Binding(knob, "a", -2.0, 6.0).value(0.25) == pytest.approx(0.0)
@@ -154,7 +154,7 @@ def test_ranges_that_do_not_start_at_zero_and_run_the_other_way() -> None:
         Binding(knob, "a", float("-inf"), 1.0)
 
 
-def test_motors_get_sixty_commands_a_second_and_no_more() -> None:
+def test_motors_get_at_most_sixty_commands_a_second() -> None:
     numbers = Numbers({"a": 1.0})
     board = board_of(numbers)
     sent = 0

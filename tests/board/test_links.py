@@ -20,14 +20,14 @@ mido = pytest.importorskip("mido")
 
 
 def loopback() -> Any:
-    """A port whose messages come back, as a board with motors answers."""
+    """A loopback port, which returns messages like a board with motors."""
     from mido.ports import EchoPort
 
     return EchoPort()
 
 
 @pytest.mark.parametrize("control", [Control("cc", 2, "81"), Control("cc14", 0, "16"), Control("bend", 7)])
-def test_positions_survive_the_wire_to_a_step(control: Control) -> None:
+def test_positions_are_transmitted_to_a_step(control: Control) -> None:
     got: list[tuple[Control, float]] = []
     port = loopback()
     link = MidiLink(lambda c, p, t: got.append((c, p)), port=port, output=port)
@@ -38,7 +38,7 @@ def test_positions_survive_the_wire_to_a_step(control: Control) -> None:
         assert got[-1][1] == pytest.approx(position, abs=control.step / 2 + 1e-12)
 
 
-def test_eight_faders_through_midi_reach_their_numbers() -> None:
+def test_eight_midi_faders_change_their_numbers() -> None:
     faders = [Control("cc14", 0, str(n)) for n in range(8)]
     numbers = {f"n{n}": 0.0 for n in range(8)}
     board = Board(numbers.__getitem__)
@@ -88,7 +88,7 @@ def _wait(condition: Any) -> None:
         time.sleep(0.005)
 
 
-def test_a_taken_port_and_an_absent_device_are_clear_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_occupied_port_and_a_missing_device_give_clear_errors(monkeypatch: pytest.MonkeyPatch) -> None:
     link = OscLink(lambda c, p, t: None, port=0)
     try:
         with pytest.raises(SpectralError, match=r"cannot listen for OSC on 127.0.0.1:\d+ .*choose another port"):
@@ -104,7 +104,7 @@ def test_a_taken_port_and_an_absent_device_are_clear_errors(monkeypatch: pytest.
 
 
 def osc_message(address: str, kinds: str, body: bytes) -> bytes:
-    """An OSC message by hand (OSC 1.0)."""
+    """An OSC 1.0 message, encoded here."""
 
     def padded(text: str) -> bytes:
         raw = text.encode() + b"\0"
@@ -117,7 +117,7 @@ def bundle(tag: int, *elements: bytes) -> bytes:
     return b"#bundle\0" + struct.pack(">Q", tag) + b"".join(struct.pack(">i", len(e)) + e for e in elements)
 
 
-def test_osc_packets_are_read_strictly_and_later_bundles_block_nothing() -> None:
+def test_osc_packets_are_read_strictly_and_future_bundles_do_not_block() -> None:
     whole = osc_message("/a", "f", struct.pack(">f", 0.5))
     later = ((int(time.time()) + 2208988800 + 25) & 0xFFFFFFFF) << 32
     assert list(numbers_in(whole)) == [("/a", 0.5)]
@@ -139,7 +139,7 @@ def test_osc_packets_are_read_strictly_and_later_bundles_block_nothing() -> None
             list(numbers_in(broken))
 
 
-def test_the_server_outlives_bad_packets_and_closes_at_once() -> None:
+def test_the_server_ignores_bad_packets_and_closes_at_once() -> None:
     board = Board(lambda target: 0.0)
     link = OscLink(board.receive, port=0)
     later = ((int(time.time()) + 2208988800 + 25) & 0xFFFFFFFF) << 32
@@ -155,15 +155,15 @@ def test_the_server_outlives_bad_packets_and_closes_at_once() -> None:
 
 
 @pytest.mark.parametrize("port", [70000, -1])
-def test_ports_that_there_are_not_are_refused(port: int) -> None:
+def test_invalid_ports_are_refused(port: int) -> None:
     with pytest.raises(InvalidInputError, match="expected 0 to 65535"):
         OscLink(lambda c, p, t: None, port=port)
     with pytest.raises(InvalidInputError, match="feedback"):
         OscLink(lambda c, p, t: None, port=0, feedback=("127.0.0.1", port))
 
 
-def test_an_unplugged_device_is_named_and_found_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once by an error of the port, once by its silent absence; it comes back under other numbers."""
+def test_an_unplugged_device_is_reported_and_found_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Detected once by an error of the port and once by its absence; the device returns under other numbers."""
     from spectral_core.explore.board import midi
 
     class Port:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command that compares light models: its figures against the library's, and what it writes."""
+"""The command that compares light models: its figures compared with the library, and its files."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def printed(capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, float]]:
     return json.loads(capsys.readouterr().out.splitlines()[-1])["models"]
 
 
-def test_errors_are_as_known_of_each_model(capsys) -> None:
-    """Nodes of the surfaces are exact, eight natural nodes under ΔE 1, RGB far off under a sodium lamp."""
+def test_errors_of_each_model_have_the_known_size(capsys) -> None:
+    """Nodes of the surfaces are exact, eight natural nodes have ΔE below 1, RGB is far off under a sodium lamp."""
     assert main(["light-model", "--light", "HP1", "--json"]) == 0
     models = printed(capsys)
     assert models["nodes of the surfaces"]["largest"] < 1e-6
@@ -30,7 +30,7 @@ def test_errors_are_as_known_of_each_model(capsys) -> None:
     assert models["8 nodes"]["mean"] < models["6 nodes"]["mean"]
 
 
-def test_what_is_written_gives_the_colors_of_surfaces_from_a_file(tmp_path: Path) -> None:
+def test_the_written_model_gives_the_colors_of_surfaces_from_a_file(tmp_path: Path) -> None:
     red, gray = catalogue.reflectance("red"), catalogue.reflectance("neutral 5 (.70 D)")
     write_spectra(tmp_path / "mine.csv", [red, gray])
     out = tmp_path / "model.json"
@@ -44,7 +44,7 @@ def test_what_is_written_gives_the_colors_of_surfaces_from_a_file(tmp_path: Path
     np.testing.assert_allclose(shown, exact, atol=1e-9)
 
 
-def test_a_model_and_a_file_that_are_not_known_are_named(tmp_path: Path, capsys) -> None:
+def test_unknown_models_and_files_are_reported(tmp_path: Path, capsys) -> None:
     assert main(["light-model", "--keep", "11 nodes"]) == 1
     assert "did you mean '9 nodes'" in capsys.readouterr().err
     write_spectra(tmp_path / "mine.csv", [catalogue.reflectance("red"), catalogue.reflectance("green")])

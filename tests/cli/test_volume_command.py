@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``spectral-scene volume`` from the shell's side: pictures, figures, frames and clear refusals."""
+"""The command ``spectral-scene volume``: pictures, figures, frames and clear error messages."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def drjit_there():
 
 
 @needs_drjit
-def test_report_measures_what_was_promised(blob, capsys, tmp_path):
+def test_the_measured_error_agrees_with_the_estimate(blob, capsys, tmp_path):
     arguments = ("--transfer", EXAMPLES / "wide.toml", "--size", 160, 120, "--target-snr", 45, "--report")
     status, figures = call(capsys, blob / "blob.npy", *arguments, "--out", tmp_path / "a.npy")
     assert status == 0
@@ -69,7 +69,7 @@ def test_lights_share_one_march(blob, capsys, tmp_path):
     assert status == 0
     assert [Path(p).name for p in figures["pictures"]] == ["b_D65.npy", "b_HP1.npy"]
     day, street = (np.load(path) for path in figures["pictures"])
-    # Sodium light: the blue shell loses its blue against its red.
+    # Under sodium light the blue shell has less blue relative to red.
     assert day[..., 2].sum() / day[..., 0].sum() > 4 * max(street[..., 2].sum() / street[..., 0].sum(), 0.01)
 
 
@@ -94,7 +94,7 @@ def test_a_sample_needs_no_file(capsys, tmp_path):
 
 
 @needs_drjit
-def test_raw_numbers_are_laid_out_by_the_caller(blob, capsys, tmp_path):
+def test_raw_numbers_are_read_in_the_stated_layout(blob, capsys, tmp_path):
     values = (np.load(blob / "blob.npy") * 255).astype(">u2")
     (tmp_path / "a.bytes").write_bytes(values.tobytes(order="F"))
     layout = ("--raw-shape", 24, 24, 24, "--raw-type", "uint16", "--raw-order", "big", "--spacing", 1, 1, 2)
@@ -105,7 +105,7 @@ def test_raw_numbers_are_laid_out_by_the_caller(blob, capsys, tmp_path):
     assert np.load(tmp_path / "a.npy").max() > 0
 
 
-def test_a_two_dimensional_function_is_measured_too(capsys, tmp_path):
+def test_the_error_of_a_two_dimensional_function_is_measured(capsys, tmp_path):
     arguments = ("--transfer", "preset:edges", "--size", 64, 64, "--quality", "draft", "--report")
     status, figures = call(capsys, "sample:engine:32", *arguments, "--out", tmp_path / "a.png")
     assert status == 0 and figures["report"]["chosen"]["quadrature"] == "midpoint"
@@ -130,7 +130,7 @@ def test_a_two_dimensional_function_is_measured_too(capsys, tmp_path):
         (["none_####.vti", "--transfer", "{wide}"], "no file in . matches"),
     ],
 )
-def test_refusals_are_one_clear_line(blob, capsys, arguments, message):
+def test_errors_are_one_clear_line(blob, capsys, arguments, message):
     places = {"{blob}": str(blob / "blob.npy"), "{wide}": str(EXAMPLES / "wide.toml")}
     places["{palette}"] = str(EXAMPLES.parent / "split_light.toml")
     status = main(["volume", *[places.get(word, word) for word in arguments], "--json"])
@@ -140,7 +140,7 @@ def test_refusals_are_one_clear_line(blob, capsys, arguments, message):
     assert message in json.loads(out.splitlines()[-1])["error"]
 
 
-def test_png_holds_its_pixels():
+def test_png_stores_the_pixels():
     pixels = np.random.default_rng(3).integers(0, 256, (5, 7, 3)).astype(np.uint8)
     data = png_bytes(pixels)
     width, height = struct.unpack(">II", data[16:24])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every field of a cell and of a light is kept by documents; one left out is noticed."""
+"""Documents keep every field of a cell and of a light; a missing field is detected."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ CELLS = {
     "weight": Cell.fixed((0.2, 0.3, 0.4), weight=7.5),
     "exact": Cell.fixed((0.2, 0.3, 0.4), exact=True),
 }
-"""By field of ``Cell``: one that sets it."""
+"""By field of ``Cell``, a cell that sets it."""
 DOCUMENT_CELL = {"target": "color"}
-"""The word in a document where it is another one."""
+"""Names in documents that differ from the field's name."""
 
 
 def lamp(name: str = "lamp", power: float = 0.3) -> Illuminant:
@@ -57,7 +57,7 @@ def problem_with(cell: Cell | None = None, light: PaletteLight | None = None) ->
 
 
 def comparable(value: Any) -> Any:
-    """What two equal fields have in common: numbers, names, spectra by their values."""
+    """A value that is equal for equal fields: numbers, names, spectra by their values."""
     if isinstance(value, Illuminant):
         return value.name, *np.round(value.values, 9).tolist()
     if isinstance(value, tuple):
@@ -66,7 +66,7 @@ def comparable(value: Any) -> Any:
 
 
 def kept(problem: PaletteProblem, table: dict[str, Any] | None = None) -> bool:
-    """Whether a document gives every field of the first light and of the second row's first cell back."""
+    """True if a document keeps every field of the first light and of the first cell in the second row."""
     try:
         got = documents.problem_of(documents.document_of(problem) if table is None else table, Path())
     except SpectralError:
@@ -85,7 +85,7 @@ def test_every_field_has_a_case() -> None:
 
 
 @pytest.mark.parametrize("name", CELLS)
-def test_a_field_of_a_cell_survives_and_is_missed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_field_of_a_cell_is_kept_and_its_absence_is_detected(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = problem_with(cell=CELLS[name])
     assert kept(problem)
     table, word = documents.document_of(problem), DOCUMENT_CELL.get(name, name)
@@ -97,7 +97,7 @@ def test_a_field_of_a_cell_survives_and_is_missed(name: str, monkeypatch: pytest
 
 
 @pytest.mark.parametrize("name", LIGHTS)
-def test_a_field_of_a_light_survives_and_is_missed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_field_of_a_light_is_kept_and_its_absence_is_detected(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = problem_with(light=LIGHTS[name])
     assert kept(problem)
     table = documents.document_of(problem)
@@ -122,11 +122,11 @@ GRIDS = {
     "wavelengths_nm": SpectralGrid(np.array([400.0, 450.0, 460.0, 700.0])),
     "interpolation": SpectralGrid.uniform(400, 700, 10, interpolation="sampled"),
 }
-"""By entry of a document's grid: one that needs it."""
+"""By entry of a document's grid, a grid that needs it."""
 
 
 def grid_kept(grid: SpectralGrid, without: str = "") -> bool:
-    """Whether a document gives the grid of a palette back, also where it lacks an entry."""
+    """True if a document keeps the grid of a palette; ``without``: an entry that the document lacks."""
     problem = PaletteProblem(grid, (PaletteLight(illuminant("D65")),), (PaletteReflectance("a"),), ((Cell.ignore(),),))
     table = documents.document_of(problem)
     table["grid"] = {key: value for key, value in table["grid"].items() if key != without}
@@ -137,7 +137,7 @@ def grid_kept(grid: SpectralGrid, without: str = "") -> bool:
 
 
 @pytest.mark.parametrize("name", GRIDS)
-def test_an_entry_of_the_grid_survives_and_is_missed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_entry_of_the_grid_is_kept_and_its_absence_is_detected(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert grid_kept(GRIDS[name])
     assert not grid_kept(GRIDS[name], without=name)
     monkeypatch.setattr(Schema, "content", lacking("grid", name))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One document stack: the same words everywhere, documents of earlier versions still open, odd ones say where."""
+"""All documents: equal words everywhere, documents of earlier versions open, errors state the position."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from spectral_core.volume.documents.transfer_document import document_of as tran
 from spectral_core.volume.documents.transfer_file import read_transfer, write_transfer
 
 DATA = Path(__file__).parent / "data"
-"""Written by version 0.1.0 as of November 2026; never written again."""
+"""Written by version 0.1.0 in November 2026; these files stay unchanged."""
 SCHEMAS = [PALETTE_SCHEMA, TRANSFER_SCHEMA, RECORDING_SCHEMA]
 TRANSFER = (
     'format = "spectral-scene transfer function"\nversion = 1\n[grid]\nstart_nm = 400\nstop_nm = 700\nstep_nm = 10\n'
@@ -60,7 +60,7 @@ def test_a_recording_of_the_first_version_opens() -> None:
 
 
 @pytest.mark.parametrize("words", ['"D65"', '{catalogue = "D65"}', '{catalogue = "D65", luminance = 2}'])
-def test_a_transfer_function_takes_the_words_of_a_palette(words: str, tmp_path: Path) -> None:
+def test_a_transfer_function_uses_the_words_of_a_palette(words: str, tmp_path: Path) -> None:
     (tmp_path / "t.toml").write_text(TRANSFER + MATERIAL + words + "\n")
     color = read_transfer(tmp_path / "t.toml").transfer.colors[0]
     d65 = catalogue.illuminant("D65")
@@ -75,20 +75,20 @@ def test_recordings_are_written_in_either_format(tmp_path: Path) -> None:
         np.testing.assert_array_equal(Recording.load(tmp_path / name).positions, recording.positions)
 
 
-def test_an_empty_recording_comes_back(tmp_path: Path) -> None:
+def test_an_empty_recording_is_read_back(tmp_path: Path) -> None:
     Recording(("a", "b"), np.zeros(0), np.zeros((0, 2))).save(tmp_path / "r.json")
     assert Recording.load(tmp_path / "r.json").positions.shape == (0, 2)
 
 
 def test_shared_words_have_one_meaning() -> None:
-    """What an editor is told of grids, spectra and colors is the same in every schema."""
+    """Every schema defines grids, spectra and colors equally."""
     ours, theirs = (schema.content["$defs"] for schema in (PALETTE_SCHEMA, TRANSFER_SCHEMA))
     for name in ("grid", "spectrumTable", "color", "triple", "numbers"):
         assert ours[name] == theirs[name], name
 
 
 @pytest.mark.parametrize("schema", SCHEMAS, ids=lambda schema: schema.name)
-def test_schemas_use_no_word_that_is_not_checked(schema: Schema) -> None:
+def test_schemas_use_only_keywords_that_are_checked(schema: Schema) -> None:
     def words(node: Any, named: bool = False) -> set[str]:
         if isinstance(node, list):
             return set().union(*map(words, node)) if node else set()
@@ -115,7 +115,7 @@ def test_schemas_use_no_word_that_is_not_checked(schema: Schema) -> None:
     ],
 )
 @pytest.mark.parametrize("reader", [read_palette, read_transfer, Recording.load, read_solution])
-def test_odd_documents_are_refused_with_their_file(reader: Any, text: str, message: str, tmp_path: Path) -> None:
+def test_invalid_documents_are_refused_with_their_file(reader: Any, text: str, message: str, tmp_path: Path) -> None:
     path = tmp_path / "odd.json"
     path.write_text(text)
     with pytest.raises(FileFormatError, match=message if reader is read_palette else None) as caught:
@@ -130,7 +130,7 @@ def test_true_is_no_version_number() -> None:
 
 
 @pytest.mark.parametrize("text", ["a = " + "[" * 20_000, "a." * 20_000 + "b = 1", "a = " + "1" * 5000])
-def test_odd_toml_is_refused(text: str, tmp_path: Path) -> None:
+def test_invalid_toml_is_refused(text: str, tmp_path: Path) -> None:
     (tmp_path / "odd.toml").write_text(text)
     with pytest.raises(FileFormatError, match=r"odd\.toml"):
         read_palette(tmp_path / "odd.toml")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names of any length and script come back from every kind of file; those that no file can hold are refused."""
+"""Every file format keeps names of any length and script; names that no file can hold are refused."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_palettes_keep_any_name(tmp_path: Path, name: str, ending: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("ending", ["csv", "spdx"])
-def test_spectra_keep_any_name_but_for_blanks(tmp_path: Path, name: str, ending: str) -> None:
+def test_spectra_keep_any_name_except_for_blanks(tmp_path: Path, name: str, ending: str) -> None:
     light = illuminant("D65")
     write_spectra(tmp_path / f"a.{ending}", [Spectrum(name, light.grid, light.values)])
     (back,) = read_spectra(tmp_path / f"a.{ending}")
@@ -57,7 +57,7 @@ def test_recordings_keep_any_name(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["\x00", "a\x00b", "\ud800", "caf\udce9"])
-def test_what_no_file_can_hold_is_refused_before_any_work(name: str) -> None:
+def test_names_that_no_file_can_hold_are_refused_at_the_start(name: str) -> None:
     light = illuminant("D65")
     with pytest.raises(InvalidInputError, match="the name of a spectrum is .*, which no file can store; rename it"):
         Spectrum(name, light.grid, light.values)

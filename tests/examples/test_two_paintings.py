@@ -24,7 +24,7 @@ def test_each_lamp_shows_its_painting_on_a_gray_wall() -> None:
     renders = [
         render_scene(gallery(design.texture, light, Film(48, 36, samples=64))).pixels[::-1, :, :3] for light in lights
     ]
-    # The painting fills this part of the picture; the wall beside it has no color of its own.
+    # The painting fills this part of the picture; the wall beside it is gray.
     painted = [render[4:20, 15:32].mean(axis=(0, 1)) for render in renders]
     walls = [render[4:20, 2:8].mean(axis=(0, 1)) for render in renders]
     assert np.abs(painted[0] / painted[0].mean() - painted[1] / painted[1].mean()).max() > 0.15

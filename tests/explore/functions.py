@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Functions that the tests sweep, in workers too."""
+"""Functions that the tests sweep, also in worker processes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def picture(a: float, b: float, seed: int = 0) -> dict[str, object]:
 
 
 def counted(a: float, b: float, log: str, pause: float = 0.0) -> dict[str, float]:
-    """Note the start and the end of each call in a file, one line each, and take a while."""
+    """Write the start and the end of each call into a file, one line each, and wait between them."""
     line = f"{a!r} {b!r}\n"
     with Path(log).open("a") as file:
         file.write("start " + line)
@@ -35,7 +35,7 @@ def counted(a: float, b: float, log: str, pause: float = 0.0) -> dict[str, float
 
 
 def sometimes(a: float, b: float, log: str) -> dict[str, float]:
-    """Fail for large a, crash the process for large b, count the calls."""
+    """Raise an error for large a, crash the process for large b, count the calls."""
     with Path(log).open("a") as file:
         file.write(f"{a!r} {b!r}\n")
     if a > 0.8:

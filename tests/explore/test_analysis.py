@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Embedding, clusters, proposals, Pareto front, features and nodes against values known without them."""
+"""Embedding, clusters, proposals, Pareto front, features and nodes compared with known values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ rng = np.random.default_rng(1)
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_two_kinds_of_rows_lie_apart(variant) -> None:
+def test_two_types_of_rows_are_separated(variant) -> None:
     kinds = np.repeat([0, 1], 30)
     centers = np.array([[1.0, 0.1, 0.4, 0.2], [0.1, 1.0, 0.2, 0.5]])
     features = centers[kinds] + rng.uniform(0, 0.1, (60, 4))
@@ -44,7 +44,7 @@ def test_a_row_of_zeros_stays_at_the_origin() -> None:
     assert np.allclose(spectral_embedding(features, "cosine")[3], 0)
 
 
-def test_the_pareto_front_is_what_a_double_loop_finds() -> None:
+def test_the_pareto_front_equals_that_of_a_double_loop() -> None:
     values = rng.integers(0, 6, (60, 3)).astype(float)
     values[5, 1] = np.nan
 
@@ -66,7 +66,7 @@ def test_a_gaussian_process_learns_a_smooth_function_and_proposes_its_minimum() 
     assert np.linalg.norm(propose(points[:12], values[:12])[0] - [0.3, 0.7]) < 0.15
 
 
-def test_sensitivities_of_a_sum_are_its_shares() -> None:
+def test_sensitivities_of_a_sum_are_the_shares_of_its_terms() -> None:
     points = rng.random((120, 3))
     found = {one.name: one for one in sobol_indices(points, 3 * points[:, 0] + points[:, 1], "abc", base=512)}
     assert found["a"].first == pytest.approx(0.9, abs=0.05) and found["b"].total == pytest.approx(0.1, abs=0.05)
@@ -117,7 +117,7 @@ def test_a_palette_is_swept() -> None:
 
 
 @pytest.mark.slow
-def test_relit_points_are_renders_up_to_noise_and_the_recording_is_made_once(monkeypatch) -> None:
+def test_relit_points_equal_renders_within_noise_and_are_recorded_once(monkeypatch) -> None:
     from spectral_core.render.relight import transport
 
     key, fill = "lights[Key].power_w", "lights[Fill].power_w"
@@ -132,13 +132,13 @@ def test_relit_points_are_renders_up_to_noise_and_the_recording_is_made_once(mon
     plain = SceneNode.of(address, space, settings=small, relight=False)
     for values in ({"key_w": 50.0, "fill_w": 0.0}, {"key_w": 900.0, "fill_w": 300.0}):
         relit, alone = node(values, 5).pictures[""], plain(values, 5).pictures[""]
-        # other paths, so other noise: the means agree, and pixels by far more than a light's share
+        # other paths have other noise: means agree, and pixels differ by much less than a light's share
         assert relit[..., :3].mean() == pytest.approx(alone[..., :3].mean(), rel=0.02)
         assert np.abs(relit[..., :3] - alone[..., :3]).mean() < 0.08 * alone[..., :3].mean()
     assert len(made) == 1
 
 
-def test_regions_contain_what_their_unit_cube_contains_and_travel() -> None:
+def test_regions_agree_with_their_unit_cube_and_can_be_pickled() -> None:
     space = Space((Parameter("a", 0, 2), Parameter("w", 1, 1000, scale="log"), Parameter("k", 1, 6, kind="integer")))
     region = RegionOfInterest(
         {"a": (0.2, 1.5), "k": (2, 5)},
@@ -148,7 +148,7 @@ def test_regions_contain_what_their_unit_cube_contains_and_travel() -> None:
     unit = region.in_unit_cube(space)
     points = rng.random((500, 3))
     agree = [region.contains(space, space.values(u)) == bool(unit.contains(u[None])[0]) for u in points]
-    assert np.mean(agree) > 0.98  # a whole number stands for an interval of the cube
+    assert np.mean(agree) > 0.98  # a whole number corresponds to an interval of the cube
     assert RegionOfInterest.from_dict(region.to_dict()) == region
     other = Space((Parameter("a", 0, 1), Parameter("z")))
     moved, notes = region.transferred(other)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""data.csv against Cinema Specification D, by a checker that shares no code with the writer."""
+"""data.csv compared with Cinema Specification D by a checker that shares no code with the writer."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_written_table_conforms_and_is_read_back(tmp_path: Path, name: str) ->
         assert [row[column] for row in back] == expected, column
 
 
-def test_the_checker_knows_what_is_wrong(tmp_path: Path) -> None:
+def test_the_checker_reports_each_violation(tmp_path: Path) -> None:
     folder = tmp_path / "t.cdb"
     folder.mkdir()
     wrong = {
@@ -60,6 +60,6 @@ def test_the_checker_knows_what_is_wrong(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["key", "seconds", "FILE", "filename", "nan", "Inf", "1a", "a b", "", "a-b"])
-def test_a_name_that_means_something_else_in_a_table_is_refused(name: str) -> None:
+def test_a_name_with_another_meaning_in_a_table_is_refused(name: str) -> None:
     with pytest.raises(InvalidInputError, match="a parameter is named"):
         Parameter(name)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Expressions, constraints and paths are read, never run: what is not arithmetic is refused, whatever it is."""
+"""Expressions, constraints and paths are parsed and never executed; everything except arithmetic is refused."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_hostile_expressions_are_refused_or_harmless(text: str) -> None:
         result = evaluate(text, COLUMNS)
     except InvalidInputError:
         return
-    assert result == ([None] * 3 if text.startswith("10") else COLUMNS["a"])  # brackets alone do no harm
+    assert result == ([None] * 3 if text.startswith("10") else COLUMNS["a"])  # brackets alone are harmless
 
 
 def test_a_fuzz_of_expressions_gives_columns_or_errors() -> None:
@@ -97,7 +97,7 @@ def test_linear_constraints_agree_in_values_and_in_the_unit_cube(text: str) -> N
     "text",
     ["a * a <= 1", "w <= 3", "a", "a == 1", "log10(a) <= 1", "b <= 1", "sin(a) <= 1", "1 <= 2", "c <= 1", "a/0 <= 1"],
 )
-def test_constraints_that_are_not_linear_are_named(text: str) -> None:
+def test_an_error_names_constraints_that_are_not_linear(text: str) -> None:
     with pytest.raises(InvalidInputError):
         parse_constraint(text, SPACE)
 
@@ -105,7 +105,7 @@ def test_constraints_that_are_not_linear_are_named(text: str) -> None:
 @pytest.mark.parametrize(
     "path", ["", "a..b", ".a", "a[", "a[b", "a[]", "a b", "__import__('os')", "a()", "../x", "a;b", "a[1][", "1a"]
 )
-def test_paths_that_are_none_are_named(path: str) -> None:
+def test_an_error_names_invalid_paths(path: str) -> None:
     with pytest.raises(SpectralError):
         set_path({"a": {"b": 1.0}}, path, 2.0)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The page: its script linted and type-checked, the page in a real browser, hostile content, the live server."""
+"""The page: linter and type check of its script, a real browser, malicious content, the live server."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SCRIPT = Path(__file__).parents[2] / "spectral_core" / "explore" / "page" / "scr
 
 
 def until(holds: Callable[[], bool]) -> None:
-    """Wait until something holds, at most 20 s."""
+    """Wait until a condition holds, at most 20 s."""
     end = time.monotonic() + 20
     while not holds():
         assert time.monotonic() < end
@@ -75,7 +75,7 @@ def test_the_script_modules_are_linted_and_type_checked(tmp_path: Path) -> None:
     assert types.returncode == 0, types.stdout
 
 
-def test_hostile_texts_stay_texts() -> None:
+def test_malicious_texts_stay_texts() -> None:
     evil = ["</script><script>alert(1)</script>", "<img src=x onerror=alert(1)>", "=1+1", "\u2028", "'\"&"]
     page = page_html(small_table(5, note=list(evil)))
     payload = page.split('id="payload">')[1].split("</script>")[0]
@@ -98,7 +98,7 @@ def test_the_views_are_linked_in_a_browser(tmp_path: Path) -> None:
         a = np.array(table.columns["a"], float)
         span = a.max() - a.min()
         low = 0.03 + 0.94 * (a - a.min()) / span < 0.5
-        assert np.mean(np.array(selected, bool) == low) > 0.96  # an edge may cut a pixel
+        assert np.mean(np.array(selected, bool) == low) > 0.96  # a pixel may lie on an edge
         page.key("4")  # difference
         page.drag([(x + 1, y + h / 2), (x + w - 1, y + h / 2), (x + w - 1, y + h - 1), (x + 1, y + h - 1)])
         fewer = page.run("explorer.state.selection.reduce((a, b) => a + b, 0)")
@@ -194,14 +194,14 @@ def test_live_actions_sample_derive_label_and_apply(server: PageServer) -> None:
         ("POST", "/api/store", {}),
     ],
 )
-def test_requests_that_are_not_the_pages_own_are_refused(
+def test_requests_of_other_pages_are_refused(
     server: PageServer, method: str, path: str, headers: dict[str, str]
 ) -> None:
     status, said = ask(server, method, path, {} if method == "POST" else None, **headers)
     assert status in (403, 404) and "error" in json.loads(said)
 
 
-def test_the_first_page_holds_no_data_and_pictures_are_sent(server: PageServer) -> None:
+def test_the_first_page_has_no_data_and_pictures_are_sent(server: PageServer) -> None:
     status, gate = ask(server, "GET", "/")
     assert status == 200 and len(gate) < 1000 and server.token.encode() not in gate
     name = server.live.store.ledger.rows("done")[0].files["FILE"]
@@ -231,6 +231,6 @@ def test_the_served_page_opens_with_its_token_alone(server: PageServer) -> None:
         assert page.run("Boolean(window.explorer)") is False
 
 
-def test_table_of_a_sweep_knows_units_and_groups(server: PageServer) -> None:
+def test_the_table_of_a_sweep_has_units_and_groups(server: PageServer) -> None:
     table = table_of_store(server.live.store)
     assert table.about["a"]["role"] == "parameter" and table.about["seconds"]["unit"] == "s"

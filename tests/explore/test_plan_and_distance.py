@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A plan writes nothing, added points are computed alone, distances are weighted norms, far workers send files back."""
+"""Plans write nothing, added points are computed alone, distances are weighted norms, remote workers send files."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_distances_are_weighted_norms_over_columns_and_pictures(tmp_path: Path, 
 
 
 class _Far(Executor):
-    """Computes as another machine would: on a pickled copy, and perhaps without the folder."""
+    """Computes as on another machine: with a pickled copy, and optionally without the folder."""
 
     def __init__(self, *, reachable: bool) -> None:
         self.reachable = reachable
@@ -98,7 +98,7 @@ class _Far(Executor):
         return future
 
 
-def test_workers_that_do_not_see_the_folder_send_their_files_back(tmp_path: Path) -> None:
+def test_workers_without_access_to_the_folder_send_their_files(tmp_path: Path) -> None:
     contents = []
     for reachable in (True, False):
         place = tmp_path / str(reachable)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The store and the runner: exactly the points asked for, each computed once, whatever ends a run."""
+"""The store and the runner: exactly the requested points, each computed once, however a run ends."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_a_failing_point_is_tried_twice_then_listed_and_the_rest_is_complete(tmp
     sweep = opened(tmp_path, function="sometimes", extra=f"fixed = {{log = {json.dumps(str(log))}}}")
     report = sweep.run(sweep.plan(), workers=2)
     bad = [p for p in sweep.store.known_points() if p["a"] > 0.8 or p["b"] > 0.9]
-    assert bad == []  # failed ones are not known points
+    assert bad == []  # failed points are not finished points
     rows = sweep.store.ledger.rows()
     failed = [row for row in rows if row.state == "failed"]
     assert len(failed) == len(report.failures) > 3
@@ -114,7 +114,7 @@ def test_a_failing_point_is_tried_twice_then_listed_and_the_rest_is_complete(tmp
     assert any("signal 11" in (row.reason or "") for row in failed)
 
 
-def test_a_killed_worker_costs_its_point_alone() -> None:
+def test_a_killed_worker_loses_only_its_point() -> None:
     with WorkerPool(2) as pool:
         slow = [pool.submit(time.sleep, 30.0), pool.submit(time.sleep, 0.0)]
         slow[1].result(timeout=60)
@@ -131,7 +131,7 @@ def test_a_killed_worker_costs_its_point_alone() -> None:
         assert pool.submit(pow, 2, 10).result(timeout=60) == 1024
 
 
-def test_outcomes_of_a_killed_driver_are_taken_in_and_not_computed_again(tmp_path: Path) -> None:
+def test_outcomes_of_a_killed_driver_are_recovered_and_not_computed_again(tmp_path: Path) -> None:
     log = tmp_path / "log"
     extra = f"fixed = {{log = {json.dumps(str(log))}, pause = 0.3}}"
     path = sweep_file(tmp_path, "counted", budget=8, extra=extra)
@@ -154,7 +154,7 @@ def test_outcomes_of_a_killed_driver_are_taken_in_and_not_computed_again(tmp_pat
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "set aside" not in done.stdout
     lines = Counter(log.read_text().splitlines())
-    assert len(lines) == 16 and set(lines.values()) == {1}  # workers finished what they had begun
+    assert len(lines) == 16 and set(lines.values()) == {1}  # workers finished the points that they had begun
     assert len(Store.open(tmp_path / "out").ledger.rows("done")) == 8
 
 
@@ -215,14 +215,14 @@ def test_a_cell_is_never_a_formula(text: str) -> None:
     ("table", "said"),
     [
         ("a,b\n", "at least one row"),
-        ("a,a\n1,2\n", "stands twice"),
+        ("a,a\n1,2\n", "occurs twice"),
         ("FILE,a\nx.png,2\n", "after a FILE column"),
         ("a,FILE\n1,../../etc/passwd\n", "leads out"),
         ("a,FILE\n1,/etc/passwd\n", "not a plain path"),
         ("a,b\n1\n", "cells"),
     ],
 )
-def test_a_foreign_table_that_is_wrong_is_refused(tmp_path: Path, table: str, said: str) -> None:
+def test_an_invalid_table_of_another_program_is_refused(tmp_path: Path, table: str, said: str) -> None:
     (tmp_path / "data.csv").write_text(table)
     assert any(said in problem for problem in check_folder(tmp_path))
     with pytest.raises(FileFormatError):
@@ -237,7 +237,7 @@ def test_a_node_that_changed_is_refused(tmp_path: Path) -> None:
         run_sweep(sweep.store, other)
 
 
-def test_a_point_whose_workers_were_killed_is_taken_up_by_the_next_run(tmp_path: Path) -> None:
+def test_a_point_whose_workers_were_killed_is_computed_by_the_next_run(tmp_path: Path) -> None:
     sweep = opened(tmp_path, budget=3)
     ledger = sweep.store.ledger
     plan = sweep.plan()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every entry of a sweep's document reaches the sweep, its project, and the project that is read from a store again."""
+"""Every entry of a sweep's document reaches the sweep, its project, and the project that a store reads back."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.parameters import Parameter
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.store import Project
-from tests.survival import unheard
+from tests.settings_walk import ignored_settings
 
 PLAIN: dict[str, Any] = {
     "compute": {"kind": "function", "function": "package.module:name"},
@@ -45,13 +45,13 @@ OTHERS: dict[str, Any] = {
 
 
 def test_every_entry_has_a_case() -> None:
-    """Those of the dataclasses that a document states, so that a new field cannot be forgotten here."""
+    """Entries of the dataclasses of a document, so that a new field fails the test."""
     stated = {
         *(f"parameters.{each.name}" for each in fields(Parameter)),
         *(f"design.{each.name}" for each in fields(Design)),
         *(f"region.{each.name}" for each in fields(RegionOfInterest)),
     }
-    made_here = {"design.frame", "design.shifts"}  # where the first run places the lattice
+    made_here = {"design.frame", "design.shifts"}  # computed by the first run, which places the lattice
     assert stated - made_here == {
         name for name in OTHERS if name.partition(".")[0] in ("parameters", "design", "region")
     }
@@ -62,7 +62,7 @@ def document() -> dict[str, Any]:
 
 
 def stored(plain: dict[str, Any]) -> Any:
-    """What the sweep of a document keeps, and what its project keeps after it went through project.json."""
+    """Data of the sweep of a document, and of its project after a round trip through project.json."""
     sweep = sweep_of(plain, Path())
     project = sweep.project("fingerprint")
     again = Project.from_dict(json.loads(json.dumps(project.to_dict())), "project.json")
@@ -87,10 +87,10 @@ def test_every_entry_of_a_document_is_kept() -> None:
         owner[key] = value
 
     names = [name for name, other in OTHERS.items() if other is not None]
-    assert unheard(names, read, write, OTHERS.__getitem__, lambda: stored(plain)) == {}
+    assert ignored_settings(names, read, write, OTHERS.__getitem__, lambda: stored(plain)) == {}
 
 
-def test_names_and_choices_of_a_document_are_kept() -> None:
+def test_names_and_options_of_a_document_are_kept() -> None:
     plain = document()
     plain["parameters"][2]["choices"].append("w")
     assert stored(plain) != stored(document())

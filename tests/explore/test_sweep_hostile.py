@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What users' functions, programs and files may do wrong: each is named, none is dropped in silence."""
+"""Mistakes of users' functions, programs and files: each is reported, none is silently dropped."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _places(part: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 
 
 @pytest.mark.parametrize("kind", ["sobol", "list"])
-def test_every_entry_of_a_sweep_file_may_be_wrong_and_is_named(kind: str, tmp_path: Path) -> None:
+def test_an_error_names_each_wrong_entry_of_a_sweep_file(kind: str, tmp_path: Path) -> None:
     refused = 0
     for place in _places(DOCUMENT):
         for wrong in WRONG:
@@ -78,26 +78,26 @@ def function(tmp_path: Path, body: str) -> FunctionNode:
     return FunctionNode.of(f"{path}:f")
 
 
-def test_a_value_never_hides_behind_a_parameter(tmp_path: Path) -> None:
+def test_a_value_with_the_name_of_a_parameter_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match="'x', which is a parameter's column"):
         function(tmp_path, "def f(x): return {'x': 2 * x, 'y': 1}")({"x": 0.5}, 0)
     same = function(tmp_path, "def f(x): return {'x': x, 'y': 1}")({"x": 0.5}, 0)
     assert same.values["y"] == 1
 
 
-def test_a_picture_feature_is_no_name_for_a_parameter(tmp_path: Path) -> None:
+def test_a_parameter_cannot_have_the_name_of_a_picture_feature(tmp_path: Path) -> None:
     plain = {"compute": {"kind": "scene", "scene": "s.py:s"}, "parameters": [{"name": "contrast", "low": 0, "high": 1}]}
     with pytest.raises(InvalidInputError, match="'contrast'.*every picture"):
         sweep_of(plain, tmp_path).node()
 
 
 @pytest.mark.parametrize("body", ["def f(x: 3", "raise RuntimeError('boom')", "import nothing_such"])
-def test_a_file_that_does_not_load_is_named(tmp_path: Path, body: str) -> None:
+def test_an_error_names_a_file_that_cannot_be_loaded(tmp_path: Path, body: str) -> None:
     with pytest.raises(InvalidInputError, match="cannot be imported: .*Error"):
         function(tmp_path, body)
 
 
-def test_numbers_come_in_many_shapes() -> None:
+def test_numbers_of_many_types_are_accepted() -> None:
     assert as_outcome({"v": np.array(3.5)}, "f").values == {"v": 3.5}
     with pytest.raises(InvalidInputError, match="beyond 1e308"):
         as_outcome({"v": 10**400}, "f")
@@ -109,7 +109,7 @@ def program(tmp_path: Path, lines: str) -> CommandNode:
     return CommandNode.of([sys.executable, str(path), "{x}", "{out}"], ONE, tmp_path)
 
 
-def test_a_program_that_leaves_nothing_fails_and_lists_become_columns(tmp_path: Path) -> None:
+def test_a_program_without_output_fails_and_lists_become_columns(tmp_path: Path) -> None:
     with pytest.raises(RenderError, match="left no result"):
         program(tmp_path, "print('no JSON')")({"x": 0.5}, 0)
     found = program(tmp_path, 'print(\'{"a": [1, null], "b": "text"}\')')({"x": 0.5}, 0).values
@@ -118,7 +118,7 @@ def test_a_program_that_leaves_nothing_fails_and_lists_become_columns(tmp_path: 
         program(tmp_path, 'print(\'{"a": {"b": 1}}\')')({"x": 0.5}, 0)
 
 
-def test_pictures_of_a_program_that_a_point_cannot_keep_fail_it(tmp_path: Path) -> None:
+def test_a_point_fails_if_its_pictures_cannot_be_stored(tmp_path: Path) -> None:
     nine = "import sys\nfor k in range(9): open(sys.argv[2] + f'/{k}.png', 'wb').write(b'x')\nprint(1.0)"
     with pytest.raises(RenderError, match="left 9 pictures in {out}; a point keeps at most 8"):
         program(tmp_path, nine)({"x": 0.5}, 0)
@@ -136,7 +136,7 @@ def stored(folder: Path, outcomes: list[dict[str, Any]]) -> Store:
     return store
 
 
-def test_a_label_never_hides_a_value_that_only_some_rows_have(tmp_path: Path) -> None:
+def test_a_label_with_the_name_of_a_value_of_some_rows_is_refused(tmp_path: Path) -> None:
     with stored(tmp_path, [{"v": 1.0}, {"v": 2.0, "late": 3.0}]) as store:
         key = store.columns()["key"][0]
         with pytest.raises(InvalidInputError, match="not a manual column"):
@@ -145,17 +145,17 @@ def test_a_label_never_hides_a_value_that_only_some_rows_have(tmp_path: Path) ->
             store.label("mine", {key: 10**400})
 
 
-def test_answers_about_too_little_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_analysis_of_too_few_rows_is_refused_with_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with stored(tmp_path, [{"v": 1.0}, {"v": 2.0}, {"v": 4.0}]) as store:
         print_sensitivity(store, "v")
         said = capsys.readouterr().out
-        assert "nan" not in said and "say little" in said
+        assert "nan" not in said and "unreliable" in said
         with pytest.raises(InvalidInputError, match="no row has v = '3'; it holds 1.0, 2.0, 4.0"):
             region_of_label(store, "v", "3")
         assert json.dumps(region_of_label(store, "v", "2.0"))
 
 
-def test_the_live_page_of_an_empty_sweep_says_so(tmp_path: Path) -> None:
+def test_the_live_page_of_an_empty_sweep_reports_it(tmp_path: Path) -> None:
     empty = Project(ONE, RegionOfInterest(), Design("sobol", 4))
     with Store.create(tmp_path / "e.cdb", empty) as store, PageServer(LiveSweep(store)) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Python module that carries OpenEXR beside a program that shares another version with all its modules."""
+"""A Python module that contains OpenEXR, in a program that shares another version with all its modules."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ print("READ", read_exr(Path({picture!r}))[0].channels["Y"].pixels.shape)
 
 
 def used_beside_another(folder: Path, modules: Path) -> subprocess.CompletedProcess[str]:
-    """A program that has another OpenEXR in its process, whose reader and writer end it."""
+    """A program with another OpenEXR whose reader and writer end the process."""
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("needs a C compiler")
@@ -70,7 +70,7 @@ def test_a_module_that_would_call_another_openexr_is_refused(tmp_path: Path) -> 
     assert "cannot be used beside OpenEXR 3.1.13" in done.stderr
 
 
-def test_a_module_that_calls_itself_reads_and_writes_there(tmp_path: Path) -> None:
+def test_a_module_that_calls_its_own_openexr_reads_and_writes(tmp_path: Path) -> None:
     modules = tmp_path / "modules"
     modules.mkdir()
     original = module_file()
@@ -81,7 +81,7 @@ def test_a_module_that_calls_itself_reads_and_writes_there(tmp_path: Path) -> No
     assert "READ (2, 3)" in done.stdout, done.stderr
 
 
-def test_what_has_no_dynamic_section_is_refused(tmp_path: Path) -> None:
+def test_a_file_without_a_dynamic_section_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.so").write_bytes(b"no library")
     assert not calls_itself(tmp_path / "a.so")
     with pytest.raises(ValueError, match="no 64-bit ELF library"):

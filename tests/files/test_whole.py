@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A file is written whole or not at all, and nothing is left behind."""
+"""A file is written whole or not at all, without leftovers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from spectral_core.files.whole import require_own_kind, whole_file, write_bytes,
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_a_file_appears_whole_with_the_usual_permissions(tmp_path: Path) -> None:
+def test_a_file_is_written_whole_with_the_usual_permissions(tmp_path: Path) -> None:
     write_text(tmp_path / "a.txt", "größer")
     assert (tmp_path / "a.txt").read_text("utf-8") == "größer"
     mask = os.umask(0o022)
@@ -52,7 +52,7 @@ def test_a_failed_block_leaves_the_earlier_file(tmp_path: Path, failure: BaseExc
         assert "No space left on device; the earlier file is unchanged" in str(caught.value)
 
 
-def test_what_a_check_refuses_does_not_replace_the_earlier_file(tmp_path: Path) -> None:
+def test_a_file_that_fails_its_check_does_not_replace_the_earlier_one(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("old")
 
     def refuse(path: Path) -> None:
@@ -89,7 +89,7 @@ def test_links_are_replaced_and_not_followed_and_devices_refused(tmp_path: Path)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="kill -9")
-def test_leftovers_of_a_killed_writer_are_removed_and_those_of_a_living_one_kept(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_writer_are_removed_and_files_of_a_running_one_kept(tmp_path: Path) -> None:
     code = (
         "import sys, time\nfrom spectral_core.files.whole import whole_file\n"
         f"with whole_file({str(tmp_path / 'a.txt')!r}) as unfinished:\n"
@@ -99,17 +99,17 @@ def test_leftovers_of_a_killed_writer_are_removed_and_those_of_a_living_one_kept
     assert writer.stdout is not None
     writer.stdout.readline()
     write_text(tmp_path / "b.txt", "b")
-    assert len(list(tmp_path.iterdir())) == 2  # the living writer's file is not touched
+    assert len(list(tmp_path.iterdir())) == 2  # the file of the running writer is unchanged
     writer.send_signal(signal.SIGKILL)
     writer.wait()
     writer.stdout.close()
-    # the next run, another process: this one has just looked through the folder and spends little time on that
+    # in another process, because this one has just searched the folder and limits the time of searches
     code = f"from spectral_core.files.whole import write_text; write_text({str(tmp_path / 'b.txt')!r}, 'b')"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
     assert [entry.name for entry in tmp_path.iterdir()] == ["b.txt"]
 
 
-def test_a_path_from_a_document_replaces_its_own_kind_alone(tmp_path: Path) -> None:
+def test_a_path_from_a_document_replaces_only_files_of_the_same_type(tmp_path: Path) -> None:
     require_own_kind(tmp_path / "new", lambda path: False, "picture")
     (tmp_path / "old").write_text("x")
     require_own_kind(tmp_path / "old", lambda path: True, "picture")
@@ -123,11 +123,11 @@ WRITES = re.compile(
     r"""|os\.(?:replace|rename)\(|\.replace\(target|openvdb\.write|nrrd\.write"""
 )
 WITHIN_WHOLE = {
-    # calls that write to the new file that whole_file gives them, and where
+    # calls that write to the new file of whole_file, by module
     "blender_addon/commands/render.py": 1,
     "blender_addon/operators/dial.py": 2,
-    "blender_addon/translate/shading/image_files/__init__.py": 1,  # a temporary file, read back at once
-    "blender_addon/translate/view_transform.py": 1,  # a picture in a temporary folder, read back at once
+    "blender_addon/translate/shading/image_files/__init__.py": 1,  # a temporary file that is read at once
+    "blender_addon/translate/view_transform.py": 1,  # a picture in a temporary folder that is read at once
     "spectral_core/cli/lattice.py": 2,
     "spectral_core/explore/page/static.py": 3,
     "spectral_core/explore/sweep/files.py": 1,
@@ -136,7 +136,7 @@ WITHIN_WHOLE = {
     "spectral_core/files/whole.py": 4,
     "spectral_core/lattice/measure/plotting.py": 1,
     "spectral_core/render/cost/figure.py": 1,  # into the unfinished file of whole_file
-    "spectral_core/spectra/pictures.py": 3,  # one of them into a temporary folder, read back at once
+    "spectral_core/spectra/pictures.py": 3,  # one of them into a temporary folder, read at once
     "spectral_core/volume/files/nrrd_format.py": 1,
     "spectral_core/volume/files/openvdb_format.py": 1,
     "spectral_core/volume/files/vdb/write.py": 1,
@@ -144,8 +144,8 @@ WITHIN_WHOLE = {
 }
 
 
-def test_there_is_no_other_way_to_write() -> None:
-    """Every call that writes a file stands in a place that was looked at; a new one goes through whole_file."""
+def test_every_file_is_written_by_whole_file() -> None:
+    """Every call that writes a file is in the reviewed list or uses whole_file."""
     found = {}
     for folder in ("spectral_core", "blender_addon", "examples"):
         for path in sorted((ROOT / folder).rglob("*.py")):

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scales at a symmetric optimum, to the last digit.
 
-A search by values finds the place of an optimum to about half of the digits of its value. Where the optimum is
-symmetric, vectors that should be equally long then differ by 1e-8, and the Voronoi cell has facets and edges of that
-size, which are neither there nor not there. The ties themselves are equations for the scales, and Newton's method
-solves them to rounding.
+A search that compares values finds the position of an optimum to about half of the digits of its value. At a symmetric
+optimum, vectors that should be equally long then differ by 1e-8, and the Voronoi cell has facets and edges of that
+size. Equal lengths are equations for the scales, and Newton's method solves them to rounding.
 """
 
 from __future__ import annotations
@@ -19,15 +18,15 @@ from spectral_core.lattice.reduction import closest_vectors, lll, vectors_within
 Matrix = NDArray[np.float64]
 
 NEAR = 1e-6
-"""Relative difference of squared lengths below which two vectors are taken to be meant as equal."""
+"""Relative difference of squared lengths below which two vectors are treated as equally long."""
 ITERATIONS = 8
 
 
 def polished_scales(one: LatticeClass, log_scales: Matrix) -> Matrix:
-    """Give log scales (r,) that make all nearly equal vectors of ``log_scales`` equal; the same where none are.
+    """Give log scales (r,) that make all nearly equal vectors of ``log_scales`` equal; unchanged if there are none.
 
-    Vectors count where they decide the cell: the shortest of each class modulo twice the lattice, and the shortest of
-    all. Least squares take the nearest scales where more ties are near than the scales can meet.
+    Only vectors that determine the cell count: the shortest of each class modulo twice the lattice, and the shortest of
+    all. If there are more equations than the scales can satisfy, the least-squares solution is used.
     """
     scales = np.array(log_scales, dtype=np.float64)
     pairs = _near_ties(build_lattice(one, scales).generator)
@@ -37,12 +36,12 @@ def polished_scales(one: LatticeClass, log_scales: Matrix) -> Matrix:
         if not len(pairs):
             break
         generator = build_lattice(one, scales).generator
-        # A squared length is a sum over blocks, each proportional to its w: the part is the derivative by log w.
+        # A squared length is a sum over blocks, each proportional to its w: each part is the derivative by log w.
         parts = [(np.square(pair @ generator.T) @ blocks.T) for pair in pairs.transpose(1, 0, 2)]
         slope = parts[0] - parts[1]
         equations = np.concatenate([slope, sizes[None]])
         step = np.linalg.lstsq(equations, np.r_[-slope.sum(axis=1), 0.0], rcond=1e-9)[0]
-        if np.abs(step).max() > 1e-4:  # the ties are none: a chance nearness that no small change makes equal
+        if np.abs(step).max() > 1e-4:  # the lengths are near by chance: no small change makes them equal
             return np.array(log_scales, dtype=np.float64)
         scales = scales + step
     return scales

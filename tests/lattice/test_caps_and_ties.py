@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Caps of balls are searched in their own metric, Voronoi cells satisfy Euler, the engine takes any lattice."""
+"""Caps of balls are searched in their own metric, Voronoi cells satisfy Euler's formula, engines of any lattice."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CAPS = [(2, 0.999), (3, 0.9999), (4, 0.999), (4, 0.5), (4, -0.5), (6, 0.99), (8,
 
 
 def cap(n: int, height: float, tilt: int | None = None) -> tuple:
-    """Ball and half-space, its normal along the first axis or in a random direction."""
+    """A ball and a half-space with its normal along the first axis or in a random direction."""
     normal = np.eye(n)[0] if tilt is None else np.random.default_rng(tilt).normal(size=n)
     normal = normal / np.linalg.norm(normal)
     sphere = ball(np.zeros(n), 1.0)
@@ -40,15 +40,15 @@ def cap(n: int, height: float, tilt: int | None = None) -> tuple:
 @pytest.mark.parametrize(("n", "height"), CAPS)
 @pytest.mark.parametrize("tilt", [None, 3])
 def test_a_cap_of_a_ball_is_searched_in_its_own_metric(n, height, tilt, monkeypatch) -> None:
-    """Work in proportion to the points, and exactly the points."""
+    """The search finds exactly the points, with work proportional to their number."""
     monkeypatch.setattr(enumeration, "MAX_NODES", 200_000)
     _, region = cap(n, height, tilt)
     points = progressive_fill(region, 50, seed=1)
     assert len(points) == 50 and region.contains(points.points).all()
 
 
-def test_no_point_of_a_cap_is_missed() -> None:
-    """Against all points of the same lattice in a box around it."""
+def test_every_point_of_a_cap_is_found() -> None:
+    """Compared with all points of the same lattice in a box around the cap."""
     for tilt in (None, 1, 2):
         _, region = cap(3, 0.9, tilt)
         points = progressive_fill(region, 60, seed=2)
@@ -56,7 +56,7 @@ def test_no_point_of_a_cap_is_missed() -> None:
         assert int(region.contains(around.points).sum()) == 60
 
 
-def test_the_ellipsoid_of_a_cap_holds_it_and_is_small() -> None:
+def test_the_ellipsoid_of_a_cap_contains_it_and_is_small() -> None:
     """The smallest ellipsoid around a cap is known (Grötschel, Lovász and Schrijver 1988)."""
     for n, height in ((3, 0.9), (5, 0.99), (4, 0.2)):
         sphere, region = cap(n, height)
@@ -75,7 +75,7 @@ def test_the_ellipsoid_of_a_cap_holds_it_and_is_small() -> None:
         assert sphere.norm_ball is not None
 
 
-def test_boxes_that_meet_are_a_box() -> None:
+def test_the_intersection_of_boxes_is_a_box() -> None:
     both = box([0, 0], [2, 3]) & box([1, -1], [4, 2])
     assert both.box_limits is not None and both.box_limits[0].tolist() == [1, 0]
     with pytest.raises(InvalidInputError, match="empty"):
@@ -84,7 +84,7 @@ def test_boxes_that_meet_are_a_box() -> None:
 
 @pytest.mark.parametrize("rate", [2, 3])
 @pytest.mark.parametrize("n", [2, 3, 4])
-def test_cells_of_frozen_lattices_satisfy_euler(n: int, rate: int) -> None:
+def test_cells_of_shipped_lattices_satisfy_eulers_formula(n: int, rate: int) -> None:
     for criterion in CRITERIA:
         cell = voronoi_cell(make_lattice(n, rate, criterion=criterion).generator)
         counts = cell.face_counts
@@ -92,8 +92,8 @@ def test_cells_of_frozen_lattices_satisfy_euler(n: int, rate: int) -> None:
         assert counts[0] == len(cell.vertices) and counts[-1] == len(cell.relevant)
 
 
-def test_frozen_scales_are_polished_and_stay_optimal() -> None:
-    """The (4, 2) second-moment lattice has kissing number 8, not 4, and its value is a minimum to rounding."""
+def test_shipped_scales_are_refined_and_optimal() -> None:
+    """The (4, 2) second-moment lattice has kissing number 8, not 4, and its second moment is a minimum to rounding."""
     frozen = frozen_scales(4, 2, "second_moment")
     lattice = make_lattice(4, 2)
     assert packing(lattice.generator)[1] == 8
@@ -107,14 +107,14 @@ def test_frozen_scales_are_polished_and_stay_optimal() -> None:
     assert at[1].second_moment == pytest.approx(frozen.value, abs=1e-14)
 
 
-def test_corners_that_are_near_but_apart_stay_two() -> None:
-    """A square lattice sheared by 1e-5 has a hexagon for a cell, with two edges of that length."""
+def test_two_near_corners_stay_separate() -> None:
+    """The cell of a square lattice sheared by 1e-5 is a hexagon with two edges of that length."""
     cell = voronoi_cell([[1.0, 1e-5], [0.0, 1.0]])
     assert cell.face_counts == (6, 6)
     assert voronoi_cell(np.eye(2)).face_counts == (4, 4)
 
 
-def test_the_engine_takes_a_lattice_more_dimensions_and_no_scramble() -> None:
+def test_the_engine_accepts_a_lattice_more_dimensions_and_no_scramble() -> None:
     covering = make_lattice(4, 3, criterion="covering")
     points = LatticeEngine(4, lattice=covering, points=64, scramble=False).random(64)
     np.testing.assert_array_equal(points, progressive_fill(unit_cube(4), 64, lattice=covering, seed=0).points)
@@ -129,8 +129,8 @@ def test_the_engine_takes_a_lattice_more_dimensions_and_no_scramble() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_prefixes_keep_their_separation_in_the_lattice_s_own_spacing(seed: int) -> None:
-    """In units of the spacing never less than packing radius / rate^(1/n); m = 600 rounds at every level."""
+def test_prefixes_keep_their_separation_relative_to_the_spacing_of_the_lattice(seed: int) -> None:
+    """Relative to the spacing, at least packing radius / rate^(1/n); m = 600 is rounded at every level."""
     from scipy.spatial.distance import pdist, squareform
 
     points = progressive_fill(unit_cube(6), 600, seed=seed)

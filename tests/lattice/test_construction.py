@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The construction: polynomials, classes, QG = GK, and what the catalogue of frozen scales claims."""
+"""The construction: polynomials, classes, QG = GK, and the stated figures of the shipped scales."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from spectral_core.lattice import (
 )
 from spectral_core.lattice.construction import MAX_LOG_SCALE
 
-PACKING = {  # an earlier search; it had 0.516484 for (5, 3), a local optimum: see docs/lattice.md
+PACKING = {  # of an earlier search, which found 0.516484 for (5, 3), a local optimum: see docs/lattice.md
     2: (0.500000, 0.537285), 3: (0.482535, 0.482911), 4: (0.524091, 0.547386), 5: (0.525590, 0.517236),
     6: (0.562464, 0.574755), 7: (0.566882, 0.569270), 8: (0.601126, 0.619160), 9: (0.600738, 0.603955),
     10: (0.638897, 0.641870),
@@ -70,7 +70,7 @@ def test_the_plane_has_the_lattices_of_figures_3_3_and_3_4(rate: int, count: int
     assert len(found) == count
 
 
-def test_class_counts_of_the_settled_enumeration() -> None:
+def test_class_counts_of_the_complete_enumeration() -> None:
     counts = {(n, b): len(lattice_classes(n, b).classes) for n in range(2, 11) for b in (2, 3)}
     even = {2: (5, 8), 4: (6, 9), 6: (5, 10), 8: (7, 11), 10: (5, 10)}
     assert counts == {(n, b): even[n][b - 2] if n % 2 == 0 else 1 for n in range(2, 11) for b in (2, 3)}
@@ -92,20 +92,22 @@ def test_packing_radii_of_the_table(dimensions: int, rate: int) -> None:
     radius, kissing = packing(lattice.generator)
     assert abs(radius - PACKING[dimensions][rate - 2]) < 1e-6
     assert abs(radius - frozen_scales(dimensions, rate, "packing").value) < 1e-9
-    assert kissing >= 2 * len(lattice.polynomial.block_sizes)  # an exact vertex: as many ± pairs touch as scales
+    assert kissing >= 2 * len(
+        lattice.polynomial.block_sizes
+    )  # an exact vertex: at least as many ± pairs of shortest vectors as scales
 
 
 def test_the_5_3_packing_beats_the_table_by_brute_force() -> None:
     basis = make_lattice(5, 3, criterion="packing").reduced
     k = np.array(list(itertools.product(range(-4, 5), repeat=5)))
-    # |k_i| <= |v| / (height of the cell over axis i): 4 is beyond any vector shorter than 1.1
+    # |k_i| <= |v| / (height of the cell over axis i): below 4 for any vector shorter than 1.1
     assert (1.1 * np.linalg.norm(np.linalg.inv(basis), axis=1) < 4).all()
     lengths = np.linalg.norm(k @ basis.T, axis=1)
     assert 0.5 * np.sort(lengths)[1] == pytest.approx(0.51723625, abs=1e-7)
 
 
 @pytest.mark.parametrize(("dimensions", "rate"), [(n, b) for n in range(3, 9) for b in (2, 3)])
-def test_frozen_scales_have_white_error(dimensions: int, rate: int) -> None:
+def test_shipped_scales_have_white_error(dimensions: int, rate: int) -> None:
     lattice = make_lattice(dimensions, rate)
     assert whiteness(lattice, samples=16384) < 0.02
     moment = second_moment(lattice.generator, samples=16384)
@@ -131,7 +133,7 @@ def test_a_unit_shifts_the_scales_to_the_same_lattice() -> None:
     assert not are_similar(lattice.generator, build_lattice(one, lattice.log_scales + np.log(unit)).generator)
 
 
-def test_a_ready_lattice_is_the_same_object_each_time() -> None:
+def test_a_shipped_lattice_is_the_same_object_at_each_call() -> None:
     assert make_lattice(7, 3) is make_lattice(7, 3)
 
 
@@ -152,11 +154,11 @@ def test_a_ready_lattice_is_the_same_object_each_time() -> None:
         (lambda: CharacteristicPolynomial(4, 2, 1, improper=True), "middle coefficient 0"),
     ],
 )
-def test_wrong_input_is_named(call: object, message: str) -> None:
+def test_an_error_names_wrong_input(call: object, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         call()  # type: ignore[operator]
 
 
-def test_unknown_criterion_is_named() -> None:
+def test_an_error_names_an_unknown_criterion() -> None:
     with pytest.raises(UnknownNameError, match="packing"):
         make_lattice(3, 2, criterion="packin")

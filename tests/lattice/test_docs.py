@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The page docs/lattice.md says what the benchmarks print."""
+"""The page docs/lattice.md has the figures that the benchmarks print."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ def _without_seconds(row: str) -> str:
 
 
 @pytest.mark.parametrize("name", ["Sobol, scrambled", "ours, rate 2, packing", "ours, rate 2, second moment"])
-def test_comparison_rows_of_the_page_are_what_the_benchmark_prints(name: str) -> None:
+def test_comparison_rows_of_the_page_equal_those_of_the_benchmark(name: str) -> None:
     section = PAGE.read_text("utf-8").split("### n = 3, m = 256\n")[1].split("###")[0]
     row = table_row(name, DESIGNS[name], 3, 256, seeds=2)
     assert row is not None
     assert _without_seconds(row[0]) in section
 
 
-def test_shipped_lattices_of_the_page_are_those_frozen() -> None:
+def test_shipped_lattices_of_the_page_equal_those_of_the_package() -> None:
     page = PAGE.read_text("utf-8")
     assert "\n".join(shipped()) in page

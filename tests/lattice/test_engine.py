@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The SciPy engine, measures of evenness, the Latin trick, the command and the pictures."""
+"""The SciPy engine, measures of evenness, Latin projections, the command and the pictures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from spectral_core.lattice import evenness, latinized, progressive_fill, separat
 from spectral_core.lattice.engine import LatticeEngine
 
 
-def test_engine_behaves_like_scipys_own() -> None:
+def test_the_engine_has_the_interface_of_scipys_engines() -> None:
     engine = LatticeEngine(4, points=256, rng=3)
     first, second = engine.random(100), engine.random(300)
     assert engine.num_generated == 400
@@ -34,7 +34,7 @@ def test_engine_behaves_like_scipys_own() -> None:
     assert set(LatticeEngine(2, rng=1).integers(4, n=64).ravel().tolist()) == {0, 1, 2, 3}
 
 
-def test_engine_is_more_separated_and_less_uniform_than_sobol() -> None:
+def test_the_engine_is_more_separated_and_less_uniform_than_sobol() -> None:
     ours = evenness(LatticeEngine(4, points=512, rng=0).random(512), samples=4096)
     sobol = evenness(qmc.Sobol(4, seed=np.random.default_rng(0)).random(512), samples=4096)
     assert ours.separation > 2 * sobol.separation
@@ -59,7 +59,7 @@ def test_rotations_in_few_dimensions_leave_no_large_gap_on_an_axis(seed: int) ->
         assert evenness(points, samples=1024).gap_1d < 5.0
 
 
-def test_measures_of_a_grid_are_known() -> None:
+def test_measures_of_a_grid_have_their_known_values() -> None:
     middles = (np.arange(8) + 0.5) / 8
     grid = np.stack(np.meshgrid(middles, middles), axis=-1).reshape(-1, 2)
     measured = evenness(grid, samples=65536)
@@ -82,7 +82,7 @@ def test_measures_of_a_grid_are_known() -> None:
         (lambda: separation([[0.5, 0.5]]), "at least 2"),
     ],
 )
-def test_wrong_input_is_named(call: object, message: str) -> None:
+def test_an_error_names_wrong_input(call: object, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         call()  # type: ignore[operator]
 
@@ -106,7 +106,7 @@ def test_command_writes_the_points(tmp_path: Path, capsys: pytest.CaptureFixture
     "options",
     [["--dims", "4", "--ball", "1.5"], ["--dims", "3", "--simplex"], ["--dims", "2", "--latin"], ["--points", "1"]],
 )
-def test_command_takes_every_shape(options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_accepts_every_region(options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lattice", "--points", "20", *options]) == 0
     assert "packing radius" in capsys.readouterr().out
 
@@ -121,7 +121,7 @@ def test_command_takes_every_shape(options: list[str], capsys: pytest.CaptureFix
         (["--criterion", "best"], "no lattice criterion"),
     ],
 )
-def test_command_says_what_is_wrong(options: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_reports_wrong_input(options: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lattice", *options, "--json"]) == 1
     captured = capsys.readouterr()
     assert message in captured.err

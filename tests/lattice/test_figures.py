@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reduction, nearest vectors, Voronoi cells and figures of merit against closed forms and brute force."""
+"""Reduction, nearest vectors, Voronoi cells and figures of merit compared with closed forms and brute force."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_classical_lattices(dimensions: int, moment: float, kissing: int, vertic
     assert sum((-1) ** i * f for i, f in enumerate(merit.face_counts)) == 1 - (-1) ** dimensions  # Euler
 
 
-def test_body_centred_cubic_and_e8_anchors() -> None:
+def test_figures_of_body_centered_cubic_and_e8() -> None:
     bcc = np.array([[-1.0, 1, 1], [1, -1, 1], [1, 1, -1]])
     assert second_moment(bcc).value == pytest.approx(0.0785433, abs=1e-7)
     assert voronoi_cell(bcc).face_counts == (24, 36, 14)
@@ -88,7 +88,7 @@ def test_body_centred_cubic_and_e8_anchors() -> None:
     )  # fmt: skip
 
 
-def test_cube_in_every_dimension() -> None:
+def test_figures_of_the_cubic_lattice_in_every_dimension() -> None:
     for n in range(1, 7):
         cell = voronoi_cell(np.eye(n))
         assert len(cell.vertices) == 2**n
@@ -103,7 +103,7 @@ def test_face_lattice_of_the_permutohedron() -> None:
     assert voronoi_cell(basis).face_counts == (720, 1800, 1560, 540, 62)
 
 
-def test_congruence_is_decided() -> None:
+def test_congruent_lattices_are_recognized() -> None:
     rng = np.random.default_rng(3)
     basis = make_lattice(5, 2).generator
     skew = np.triu(rng.integers(-3, 4, (5, 5)), 1) + np.eye(5)
@@ -143,6 +143,6 @@ def test_sixteen_dimensions() -> None:
         (lambda: theta_list(np.eye(2), 0), "shells is 0"),
     ],
 )
-def test_wrong_input_is_named(call: object, message: str) -> None:
+def test_an_error_names_wrong_input(call: object, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         call()  # type: ignore[operator]

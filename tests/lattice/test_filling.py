@@ -46,7 +46,7 @@ def test_exactly_m_points_inside_any_polytope(index: int) -> None:
     assert region.contains(points).all(), kind
     assert len(np.unique(coefficients, axis=0)) == count
     again, _ = frame.points_in(region)
-    assert len(again) == count  # they are all the lattice points in the region, not a choice among them
+    assert len(again) == count  # all lattice points in the region, not a subset
 
 
 @pytest.mark.parametrize("dimensions", [1, 2, 3, 4])
@@ -66,8 +66,8 @@ def test_enumeration_equals_brute_force(dimensions: int) -> None:
         assert {tuple(row) for row in found[inside]} == {tuple(row) for row in k[brute]}
 
 
-def test_cuts_from_linear_programs_lose_no_point() -> None:
-    """The corner simplex in 8 dimensions needs cuts; a search that is not allowed any finds the same points."""
+def test_pruning_by_linear_programs_loses_no_point() -> None:
+    """The corner simplex in 8 dimensions needs linear programs; a search without them finds the same points."""
     lattice = make_lattice(8, 2, criterion="packing")
     anchored = anchor(corner_simplex(8))
     basis = random_rotation(8, np.random.default_rng(0)) @ lattice.reduced
@@ -92,7 +92,7 @@ def test_prefixes_reach_the_stated_bound(dimensions: int, rate: int, index: int)
     lattice = make_lattice(dimensions, rate, criterion="packing")
     points = progressive_fill(unit_cube(dimensions), 700, rate=rate, seed=index)
     bound = lattice.dilation_factor**-1 * 0.5 * np.linalg.norm(lattice.reduced, axis=0).min()
-    assert prefix_separations(points.points).min() > 0.97 * bound  # 3% for the rounding of m = 700 to a scale
+    assert prefix_separations(points.points).min() > 0.97 * bound  # 3 % tolerance: m = 700 is rounded to a scale
 
 
 @pytest.mark.parametrize("rate", [2, 3])
@@ -105,7 +105,7 @@ def test_refinement_moves_no_point(rate: int) -> None:
     positions, _ = fine.frame.points_in(unit_cube(4), 2)
     assert {row.tobytes() for row in positions} == {row.tobytes() for row in fine.points}
     order = progressive_order(fine.frame.lattice, fine.coefficients, 2, fine.shifts)
-    assert (order == np.arange(len(fine))).all()  # appending levels is the order of all points together
+    assert (order == np.arange(len(fine))).all()  # the levels one after another give the order of all points
 
 
 def test_other_regions_reuse_points_bit_for_bit() -> None:
@@ -121,7 +121,7 @@ def test_other_regions_reuse_points_bit_for_bit() -> None:
     assert len(larger) > len(points)
 
 
-def test_a_stored_sweep_is_taken_up_again() -> None:
+def test_a_stored_sweep_is_continued() -> None:
     points = progressive_fill(ball(np.zeros(3), 2.0), 200, rate=3, seed=2)
     stored = json.dumps({"frame": points.frame.to_dict(), "shifts": points.shifts})
     read = json.loads(stored)
@@ -146,7 +146,7 @@ def test_digits_count_cosets_exactly() -> None:
         assert (quotient @ lattice.dilation.T + found[:, None] * digits.step == k).all()
 
 
-def test_a_region_far_from_the_origin() -> None:
+def test_filling_a_region_far_from_the_origin() -> None:
     for count in (0, 1, 2, 500):
         points = progressive_fill(box(np.full(5, 1e9), np.full(5, 1e9 + 1.0)), count, seed=3)
         assert len(points) == count
@@ -155,7 +155,7 @@ def test_a_region_far_from_the_origin() -> None:
     assert np.abs(points.points - 1e9 - near).max() < 5e-7
 
 
-def test_memory_follows_the_points() -> None:
+def test_memory_is_proportional_to_the_points() -> None:
     sizes = {}
     for count in (2000, 16000):
         tracemalloc.start()
@@ -163,10 +163,10 @@ def test_memory_follows_the_points() -> None:
         sizes[count] = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
     assert sizes[16000] < 9.0 * sizes[2000]
-    assert sizes[16000] < 16000 * 6 * 8 * 60  # bytes of the coordinates, times 60
+    assert sizes[16000] < 16000 * 6 * 8 * 60  # 60 times the bytes of the coordinates
 
 
-def test_about_m_points_and_levels() -> None:
+def test_the_number_of_points_is_near_m_and_has_levels() -> None:
     lattice = make_lattice(3, 2)
     frame = place_about(lattice, unit_cube(3), 1000)
     assert abs(len(frame.points_in(unit_cube(3))[0]) - 1000) < 60
@@ -177,14 +177,16 @@ def test_about_m_points_and_levels() -> None:
     assert len(place_about(lattice, simplex, 77).points_in(simplex)[0]) == 77
 
 
-def test_the_same_seed_is_the_same_points_and_another_is_not() -> None:
+def test_equal_seeds_give_equal_points_and_other_seeds_do_not() -> None:
     first, same, other = (progressive_fill(unit_cube(3), 50, seed=s).points for s in (5, 5, 6))
     assert first.tobytes() == same.tobytes()
     assert np.abs(first - other).max() > 1e-3
 
 
-def test_a_rotation_that_lines_up_is_refused_with_a_reason() -> None:
-    lattice = make_lattice(2, 2, criterion="packing")  # the square lattice, axis-aligned: whole rows enter together
+def test_a_rotation_that_aligns_the_lattice_is_refused_with_a_reason() -> None:
+    lattice = make_lattice(
+        2, 2, criterion="packing"
+    )  # an axis-aligned square lattice: a small change of scale adds a whole row
     with pytest.raises(SolveError, match="lines the lattice up"):
         fill_exactly(lattice, unit_cube(2), 50, rotation=np.eye(2))
 
@@ -220,12 +222,12 @@ def _tilted_flat() -> Region:
         (lambda: fill_exactly(make_lattice(2, 2), unit_cube(2), 9, rotation=2 * np.eye(2)), "off orthonormal"),
     ],
 )
-def test_hard_cases_are_clear_errors(call: object, message: str) -> None:
+def test_impossible_cases_give_clear_errors(call: object, message: str) -> None:
     with pytest.raises(SpectralError, match=message):
         call()  # type: ignore[operator]
 
 
-def test_tiny_regions_and_high_dimensions_still_work() -> None:
+def test_tiny_regions_and_high_dimensions_are_filled() -> None:
     tiny = box(np.zeros(6), np.full(6, 1e-200))
     assert tiny.contains(progressive_fill(tiny, 100).points).all()
     flat = box(np.zeros(4), [1.0, 1.0, 1.0, 1e-4])

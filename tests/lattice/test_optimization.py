@@ -82,6 +82,6 @@ def test_covering_search_to_three_dimensions() -> None:
         (lambda: optimize_covering(class_of(3, 2), starts=0), "starts is 0"),
     ],
 )
-def test_wrong_input_is_named(call: object, message: str) -> None:
+def test_an_error_names_wrong_input(call: object, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         call()  # type: ignore[operator]

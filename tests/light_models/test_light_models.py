@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light models: each against the equations it stands for, and the accuracy that is claimed of it."""
+"""Light models: the equations of each, and its stated accuracy."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_every_model_is_linear_in_light_and_surface(model: LightModel) -> None:
 
 
 @pytest.mark.parametrize("model", models(), ids=lambda model: type(model).__name__)
-def test_subspace_error_is_the_exact_matrix_less_the_shown_one(model: LightModel) -> None:
+def test_subspace_error_is_the_exact_matrix_minus_that_of_the_model(model: LightModel) -> None:
     light, surfaces = LIGHTS[6], on(BINS)
     shown = model.surface_coefficients(surfaces) @ model.xyz_from_coefficients(light).T
     exact = surfaces @ xyz_from_product(light, BINS).T
@@ -124,13 +124,15 @@ def test_sharpening_keeps_the_span_and_concentrates_each_vector() -> None:
     for i, vector in enumerate(sharp.T):
         share = (vector[edges[i] : edges[i + 1]] ** 2).sum() / (vector**2).sum()
         part = basis[edges[i] : edges[i + 1]]
-        assert share == pytest.approx(np.linalg.eigvalsh(part.T @ part)[-1], abs=1e-9)  # the most that the span allows
+        assert share == pytest.approx(
+            np.linalg.eigvalsh(part.T @ part)[-1], abs=1e-9
+        )  # the largest value that the span allows
         assert share > 0.5
     flat = basis @ (basis.T @ np.ones(31))
     np.testing.assert_allclose(sharp.sum(axis=1), flat, atol=1e-9)
 
 
-def test_searched_intervals_serve_smooth_lights_well_and_no_worse_than_equal_ones() -> None:
+def test_optimized_intervals_suit_smooth_lights_and_are_no_worse_than_equal_ones() -> None:
     smooth = [observer.normalized(catalogue.illuminant(n)).resampled(BINS, average=True) for n in ("A", "D50", "D75")]
     surfaces = on(BINS)
     basis = principal_components(representative_spectra(smooth, surfaces, BINS), 7)
@@ -152,7 +154,7 @@ def test_eight_natural_nodes_over_all_lights() -> None:
     assert errors(model, again, model.reflect(coefficients, coefficients[::-1]), LIGHTS).mean() < 0.45
 
 
-def test_more_nodes_are_better_and_any_wavelengths_may_be_asked() -> None:
+def test_more_nodes_are_better_and_any_wavelengths_can_be_used() -> None:
     surfaces = on(GRID)
     means = [
         errors(model, surfaces, model.surface_coefficients(surfaces), LIGHTS).mean()
@@ -165,7 +167,7 @@ def test_more_nodes_are_better_and_any_wavelengths_may_be_asked() -> None:
 
 @pytest.mark.parametrize("grid", [GRID, BINS, SpectralGrid.uniform(360, 830, 10)], ids=str)
 @pytest.mark.parametrize("count", [1, 2, 5, 24])
-def test_scene_nodes_hold_their_surfaces_under_every_light(grid: SpectralGrid, count: int) -> None:
+def test_scene_nodes_are_exact_for_their_surfaces_under_every_light(grid: SpectralGrid, count: int) -> None:
     surfaces = np.random.default_rng(count).uniform(size=(count, grid.size))
     model = NodeModel.scene(surfaces, grid)
     assert model.size == max(count, 8)
@@ -190,7 +192,7 @@ def test_scene_nodes_of_dependent_surfaces() -> None:
     assert errors(black, on(GRID), black.surface_coefficients(on(GRID)), LIGHTS).mean() < 0.4
 
 
-def test_two_reflections_among_scene_surfaces_stay_near() -> None:
+def test_two_reflections_among_scene_surfaces_have_a_small_error() -> None:
     surfaces = on(GRID)[:5]
     model = NodeModel.scene(surfaces, GRID)
     coefficients = model.surface_coefficients(surfaces)
@@ -204,7 +206,7 @@ def test_spectra_and_their_samples_are_the_same_surface() -> None:
     np.testing.assert_array_equal(model.surface_coefficients(CHECKER), model.surface_coefficients(on(GRID)))
 
 
-def test_what_cannot_be_a_model() -> None:
+def test_impossible_models_are_refused() -> None:
     with pytest.raises(InvalidInputError, match=r"5 natural nodes; searched sets are 6, 7, 8, 9"):
         NodeModel.natural(5)
     with pytest.raises(InvalidInputError, match=r"node wavelengths .* rising, between 380 and 780 nm"):

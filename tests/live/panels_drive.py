@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: E402
-"""Runs inside a Blender with a window, with the extension installed: panels of spectral textures and recipes, pictured.
+"""Runs inside a Blender with a window and the extension: takes pictures of the texture and recipe panels.
 
 ``blender --factory-startup --python panels_drive.py``; SPECTRAL_OUT is a folder for pictures of the screen (made by
 ImageMagick's ``import``), SPECTRAL_IMAGES two image files, SPECTRAL_ONLY names of steps. Prints RESULT and JSON.
@@ -47,7 +47,7 @@ def full():
 
 
 def only_panels(*names):
-    """Register nothing in the sidebar's tab but these panels, open: a closed one cannot be opened from Python."""
+    """Register only these panels in the sidebar's tab, open by default: Python cannot open a closed panel."""
     ours = [each for each in bpy.types.Panel.__subclasses__() if getattr(each, "bl_category", "") == "Spectral"]
     ours = [each for each in ours if each.__module__.startswith(NAME)]
     for panel in reversed(ours):
@@ -61,7 +61,7 @@ def only_panels(*names):
 
 
 def turn_to_tab():
-    """Possible once the sidebar was drawn with its tabs."""
+    """Select the tab, which exists only after the sidebar has been drawn."""
     for region in area().regions:
         if region.type == "UI":
             try:
@@ -185,7 +185,7 @@ def shown(name, *panels):
 
 
 def gallery():
-    """A plane that faces the eye, under two suns."""
+    """A plane that faces the camera, under two suns."""
     for block in list(bpy.data.objects):
         bpy.data.objects.remove(block)
     scene = bpy.context.scene

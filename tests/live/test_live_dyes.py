@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A live view of a fluorescent scene: the picture of a fresh render, before and after its dye changes."""
+"""A live view of a fluorescent scene equals a new render, before and after a change of its dye."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.live.test_live_session import Looker, fresh, scene, with_surface
 __all__ = ["scene"]  # the fixture
 
 
-def test_a_dye_is_seen_and_its_change_as_well(scene):
+def test_a_dye_and_its_change_are_visible(scene):
     dye = FluorescentDye.gaussian("green", 405, 530)
     dyed = [
         replace(m, surface=Fluorescent(gray(0.2), (dye,), (0.5,))) if m.name == "red" else m for m in scene.materials

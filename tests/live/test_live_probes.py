@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ambient Occlusion and Bevel in a view: after edits they show what a fresh render shows."""
+"""Ambient Occlusion and Bevel in a view: after edits the view equals a new render."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ def test_rays_of_programs_follow_edits(looker, scene):  # noqa: F811
     before = looker.settled(first)
     lamp_near = replace(first.lights[0], world_from_light=at(0, -2, 1.2), size=(1.0, 1.0))
     moved = with_place(with_surface(first, "gray", color=open_share(0.5)), "left", at(-1, -2, 1.0))
-    edited = replace(moved, lights=(lamp_near, *first.lights[1:]))  # whose body hides nothing from these rays
+    edited = replace(moved, lights=(lamp_near, *first.lights[1:]))  # these rays ignore the body of a lamp
     after = looker.settled(edited)
     assert looker.how != "loaded"
-    # their random numbers are of the place, whose last bits differ between the two: blocks agree, pixels do not
+    # their random numbers depend on the last bits of the position, which differ: only means of blocks agree
     assert np.abs(blocks(after) - blocks(fresh(edited))).mean() < 0.03 * after[..., :3].mean()
     assert np.abs(blocks(after) - blocks(before)).mean() > 0.2 * after[..., :3].mean()

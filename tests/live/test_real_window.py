@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rendered mode in a Blender with a window: edits of each kind, views, undo, and a killed renderer.
+"""Rendered mode in a Blender with a window: edits of each type, views, undo, and a killed renderer.
 
 SPECTRAL_REAL_BLENDER and SPECTRAL_PATHS as in tests/blender_ui; the folders must hold Mitsuba and Dr.Jit for that
-Blender's Python. The session must not be started in the repository's own folder, which child processes do not trust.
+Blender's Python. Do not start the session in the repository's folder, which child processes do not trust.
 """
 
 from __future__ import annotations

@@ -3,9 +3,9 @@
 """Runs inside a Blender with a window: the demo's vase in a split view, in daylight and under a sodium street lamp.
 
 ``blender --python vase_drive.py``; SPECTRAL_PATHS holds folders for sys.path (the checkout among them), SPECTRAL_OUT a
-folder for what the demo's design writes. Blender's own screenshots of a window that nobody looks at are black, so the
-picture is taken of the screen. It takes minutes where the kernels are not compiled yet; with SPECTRAL_STAY the window
-stays open.
+folder for what the demo's design writes. Blender's screenshots of a hidden window are black, so the
+picture is taken of the screen. This takes minutes until the kernels are compiled. With SPECTRAL_STAY the window stays
+open.
 """
 
 import os

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: E402
-"""Runs inside a Blender with a window: a 3D view in Rendered mode, edits of each kind, and what it then shows.
+"""Runs inside a Blender with a window: a 3D view in Rendered mode, edits of each type, and the pictures after them.
 
 ``blender --python window_drive.py``; SPECTRAL_PATHS holds folders for sys.path, SPECTRAL_OUT a folder for pictures.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension zip: built, checked by Blender's own validator, installed into an empty profile, put to work."""
+"""The extension zip: built, checked by Blender's validator, installed into an empty profile, and used."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ print("ANSWER " + json.dumps(answer))
 
 @pytest.fixture(scope="module")
 def package() -> Path:
-    """The zip with wheels for this Python alone."""
+    """The zip with wheels for this Python only."""
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     build = [sys.executable, "scripts/build_extension.py", "--python", version, "--name", "test"]
     done = subprocess.run(build, capture_output=True, text=True, cwd=ROOT)
@@ -55,8 +55,8 @@ def package() -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(1800)  # a guard against hanging: the build fetches and packs 180 MB
-def test_zip_installs_solves_renders_and_leaves_nothing(package: Path, tmp_path: Path) -> None:
+@pytest.mark.timeout(1800)  # a limit against hanging: the build downloads and packs 180 MB
+def test_the_zip_installs_solves_renders_and_is_removed_completely(package: Path, tmp_path: Path) -> None:
     picture = tmp_path / "picture.png"
     code = INSIDE.format(root=str(ROOT), package=str(package), picture=str(picture))
     for name in ("DRJIT_LIBLLVM_PATH", "SPECTRAL_SCENE_LLVM"):

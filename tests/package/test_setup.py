@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Set-up notices a .venv that was left unfinished, is broken or of another Python; the lock file is complete."""
+"""Set-up detects a .venv that is unfinished, broken or of another Python; the lock file is complete."""
 
 from __future__ import annotations
 
@@ -47,17 +47,17 @@ def setup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, template: Path) -> Mo
 
 @pytest.fixture
 def made(setup: ModuleType) -> ModuleType:
-    """With a .venv that is as it should be, but for its packages."""
+    """A correct .venv without packages."""
     setup.venv.create(setup.VENV, with_pip=True)
     assert setup.whats_wrong() == ""
     return setup
 
 
-def test_no_venv_is_nothing_wrong(setup: ModuleType) -> None:
+def test_no_venv_is_no_error(setup: ModuleType) -> None:
     assert setup.whats_wrong() == ""
 
 
-def test_an_interrupted_one_is_noticed(made: ModuleType) -> None:
+def test_an_interrupted_setup_is_detected(made: ModuleType) -> None:
     made.UNFINISHED.touch()
     assert made.whats_wrong() == "its set-up was interrupted"
     made.UNFINISHED.unlink()
@@ -67,19 +67,21 @@ def test_an_interrupted_one_is_noticed(made: ModuleType) -> None:
     assert "does not start" in made.whats_wrong()
 
 
-def test_one_of_another_python_is_noticed(made: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_venv_of_another_python_is_detected(made: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(made.sys, "version", "3.12.1 (main)")
     assert "this is 3.12.1" in made.whats_wrong()
 
 
-def test_one_that_was_copied_from_elsewhere_is_noticed(setup: ModuleType, tmp_path: Path) -> None:
+def test_a_copied_venv_is_detected(setup: ModuleType, tmp_path: Path) -> None:
     setup.venv.create(tmp_path / "other", with_pip=True)
     setup.VENV.mkdir()
     (setup.VENV / "bin").symlink_to(tmp_path / "other" / "bin")
     assert "it belongs to" in setup.whats_wrong()
 
 
-def test_what_is_wrong_is_made_anew_and_the_rest_is_left(made: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_venv_is_created_again_and_other_files_are_kept(
+    made: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
     ran: list[tuple[str, ...]] = []
     monkeypatch.setattr(made, "install", lambda *command: ran.append(command))
     (made.VENV / "mark").touch()
@@ -138,6 +140,6 @@ def test_every_pinned_package_is_locked_with_hashes() -> None:
     assert {"numpy", "mitsuba", "bpy", "hatchling", "editables", "pytest"} <= set(locked)
 
 
-def test_the_installed_python_is_the_one_that_is_meant() -> None:
+def test_the_requested_python_is_installed() -> None:
     done = subprocess.run([sys.executable, "-I", "-c", "import sys; print(sys.prefix)"], capture_output=True, text=True)
     assert Path(done.stdout.strip()) == Path(sys.prefix)

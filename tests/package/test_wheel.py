@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What ships is what works: the wheel, installed alone, has its data and its command line."""
+"""The wheel, installed alone, has its data and its command line."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the built wheel unpacked, as pip would."""
+    """A folder with the contents of the built wheel."""
     out = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "build", "--wheel", "--outdir", str(out), str(ROOT)]
     done = subprocess.run(build, capture_output=True, text=True)
@@ -29,7 +29,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run_installed(site: Path, code: str) -> str:
-    """Run code that sees the unpacked wheel and the dependencies, and not this checkout."""
+    """Run code that can import the unpacked wheel and the dependencies, but not this checkout."""
     hidden = f"import sys; sys.path[:] = [{str(site)!r}] + [p for p in sys.path if p not in ('', {str(ROOT)!r})]\n"
     environment = {**os.environ, "PYTHONPATH": ""}
     done = subprocess.run([sys.executable, "-c", hidden + code], capture_output=True, text=True, cwd=site,
@@ -38,8 +38,8 @@ def run_installed(site: Path, code: str) -> str:
     return done.stdout
 
 
-def test_wheel_carries_its_data(installed: Path) -> None:
-    """Tables, schema and licence are in; tests and benchmarks are not."""
+def test_the_wheel_contains_its_data(installed: Path) -> None:
+    """Tables, schemas and license are included; tests and benchmarks are not."""
     names = {path.relative_to(installed).as_posix() for path in installed.rglob("*") if path.is_file()}
 
     assert {"spectral_core/spectra/data/observers.csv", "spectral_core/spectra/data/illuminants.csv"} <= names
@@ -60,7 +60,7 @@ def test_installed_core_solves_a_palette(installed: Path) -> None:
     assert status == "solved"
 
 
-def test_installed_command_line_answers(installed: Path) -> None:
+def test_the_installed_command_line_runs(installed: Path) -> None:
     out = run_installed(installed, "from blender_addon.commands import main; main(['doctor', '--json'])")
 
     report = json.loads(out.splitlines()[-1])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Different answers to one palette: what was asked holds in all of them, elsewhere they differ, locks hold."""
+"""Alternative solutions of a palette: all meet the requests, they differ elsewhere, and locked materials stay."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from spectral_core.spectra.spectrum import Illuminant
 
 
 def colors(solution, names=()):
-    """Colors of all cells, integrated anew from the spectra."""
+    """Colors of all cells, integrated again from the spectra."""
     return np.array(
         [
             [
@@ -29,7 +29,7 @@ def colors(solution, names=()):
 
 
 @pytest.mark.parametrize("preset", ["hidden_mark", "metamer_pair", "color_constancy"])
-def test_what_was_asked_holds_in_every_answer(preset) -> None:
+def test_every_solution_meets_the_requests(preset) -> None:
     found = alternatives(getattr(presets, preset)(), count=3)
     assert len(found) == 3
     first = found[0].solution
@@ -45,7 +45,7 @@ def test_what_was_asked_holds_in_every_answer(preset) -> None:
             assert item.values.max() <= 1
 
 
-def test_locked_materials_stay_and_the_others_go_on() -> None:
+def test_locked_materials_are_kept_and_the_others_vary() -> None:
     problem = presets.hidden_mark()
     first = alternatives(problem, count=2)
     kept = first[1].solution.reflectances[0]
@@ -57,20 +57,22 @@ def test_locked_materials_stay_and_the_others_go_on() -> None:
         alternatives(problem, locked=dict(enumerate(first[0].solution.reflectances)))
 
 
-def test_the_searches_of_most_distinct_are_kept() -> None:
+def test_the_starts_of_most_distinct_are_alternatives() -> None:
     problem = presets.most_distinct(3)
     every = distinct_solutions(problem, starts=3)
     assert len(every) == 3
     best = solve_distinct(problem, starts=3)
     assert best.residuals["least_delta_e_2000"] == pytest.approx(every[0].residuals["least_delta_e_2000"])
-    for solution in every:  # each is a whole answer: matches hold, and the stated difference is that of its spectra
+    for (
+        solution
+    ) in every:  # each is a complete solution: matches hold, and the stated difference is that of its spectra
         shown = lab_from_linear_rgb(np.maximum(colors(solution), 0))
         least = min(float(delta_e_2000(shown[a, 1], shown[b, 1])) for a in range(3) for b in range(a))
         assert least == pytest.approx(solution.residuals["least_delta_e_2000"], abs=0.1)
         assert np.ptp(colors(solution)[:, 0], axis=0).max() < 1e-6
 
 
-def test_a_palette_without_freedom_has_one_answer() -> None:
+def test_a_palette_without_freedom_has_one_solution() -> None:
     problem = presets.split_light()
     assert solve_palette(problem).status.usable
     found = alternatives(problem, count=3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Conflicts: the errors predicted from multipliers are those of solving again, and they are named in order of help."""
+"""Conflicts: errors predicted from multipliers equal those of a new solve, and conflicts are sorted by their relief."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from spectral_core.palette.presets import split_light
 
 
 def given_lights(rng):
-    """Figure 5.2 with its lights given: what one light shows, another one does not let it."""
+    """Figure 5.2 with given lights: targets under different lights conflict."""
     asked = split_light(luminance=4.0)
     return replace(asked, lights=tuple(PaletteLight(light.spectrum) for light in asked.lights))
 
 
-def test_the_predicted_relief_is_near_that_of_solving_again(rng):
+def test_the_predicted_relief_is_near_that_of_a_new_solve(rng):
     problem = given_lights(rng)
     solution = solve_palette(problem)
     assert solution.status == "compromise"
@@ -38,12 +38,12 @@ def test_the_predicted_relief_is_near_that_of_solving_again(rng):
         predicted.append(conflict.delta_e_without)
         solved.append(solve_palette(released, explain=False).delta_e_2000[conflict.cell])
         assert solved[-1] < conflict.delta_e_2000
-    # Bounds that become free are not foreseen, so the prediction is not exact.
+    # The prediction ignores that bounds become inactive, so it is not exact.
     missed = np.array([conflict.delta_e_2000 for conflict in solution.conflicts])
     assert np.all(np.abs(np.subtract(predicted, solved)) < 0.5 * missed)
 
 
-def test_conflicts_are_named_in_order_of_help(rng):
+def test_conflicts_are_sorted_by_their_relief(rng):
     problem = given_lights(rng)
     solution = solve_palette(problem)
     worst = solution.conflicts[0]
@@ -55,7 +55,7 @@ def test_conflicts_are_named_in_order_of_help(rng):
     assert errors[0] < errors[1]
 
 
-def test_the_smallest_conflicting_set_leaves_none_out(rng):
+def test_the_smallest_conflicting_set_is_complete(rng):
     problem = coupled_palette((2, 5, 31), rng)
     exact = {(0, j): Cell.fixed((0.3, 0.3, 0.3), exact=True) for j in (1, 2)}
     solution = solve_palette(problem.with_cells({**exact, (0, 4): Cell.fixed((0.0, 0.9, 0.9), exact=True)}))
@@ -66,7 +66,7 @@ def test_the_smallest_conflicting_set_leaves_none_out(rng):
         assert "cannot all be exact" in solution.remedy
 
 
-# -- what cells ask, in the problem that is solved --------------------------------------------------------------------
+# -- requests of cells in the solved problem --------------------------------------------------------------------------
 
 
 def quadratic_of(problem, side="reflectances"):
@@ -81,14 +81,14 @@ def test_a_group_member_has_the_largest_weight_that_refers_to_it(rng):
     assert by_cell[0, 0] / by_cell[1, 0] == pytest.approx(3.5)
 
 
-def test_a_given_member_pulls_at_its_group_with_its_own_weight(rng):
+def test_a_given_member_of_a_group_counts_with_its_own_weight(rng):
     """One designed and one measured surface share a color: the common color is their weighted mean."""
     problem = coupled_palette((2, 2, 31), rng)
     given = solve_palette(problem, explain=False).reflectances[1]
     surfaces = (PaletteReflectance("designed"), PaletteReflectance("given", given))
     cells = (
         (Cell.free(), Cell.fixed((0.9, 0.1, 0.1), weight=50.0)),
-        # The median weight is the one of the colors, so that the group's own is not 1 after scaling.
+        # The median weight is that of the colors, so that the group's weight is not 1 after scaling.
         (Cell.same_as((0, 0), weight=3.0), Cell.fixed((0.5, 0.2, 0.2), weight=50.0)),
     )
     problem = replace(problem, reflectances=surfaces, cells=cells)
@@ -101,7 +101,7 @@ def test_a_given_member_pulls_at_its_group_with_its_own_weight(rng):
     np.testing.assert_allclose(answer.actual_linear_rgb, fresh.actual_linear_rgb, atol=1e-7)
 
 
-def test_live_edits_of_capped_weights_are_those_of_a_fresh_solve(rng):
+def test_live_edits_of_capped_weights_equal_a_new_solve(rng):
     session = PaletteSession(coupled_palette((3, 3, 31), rng))
     session.edit((0, 1), Cell.fixed((0.3, 0.3, 0.3), weight=1e9))
     for weight in (1.0, 1e-7, 20.0):
@@ -111,7 +111,7 @@ def test_live_edits_of_capped_weights_are_those_of_a_fresh_solve(rng):
 
 
 @pytest.mark.parametrize("seed", [1, 4, 9, 15])
-def test_the_gradient_of_variable_projection_is_the_slope_of_phi(seed, rng):
+def test_the_gradient_of_variable_projection_equals_differences_of_phi(seed, rng):
     problem = generated_palette(seed)
     requests = compiled_requests(problem)
     assembler = Assembler(problem, requests)
@@ -127,8 +127,8 @@ def test_the_gradient_of_variable_projection_is_the_slope_of_phi(seed, rng):
     assert gradient @ step == pytest.approx((high - low) / 2, rel=2e-3, abs=1e-13)
 
 
-def test_lights_that_are_designed_are_optimal_for_both_sides():
-    """Solved again by Clarabel from the returned point, neither side is better."""
+def test_designed_lights_are_optimal_for_both_sides():
+    """Clarabel improves neither side from the returned point."""
     pytest.importorskip("cvxpy")
     from benchmarks._palette_hard_check import side_gains
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Color integrals, smoothness and subspace error: what rows of a palette are made of."""
+"""Color integrals, smoothness and subspace error: the parts of a palette's rows."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 @pytest.mark.parametrize("interpolation", ["linear", "sampled"])
 @pytest.mark.parametrize("light", ["D65", "HP1", "FL11"])
-def test_the_kernel_integrates_as_the_renderer_does(light, interpolation):
+def test_the_kernel_integrates_like_the_renderer(light, interpolation):
     grid = SpectralGrid.uniform(400, 700, 10, interpolation=interpolation)
     measured = illuminant(light)
     expected = RGB_FROM_XYZ @ xyz_from_product(measured, grid)
@@ -40,12 +40,12 @@ def test_given_spectra_are_integrated_on_their_own_grids():
 
 @pytest.mark.parametrize("half_width", [0.01, 0.3, 2.0])
 @pytest.mark.parametrize("center", [450.0, 555.37, 610.5])
-def test_a_narrow_line_counts_in_full_wherever_it_stands(half_width, center):
+def test_a_narrow_line_counts_in_full_at_any_wavelength(half_width, center):
     """∫ line · hat · cmf by brute force: ten thousand points within the line."""
     lines = SpectralGrid(np.array([400.0, center - half_width, center, center + half_width, 700.0]))
     line = Illuminant("line", lines, np.array([0.0, 0.0, 1.0, 0.0, 0.0]))
     grid = SpectralGrid.uniform(400, 700, 10)
-    # Twice the points between two steps: a midpoint rule on each of 20,000 cells of the line.
+    # The midpoint rule on 20,000 cells of the line.
     edges = np.linspace(center - half_width, center + half_width, 20_001)
     points, step = (edges[1:] + edges[:-1]) / 2, edges[1] - edges[0]
     viewer = observer()
@@ -67,13 +67,13 @@ def test_two_designed_factors_are_integrated_exactly(rng):
     np.testing.assert_allclose(found, RGB_FROM_XYZ @ np.array(expected), rtol=1e-7)
 
 
-def test_other_observers_see_equal_energy_equally_bright():
+def test_equal_energy_has_the_same_luminance_for_all_observers():
     grid = SpectralGrid.uniform(360, 830, 5)
     shown = color_kernel(grid, OBSERVER_NAMES).bare.sum(axis=2) @ np.linalg.inv(RGB_FROM_XYZ)[1]
     np.testing.assert_allclose(shown, shown[0], rtol=1e-5)
 
 
-def test_the_thesis_operator_is_equation_5_13_with_the_norm_of_its_figures():
+def test_the_thesis_operator_is_equation_5_13_with_the_scale_of_its_figures():
     grid = SpectralGrid.uniform(400, 700, 10)
     operator = second_differences(grid, "thesis") * 6 * np.sqrt(31)
     np.testing.assert_allclose(np.diag(operator), 2.0)
@@ -84,14 +84,16 @@ def test_the_thesis_operator_is_equation_5_13_with_the_norm_of_its_figures():
 @pytest.mark.parametrize(
     "grid", [SpectralGrid.uniform(400, 700, 10), SpectralGrid(np.array([380.0, 390, 410, 500, 700]))]
 )
-def test_the_mended_operator_leaves_constants_alone(grid):
+def test_the_mended_operator_maps_constants_to_zero(grid):
     assert np.abs(second_differences(grid) @ np.ones(grid.size)).max() < 1e-14
 
 
 def test_mended_roughness_does_not_depend_on_the_grid():
     def roughness(step: float) -> float:
         grid = SpectralGrid.uniform(400, 700, step)
-        wave = np.cos(2 * np.pi * (grid.wavelengths_nm - 400) / 100)  # flat at both ends, as the mirror wants
+        wave = np.cos(
+            2 * np.pi * (grid.wavelengths_nm - 400) / 100
+        )  # flat at both ends, as the mirrored continuation requires
         return float(np.linalg.norm(second_differences(grid) @ wave))
 
     assert roughness(1.0) == pytest.approx(roughness(2.5), rel=0.02)
@@ -104,7 +106,7 @@ def test_an_unknown_operator_is_refused():
 
 
 @pytest.mark.parametrize("componentwise", [False, True])
-def test_a_subspace_that_holds_everything_makes_no_error(componentwise):
+def test_a_subspace_of_all_spectra_has_no_error(componentwise):
     grid = SpectralGrid.uniform(400, 700, 10, interpolation="sampled")
     basis = np.eye(31) if componentwise else np.linalg.qr(np.random.default_rng(0).normal(size=(31, 31)))[0]
     kernel = color_kernel(grid)

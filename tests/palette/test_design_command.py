@@ -29,9 +29,11 @@ def test_a_preset_is_designed_and_written(tmp_path, capsys):
     assert (tmp_path / "palette.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_palette_file_with_conflicting_exact_cells_fails_and_says_why(tmp_path, capsys):
+def test_a_palette_file_with_conflicting_exact_cells_fails_with_a_reason(tmp_path, capsys):
     problem = hidden_mark()
-    problem = problem.with_cell((0, 1), Cell.fixed((0.0, 0.9, 0.9), exact=True))  # no surface is blue under sodium
+    problem = problem.with_cell(
+        (0, 1), Cell.fixed((0.0, 0.9, 0.9), exact=True)
+    )  # no surface is blue under sodium light
     write_palette(tmp_path / "hopeless.toml", problem)
     status = main(["design", str(tmp_path / "hopeless.toml"), "--out", str(tmp_path / "out"), "--json"])
     figures = last_object(capsys.readouterr().out)
@@ -50,7 +52,7 @@ def test_a_palette_file_with_conflicting_exact_cells_fails_and_says_why(tmp_path
         (["--preset", "Hidden mark", "--rounds", "0"], "rounds is 0"),
     ],
 )
-def test_wrong_calls_are_one_clear_line(arguments, message, capsys):
+def test_wrong_calls_print_one_clear_line(arguments, message, capsys):
     assert main(["design", *arguments]) == 1
     error = capsys.readouterr().err
     assert message in error

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A step of the search for distinct colors: both engines find the optimum by hand, at either limit of a row."""
+"""A step of the search for distinct colors: both engines find the analytic optimum, at either limit of a row."""
 
 from __future__ import annotations
 

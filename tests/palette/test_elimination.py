@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An eliminated spectrum is the solution of its own equations, however it came to the bounds that it holds."""
+"""An eliminated spectrum solves its equations, for any sequence of changes of its active bounds."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def some_block(rng, colors, exact):
 
 
 def by_equations(block, free, x, colors):
-    """Values, gradients and pulls from one dense system: rows in H with their weight, exact ones also as equalities."""
+    """Values, gradients, multipliers and pulls on the colors from one dense system; exact rows are equalities."""
     exact = np.isinf(block.weights)
     weights = np.where(exact, 1.0, block.weights)
     hessian = (block.rows.T * weights) @ block.rows + block.gram
@@ -49,20 +49,20 @@ def by_equations(block, free, x, colors):
 
 
 @pytest.mark.parametrize(("colors", "exact"), [(0, 0), (3, 0), (3, 2), (6, 4)])
-def test_any_path_of_bounds_and_targets_ends_at_the_solution_of_the_equations(rng, colors, exact):
+def test_any_sequence_of_bounds_and_targets_gives_the_solution_of_the_equations(rng, colors, exact):
     block = some_block(rng, colors, exact)
     spectrum = squared(block, 1.0, np.inf)
     free, x = rng.random(SIZE) < 0.7, rng.integers(0, 2, SIZE).astype(float)
     found = Elimination(spectrum, free, x)
     exchanged = 0
     for step in range(60):
-        if step % 3 == 0:  # one sample, as the walk does
+        if step % 3 == 0:  # one sample, as in a step of the walk
             k = int(rng.integers(SIZE))
             bound = float(rng.integers(2)) if free[k] else x[k]
             free, x = free.copy(), x.copy()
             free[k], x[k] = not free[k], bound
             assert found.exchange(k, bound)
-        else:  # other targets, other bounds
+        else:  # new targets, new bounds
             if step % 3 == 1:
                 block = block.with_targets(rng.normal(size=3 * CELLS))
                 fresh = squared(block, 1.0, np.inf)
@@ -83,11 +83,11 @@ def test_any_path_of_bounds_and_targets_ends_at_the_solution_of_the_equations(rn
         np.testing.assert_allclose(got[:SIZE], np.where(free, value, gradient), rtol=1e-7, atol=1e-7)
         np.testing.assert_allclose(got[SIZE : SIZE + exact], multiplier, rtol=1e-6, atol=1e-6)
         np.testing.assert_allclose(got[SIZE + exact :], pull, rtol=1e-6, atol=1e-6)
-    assert exchanged > 5  # else every step was a factorization, and nothing was tested
+    assert exchanged > 5  # otherwise every step would be a new factorization, and the test would be void
 
 
-def test_an_exchange_that_would_lose_digits_is_refused(rng):
-    """A sample whose column is that of a free one has no curvature of its own left."""
+def test_an_update_that_would_lose_digits_is_refused(rng):
+    """A sample with the same column as a free sample adds no curvature."""
     block = some_block(rng, 3, 0)
     rows = block.rows.copy()
     rows[:, 1] = rows[:, 0]
@@ -100,17 +100,17 @@ def test_an_exchange_that_would_lose_digits_is_refused(rng):
     assert found.exchange(5, 0.0)
 
 
-def test_an_answer_is_refined_from_a_residual_of_1e_8_on():
-    """The check accepts 1e-6; what lies between is refined first, so that equal answers look equal."""
+def test_an_answer_with_a_residual_above_1e_8_is_refined():
+    """The check accepts 1e-6. Answers with residuals between are refined first, so that equal answers look equal."""
     for residual, sharp in ((0.9e-8, True), (1.1e-8, False), (np.inf, False)):
         answer = Answer((), np.zeros((0, 3)), (), Check(residual, 0.0, 0.0), ())
         assert is_sharp(answer) is sharp
-    broken = Answer((), np.zeros((0, 3)), (), Check(0.0, 0.0, 1e-6), ())  # an exact row is missed
+    broken = Answer((), np.zeros((0, 3)), (), Check(0.0, 0.0, 1e-6), ())  # an exact row is violated
     assert not is_sharp(broken)
 
 
-def test_a_light_that_shows_nothing_does_not_set_the_scale_of_the_check(rng):
-    """Rows below the visible limit, a ten-millionth in all coefficients together, are those of no light."""
+def test_a_light_without_visible_power_does_not_set_the_scale_of_the_check(rng):
+    """Rows with a coefficient sum below the visible limit, 1e-7, count as rows of no light."""
     block = some_block(rng, 0, 0)
     seen = replace(block, keys=tuple((0, (0, j)) for j in range(CELLS)))
     for total, counts in ((0.8e-7, False), (1.3e-7, True)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine agrees with cvxpy, follows any change, and no answer is believed that does not satisfy the conditions."""
+"""The engine agrees with cvxpy, follows any change, and rejects answers that fail the optimality conditions."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ def side_of(problem, side="reflectances", **how):
 
 
 def rows_of(problem, i, j):
-    """What a cell adds to the objective, written down once more: weight² / 3 × squared distance, by its own words."""
+    """A cell's term of the objective, implemented independently: weight² / 3 × squared distance."""
     return problem.cells[i][j].weight ** 2 / 3
 
 
-def test_the_engine_finds_what_cvxpy_finds(rng):
+def test_the_engine_agrees_with_cvxpy(rng):
     problem = coupled_palette(SIZE, rng)
     answer = solve(side_of(problem).quadratic)
     assert answer.check.passed
@@ -70,7 +70,7 @@ def test_exact_metamers_and_any_weight_agree_with_cvxpy(rng, weight):
 
 
 def test_the_assembled_objective_is_that_of_the_cells(rng):
-    """Weights, groups, given reflectances and the roughness of both sides, against a plain sum over cells."""
+    """Weights, groups, given reflectances and the roughness of both sides, compared with a plain sum over cells."""
     problem = coupled_palette(SIZE, rng)
     given = solve_palette(problem, explain=False).reflectances[3]
     lights = tuple(replace(light, free=j > 0) if j else light for j, light in enumerate(split_light().lights))
@@ -98,7 +98,7 @@ def test_the_assembled_objective_is_that_of_the_cells(rng):
                 total += cell.weight**2 / 3 * float(np.sum((shown[i, j] - wanted) ** 2))
     quadratic = assembled.quadratic
     assert quadratic.objective(quadratic.joined(colors, values)) * scale**2 == pytest.approx(total / 2, rel=1e-9)
-    assert lights  # the lights' roughness is in the next test
+    assert lights  # the next test checks the roughness of lights
 
 
 def test_the_roughness_of_lights_counts_power_per_10_nm():
@@ -113,7 +113,7 @@ def test_the_roughness_of_lights_counts_power_per_10_nm():
     assert x @ quadratic.blocks[0].gram @ x == pytest.approx(float(np.sum((rough @ x) ** 2)), rel=1e-12)
 
 
-def test_gradients_are_the_slopes_of_the_objective(rng):
+def test_gradients_equal_differences_of_the_objective(rng):
     problem = coupled_palette(SIZE, rng).with_cell((2, 2), Cell.black())
     for side, free in (("reflectances", False), ("lights", True)):
         if free:
@@ -126,7 +126,7 @@ def test_gradients_are_the_slopes_of_the_objective(rng):
         assert quadratic.gradient(x, quadratic.forces(x)) @ step == pytest.approx(slope, rel=1e-6)
 
 
-def test_the_engine_follows_changes_of_any_kind(rng):
+def test_the_engine_follows_changes_of_any_type(rng):
     problem = coupled_palette(SIZE, rng)
     warm = Engine()
     for _ in range(25):
@@ -143,7 +143,7 @@ def test_the_engine_follows_changes_of_any_kind(rng):
 
 
 def test_warm_edits_need_few_steps(rng):
-    """Counts, not times: a drag is a few active-set steps, also for a weight of 1000 and back."""
+    """Counts active-set steps instead of times: a drag needs few, also for a weight of 1000 and back."""
     problem = coupled_palette((6, 6, 31), rng)
     warm = Engine()
     warm.solve(side_of(problem).quadratic)
@@ -177,7 +177,7 @@ def test_a_wrong_answer_fails_its_check(rng):
     assert not Check(1e-5, 0.0, 0.0).passed
 
 
-def test_the_check_sees_an_error_of_the_lightest_cell_beside_a_heavy_one():
+def test_the_check_detects_an_error_of_the_smallest_weight_beside_a_large_one():
     rows = np.array([[1.0, 0.0], [0.0, 1.0]])
     none, zero = np.zeros((2, 0)), np.zeros((2, 2))
     block = Block(rows, np.array([0.3, 0.4]), none, np.array([1e6, 1e-6]), zero, zero, np.zeros(2), np.ones(2))
@@ -187,7 +187,7 @@ def test_the_check_sees_an_error_of_the_lightest_cell_beside_a_heavy_one():
     assert checked(quadratic, wrong, quadratic.forces(wrong)).kkt > 0.05
 
 
-def test_a_failing_gear_is_replaced_by_piqp(rng, monkeypatch):
+def test_a_failing_engine_is_replaced_by_piqp(rng, monkeypatch):
     monkeypatch.setattr(engine_module, "lone_spectra", lambda arrow: None)
     monkeypatch.setattr(
         engine_module, "interior_point", lambda arrow: (np.full(arrow.problem.size, np.nan), np.ones(1, dtype=bool))
@@ -199,7 +199,7 @@ def test_a_failing_gear_is_replaced_by_piqp(rng, monkeypatch):
     assert answer.check.passed
 
 
-def test_nothing_is_called_solved_when_every_gear_lies(rng, monkeypatch):
+def test_no_answer_is_solved_if_every_engine_is_wrong(rng, monkeypatch):
     def lie(problem):
         return np.full(problem.size, 0.3), [np.zeros(0)] * len(problem.blocks)
 
@@ -221,7 +221,7 @@ def test_piqp_and_the_engine_agree(rng):
     )
 
 
-def test_exact_rows_that_conflict_are_found_and_the_set_is_smallest(rng):
+def test_the_smallest_set_of_conflicting_exact_rows_is_found(rng):
     problem = coupled_palette((3, 5, 31), rng)
     free = {(0, j): Cell.fixed((0.3, 0.3, 0.3), exact=True) for j in (1, 2, 3)}
     problem = problem.with_cells({**free, (0, 4): Cell.fixed((0.0, 0.9, 0.9), exact=True)})
@@ -232,18 +232,18 @@ def test_exact_rows_that_conflict_are_found_and_the_set_is_smallest(rng):
     keys = smallest_conflict(quadratic)
     cells = [cell for _, cell in keys]
     assert 1 <= len(cells) <= 4
-    for released in cells:  # without any one of them the others can hold
+    for released in cells:  # without any one of them the others can be satisfied
         fewer = {cell: problem.cells[cell[0]][cell[1]] for cell in cells if cell != released}
         only = {(0, j): fewer.get((0, j), Cell.ignore()) for j in (1, 2, 3, 4)}
         assert not solve(side_of(problem.with_cells(only)).quadratic).infeasible
 
 
 @pytest.mark.parametrize("first", range(0, 60, 20))
-def test_hard_palettes_are_never_called_right_when_wrong(first):
+def test_wrong_answers_of_hard_palettes_are_never_accepted(first):
     for seed in range(first, first + 20):
         problem, traps = hard_problem(seed)
         if problem.grid.size > 100:
-            continue  # in the benchmark
+            continue  # as in the benchmark
         solution = solve_palette(problem, explain=False, seconds=0.2)
         assert solution.status == "solved" or solution.remedy, traps
         if solution.status.trusted:
@@ -252,7 +252,7 @@ def test_hard_palettes_are_never_called_right_when_wrong(first):
 
 
 def test_the_best_color_in_a_box_under_a_metric_is_not_the_clipped_one(rng):
-    """Channels depend on each other there; the least over the box is found, compared with a fine search."""
+    """The channels depend on each other under a metric; the minimum over the box is compared with a fine search."""
     metric = np.array([[1.0, 0.9, 0.2], [0.1, 1.0, 0.8], [0.3, 0.2, 1.0]])
     shown = np.array([0.9, 0.2, 0.6])
     block = Block(metric, np.zeros(3), metric, np.ones(3), np.zeros((0, 3)), np.zeros((3, 3)), np.zeros(3), np.ones(3))
@@ -265,8 +265,8 @@ def test_the_best_color_in_a_box_under_a_metric_is_not_the_clipped_one(rng):
 
 
 @pytest.mark.parametrize("seed", [284, 322, 357, 442])
-def test_what_was_once_called_right_and_was_not(seed):
-    """Exact rows that nearly depend on each other; boxed groups under the perceptual metric; a side that is small."""
+def test_palettes_whose_wrong_answers_were_once_accepted(seed):
+    """Nearly dependent exact rows; groups with boxes under the perceptual metric; a small side."""
     pytest.importorskip("cvxpy")
     from benchmarks._palette_hard_check import side_gains
 
@@ -277,13 +277,13 @@ def test_what_was_once_called_right_and_was_not(seed):
         assert max(gains.values(), default=0.0) < 1e-6
 
 
-def test_a_step_that_color_boxes_cut_off_is_no_crash():
-    """A hard case whose Newton step in the free colors was rounding: its slope was divided by zero."""
+def test_a_step_limited_by_color_boxes_does_not_fail():
+    """A hard case whose Newton step in the free colors was only rounding error, which led to a division by zero."""
     assert solve_palette(hard_problem(188)[0], explain=False).status.value != "inaccurate"
 
 
 def test_the_interior_point_by_itself_ends_near_the_optimum(rng):
-    """No other method mends it here: colors that ask for reflectances of 0 and of 1 make both bounds active."""
+    """No other method corrects the result here. Colors that need reflectances of 0 and 1 make both bounds active."""
     problem = coupled_palette(SIZE, rng)
     bright = {(0, 1): Cell.fixed((4.0, 4.0, 0.0)), (1, 2): Cell.fixed((0.0, 3.0, 5.0)), (2, 1): Cell.fixed((0, 0, 5))}
     quadratic = side_of(problem.with_cells(bright)).quadratic
@@ -293,5 +293,5 @@ def test_the_interior_point_by_itself_ends_near_the_optimum(rng):
     low, high = best <= quadratic.lower + 1e-9, best >= quadratic.upper - 1e-9
     assert low.sum() > 10 and high.sum() > 10
     np.testing.assert_allclose(x, best, atol=1e-4)
-    # Of the bounds that it names as active nearly all are.
+    # Nearly all bounds that it reports as active are active.
     assert np.mean(free == ~(low | high)) > 0.97

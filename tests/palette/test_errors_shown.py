@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Errors and statuses mean what the artist reads: every cell against what that cell itself asks for."""
+"""Displayed errors and statuses: every cell is compared with its own request."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def apart(one, other) -> float:
     return float(delta_e_2000(lab_from_linear_rgb(one), lab_from_linear_rgb(other)))
 
 
-def test_a_constant_cell_shows_the_whole_shift_under_the_other_light():
+def test_a_constant_cell_shows_the_full_shift_under_the_other_light():
     problem = table((D65, LED), (Cell.fixed((0.1, 0.3, 0.35)), Cell.constant((0, 0))))
     solution = solve_palette(problem, explain=False)
     shift = apart(*solution.actual_linear_rgb[0])
@@ -82,7 +82,7 @@ def test_the_status_is_that_of_all_observers_and_variants():
     assert (solution.status == "compromise") == (solution.max_delta_e_2000 > 3)
 
 
-def test_a_cell_of_weight_0_asks_nothing():
+def test_a_cell_of_weight_0_has_no_request():
     cells = (Cell.fixed((0.2, 0.2, 0.2)), Cell.fixed((0, 0.9, 0.9), weight=0.0))
     solution = solve_palette(table((D65, HP1), cells))
     assert solution.status == "solved"
@@ -92,7 +92,7 @@ def test_a_cell_of_weight_0_asks_nothing():
 
 
 @pytest.mark.parametrize("luminance", [None, 1.0])
-def test_a_white_out_of_reach_has_its_own_remedy(luminance):
+def test_an_unreachable_white_has_a_separate_remedy(luminance):
     waves = np.array([400.0, 449, 450, 451, 469, 470, 471, 700])
     grid = SpectralGrid(waves)
     lasers = tuple(
@@ -106,7 +106,7 @@ def test_a_white_out_of_reach_has_its_own_remedy(luminance):
     assert "380 and 780 nm" not in solution.remedy
 
 
-def test_conflicts_tell_equal_names_apart():
+def test_conflicts_distinguish_equal_names():
     cells = (Cell.fixed((0.2, 0.2, 0.2), exact=True), Cell.fixed((0.4, 0.2, 0.2), exact=True))
     solution = solve_palette(table((D65, D65), cells))
     assert "“D65” (1)" in solution.conflicts[0].text or "“D65” (2)" in solution.conflicts[0].text
@@ -145,7 +145,7 @@ def test_a_perfect_white_is_white_for_the_only_observer():
         lambda: PaletteLight("D65"),
     ],
 )
-def test_wrong_kinds_are_refused_by_this_librarys_errors(make):
+def test_wrong_types_raise_errors_of_this_library(make):
     with pytest.raises(SpectralError):
         make()
 
@@ -158,7 +158,7 @@ def test_a_half_open_box_is_kept():
 
 
 def test_two_cells_that_refer_to_the_same_one_are_compared_with_each_other_too():
-    """Each is near the color that both refer to, on opposite sides of it: the pair is what an eye tells apart."""
+    """Each is near the common reference, on opposite sides; an observer compares the two cells."""
     twin = Illuminant("twin", D65.grid, D65.values)
     rows = [
         (Cell.fixed((0.3, 0.3, 0.3), weight=50), Cell.ignore()),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights and reflectances designed together: derivatives, and whether the end is an optimum of both sides."""
+"""Lights and reflectances designed together: derivatives, and optimality of the result for both sides."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_derivatives_agree_with_differences(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [0, 16])
 def test_objective_is_that_of_both_sides(seed: int) -> None:
-    """The joint sum of squares is what each side's own problem says, and the roughness of the other side."""
+    """The joint sum of squares equals that of each side's problem plus the roughness of the other side."""
     problem = generated_palette(seed)
     joint, assembler = _joint(problem)
     state = joint.with_values(joint.start)
@@ -64,8 +64,8 @@ def test_objective_is_that_of_both_sides(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [3, 44, 45])
-def test_descent_ends_where_a_round_changes_nothing(seed: int) -> None:
-    """Metamers with exact cells, for which alternation and L-BFGS-B still improve after two seconds."""
+def test_a_round_after_the_descent_changes_nothing(seed: int) -> None:
+    """Metamers with exact cells, where alternation and L-BFGS-B still improve after two seconds."""
     problem = generated_palette(seed)
     joint, assembler = _joint(problem)
     steps = iter(range(400))
@@ -78,7 +78,7 @@ def test_descent_ends_where_a_round_changes_nothing(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3, 14, 29])
 def test_solved_palettes_are_optimal_for_clarabel(seed: int) -> None:
-    """Re-solving either side alone, by another statement and another solver, gains less than a millionth."""
+    """Solving either side alone by another formulation and another solver improves it by less than a millionth."""
     solution = solve_palette(generated_palette(seed), explain=False, seconds=60.0)
     assert solution.status.trusted
     gains = side_gains(solution)
@@ -86,7 +86,7 @@ def test_solved_palettes_are_optimal_for_clarabel(seed: int) -> None:
     assert max(gains.values()) < 1e-6
 
 
-def test_a_table_in_which_nothing_is_asked_for_is_solved() -> None:
+def test_a_table_without_requests_is_solved() -> None:
     grid = SpectralGrid(np.linspace(400, 700, 31))
     light = PaletteLight(normalized(illuminant("D65")).resampled(grid), free=True)
     problem = PaletteProblem(grid, [light], [PaletteReflectance("any")], [[Cell.free()]])

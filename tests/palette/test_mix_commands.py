@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command `mix`, against the mixing laws written out."""
+"""The command `mix`, compared with the mixing laws."""
 
 from __future__ import annotations
 
@@ -28,6 +28,6 @@ def test_mixtures_follow_their_law(tmp_path, capsys, law) -> None:
 
 
 @pytest.mark.parametrize("word", ["cyan", "cyan:none", "cyan:-1", "cyan:0"])
-def test_parts_that_are_none_are_refused(capsys, word) -> None:
+def test_invalid_parts_are_refused(capsys, word) -> None:
     assert cli.main(["mix", word]) == 1
     assert "expected NAME:PARTS" in capsys.readouterr().err

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Possible?: the colors of a cell beside exact cells, against linear programs written out."""
+"""Possible?: the colors of a cell beside exact cells, compared with linear programs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def problem(*row: Cell, measured=None) -> PaletteProblem:
 
 
 def feasible(color, *held) -> bool:
-    """Whether any reflectance has ``color`` under HP1 and the held colors, by one program."""
+    """True if a reflectance has ``color`` under HP1 and the exact colors, by one linear program."""
     equations = np.concatenate([MATRICES[1], *(MATRICES[k] for k in held)])
     wanted = np.concatenate([color, *(COLORS[k] for k in held)])
     return linprog(np.zeros(GRID.size), A_eq=equations, b_eq=wanted, bounds=(0, 1), method="highs-ipm").status == 0
@@ -43,12 +43,12 @@ def test_sections_and_nearest_colors_agree_with_programs(held) -> None:
     lightness = float(lab_from_linear_rgb(COLORS[1])[0])
     inside, colors = found.section(lightness, 23), section_linear_rgb(lightness, 23)
     truth = np.array([[feasible(color, *held) for color in line] for line in colors])
-    assert not np.any(truth & ~inside)  # nothing possible is left out
+    assert not np.any(truth & ~inside)  # no possible color is missing
     grown = truth.copy()
     for axis in (0, 1):
         for step in (-1, 1):
             grown |= np.roll(truth, step, axis)
-    assert not np.any(inside & ~grown)  # and too much by less than a cell of 10 units
+    assert not np.any(inside & ~grown)  # and the excess is less than a cell of 10 units
     nearest = found.nearest([0.9, 0.1, 0.1])
     shown = MATRICES[1] @ nearest.reflectance
     np.testing.assert_allclose(shown, nearest.color, atol=1e-6)
@@ -59,7 +59,7 @@ def test_sections_and_nearest_colors_agree_with_programs(held) -> None:
     assert sum(share for _, share in shares) == pytest.approx(1.0 if held else 0.0, abs=0.05)
 
 
-def test_the_cell_whose_release_helps_most_is_named_first() -> None:
+def test_the_cell_with_the_largest_relief_is_listed_first() -> None:
     row = (Cell.fixed(COLORS[0], exact=True), Cell.fixed([0.2, 0.8, 0.1]), Cell.fixed(COLORS[2], exact=True))
     found = possible_colors(problem(*row), (0, 1))
     nearest = found.nearest([0.2, 0.8, 0.1])
@@ -73,7 +73,7 @@ def test_the_cell_whose_release_helps_most_is_named_first() -> None:
     assert released[first] <= min(released.values()) + 1.0
 
 
-def test_lights_as_they_are_designed_and_cells_that_refer() -> None:
+def test_designed_lights_and_cells_with_references() -> None:
     row = (Cell.fixed(COLORS[0]), Cell.fixed(COLORS[1]), Cell.constant((0, 0), exact=True))
     with pytest.raises(InvalidInputError, match="solve it"):
         possible_colors(problem(*row), (0, 1))
@@ -85,7 +85,7 @@ def test_lights_as_they_are_designed_and_cells_that_refer() -> None:
     assert delta_e_2000(lab_from_linear_rgb(color.color), lab_from_linear_rgb(COLORS[2])) < 1e-3
 
 
-def test_a_measured_material_shows_one_color() -> None:
+def test_a_measured_material_has_one_color() -> None:
     measured = problem(*[Cell.ignore()] * 3, measured=reflectance("foliage"))
     with pytest.raises(InvalidInputError, match="it shows the one color that it has"):
         possible_colors(measured, (0, 1))

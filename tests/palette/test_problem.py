@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Problems refuse what cannot be meant, and say what to do."""
+"""Problems refuse contradictory input with a remedy."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ def problem(*rows: tuple[Cell, ...], **settings: object) -> PaletteProblem:
         (lambda: problem((Cell.fixed(GREY),), rounds=0), "rounds is 0"),
         (lambda: problem((Cell.fixed(GREY),), reflectance_bounds=(1.0, 0.0)), "the lower one first"),
         (lambda: PaletteProblem(design_grid(), (), (), ()), "at least one of its lights"),
-        (lambda: PaletteLight(D65, luminance=2.0), "is fixed, so luminance cannot be asked"),
+        (lambda: PaletteLight(D65, luminance=2.0), "is fixed, so luminance cannot be required"),
         (lambda: PaletteLight(D65, free=True, variants=(D65,)), "only a measured light can have variants"),
         (lambda: split_light().with_cells({(9, 9): Cell.ignore()}), "outside the table of 5×3"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(make, message):
+def test_contradictory_input_is_refused(make, message):
     with pytest.raises(InvalidInputError, match=message):
         make()
 
@@ -62,7 +62,7 @@ def test_a_designed_light_must_be_on_the_grid():
         )
 
 
-def test_an_unknown_observer_is_named():
+def test_an_error_names_an_unknown_observer():
     with pytest.raises(UnknownNameError, match="no observer is named 'cie_1932'"):
         problem((Cell.fixed(GREY),), observers=("cie_1932",))
 
@@ -74,7 +74,7 @@ def test_boxes_without_a_common_color_are_refused():
         compiled_requests(apart)
 
 
-def test_weights_are_held_within_ten_thousand_and_that_is_said():
+def test_weights_are_limited_to_ten_thousand_with_a_message():
     requests = compiled_requests(problem((Cell.fixed(GREY, weight=1e12),), (Cell.fixed(GREY),), (Cell.fixed(GREY),)))
     weights = [target.weight for target in requests.targets]
     assert max(weights) / min(weights) == pytest.approx(1e4)
@@ -82,7 +82,7 @@ def test_weights_are_held_within_ten_thousand_and_that_is_said():
     assert compiled_requests(problem((Cell.fixed(GREY, weight=1000.0),), (Cell.fixed(GREY),))).notes == ()
 
 
-def test_same_cells_gather_into_one_group_whatever_their_order():
+def test_same_cells_form_one_group_in_any_order():
     rows = ((Cell.same_as((2, 0)),), (Cell.same_as((0, 0)),), (Cell.fixed(GREY),), (Cell.same_as((1, 0), weight=3.0),))
     (group,) = compiled_requests(problem(*rows)).groups
     assert group.members == ((0, 0), (1, 0), (2, 0), (3, 0))
@@ -97,7 +97,7 @@ def test_presets_build_and_stay_editable(name):
 
 
 @pytest.mark.parametrize("mode", list(CellMode))
-def test_only_cells_that_refer_to_others_have_others(mode):
+def test_only_cells_with_references_accept_others(mode):
     target = np.array(GREY) if mode is CellMode.FIXED else None
     box = (np.zeros(3), np.ones(3)) if mode is CellMode.FREE else None
     refers = mode in (CellMode.SAME, CellMode.CONSTANT, CellMode.DISTINCT)

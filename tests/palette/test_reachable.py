@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a material can show: extents against linear programs, nearest colors against a general minimizer."""
+"""Reachable colors: extents compared with linear programs, nearest colors compared with a general minimizer."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_color_that_is_possible_is_its_own_nearest() -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_nearest_color_is_as_near_as_a_general_minimizer_finds(seed: int) -> None:
+def test_the_nearest_color_is_as_near_as_that_of_a_general_minimizer(seed: int) -> None:
     rng = np.random.default_rng(seed)
     exact = colors_of(("foliage", "orange", "dark skin")[seed % 3], D65) if seed % 2 else []
     reach = CellReach(HP1, GRID, exact)
@@ -64,7 +64,7 @@ def test_the_nearest_color_is_as_near_as_a_general_minimizer_finds(seed: int) ->
         np.testing.assert_allclose(matrix @ found.reflectance, color, atol=1e-6)
 
 
-def test_the_color_in_the_way_is_the_one_whose_release_helps_most() -> None:
+def test_the_blocking_color_is_the_one_with_the_largest_relief() -> None:
     exact = colors_of("red", D65, A)
     wanted = np.array([0.1, 0.5, 0.1])
     found = CellReach(HP1, GRID, exact).nearest(wanted)
@@ -74,7 +74,7 @@ def test_the_color_in_the_way_is_the_one_whose_release_helps_most() -> None:
     assert min(without) < found.delta_e_2000
 
 
-def test_outline_and_refusals() -> None:
+def test_outline_and_errors() -> None:
     reach = CellReach(D65, GRID)
     outline = reach.outline(50)
     assert outline.shape == (50, 3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Palettes solved: the thesis' figures, every kind of cell, every kind of light."""
+"""Solved palettes: the figures of the thesis, every type of cell, every type of light."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ GRID = design_grid()
 
 
 def one(*cells: Cell, lights: tuple = (PaletteLight(D65), PaletteLight(HP1)), **settings) -> PaletteProblem:
-    """A palette of a single reflectance."""
+    """A palette with a single reflectance."""
     return PaletteProblem(GRID, lights[: len(cells)], (PaletteReflectance("r"),), (cells,), **settings)
 
 
@@ -48,7 +48,7 @@ def pair_difference(solution, light: int = 0) -> float:
 # -- cells --------------------------------------------------------------------------------------------------------
 
 
-def test_the_hidden_mark_is_hidden_and_seen():
+def test_the_hidden_mark_is_invisible_under_one_light_and_visible_under_the_other():
     solution = solve_palette(hidden_mark())
     assert solution.status == "solved"
     assert pair_difference(solution, 0) < 1e-6
@@ -56,7 +56,7 @@ def test_the_hidden_mark_is_hidden_and_seen():
     assert all(isinstance(surface, Reflectance) for surface in solution.reflectances)
 
 
-def test_designed_color_is_the_color_that_a_renderer_integrates():
+def test_the_designed_color_equals_the_integral_of_the_renderer():
     solution = solve_palette(hidden_mark())
     for i, surface in enumerate(solution.reflectances):
         for j, light in enumerate(solution.illuminants):
@@ -64,7 +64,7 @@ def test_designed_color_is_the_color_that_a_renderer_integrates():
             np.testing.assert_allclose(solution.actual_linear_rgb[i, j], rendered, atol=1e-9)
 
 
-def test_metamers_have_one_free_color_inside_their_box():
+def test_metamers_have_one_free_color_within_their_box():
     solution = solve_palette(metamer_pair())
     assert pair_difference(solution, 1) < 1e-6
     common = solution.actual_linear_rgb[0, 1]
@@ -82,7 +82,7 @@ def test_a_metameric_black_is_black_under_one_light_only():
     assert isinstance(solution.reflectances[0], Spectrum)
 
 
-def test_a_constant_color_stays_under_both_lights():
+def test_a_constant_color_is_equal_under_both_lights():
     lights = (PaletteLight(D65), PaletteLight(normalized(illuminant("FL11"))))
     cells = (Cell.fixed((0.2, 0.2, 0.1)), Cell.constant((0, 0), exact=True))
     solution = solve_palette(one(*cells, lights=lights), explain=False)
@@ -91,13 +91,13 @@ def test_a_constant_color_stays_under_both_lights():
     assert np.abs(shown[0] - shown[1]).max() < 1e-7
 
 
-def test_a_cell_that_is_ignored_does_not_matter():
+def test_an_ignored_cell_has_no_effect():
     alone = solve_palette(one(Cell.fixed((0.3, 0.2, 0.1)), Cell.ignore()))
     assert np.isnan(alone.delta_e_2000[0, 1])
     assert alone.delta_e_2000[0, 0] < 1e-3
 
 
-def test_weights_decide_between_rivals():
+def test_the_larger_weight_decides_between_conflicting_targets():
     colors = [Cell.fixed((0.3, 0.3, 0.3), weight=w) for w in (1.0, 1.0)]
     twin = PaletteLight(Illuminant("twin", D65.grid, D65.values * 1.3))
     errors = []
@@ -111,7 +111,7 @@ def test_weights_decide_between_rivals():
 # -- lights -------------------------------------------------------------------------------------------------------
 
 
-def test_a_light_from_primaries_is_a_sum_of_them_and_looks_white():
+def test_a_light_from_primaries_is_their_sum_and_looks_white():
     lamps = tuple(normalized(illuminant(name)) for name in ("LED-B1", "LED-B5", "LED-RGB1", "D75", "HP1", "FL1"))
     start = normalized(illuminant("LED-B5"))
     light = PaletteLight(start, free=True, primaries=lamps, white_xyz=WHITE_XYZ, luminance=1.0)
@@ -125,7 +125,7 @@ def test_a_light_from_primaries_is_a_sum_of_them_and_looks_white():
     assert mixed[1] == pytest.approx(1.0, abs=1e-6)
 
 
-def test_a_white_that_the_primaries_cannot_make_is_said():
+def test_a_white_outside_the_gamut_of_the_primaries_is_reported():
     lamps = tuple(normalized(illuminant(name)) for name in ("LED-B1", "HP1"))
     light = PaletteLight(lamps[0], free=True, primaries=lamps, white_xyz=WHITE_XYZ, luminance=1.0)
     surface = PaletteReflectance("skin", reflectance("light skin"))
@@ -145,7 +145,7 @@ def test_lights_are_brightened_until_reflectances_fit():
     assert any("times brighter" in note for note in solution.notes)
 
 
-def test_a_warm_start_goes_on_where_the_last_solve_ended():
+def test_a_warm_start_continues_the_last_solve():
     problem = replace(split_light(), rounds=2)
     first = solve_palette(problem, explain=False)
     second = solve_palette(problem, warm=first, explain=False)
@@ -155,13 +155,13 @@ def test_a_warm_start_goes_on_where_the_last_solve_ended():
 # -- criteria -----------------------------------------------------------------------------------------------------
 
 
-def test_smoothness_smooths():
+def test_the_smoothness_weight_reduces_roughness():
     rough, smooth = (solve_palette(replace(hidden_mark(), smoothness=w)).residuals["smoothness"] for w in (0.01, 1.0))
     assert smooth < rough / 2
 
 
 def test_perceptual_match_lowers_the_error_in_cielab():
-    """Under given lights the perceptual match is the least squares of CIELAB, linearized at the targets."""
+    """Under given lights the perceptual match is the least-squares solution in CIELAB, linearized at the targets."""
     problem = thesis.random_palette((6, 14), np.random.default_rng(2))
     given = replace(problem, lights=tuple(PaletteLight(light.spectrum) for light in problem.lights))
     errors = []
@@ -173,7 +173,7 @@ def test_perceptual_match_lowers_the_error_in_cielab():
     assert errors[1] < 0.9 * errors[0]
 
 
-def test_the_subspace_criterion_brings_both_ways_of_computing_together():
+def test_the_subspace_criterion_reduces_the_difference_of_both_computations():
     basis = np.linalg.qr(np.vander(np.linspace(-1, 1, GRID.size), 7))[0]
     rest = {}
     for weight in (0.0, 10.0):
@@ -182,7 +182,7 @@ def test_the_subspace_criterion_brings_both_ways_of_computing_together():
     assert rest[10.0] < 0.5 * rest[0.0]
 
 
-def test_four_observers_see_the_redesigned_metamers_alike():
+def test_redesigned_metamers_match_for_four_observers():
     one_eye = replace(thesis.from_scratch(20, 0.01), cells=metamer_cells())
     solution = solve_palette(replace(one_eye, observers=OBSERVER_NAMES), explain=False)
     assert max(pairs_by_observer(list(solution.reflectances), solution.illuminants[0], thesis.GRID).values()) < 4.2
@@ -206,7 +206,7 @@ def test_variants_of_a_light_keep_metamers_equal():
     assert differences[2] < 0.5 * differences[0]
 
 
-def test_the_worst_case_is_the_least_that_cvxpy_finds():
+def test_the_worst_case_equals_that_of_cvxpy():
     cp = pytest.importorskip("cvxpy")
     wanted = thesis.wanted_colors()
     cells = tuple((Cell.same_as((0, 0)) if i else Cell.free(), Cell.fixed(wanted[i, 2])) for i in range(3))
@@ -221,7 +221,7 @@ def test_the_worst_case_is_the_least_that_cvxpy_finds():
     rough = 0.1 * second_differences(thesis.GRID)
 
     def least(spectra: list, bounds: list) -> float:
-        """The worst-case objective as cvxpy finds it, over what is free in ``spectra``."""
+        """The minimum of the worst-case objective by cvxpy, over the free entries of ``spectra``."""
         common, worst = [cp.Variable(3) for _ in OBSERVER_NAMES], cp.Variable()
         terms = [cp.sum_squares(rough @ s) for s in spectra]
         terms += [cp.sum_squares(matrices[0, 1] @ s - c[1].target) / 3 for s, c in zip(spectra, cells, strict=True)]
@@ -237,10 +237,10 @@ def test_the_worst_case_is_the_least_that_cvxpy_finds():
     assert ours <= best * 1.02
 
 
-# -- what cannot be ----------------------------------------------------------------------------------------------
+# -- impossible requests -------------------------------------------------------------------------------------------
 
 
-def test_a_light_that_no_eye_sees_is_said():
+def test_a_light_without_luminance_is_reported():
     grid = SpectralGrid.uniform(850, 950, 10)
     problem = PaletteProblem(grid, (PaletteLight(D65),), (PaletteReflectance("r"),), ((Cell.fixed((0.2, 0.2, 0.2)),),))
     solution = solve_palette(problem)
@@ -248,7 +248,7 @@ def test_a_light_that_no_eye_sees_is_said():
     assert "380 and 780 nm" in solution.remedy
 
 
-def test_two_exact_colors_under_one_light_conflict_and_are_named():
+def test_two_exact_colors_under_one_light_conflict_and_are_reported():
     twin = PaletteLight(Illuminant("twin", D65.grid, D65.values))
     cells = (Cell.fixed((0.2, 0.2, 0.2), exact=True), Cell.fixed((0.4, 0.2, 0.2), exact=True))
     solution = solve_palette(one(*cells, lights=(PaletteLight(D65), twin)))
@@ -259,7 +259,7 @@ def test_two_exact_colors_under_one_light_conflict_and_are_named():
     assert "without “r” under" in solution.remedy
 
 
-def test_a_missed_color_names_the_cell_that_would_relieve_it():
+def test_a_missed_color_lists_the_cell_that_would_relieve_it():
     fixed = split_light()
     problem = replace(fixed, lights=tuple(PaletteLight(light.spectrum) for light in fixed.lights))
     solution = solve_palette(problem)
@@ -273,7 +273,7 @@ def test_a_missed_color_names_the_cell_that_would_relieve_it():
 @pytest.mark.parametrize("name", list(PRESETS))
 def test_every_preset_is_solved(name):
     solution = solve_palette(PRESETS[name]())
-    # Lights that must look white, all of them designed, improve slowly to the last digit.
+    # Designed lights that must look white converge slowly to the last digit.
     allowed = ("solved", "still_improving") if name == "X-ray smoke" else ("solved",)
     assert solution.status in allowed
     assert solution.max_delta_e_2000 < 3
@@ -281,7 +281,7 @@ def test_every_preset_is_solved(name):
     assert solution.bound_violation <= 1e-9
 
 
-def test_a_luminance_that_the_bounds_do_not_let_a_light_have_is_a_conflict():
+def test_a_luminance_outside_the_bounds_of_a_light_is_a_conflict():
     light = PaletteLight(D65.resampled(GRID), free=True, luminance=1.0)
     surface = PaletteReflectance("skin", reflectance("light skin"))
     cells = ((Cell.fixed((0.45, 0.25, 0.18)),),)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Chapter 5 of the thesis: its printed figures, and what rounds add."""
+"""Chapter 5 of the thesis: its printed figures, and the effect of rounds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from spectral_core.spectra.observer import xyz_from_spectrum
 from spectral_core.spectra.spectrum import SpectralGrid
 
 
-def test_the_printed_spectra_give_the_printed_colors():
+def test_the_printed_spectra_have_the_printed_colors():
     rows = [thesis.reflectance(f"refl{i + 1}") for i in range(5)]
     columns = [thesis.light(name) for name in ("d65", "split1", "split2")]
     kernel = color_kernel(thesis.GRID)
@@ -51,14 +51,14 @@ def test_errors_grow_with_size_as_in_figure_5_3(size, bounded, low, high):
     assert low <= np.mean(errors) < high
 
 
-def test_nine_by_nine_random_colors_fit_after_the_default_rounds():
+def test_nine_by_nine_random_colors_are_met_after_the_default_rounds():
     problem = thesis.random_palette((9, 9), np.random.default_rng(5))
     problem = replace(problem, rounds=20, smoothness=0.01, smoothness_operator="mended")
     assert mean_delta_e_1976(solve_palette(problem, explain=False)) < 2
 
 
-def test_nine_by_nine_random_colors_fit_on_the_grid_that_the_renderer_uses():
-    """Linear between knots, which is harder than the sampled grid of the thesis."""
+def test_nine_by_nine_random_colors_are_met_on_the_grid_of_the_renderer():
+    """Spectra are linear between knots, which is harder than the sampled grid of the thesis."""
     grid = SpectralGrid.uniform(400.0, 700.0, 10.0)
     assert grid.interpolation == "linear"
     problem = thesis.random_palette((9, 9), np.random.default_rng(5), grid)

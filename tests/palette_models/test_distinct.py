@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Most distinct colors: against brute force where that is possible, and the figures that are claimed."""
+"""Most distinct colors: compared with brute force if possible, and the stated figures."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ def test_five_exact_metamers_under_sodium() -> None:
     pairs = list(combinations(range(5), 2))
     assert max(float(delta_e_2000(lab[a, 0], lab[b, 0])) for a, b in pairs) < 1e-6
     assert min(float(delta_e_2000(lab[a, 1], lab[b, 1])) for a, b in pairs) >= 30
-    assert colors.min() >= -1e-9  # the common color too is one that a screen shows
+    assert colors.min() >= -1e-9  # a screen can show the common color, too
     assert colors.max() <= 1 + 1e-9
     for surface in solution.reflectances:
-        # Second differences at 10 nm: the thesis' own reflectances have lengths from 0.18 to 1.78.
+        # Length of the second differences at 10 nm: the reflectances of the thesis have 0.18 to 1.78.
         assert np.linalg.norm(np.diff(surface.values, 2)) < 0.63
         assert 0 <= surface.values.min() <= surface.values.max() <= 1
     assert solution.residuals["least_delta_e_2000"] == pytest.approx(least_difference(solution), abs=1e-9)
 
 
 def test_two_materials_against_brute_force() -> None:
-    """Four samples and an exact color leave one direction free per material: all pairs of places on it are tried."""
+    """Four samples and an exact color leave one free direction per material: all pairs of positions on it are tried."""
     grid = SpectralGrid(np.array([430.0, 500, 570, 640]))
     gray = observer.linear_rgb_from_product(D65, grid) @ np.full(4, 0.5)
     cells = tuple((Cell.fixed(gray, exact=True), Cell.distinct_from((1 - i, 1))) for i in range(2))
@@ -70,7 +70,7 @@ def test_two_materials_against_brute_force() -> None:
     assert found.residuals["least_delta_e_2000"] == pytest.approx(everything, abs=0.05)
 
 
-def test_a_step_by_piqp_is_the_step_by_cvxpy() -> None:
+def test_a_step_by_piqp_equals_the_step_by_cvxpy() -> None:
     pytest.importorskip("cvxpy")
     search = search_of(most_distinct(3))
     rng = np.random.default_rng(2)
@@ -83,7 +83,7 @@ def test_a_step_by_piqp_is_the_step_by_cvxpy() -> None:
     assert values[0] == pytest.approx(values[1], abs=1e-5)
 
 
-def test_slopes_are_those_of_the_formula() -> None:
+def test_derivatives_equal_differences_of_the_formula() -> None:
     search = search_of(most_distinct(3))
     rng = np.random.default_rng(0)
     colors = rng.uniform(0.05, 0.9, size=(3, 3))
@@ -95,14 +95,14 @@ def test_slopes_are_those_of_the_formula() -> None:
         assert slopes[0, p] @ step_a + slopes[1, p] @ step_b == pytest.approx(moved, rel=1e-3, abs=1e-9)
 
 
-def test_equal_colors_are_parted_all_the_same() -> None:
+def test_equal_start_colors_are_separated() -> None:
     search = search_of(most_distinct(2))
     slopes = search._cells.slopes(np.full((2, 3), 0.4), np.random.default_rng(0))
     assert np.linalg.norm(slopes[0, 0]) == pytest.approx(1.0)
     np.testing.assert_array_equal(slopes[0], -slopes[1])
 
 
-def test_a_climb_never_loses() -> None:
+def test_no_step_of_the_search_gets_worse() -> None:
     search = search_of(most_distinct(4))
     rng = np.random.default_rng(5)
     x = search.start(rng).x
@@ -112,7 +112,7 @@ def test_a_climb_never_loses() -> None:
     assert before < found.merit <= again.merit < found.merit + 0.1
 
 
-def test_a_warm_start_keeps_what_was_found_and_follows_an_edit() -> None:
+def test_a_warm_start_keeps_the_solution_and_follows_an_edit() -> None:
     problem = most_distinct(3)
     first = solve_palette(problem)
     again = solve_palette(problem, warm=first)
@@ -147,7 +147,7 @@ def test_free_lights_are_designed_for_the_other_cells_first() -> None:
     assert solution.residuals["least_delta_e_2000"] > 10
 
 
-def test_a_lamp_outside_of_the_gamut() -> None:
+def test_a_lamp_outside_the_gamut() -> None:
     problem = most_distinct(2, reveal="LPS")
     solution = solve_palette(problem)
     assert solution.status.trusted
@@ -155,18 +155,21 @@ def test_a_lamp_outside_of_the_gamut() -> None:
 
 
 def test_a_common_color_that_no_screen_shows() -> None:
-    """A measured surface that is too bright for the display drags the gamut along, and that is said."""
+    """A measured surface that is too bright for the display extends the gamut, with a message."""
     problem = most_distinct(2, luminance=2.0)
     white = replace(problem.reflectances[0], spectrum=catalogue.reflectance("white 9.5 (.05 D)"))
     solution = solve_palette(replace(problem, reflectances=(white, problem.reflectances[1])))
     assert solution.status.trusted
     assert solution.actual_linear_rgb[:, 0].max() > 1.5
     np.testing.assert_allclose(solution.actual_linear_rgb[0, 0], solution.actual_linear_rgb[1, 0], atol=1e-6)
-    assert any("out of the gamut: the display's gamut cannot be kept" in note for note in solution.notes)
+    assert any(
+        "out of the gamut: the requests of the other cells force a color out of the display's gamut" in note
+        for note in solution.notes
+    )
 
 
-def test_nothing_distinct_is_not_called_solved() -> None:
-    """Black under one lamp and as dark as it under another leaves one spectrum only."""
+def test_equal_colors_are_not_called_solved() -> None:
+    """Exact black under one lamp leaves only one spectrum, so both materials are equal."""
     grid = SpectralGrid.uniform(400, 700, 60)
     cells = ((Cell.black(exact=True), Cell.distinct_from((1, 1))), (Cell.black(exact=True), Cell.distinct_from((0, 1))))
     rows = (PaletteReflectance("a"), PaletteReflectance("b"))
@@ -175,7 +178,7 @@ def test_nothing_distinct_is_not_called_solved() -> None:
     assert solution.residuals["least_delta_e_2000"] < 1
 
 
-def test_exact_cells_that_conflict_are_said() -> None:
+def test_conflicting_exact_cells_are_reported() -> None:
     problem = most_distinct(2)
     red = Cell.fixed((1.0, 0.0, 0.0), exact=True)
     impossible = problem.with_cell((0, 0), red).with_cell((1, 0), Cell.fixed((5.0, 5.0, 5.0), exact=True))
@@ -184,7 +187,7 @@ def test_exact_cells_that_conflict_are_said() -> None:
     assert "no colors were made distinct" in solution.notes[-1]
 
 
-def test_what_cannot_be_asked() -> None:
+def test_impossible_requests_raise_errors() -> None:
     problem = most_distinct(2)
     with pytest.raises(InvalidInputError, match="starts is 0; expected a value from 1"):
         solve_distinct(problem, starts=0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the docs show is what works: their files are read, their code runs."""
+"""The examples of the docs work: their files are read, their code runs."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def test_the_palette_of_the_docs_is_read_and_solved(tmp_path: Path) -> None:
     assert solve_palette(read_palette(tmp_path / "palette.toml")).status.trusted
 
 
-def test_the_code_of_light_models_runs() -> None:
+def test_the_code_of_the_page_on_light_models_runs() -> None:
     (code,) = blocks("light_models.md", "python")
     names: dict[str, object] = {}
     exec(code, names)
     assert names["twice"].shape == (1, 8)  # type: ignore[attr-defined]
 
 
-def test_the_least_difference_of_the_docs() -> None:
+def test_the_least_difference_equals_that_in_the_docs() -> None:
     code = blocks("distinct_paint_fluorescence.md", "python")[0]
     names: dict[str, object] = {}
     exec(code, names)

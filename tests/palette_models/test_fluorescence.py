@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescence: against sums over explicit bispectral matrices, within energy, and designed from both sides."""
+"""Fluorescence: sums over explicit bispectral matrices, limits of energy, and design of both sides."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def surface(amount: float = 0.4) -> FluorescentSurface:
 
 
 def test_colors_are_those_of_an_explicit_bispectral_matrix() -> None:
-    """Oracle: every twentieth of a nanometer in to every one out, at the middles of cells, summed one by one."""
+    """Oracle: a double sum over incoming and outgoing wavelengths at the centers of cells of 0.05 nm."""
     seen = observer.observer()
     inward, outward = np.arange(360.025, 780, 0.05), np.arange(360.025, 830, 0.05)
     paint = surface()
@@ -56,7 +56,7 @@ def test_a_surface_without_dye_is_a_reflectance() -> None:
     np.testing.assert_array_equal(plain.bispectral_matrix(), np.diag(plain.reflectance.values))
 
 
-def test_the_blocks_of_both_sides_give_the_surface_s_color() -> None:
+def test_the_blocks_of_both_sides_give_the_color_of_the_surface() -> None:
     paint = surface()
     unknowns = np.concatenate([paint.reflectance.values, paint.amounts])
     np.testing.assert_allclose(color_from_surface(D65, (DYE,), GRID) @ unknowns, paint.linear_rgb(D65), rtol=1e-9)
@@ -66,21 +66,23 @@ def test_the_blocks_of_both_sides_give_the_surface_s_color() -> None:
 
 def test_the_bispectral_matrix_keeps_energy_and_only_lengthens_waves() -> None:
     fine = SpectralGrid.uniform(300, 830, 1)
-    reflectance = Reflectance("grey", fine, np.full(fine.size, 0.3))
+    reflectance = Reflectance("gray", fine, np.full(fine.size, 0.3))
     dye = FluorescentDye.gaussian("far", 380, 560, widths_nm=(15, 15))
     paint = FluorescentSurface("paint", reflectance, (dye,), np.array([0.45]))
     matrix = paint.bispectral_matrix()
     returned = reflectance.values + paint.amounts[0] * dye.excitation_on(fine)
     np.testing.assert_allclose(matrix.sum(axis=0), returned, rtol=1e-9)
     assert matrix.sum(axis=0).max() <= 1 + 1e-9
-    assert np.triu(matrix, 1).max() < 1e-6  # out at a shorter wavelength than in: only the bells' tails
+    assert (
+        np.triu(matrix, 1).max() < 1e-6
+    )  # emission at shorter wavelengths than the absorbed light: only the tails of the bell curves
     light = np.random.default_rng(0).uniform(size=fine.size)
     shown = paint.radiance(Illuminant("l", fine, light), fine.wavelengths_nm)
     np.testing.assert_allclose(matrix @ light, shown, rtol=2e-4)
 
 
 def problem(*, smoothness: float = 0.1, free_light: bool = False) -> PaletteProblem:
-    """A plain and a fluorescent material that match under daylight; under a violet lamp one glows, one does not."""
+    """A plain and a fluorescent material that match under daylight; only one fluoresces under a violet lamp."""
     lights = (PaletteLight(D65), PaletteLight(VIOLET.resampled(GRID) if free_light else VIOLET, free=free_light))
     rows = (PaletteReflectance("plain"), PaletteReflectance("glowing"))
     box = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
@@ -106,15 +108,15 @@ def test_a_pair_equal_by_day_and_far_apart_under_violet() -> None:
             np.testing.assert_allclose(made.linear_rgb(light), solution.actual_linear_rgb[i, j], atol=1e-12)
     without = solve_palette(problem())
     lab = lab_from_linear_rgb(without.actual_linear_rgb)
-    assert delta_e_2000(lab[0, 1], lab[1, 1]) < difference[1] / 1.5  # what reflectance alone can do
+    assert delta_e_2000(lab[0, 1], lab[1, 1]) < difference[1] / 1.5  # the limit of reflectance alone
 
 
-def test_no_photon_becomes_two() -> None:
+def test_no_photon_causes_more_than_one() -> None:
     """Oracle: photons out over photons in, by sums over the bispectral matrix, one wavelength of light at a time."""
     fine = SpectralGrid.uniform(300, 830, 1)
     black = Reflectance("black", fine, np.zeros(fine.size))
     nm = fine.wavelengths_nm
-    most = 405 / DYE.emission_mean_nm  # a photon of 405 nm as one of 530 nm keeps this share of its power
+    most = 405 / DYE.emission_mean_nm  # share of the power of a 405 nm photon that a 530 nm photon has
     dye = FluorescentDye("all", Spectrum("at 405", fine, (np.abs(nm - 405) < 2) * 1.0), DYE.emission)
     paint = FluorescentSurface("paint", black, (dye,), np.array([0.995 * most]))
     line = np.where(nm == 405, 1.0, 0.0)
@@ -126,7 +128,7 @@ def test_no_photon_becomes_two() -> None:
         FluorescentSurface("paint", black, (dye,), np.array([1.01 * most]))
 
 
-def test_energy_binds_where_more_glow_is_asked_than_there_is() -> None:
+def test_the_energy_limit_is_active_if_too_much_fluorescence_is_requested() -> None:
     asked = problem().with_cell((1, 1), Cell.fixed((0.0, 50.0, 0.0)))
     solution = solve_fluorescent(asked, {1: [DYE]})
     assert solution.largest_returned_share == pytest.approx(1.0, abs=1e-9)
@@ -143,7 +145,7 @@ def test_the_light_is_designed_too() -> None:
     assert solution.illuminants[0] is problem().lights[0].spectrum
 
 
-def test_without_dyes_the_palette_is_the_ordinary_one() -> None:
+def test_without_dyes_the_solution_is_that_of_a_plain_palette() -> None:
     asked = replace(metamer_pair(), rounds=1)
     plain, same = solve_palette(asked), solve_fluorescent(asked, {})
     np.testing.assert_allclose(same.actual_linear_rgb, plain.actual_linear_rgb, atol=1e-6)
@@ -171,12 +173,12 @@ def test_several_dyes_and_exact_cells() -> None:
         ({"scale_lights": True}, "lights that are scaled"),
     ],
 )
-def test_what_is_not_designed_with_fluorescence(change: dict[str, object], message: str) -> None:
+def test_features_without_support_for_fluorescence_are_refused(change: dict[str, object], message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         solve_fluorescent(replace(problem(), **change), {1: [DYE]})  # type: ignore[arg-type]
 
 
-def test_impossible_dyes_and_surfaces() -> None:
+def test_impossible_dyes_and_surfaces_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="excited around 600 nm and emits around 500 nm; .* exchange the two"):
         FluorescentDye.gaussian("backwards", 600, 500)
     bell = Spectrum("bell", GRID, np.full(GRID.size, 2.0))

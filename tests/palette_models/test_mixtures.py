@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mixtures: additive ones keep matches exactly, paints follow Kubelka and Munk, tints are designed for."""
+"""Mixtures: additive ones keep matches exactly, paints follow Kubelka and Munk, a design can include tints."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_additive_mixtures_stay_metameric() -> None:
     assert np.ptp(halftones, axis=0).max() < 1e-12
 
 
-def test_colors_of_additive_mixtures_mix() -> None:
+def test_colors_of_additive_mixtures_are_means() -> None:
     surfaces = RNG.uniform(size=(3, 31))
     shares = RNG.dirichlet(np.ones(3))
     matrix = RNG.normal(size=(3, 31))
@@ -65,8 +65,8 @@ def test_kubelka_munk_solves_its_equation() -> None:
     np.testing.assert_allclose(reflectance_from_absorption(absorption_from_reflectance(middle)), middle, rtol=1e-10)
 
 
-def test_a_thick_layer_by_the_two_flux_equations() -> None:
-    """Oracle: light up and down in thin slices of absorption K and scattering S, added until nothing changes."""
+def test_a_thick_layer_agrees_with_the_two_flux_equations() -> None:
+    """Oracle: upward and downward light in thin slices of absorption K and scattering S, until convergence."""
     absorption, scattering = 0.3, 2.0
     step, reflectance = 1e-4, 0.0
     for _ in range(60_000):
@@ -75,18 +75,20 @@ def test_a_thick_layer_by_the_two_flux_equations() -> None:
     assert reflectance_from_absorption(absorption / scattering) == pytest.approx(reflectance, abs=1e-6)
 
 
-def test_paint_mixtures() -> None:
+def test_paint_mixtures_follow_kubelka_and_munk() -> None:
     surfaces = RNG.uniform(size=(3, 7))
     for k in range(3):
         np.testing.assert_allclose(paint_mixture(np.eye(3)[k], surfaces), surfaces[k], rtol=1e-9)
     half = paint_mixture([0.5, 0.5, 0.0], surfaces)
-    assert np.all(half <= additive_mixture([0.5, 0.5, 0.0], surfaces) + 1e-12)  # paint mixes darker than light
+    assert np.all(
+        half <= additive_mixture([0.5, 0.5, 0.0], surfaces) + 1e-12
+    )  # a paint mixture is darker than an additive one
     with_black = np.stack([surfaces[0], np.zeros(7)])
     np.testing.assert_allclose(paint_mixture([1.0, 0.0], with_black), surfaces[0])
     np.testing.assert_array_equal(paint_mixture([0.9, 0.1], with_black), np.zeros(7))
     stronger = paint_mixture([0.5, 0.5], surfaces[:2], scattering=[9.0, 1.0])
     expected = paint_mixture([0.9, 0.1], surfaces[:2])
-    np.testing.assert_allclose(stronger, expected, rtol=1e-12)  # scattering weighs as concentration does
+    np.testing.assert_allclose(stronger, expected, rtol=1e-12)  # scattering has the same effect as concentration
     assert paint_mixture(np.full((4, 3), 1 / 3), surfaces).shape == (4, 7)
 
 
@@ -107,7 +109,7 @@ def test_paint_slope_at_black_and_white() -> None:
     assert (1 - white) / 1e-6 == pytest.approx(np.sqrt(0.5), rel=1e-3)
 
 
-def test_tint_differences_are_those_of_mixed_spectra() -> None:
+def test_tint_differences_equal_those_of_mixed_spectra() -> None:
     solution = solve_palette(metamer_pair())
     found = tint_differences(solution, [(0, 1)], base=0.8, levels=(0.3,))
     grid = solution.problem.grid
@@ -138,7 +140,7 @@ def test_tint_rows_are_the_derivative_of_tint_colors() -> None:
         shown = block.rows[-3:] @ surface - block.targets[-3:]
         exact = daylight @ paint_mixture([0.4, 0.6], np.stack([surface, base]))
         np.testing.assert_allclose(shown, exact, atol=1e-12)
-        inner = np.clip(surface, 1e-3, 1 - 1e-3)  # off the bounds, where a nudge stays within [0, 1]
+        inner = np.clip(surface, 1e-3, 1 - 1e-3)  # away from the bounds, so that a small change stays within [0, 1]
         slope = paint_slope(0.4, inner, base)
         moved = [paint_mixture([0.4, 0.6], np.stack([inner + sign * nudge, base])) for sign in (-1, 1)]
         np.testing.assert_allclose(
@@ -147,7 +149,7 @@ def test_tint_rows_are_the_derivative_of_tint_colors() -> None:
 
 
 @pytest.mark.parametrize(("make", "light"), [(metamer_pair, 1), (hidden_mark, 0)], ids=["pair", "mark"])
-def test_metamers_that_hold_as_tints(make: object, light: int) -> None:
+def test_metamers_also_match_as_tints(make: object, light: int) -> None:
     problem = make()  # type: ignore[operator]
     plain, criterion = solve_palette(problem), TintCriterion()
     before = largest_tint_difference(plain, criterion)
@@ -156,12 +158,12 @@ def test_metamers_that_hold_as_tints(make: object, light: int) -> None:
     assert before > 4
     assert solution.residuals["tint_delta_e_2000"] < 1
     pairs = list(combinations(range(len(solution.reflectances)), 2))
-    assert tint_differences(solution, pairs, levels=(0.6,))[0, :, light].max() < 1.5  # between the levels asked for
-    assert np.nanmax(solution.delta_e_2000) < np.nanmax(plain.delta_e_2000) + 0.5  # what was designed still is
+    assert tint_differences(solution, pairs, levels=(0.6,))[0, :, light].max() < 1.5  # between the requested levels
+    assert np.nanmax(solution.delta_e_2000) < np.nanmax(plain.delta_e_2000) + 0.5  # the undiluted materials still match
     assert plain.delta_e_2000.shape == solution.delta_e_2000.shape
 
 
-def test_a_measured_partner_is_matched_as_tint_too() -> None:
+def test_tints_of_a_measured_material_are_matched() -> None:
     problem = metamer_pair()
     skin = catalogue.reflectance("light skin")
     cells = ((Cell.ignore(), Cell.ignore()), (Cell.ignore(), Cell.same_as((0, 1), exact=True)))
@@ -170,7 +172,7 @@ def test_a_measured_partner_is_matched_as_tint_too() -> None:
     assert solution.residuals["tint_delta_e_2000"] < 0.1
 
 
-def test_what_cannot_be_mixed() -> None:
+def test_invalid_mixtures_are_refused() -> None:
     with pytest.raises(InvalidInputError, match=r"shares \[0\.5, 0\.6\] of a mixture; expected .* sum to 1"):
         additive_mixture([0.5, 0.6], np.ones((2, 3)))
     with pytest.raises(InvalidInputError, match=r"shares \[-0\.5, 1\.5\]"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Damaged palette documents are read or refused with their file; the schema's words are all understood."""
+"""Damaged palette documents are read or refused with their file; all keywords of the schema are implemented."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_any_document_is_read_or_refused_with_its_file(tmp_path: Path, data: st.
         assert str(path) in str(error)
 
 
-def test_the_schema_uses_no_word_that_is_not_read() -> None:
+def test_the_schema_uses_only_keywords_that_are_implemented() -> None:
     from spectral_core.documents.schema import KNOWN_WORDS
     from spectral_core.palette.files import palette_schema
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Palettes in files: what is written reads back to the bit, and every way to get a file wrong says where."""
+"""Palettes in files: bit-exact round trips, and errors that state their position in the file."""
 
 from __future__ import annotations
 
@@ -101,14 +101,14 @@ def assert_same(one: Any, other: Any, place: str = "problem") -> None:
 
 @pytest.mark.parametrize("ending", [".toml", ".json"])
 @pytest.mark.parametrize("problem", [everything, *PRESETS.values()], ids=lambda make: make.__name__)
-def test_problems_come_back_to_the_bit(tmp_path: Path, problem: Any, ending: str) -> None:
+def test_problems_are_read_back_to_the_bit(tmp_path: Path, problem: Any, ending: str) -> None:
     written = problem()
     write_palette(tmp_path / f"p{ending}", written)
     assert_same(read_palette(tmp_path / f"p{ending}"), written)
 
 
-def test_everything_uses_every_field() -> None:
-    """So that a field added to the problem is seen to be missing here, and then in the files."""
+def test_the_full_problem_uses_every_field() -> None:
+    """Fails for a new field of the problem until this file, and so the test of files, has it."""
     problem = everything()
     for each in fields(problem):
         assert getattr(problem, each.name) is not each.default, each.name
@@ -127,19 +127,19 @@ def test_examples_are_read_and_solved(path: Path) -> None:
     if path.stem in presets:
         assert_same(problem, presets[path.stem]())
     status = solve_palette(problem).status
-    # The smoke's three white lights improve slowly to the last digit.
+    # The three white lights of the preset smoke converge slowly to the last digit.
     assert status.usable if path.stem == "xray_smoke" else status.trusted
 
 
-def test_there_is_an_example_of_every_preset() -> None:
+def test_every_preset_has_an_example() -> None:
     assert {make.__name__ for make in PRESETS.values()} <= {path.stem for path in EXAMPLES.glob("*.toml")}
 
 
-def test_solutions_come_back(tmp_path: Path) -> None:
+def test_solutions_are_read_back(tmp_path: Path) -> None:
     solution = solve_palette(PRESETS["Metamer pair"]())
     write_solution(tmp_path / "s.json", solution)
     assert_same(read_solution(tmp_path / "s.json"), solution, "solution")
-    json.loads((tmp_path / "s.json").read_text(), parse_constant=pytest.fail)  # no NaN, which is no JSON
+    json.loads((tmp_path / "s.json").read_text(), parse_constant=pytest.fail)  # JSON has no NaN
     with pytest.raises(InvalidInputError, match=r"solutions are written as \.json, got 's\.toml'"):
         write_solution(tmp_path / "s.toml", solution)
 
@@ -166,7 +166,7 @@ def palette(folder: Path, text: str) -> PaletteProblem:
     return read_palette(folder / "p.toml")
 
 
-def test_short_ways_to_say_things(tmp_path: Path) -> None:
+def test_abbreviations_of_documents(tmp_path: Path) -> None:
     grid = SpectralGrid.uniform()
     paint = Spectrum("paint", grid, np.linspace(0.1, 0.9, 31))
     write_spectra(tmp_path / "paints.csv", [paint, Spectrum("other", grid, np.zeros(31))])
@@ -189,7 +189,7 @@ def test_short_ways_to_say_things(tmp_path: Path) -> None:
     assert problem.cells[1][1].others == ((0, 0),)
     assert [light.name for light in problem.lights] == ["D65", "street", "designed", "sine 60 nm"]
     assert xyz_of(problem.lights[1].spectrum)[1] == pytest.approx(2.0, rel=1e-9)
-    assert problem.lights[2].spectrum.grid.same_as(grid)  # a start of a design is brought onto its grid
+    assert problem.lights[2].spectrum.grid.same_as(grid)  # the start of a design is converted to its grid
     np.testing.assert_array_equal(problem.lights[3].spectrum.values, sine_light(60, grid).values)
     np.testing.assert_array_equal(problem.reflectances[1].spectrum.values, paint.values)  # type: ignore[union-attr]
 
@@ -225,7 +225,7 @@ def test_short_ways_to_say_things(tmp_path: Path) -> None:
         (HEAD + "[settings]\nlight_bounds = [2, 1]", r"light_bounds are \(2\.0, 1\.0\); expected the lower one first"),
     ],
 )
-def test_errors_say_where(tmp_path: Path, text: str, message: str) -> None:
+def test_errors_state_their_position(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(FileFormatError, match=message):
         palette(tmp_path, text)
 
@@ -251,7 +251,7 @@ def test_errors_in_cells(tmp_path: Path, cell: str, message: str) -> None:
         palette(tmp_path, HEAD + f"cells = [{{{cell}}}]")
 
 
-def test_a_cell_stated_twice(tmp_path: Path) -> None:
+def test_a_cell_that_is_stated_twice_is_refused(tmp_path: Path) -> None:
     cell = "{reflectance = 'one', light = 'A', mode = 'free'}"
     with pytest.raises(FileFormatError, match=r"cells\[1\] is the same cell as cells\[0\]"):
         palette(tmp_path, HEAD + f"cells = [{cell}, {cell}]")
@@ -276,7 +276,7 @@ def test_json_errors_and_endings(tmp_path: Path) -> None:
         write_palette(tmp_path / "p.yaml", everything())
 
 
-def test_a_comment_stands_on_top(tmp_path: Path) -> None:
+def test_a_comment_is_written_at_the_top(tmp_path: Path) -> None:
     write_palette(tmp_path / "p.toml", everything(), comment="two\n\nlines = 3")
     text = (tmp_path / "p.toml").read_text("utf-8")
     assert text.startswith("# two\n#\n# lines = 3\n\nformat")

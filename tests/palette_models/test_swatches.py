@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Swatches: ASE byte by byte as Adobe's programs write it, GPL as GIMP does."""
+"""Swatches: ASE with the bytes of Adobe's programs, GPL with the text of GIMP."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spectral_core.spectra.color import display_rgb_from_linear, linear_from_dis
 
 SWATCHES = [
     Swatch("rød Ω", np.array([1.0, 0.0, 0.25]), "daylight"),
-    Swatch("grey", np.array([0.5, 0.5, 0.5]), "daylight"),
+    Swatch("gray", np.array([0.5, 0.5, 0.5]), "daylight"),
     Swatch("loose", np.array([0.0, 1.0, 0.0])),
     Swatch("", np.array([0.0, 0.0, 0.0]), "sodium"),
 ]
@@ -31,7 +31,7 @@ def test_ase_keeps_names_groups_and_colors(tmp_path: Path) -> None:
         np.testing.assert_allclose(one.linear_rgb, other.linear_rgb, atol=1e-7)  # in single precision
 
 
-def test_ase_bytes_are_adobes(tmp_path: Path) -> None:
+def test_ase_bytes_equal_those_of_adobe(tmp_path: Path) -> None:
     write_swatches(tmp_path / "one.ase", [Swatch("Ab", np.array([1.0, 0.0, 0.0]))])
     color = b"RGB " + struct.pack(">3f", 1, 0, 0) + b"\x00\x02"
     name = b"\x00\x03\x00A\x00b\x00\x00"
@@ -39,7 +39,7 @@ def test_ase_bytes_are_adobes(tmp_path: Path) -> None:
     assert (tmp_path / "one.ase").read_bytes() == b"ASEF\x00\x01\x00\x00\x00\x00\x00\x01" + block
 
 
-def test_gpl_reads_as_gimp_writes_it(tmp_path: Path) -> None:
+def test_gpl_files_of_gimp_are_read(tmp_path: Path) -> None:
     write_swatches(tmp_path / "s.gpl", SWATCHES)
     text = (tmp_path / "s.gpl").read_text("utf-8")
     assert text.splitlines()[:2] == ["GIMP Palette", "Name: s"]
@@ -63,7 +63,7 @@ def test_every_cell_of_a_solution_is_a_swatch(tmp_path: Path) -> None:
     np.testing.assert_array_equal(swatches[1].linear_rgb, solution.actual_linear_rgb[1, 0])
 
 
-def test_colors_past_the_gamut_are_named_not_hidden(tmp_path: Path) -> None:
+def test_colors_outside_the_gamut_are_reported(tmp_path: Path) -> None:
     sodium = Swatch("sign", np.array([1.2, 0.5, -0.1]), "sodium")
     with pytest.raises(
         InvalidInputError, match=r"1 of 2 colors are outside .* such as 'sodium / sign'; pass clip=True"
@@ -87,7 +87,7 @@ def test_gray_is_read_and_other_models_are_refused(tmp_path: Path) -> None:
         read_swatches(ase(b"CMYK", (0, 0, 0, 1)))
 
 
-def test_broken_files(tmp_path: Path) -> None:
+def test_damaged_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "s.ase"
     write_swatches(path, SWATCHES)
     path.write_bytes(path.read_bytes()[:-10])

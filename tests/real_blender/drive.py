@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs inside a real Blender: solve a palette and render the scene that Blender starts with."""
+"""Runs inside a real Blender: solve a palette and render Blender's startup scene."""
 
 import tempfile
 from pathlib import Path

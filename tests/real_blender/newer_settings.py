@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs inside a real Blender: settings that bpy from PyPI may not have yet are understood or named."""
+"""Runs inside a real Blender: settings that bpy from PyPI may lack are read or get a note."""
 
 import importlib
 import sys
@@ -28,7 +28,7 @@ def translated():
 
 
 def bent(green):
-    """The normal that a texel of this green bends to, at a point that looks along z."""
+    """The normal from a texel with this green value, at a point with normal z."""
     normal.inputs["Color"].default_value = (0.5, green, 0.9, 1.0)
     found, _ = translated()
     surface = next(each for each in found.materials if each.name == "Newer").surface

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The shipped zip in a real Blender: ``make real-blender BLENDER="path/to/launcher VERSION --"``.
 
-``BLENDER`` is any command that, followed by Blender's arguments, runs Blender and sees this checkout under its path.
+``BLENDER`` is any command that runs Blender with the arguments after it and can read this checkout at its path.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def run(command: list[str]) -> str:
 
 
 def test_zip_installs_and_renders(blender: list[str]) -> None:
-    """Installed by Blender's own command, enabled, it designs a palette and renders the default scene."""
+    """Blender's command installs and enables the zip, which designs a palette and renders the default scene."""
     (package,) = (ROOT / "dist").glob("spectral_scene-*.zip")
     run([*blender, "--command", "extension", "install-file", "-r", "user_default", "-e", str(package)])
     out = run([*blender, "-b", "--python", str(ROOT / "tests/real_blender/drive.py")])
@@ -47,7 +47,7 @@ def test_every_setting_of_this_blender_is_in_the_ledger(blender: list[str]) -> N
     assert line == "MISSING {}"
 
 
-def test_settings_of_newer_blenders_are_understood_or_named(blender: list[str]) -> None:
+def test_settings_of_newer_blenders_are_read_or_get_a_note(blender: list[str]) -> None:
     out = run([*blender, "-b", "--python", str(ROOT / "tests/real_blender/newer_settings.py")])
     assert "ALL TRIED" in out
     assert " False" not in out

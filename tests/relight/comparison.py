@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far two pictures are apart."""
+"""Difference of two pictures."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A scene of many kinds of light, shared by the tests of recordings."""
+"""A scene with many types of light, shared by the tests of recordings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ GRID = SpectralGrid.uniform(380, 780, 20)
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    """Two lights and surroundings over a painted floor, a glass ball and a red ball: several bounces."""
+    """Two lights and a world above a painted floor, a glass ball and a red ball: several bounces."""
     above = matrix((0.5, 0, 3))
     scene = lit_plane(
         PointLight(name="Key", world_from_light=above, power_w=60, radius=0.3, color=Color([1, 0.6, 0.3]), group="Key"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light dial's weights: a partition of unity, whole at each bulb, wherever bulbs and selector are."""
+"""The light dial's weights: they sum to 1, and are 1 at each bulb, for any positions of bulbs and selector."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from spectral_core.render.relight.dial import bulbs_on_polygon, dial_weights
 
 
 def as_printed(selector: np.ndarray, bulbs: np.ndarray) -> np.ndarray:
-    """Eq. 6.1 as the thesis prints it, normalized: the oracle, for bulbs apart."""
+    """Eq. 6.1 of the thesis, normalized: the oracle for separate bulbs."""
     weights = np.ones(len(bulbs))
     for i in range(len(bulbs)):
         for k in range(len(bulbs)):
@@ -20,7 +20,7 @@ def as_printed(selector: np.ndarray, bulbs: np.ndarray) -> np.ndarray:
     return weights / weights.sum()
 
 
-def test_equals_the_printed_equation(rng: np.random.Generator) -> None:
+def test_weights_equal_the_printed_equation(rng: np.random.Generator) -> None:
     for count in (2, 3, 5, 8, 16):
         for _ in range(50):
             bulbs, selector = rng.normal(size=(count, 2)), rng.normal(size=2) * 3
@@ -30,7 +30,7 @@ def test_equals_the_printed_equation(rng: np.random.Generator) -> None:
 
 
 def test_partition_of_unity_over_a_million_configurations(rng: np.random.Generator) -> None:
-    """Random and adversarial dials: clusters, coincidence, lines, huge and tiny scales, far selectors, switches."""
+    """Random and difficult dials: clusters, coincident bulbs, lines, huge and tiny scales, far selectors, switches."""
     total = 0
     for count in (2, 3, 4, 7, 12, 64):
         batch = 2_000 if count == 64 else 20_000
@@ -79,8 +79,8 @@ def test_weight_is_one_at_each_bulb(count: int, rng: np.random.Generator) -> Non
         np.testing.assert_array_equal(weights, np.broadcast_to(np.eye(count)[i], weights.shape))
 
 
-def test_bulbs_on_one_spot_share_its_weight(rng: np.random.Generator) -> None:
-    """Three bulbs, two of them together, are two bulbs, of which one is two lights."""
+def test_bulbs_at_one_position_share_its_weight(rng: np.random.Generator) -> None:
+    """Three bulbs, two of them at one position, count as two bulbs, one of which is shared by two lights."""
     spots = np.array([[0.0, 0.0], [1.0, 0.5]])
     bulbs = np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 0.5]])
     for selector in rng.normal(size=(100, 2)):
@@ -88,7 +88,7 @@ def test_bulbs_on_one_spot_share_its_weight(rng: np.random.Generator) -> None:
         np.testing.assert_allclose(three, [two[0] / 2, two[0] / 2, two[1]], rtol=1e-12)
 
 
-def test_a_bulb_that_is_off_bends_nobodys_weight(rng: np.random.Generator) -> None:
+def test_a_bulb_that_is_off_changes_no_other_weight(rng: np.random.Generator) -> None:
     bulbs, selector = rng.normal(size=(4, 2)), rng.normal(size=2)
 
     off = dial_weights(selector, bulbs, [True, False, True, True])
@@ -96,7 +96,7 @@ def test_a_bulb_that_is_off_bends_nobodys_weight(rng: np.random.Generator) -> No
     np.testing.assert_array_equal(dial_weights(selector, bulbs, [False] * 4), np.zeros(4))
 
 
-def test_start_is_a_polygon_and_its_middle_weighs_all_alike() -> None:
+def test_bulbs_start_on_a_polygon_whose_center_has_equal_weights() -> None:
     for count in (2, 3, 6, 64):
         np.testing.assert_allclose(dial_weights([0, 0], bulbs_on_polygon(count)), 1 / count, rtol=1e-9)
     np.testing.assert_allclose(bulbs_on_polygon(4), [[0, 1], [1, 0], [0, -1], [-1, 0]], atol=1e-15)
@@ -115,8 +115,8 @@ def test_bad_dials_are_refused() -> None:
         dial_weights([0, 0], [[0, 0], [1, 1]], [True])
 
 
-def test_a_bulb_that_is_off_takes_no_share_of_its_spot() -> None:
-    """Two bulbs on one spot, one of them off: the other has all that the spot has."""
+def test_a_bulb_that_is_off_has_no_share_of_its_position() -> None:
+    """Of two bulbs at one position, one of them off, the other has the whole weight."""
     bulbs = [[0.0, 1.0], [0.0, 1.0], [1.0, -1.0], [-1.0, -1.0]]
     alone = dial_weights([0.1, 0.2], [bulbs[0], bulbs[2], bulbs[3]])
     for off in (0, 1):

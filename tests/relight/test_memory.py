@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Memory that a container leaves: its limit less what is used, caches of files counted as free."""
+"""Memory available in a container: its limit minus the used memory, with file caches counted as free."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_file_caches_of_a_container_count_as_free(tmp_path: Path, monkeypatch: p
 
 
 @pytest.mark.parametrize("limit", ["max\n", None])
-def test_a_container_without_a_limit_leaves_no_number(
+def test_a_container_without_a_limit_gives_no_number(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: str | None
 ) -> None:
     if limit is not None:
@@ -30,7 +30,7 @@ def test_a_container_without_a_limit_leaves_no_number(
     assert memory._of_container() is None
 
 
-def test_the_memory_of_a_machine_is_what_linux_says_is_available(
+def test_the_memory_of_a_machine_is_the_available_memory_of_linux(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     table = tmp_path / "meminfo"
@@ -40,7 +40,7 @@ def test_the_memory_of_a_machine_is_what_linux_says_is_available(
 
 
 def test_the_stated_peak_is_in_megabytes() -> None:
-    """The picture once more as a session holds it, and never less than the stored bytes themselves."""
+    """Includes the copy in the session, and is at least the number of stored bytes."""
     storage = MixtureStorage()
     stored = storage.bytes_needed(3840, 2160, 8)
     found = re.search(r"up to ([\d,]+) MB", memory.stated_peak(storage, 3840, 2160, 8))

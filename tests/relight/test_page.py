@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The web page: dragged in a headless browser, its pixels are the library's."""
+"""The web page: after a drag in a headless browser, its pixels equal those of the library."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from spectral_core.render.relight.transport import Transport
 from spectral_core.render.relight.view_transform import ViewTransform, nodes
 from spectral_core.spectra.color import display_rgb_from_linear
 
-# Presses on the selector, drags it, lets go, then switches the second bulb off, and writes down what is then shown.
+# Presses, drags and releases the selector, then switches the second bulb off, and records the shown values.
 DRIVE = """
 <script>
 const box = dial.getBoundingClientRect(), R = 0.36;
@@ -60,7 +60,7 @@ def transport_of(layers: np.ndarray) -> Transport:
 
 
 def browse(page: Path, *options: str) -> str:
-    """The page's document after its scripts ran, or what ``options`` make of it."""
+    """The page's document after its scripts ran, or the output that ``options`` of the browser request."""
     program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if program is None:
         pytest.skip("no Chromium on this machine")
@@ -71,7 +71,7 @@ def browse(page: Path, *options: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, timeout=120).stdout
 
 
-def test_dragging_in_a_browser_shows_what_the_library_computes(tmp_path: Path, rng: np.random.Generator) -> None:
+def test_dragging_in_a_browser_shows_the_picture_of_the_library(tmp_path: Path, rng: np.random.Generator) -> None:
     transport = transport_of(rng.uniform(0, 1.2, (3, 3, 12, 16)))
     page = tmp_path / "dial.html"
     write_page(page, transport, title="Test <dial>")
@@ -91,7 +91,7 @@ def test_dragging_in_a_browser_shows_what_the_library_computes(tmp_path: Path, r
     np.testing.assert_allclose(seen[1]["selector"], [0.35, 0.41], atol=0.02)
 
 
-def test_pages_that_cannot_be_are_refused(tmp_path: Path) -> None:
+def test_impossible_pages_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match="a dial needs at least 2"):
         write_page(tmp_path / "x.html", transport_of(np.ones((1, 3, 2, 2))))
     with pytest.raises(InvalidInputError, match="over 65504"):
@@ -99,7 +99,7 @@ def test_pages_that_cannot_be_are_refused(tmp_path: Path) -> None:
 
 
 def steep() -> ViewTransform:
-    """A transform that no curve per channel could be: warm, and flat above 1."""
+    """A transform that mixes channels, so that no curve per channel equals it: warm, and constant above 1."""
     light = nodes()
     red, green, blue = np.meshgrid(light, light, light, indexing="ij")
     mean = (red + green + blue) / 3
@@ -107,8 +107,8 @@ def steep() -> ViewTransform:
     return ViewTransform("Steep", 1 - np.exp(-shown))
 
 
-def test_the_middle_is_the_scene_as_recorded_through_its_view_transform(tmp_path: Path, rng) -> None:
-    """With 4 lights the middle is no quarter as bright; the page heeds --mix and the scene's view."""
+def test_the_center_shows_the_recorded_scene_through_its_view_transform(tmp_path: Path, rng) -> None:
+    """The center of 4 lights has full brightness, not a quarter; the page uses --mix and the scene's view transform."""
     transport = replace(transport_of(rng.uniform(0, 1.2, (4, 3, 6, 8))), view=steep())
     page = tmp_path / "dial.html"
     write_page(page, transport, title="@TRANSPORT@", mix={"light 0": 0.0})
@@ -138,14 +138,14 @@ def test_a_view_transform_is_its_table_between_the_nodes(rng: np.random.Generato
 def test_a_view_transform_of_two_nodes_is_trilinear_and_one_node_is_refused() -> None:
     corners = np.stack(np.meshgrid([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], indexing="ij"), axis=-1)
     found = ViewTransform("Least", corners[..., ::-1])
-    # At the nodes a table gives back what stands in it, here with red and blue exchanged.
+    # At its nodes the table returns its entries, here with red and blue exchanged.
     least, most = nodes(2)
     np.testing.assert_allclose(found.shown(np.array([[most, least, least]])), [[0.0, 0.0, 1.0]], atol=1e-6)
     with pytest.raises(InvalidInputError, match="has 1 nodes per axis"):
         ViewTransform("One", np.zeros((1, 1, 1, 3)))
 
 
-def test_the_page_tells_a_screen_reader_and_stays_within_its_dial(tmp_path: Path, rng) -> None:
+def test_the_page_supports_screen_readers_and_keeps_the_selector_in_the_dial(tmp_path: Path, rng) -> None:
     page = tmp_path / "dial.html"
     write_page(page, transport_of(rng.uniform(0, 1, (3, 3, 4, 4))))
     script = """
@@ -177,8 +177,8 @@ document.body.append(out);
     assert seen["now"] == "100" and seen["text"].startswith("light 0 100 %")
 
 
-def test_the_command_counts_as_the_dial_does(tmp_path: Path, rng: np.random.Generator) -> None:
-    """In the middle of the dial as bright as recorded, with four lights too; the page starts from --mix."""
+def test_the_command_uses_the_brightness_of_the_dial(tmp_path: Path, rng: np.random.Generator) -> None:
+    """The center of the dial has the recorded brightness, also with four lights; the page starts from --mix."""
     from spectral_core.cli import main
     from spectral_core.render.relight.transport_file import read_transport, write_transport
 

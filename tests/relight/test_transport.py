@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light later: relit pictures equal renders of the same paths, files refuse what is not theirs."""
+"""Relighting: relit pictures equal renders of the same paths; other and damaged files are refused."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ def test_exact_storage_equals_rendering_with_new_spectra(scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("count", [31, 121])
-def test_bands_are_near_for_smooth_lights(scene: Scene, count: int) -> None:
-    """In the mean color of the picture: in a pixel's few samples a band's noise is not that of the light's."""
+def test_bands_have_a_small_error_for_smooth_lights(scene: Scene, count: int) -> None:
+    """Compares the mean color of the picture, because the noise of a band in a pixel differs from that of the light."""
     lights = {name: catalogue.illuminant("A") for name in ("Key", "Fill", "Sky")}
     lit = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
     rendered = render_scene(lit, sampling_lights=SAMPLING_LIGHTS).pixels.mean(axis=(0, 1))
@@ -71,8 +71,8 @@ def test_bands_are_near_for_smooth_lights(scene: Scene, count: int) -> None:
     np.testing.assert_allclose(relit, rendered, rtol=0.01)
 
 
-def test_lights_that_are_not_renamed_shine_as_in_the_scene(scene: Scene) -> None:
-    """A white light's own spectrum is kept; mixed spectra in one group are asked for."""
+def test_lights_without_a_new_spectrum_emit_as_in_the_scene(scene: Scene) -> None:
+    """A white light's spectrum is kept; a group with different spectra needs a new one."""
     transport = record_transport(scene, ExactStorage(SpectralGrid.uniform(360, 830, 5)))
     rendered = render_scene(
         replace(scene, settings=replace(scene.settings, transport="spectral")),
@@ -80,7 +80,7 @@ def test_lights_that_are_not_renamed_shine_as_in_the_scene(scene: Scene) -> None
         sampling_lights=SAMPLING_LIGHTS,
     )
     alone = relight(transport, mix={"Key": 0, "Sky": 0})
-    assert relative_error(alone, rendered.group_pixels["Fill"]) < 3e-5  # 32-bit sums in another order
+    assert relative_error(alone, rendered.group_pixels["Fill"]) < 3e-5  # 32-bit sums in a different order
 
     merged = replace(scene, lights=tuple(replace(light, group="all") for light in scene.lights))
     mixed = record_transport(replace(merged, film=Film(4, 4, samples=1)), BandStorage())
@@ -88,7 +88,7 @@ def test_lights_that_are_not_renamed_shine_as_in_the_scene(scene: Scene) -> None
         relight(mixed)
 
 
-def test_files_come_back_to_the_bit(scene: Scene, tmp_path: Path) -> None:
+def test_files_are_read_back_to_the_bit(scene: Scene, tmp_path: Path) -> None:
     small = replace(scene, film=Film(8, 6, samples=2))
     for storage in (MixtureStorage(), BandStorage(31), ExactStorage(GRID)):
         transport = record_transport(small, storage)
@@ -104,7 +104,7 @@ def test_files_come_back_to_the_bit(scene: Scene, tmp_path: Path) -> None:
         np.testing.assert_allclose(relight(back, mix={"Key": 0}), expected, rtol=1e-6, atol=1e-7)
 
 
-def test_cut_edited_and_foreign_files_are_refused(scene: Scene, tmp_path: Path) -> None:
+def test_truncated_edited_and_other_files_are_refused(scene: Scene, tmp_path: Path) -> None:
     import OpenEXR
 
     path = tmp_path / "transport.exr"
@@ -125,7 +125,7 @@ def test_cut_edited_and_foreign_files_are_refused(scene: Scene, tmp_path: Path) 
         read_transport(path)
     with pytest.raises(FileFormatError, match="there is no file .*absent.exr; make one with"):
         read_transport(tmp_path / "absent.exr")
-    # The first part says what a file is: a picture with a transport's parts behind it is overwritten by nobody.
+    # The first part determines the type of a file: a picture followed by a transport's parts is never overwritten.
     path.write_bytes(whole)
     assert is_transport(path)
     parts = OpenEXR.File(str(path), separate_channels=True).parts
@@ -136,11 +136,16 @@ def test_cut_edited_and_foreign_files_are_refused(scene: Scene, tmp_path: Path) 
         read_transport(path)
 
 
-def test_wrong_requests_say_what_is_known(scene: Scene) -> None:
+def test_errors_for_unknown_names_list_the_known_ones(scene: Scene) -> None:
     transport = record_transport(replace(scene, film=Film(4, 4, samples=1)), MixtureStorage())
 
     with pytest.raises(UnknownNameError, match="no light group of this transport is named 'Kay'; did you mean 'Key'"):
         relight(transport, mix={"Kay": 1.0})
+    unnamed = replace(transport, groups=("",), channels=transport.channels[:1], lights=transport.lights[:1])
+    with pytest.raises(
+        UnknownNameError, match="'Key': all lights are in one group without a name; record one group per"
+    ):
+        relight(unnamed, mix={"Key": 1.0})
     with pytest.raises(InvalidInputError, match="a light cannot absorb light"):
         relight(transport, mix={"Key": -1.0})
     with pytest.raises(InvalidInputError, match="a 'dial' transport holds no spectra"):
@@ -152,7 +157,7 @@ def test_wrong_requests_say_what_is_known(scene: Scene) -> None:
 
 
 def test_memory_is_stated_before_rendering(scene: Scene) -> None:
-    """What is stated is what the arrays take, to the byte."""
+    """The stated size equals that of the arrays, to the byte."""
     small = replace(scene, film=Film(10, 7, samples=1))
     for storage in (MixtureStorage(), BandStorage(31), ExactStorage(GRID)):
         transport = record_transport(small, storage)
@@ -160,7 +165,7 @@ def test_memory_is_stated_before_rendering(scene: Scene) -> None:
     assert "829 MB" in MixtureStorage().describe(3840, 2160, 8)
 
 
-def test_a_recording_that_memory_cannot_hold_is_refused_with_what_fits(scene, monkeypatch):
+def test_a_recording_too_large_for_memory_is_refused_with_one_that_fits(scene, monkeypatch):
     from spectral_core.render.relight import memory
 
     storage = ExactStorage(SpectralGrid.uniform(380, 780, 10))
@@ -174,8 +179,8 @@ def test_a_recording_that_memory_cannot_hold_is_refused_with_what_fits(scene, mo
         record_transport(scene, storage, render=lambda *_, **__: pytest.fail("it must not render"))
 
 
-def test_a_colored_light_is_as_bright_from_bands_as_it_was(scene):
-    """A light's color dims it: what it is relit with is the same, not one of the luminance of white."""
+def test_a_colored_light_keeps_its_brightness_when_relit_from_bands(scene):
+    """A light's color dims it; the relit light has the same luminance, not that of white."""
     rendered = render_scene(replace(scene, settings=replace(scene.settings, transport="spectral"))).pixels
     relit = relight(record_transport(scene, BandStorage(31)))
     assert relit[..., :3].mean() == pytest.approx(rendered[..., :3].mean(), rel=0.05)

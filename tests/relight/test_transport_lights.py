@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights of a recording: images that shine, lamps between the knots, names, counts."""
+"""Lights of a recording: emissive images, lamps between the knots, names, counts."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ GRID = SpectralGrid.uniform(380, 780, 20)
 
 @pytest.fixture(scope="module")
 def image_world() -> Scene:
-    """A colored image around a red floor, a lamp, and a patterned glowing ball."""
+    """A red floor in an image world, a lamp, and an emissive ball with a pattern."""
     rng = np.random.default_rng(4)
     sky = rng.uniform(0.1, 2, (8, 16, 3)).astype(np.float32) * np.array([0.3, 0.8, 1.9], np.float32)
     glow = ImageTexture("glow", rng.uniform(0, 1, (4, 8, 3)).astype(np.float32), "linear")
@@ -73,8 +73,8 @@ def image_world() -> Scene:
     [(ExactStorage(SpectralGrid.uniform(360, 830, 5)), 2e-4), (ExactStorage(GRID), 0.02), (BandStorage(61), 0.02)],
     ids=["exact 5 nm", "exact 20 nm", "bands"],
 )
-def test_images_that_shine_are_relit_in_their_own_color(image_world: Scene, storage: Storage, tolerance: float) -> None:
-    """Nothing changed: the relit picture is the render, group by group, image world and glowing image included."""
+def test_emissive_images_are_relit_in_their_own_colors(image_world: Scene, storage: Storage, tolerance: float) -> None:
+    """Without changes the relit picture equals the render for each group, including image world and emissive image."""
     rendered = render_scene(image_world, groups=True, sampling_lights=SAMPLING_LIGHTS).group_pixels
     transport = record_transport(image_world, storage)
     assert set(transport.groups) == {"Key", "Lamp", "Sky"}
@@ -85,8 +85,8 @@ def test_images_that_shine_are_relit_in_their_own_color(image_world: Scene, stor
         )
 
 
-def test_an_image_world_takes_a_new_lamp_in_place_of_daylight(image_world: Scene) -> None:
-    """Its colors filter the new light, as a render with that white has it."""
+def test_an_image_world_uses_a_new_lamp_in_place_of_daylight(image_world: Scene) -> None:
+    """Its colors filter the new light, as in a render with that white."""
     lamp = catalogue.illuminant("A").resampled(SpectralGrid.uniform(360, 830, 5))
     transport = record_transport(image_world, ExactStorage(lamp.grid))
     relit = relight(transport, lights={"Sky": lamp}, mix={"Key": 0, "Lamp": 0})
@@ -95,15 +95,15 @@ def test_an_image_world_takes_a_new_lamp_in_place_of_daylight(image_world: Scene
     assert relative_error(relit, rendered) < 1e-5
 
 
-def test_a_light_between_the_knots_keeps_its_power(scene: Scene) -> None:
-    """A line at 550 nm on a grid of 20 nm, and a measured lamp: the power of white stays within a percent."""
+def test_a_line_between_the_knots_keeps_its_power(scene: Scene) -> None:
+    """A line at 550 nm on a grid of 20 nm, and a measured lamp: the power of white is kept within a percent."""
     storage = ExactStorage(GRID)
     for light in (
         Illuminant("line", SpectralGrid(np.array([545.3, 545.4, 545.5])), np.array([0.0, 1, 0])),
         catalogue.illuminant("FL11"),
         catalogue.illuminant("D65"),
     ):
-        cmfs = xyz_from_spectrum(GRID)  # of each hat: what a white surface's channels hold
+        cmfs = xyz_from_spectrum(GRID)  # power of each hat: the channels of a white surface
         shown = np.einsum("cnk,kn->c", storage.rgb_from_channels(light).reshape(3, -1, 3), cmfs)
         assert luminance_from_linear_rgb(shown) == pytest.approx(float(xyz_of(light)[1]), rel=0.01)
 
@@ -117,7 +117,7 @@ def test_too_many_lights_are_refused_before_anything_is_rendered(scene: Scene) -
         )
 
 
-def test_things_of_one_name_stay_apart(scene: Scene) -> None:
+def test_lights_of_equal_names_stay_separate(scene: Scene) -> None:
     ember = Material("ember", Emission(gray(1.0), 1.0))
     twice = replace(
         scene,
@@ -129,8 +129,8 @@ def test_things_of_one_name_stay_apart(scene: Scene) -> None:
     assert light_groups(one_group_per_light(twice)) == ("World", "World.001", "World.002")
 
 
-def test_a_principled_surface_that_glows_is_a_light(scene: Scene) -> None:
-    """Its emission color is what its group shines with, and it is recorded without it."""
+def test_an_emissive_principled_surface_is_a_light(scene: Scene) -> None:
+    """The emission color is the color of its group's light, and the recording is made without it."""
     glowing = Material("ember", Principled(emission_color=Color([1.0, 0.2, 0.1]), emission_strength=4.0))
     lit = replace(
         scene,
@@ -149,7 +149,7 @@ def test_a_principled_surface_that_glows_is_a_light(scene: Scene) -> None:
     np.testing.assert_allclose(relit / relit.max(), there / there.max(), atol=0.05)
 
 
-def test_commands_name_the_storages_that_there_are() -> None:
+def test_commands_list_the_available_storages() -> None:
     from blender_addon.commands import transport as command
 
     assert tuple(STORAGES) == command.KINDS
@@ -163,8 +163,8 @@ def test_commands_name_the_storages_that_there_are() -> None:
         storage_of_document("bands", list(np.linspace(390, 700, 31)))
 
 
-def test_the_smaller_picture_that_is_offered_fits(monkeypatch) -> None:
-    """The size in the message is the largest that memory holds, to a percent of its edge."""
+def test_the_suggested_smaller_picture_fits(monkeypatch) -> None:
+    """The suggested size is the largest that fits into memory, to a percent of its edge."""
     import re
 
     from spectral_core.render.relight import memory
@@ -178,8 +178,8 @@ def test_the_smaller_picture_that_is_offered_fits(monkeypatch) -> None:
 
 
 @pytest.mark.parametrize("storage", [MixtureStorage(), BandStorage(31)], ids=["mixtures", "bands"])
-def test_only_the_lights_that_changed_are_rendered_anew(image_world: Scene, storage: Storage) -> None:
-    """Those are as in a full recording of the edited scene, the others as before, both to the bit."""
+def test_only_changed_lights_are_rendered_again(image_world: Scene, storage: Storage) -> None:
+    """Changed groups equal a full recording of the edited scene, the others are unchanged, both to the bit."""
     spare = PointLight(name="Spare", world_from_light=matrix((-1, 1, 3)), power_w=20, group="Spare")
     before = replace(image_world, lights=(*image_world.lights, spare))
     kept = record_transport(before, storage)
@@ -204,12 +204,12 @@ def test_only_the_lights_that_changed_are_rendered_anew(image_world: Scene, stor
             partial.channels[partial.index_of(name)], source.channels[source.index_of(name)], err_msg=name
         )
         share, there = (each.channels[each.index_of(name)].mean() for each in (partial, whole))
-        assert share == pytest.approx(there, rel=0.05)  # lamps are drawn among others: another noise, the same light
+        assert share == pytest.approx(there, rel=0.05)  # the choice among lamps differs: other noise, the same light
     np.testing.assert_array_equal(partial.coverage, whole.coverage)
     assert partial.scene_hash == whole.scene_hash
 
 
-def test_what_is_not_a_light_calls_for_a_recording_of_all(image_world: Scene) -> None:
+def test_a_change_other_than_lights_requires_a_full_recording(image_world: Scene) -> None:
     before = fingerprint(image_world)
     assert changed_groups(before, fingerprint(image_world)) == ()
     moved = replace(image_world.instances[0], world_from_object=matrix((0, 0, -1)))
@@ -224,7 +224,7 @@ def test_what_is_not_a_light_calls_for_a_recording_of_all(image_world: Scene) ->
     assert changed_groups(before, fingerprint(sky)) == ("Sky",)
 
 
-def test_an_earlier_recording_of_another_kind_is_refused(image_world: Scene) -> None:
+def test_an_earlier_recording_with_other_settings_is_refused(image_world: Scene) -> None:
     kept = record_transport(image_world, MixtureStorage())
     with pytest.raises(InvalidInputError, match="record all lights again"):
         record_transport(image_world, BandStorage(31), kept=kept, again=("Key",))

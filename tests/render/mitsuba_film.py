@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture's sums by Mitsuba's own camera, film and block renderer: what our own ways are held against."""
+"""Sums of a picture by Mitsuba's camera, film and block renderer, as a reference for this project's."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small scenes whose pictures are known in closed form."""
+"""Small scenes with pictures in closed form."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from spectral_core.scene import (
 
 
 def matrix(translation: tuple[float, float, float] = (0, 0, 0), scale: float = 1.0) -> np.ndarray:
-    """World from object: a uniform scale, then a move."""
+    """World from object: a uniform scale, then a translation."""
     result = np.diag([scale, scale, scale, 1.0])
     result[:3, 3] = translation
     return result

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A new closure needs a data class and a plugin with its name, and no entry in any other file of the renderer."""
+"""A new closure needs a data class and a plugin with its name, and no change in other files of the renderer."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Dimmed:
     normal: Computed | None = None
 
 
-def test_a_closure_is_two_files_of_the_core(tmp_path, monkeypatch):
+def test_a_new_closure_needs_two_files_of_the_core(tmp_path, monkeypatch):
     (tmp_path / "zz_dimmed.py").write_text(PLUGIN, "utf-8")
     monkeypatch.setattr(closures, "__path__", [*closures.__path__, str(tmp_path)])
     monkeypatch.setattr(plugins, "_registered", set())

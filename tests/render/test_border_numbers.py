@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Extreme sizes and strengths: right, or named; never a silent NaN."""
+"""Extreme sizes and strengths: correct, or reported in a note; never a NaN without a message."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_light_does_not_depend_on_the_size_of_the_scene(surface, scale):
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
-def test_nor_do_media_the_sun_and_spectral_transport(scale):
+def test_media_the_sun_and_spectral_transport_do_not_depend_on_the_size_of_the_scene(scale):
     def scene(size):
         ball = Material("ball", None, ScatteringMedium(density=1.5 / size, color=gray(0.8), anisotropy=0.3))
         made = scaled_scene(size, Diffuse(gray(0.7)))
@@ -98,7 +98,7 @@ def test_falloff_with_distance_follows_the_units():
     assert pictures[1] == pytest.approx(pictures[0], rel=0.01)
 
 
-def test_one_object_far_out_does_not_shrink_the_others():
+def test_one_distant_object_does_not_affect_the_others():
     scene = scaled_scene(1.0, Diffuse(gray(0.7)))
     for distance in (1e7, 1e30):
         far = Instance("far", scene.meshes[1].name, matrix((0, 0, -distance)), ("ball",))
@@ -107,14 +107,14 @@ def test_one_object_far_out_does_not_shrink_the_others():
     assert any("32-bit numbers cannot" in note.message for note in result.notes)
 
 
-def test_what_is_too_small_for_numbers_is_named():
+def test_objects_too_small_for_single_precision_get_a_note():
     notes = render_scene(scaled_scene(1e-14, Diffuse(gray(0.7)))).notes
     assert any("32-bit numbers cannot" in note.message for note in notes)
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 @pytest.mark.parametrize("strength", [1e37, 1e38])
-def test_light_that_overflows_is_counted_and_named(transport, strength):
+def test_light_that_overflows_is_counted_and_reported(transport, strength):
     scene = scaled_scene(1.0, Emission(gray(1.0), strength))
     result = render_scene(replace(scene, settings=RenderSettings(transport=transport)))
     assert np.isfinite(result.pixels).all()
@@ -122,7 +122,7 @@ def test_light_that_overflows_is_counted_and_named(transport, strength):
     assert lost or result.pixels.max() > 1e30
 
 
-def test_an_area_light_of_no_area_is_named():
+def test_an_area_light_without_area_gets_a_note():
     scene = scaled_scene(1.0, Diffuse(gray(0.7)))
     tiny = replace(scene.lights[0], size=(1e-20, 1e-20))
     result = render_scene(replace(scene, lights=(tiny,)))
@@ -130,7 +130,7 @@ def test_an_area_light_of_no_area_is_named():
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_cameras_and_films_refuse_what_is_no_number(bad):
+def test_cameras_and_films_refuse_numbers_that_are_not_finite(bad):
     for make in (
         lambda: Camera(world_from_camera=np.eye(4), orthographic_scale=bad),
         lambda: Camera(world_from_camera=np.eye(4), shift=(bad, 0.0)),
@@ -144,8 +144,8 @@ def test_cameras_and_films_refuse_what_is_no_number(bad):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, np.float32("nan")])
-def test_every_number_of_every_closure_is_refused_where_it_is_none(bad):
-    """All closures and the medium, found by their own fields: a new one cannot be forgotten."""
+def test_every_number_of_every_closure_must_be_finite(bad):
+    """All closures and the medium, found by their fields, so that a new one is included."""
     kinds = [*get_args(surface.Closure), MixSurface, ScatteringMedium]
     tried = 0
     for kind in kinds:
@@ -161,13 +161,13 @@ def test_every_number_of_every_closure_is_refused_where_it_is_none(bad):
 
 
 @pytest.mark.parametrize(("name", "bad"), [("anisotropy", 5.0), ("density", -1.0)])
-def test_a_medium_refuses_what_no_medium_has(name, bad):
+def test_a_medium_refuses_impossible_values(name, bad):
     with pytest.raises(InvalidInputError, match=f"ScatteringMedium {name} is {bad}; expected a value from"):
         ScatteringMedium(**{name: bad})
 
 
 @pytest.mark.parametrize("index", [0.0, -1.5, 1e6])
-def test_an_index_of_refraction_that_nothing_has_is_refused(index):
+def test_impossible_indices_of_refraction_are_refused(index):
     for make in (lambda: Glass(ior=index), lambda: Principled(ior=index), lambda: Principled(coat_ior=index)):
         with pytest.raises(InvalidInputError, match="ior is .*; expected a value from 0.001 to 1000"):
             make()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Our camera, filter, film and wavelengths against Mitsuba's own, on the same scene."""
+"""This project's camera, filter, film and wavelengths compared with Mitsuba's on the same scene."""
 
 from __future__ import annotations
 
@@ -85,14 +85,14 @@ def _block_error(first, second):
 
 @dataclass
 class Picture:
-    """What a render is compared by."""
+    """Quantities that are compared between renders."""
 
     pixels: np.ndarray
     band_pixels: np.ndarray
 
 
 def by_mitsuba(scene, bands):
-    """The picture that Mitsuba's own camera, film and path tracer make of the loaded scene."""
+    """The picture of the loaded scene by Mitsuba's camera, film and path tracer."""
     spectral = bands is not None
     scene = replace(scene, settings=replace(scene.settings, transport="spectral" if spectral else "rgb"))
     mi = activate(choose_backend("spectral" if spectral else "rgb"))
@@ -120,7 +120,7 @@ def test_both_agree(name, spectral):
     difference = (fast.pixels - slow.pixels)[..., :3]
     assert abs(difference.mean()) < (0.012 if spectral else 0.005) * scale
     error = _block_error(fast.pixels, slow.pixels)
-    # what noise may do, and well under what one pixel to the side does
+    # above the noise, and far below the effect of a shift by one pixel
     assert error < (0.06 if spectral else 0.035)
     assert error < 0.7 * min(_block_error(np.roll(fast.pixels, 1, axis), slow.pixels) for axis in (0, 1))
     if spectral:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shadow catchers: what the scene takes from their light becomes opacity, or darkens the background."""
+"""Shadow catchers: light that the scene blocks becomes opacity, or darkens the background."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_a_shadow_is_one_minus_the_ratio():
 
 
 def scene(transparent):
-    """A catcher below a panel (x > 0) that stands out of view and hides a small lamp from half of what is seen."""
+    """A catcher below a panel (x > 0) outside the view that hides a small lamp from half of the picture."""
     lamp = PointLight(name="lamp", world_from_light=matrix((0, 0, 4)), power_w=100.0, radius=0.0)
     film = Film(8, 8, samples=32, transparent=transparent)
     base = lit_plane(lamp, film=film, world=World(gray(0.0)), camera=looking_down(2.0, 0.4))
@@ -43,7 +43,7 @@ def scene(transparent):
     return replace(base, meshes=(plane(), plane(3.0, "small")), instances=(floor, panel))
 
 
-def test_an_umbra_is_opaque_and_a_lit_floor_is_not_there():
+def test_an_umbra_is_opaque_and_a_lit_floor_is_transparent():
     from spectral_core.render import render_scene
 
     shown = render_scene(scene(True)).pixels
@@ -56,7 +56,7 @@ def test_on_a_background_and_in_motion():
     from spectral_core.render import render_scene
 
     bright = replace(scene(False), world=World(gray(0.5), camera_view=World(gray(0.5))))
-    lamp = replace(bright.lights[0], power_w=1e5)  # the sky lights next to nothing beside it
+    lamp = replace(bright.lights[0], power_w=1e5)  # the sky adds almost no light
     shown = render_scene(replace(bright, lights=(lamp,)))
     np.testing.assert_allclose(shown.pixels[..., 3], 1)
     np.testing.assert_allclose(shown.pixels[:, :3, :3], 0.5, atol=0.06)

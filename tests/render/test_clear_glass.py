@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transparent Glass: of the environment behind a smooth interface, what it reflects alone is in the picture."""
+"""Transparent Glass: the picture has the environment that the smooth interface reflects, not the refracted one."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def shown(transport="rgb", **film):
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_the_share_that_is_refracted_is_not_covered(transport):
+def test_the_refracted_share_is_not_covered(transport):
     clear = shown(transport, transparent=True, transparent_glass=True)
     np.testing.assert_allclose(clear[3], REFLECTED, rtol=0.1)
     np.testing.assert_allclose(clear[:3], REFLECTED, rtol=0.1)
 
 
-def test_without_it_glass_covers():
+def test_without_transparent_glass_the_pixel_is_covered():
     np.testing.assert_allclose(shown(transparent=True), 1.0, rtol=0.01)
     np.testing.assert_allclose(shown(transparent_glass=True), 1.0, rtol=0.01)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders against formulas that share no code with the renderer: energy of furnaces, a glass slab, a prism, lamps."""
+"""Renders compared with formulas that share no code with the renderer: furnaces, a glass slab, a prism, lamps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def test_a_closed_form_holds_within_noise(name):
     assert [each for each in found if not each.agrees] == []
 
 
-def test_a_slab_passes_and_reflects_what_fresnel_says_of_all_internal_reflections():
+def test_a_slab_follows_fresnel_with_all_internal_reflections():
     from itertools import islice
 
     from benchmarks._closed_forms import slab
@@ -25,12 +25,12 @@ def test_a_slab_passes_and_reflects_what_fresnel_says_of_all_internal_reflection
     found = list(islice(slab(256, "rgb"), 8, 16))  # index 1.5
     assert [each for each in found if not each.agrees] == []
     passed = [each for each in found if "through" in each.case]
-    assert max(each.error for each in passed) < 0.015  # noise does not hide another formula
+    assert max(each.error for each in passed) < 0.015  # noise is smaller than the difference to a wrong formula
 
 
 @pytest.mark.parametrize("name", ["Glossy, Beckmann", "Glossy, GGX, multiple scattering", "Principled, coat"])
-def test_no_surface_gives_back_more_than_it_gets(name):
-    """The largest directional albedo of any roughness and angle, 89 degrees and the inner side among them."""
+def test_no_surface_reflects_more_light_than_it_receives(name):
+    """The largest directional albedo over roughness and angle, including 89 degrees and the inner side."""
     from benchmarks._furnace_scenes import SURFACES, tile_albedos
 
     albedo, noise, lost = tile_albedos(SURFACES[name], 128, "rgb")

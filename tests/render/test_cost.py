@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What accuracy costs: estimated against true errors, asked errors and times, where samples go."""
+"""Cost of accuracy: estimated and true errors, target errors and times, distribution of samples."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _true_error(pixels):
     return float(delta_e_2000(*lab).mean())
 
 
-def test_an_asked_error_is_reached_and_no_more():
+def test_a_target_error_is_reached_without_excess_samples():
     result = render_scene(noisy(target_error=0.5))
     assert result.status == "done" and result.outcome.reached
     assert 0.7 * 0.5 < _true_error(result.pixels) < 1.1 * 0.5
@@ -54,14 +54,14 @@ def test_an_asked_error_is_reached_and_no_more():
     assert "dE2000" in result.header["spectral.predicted"] and "samples" in result.header["spectral.outcome"]
 
 
-def test_a_time_budget_says_what_it_reached_and_bands_come_along():
+def test_a_time_budget_reports_its_error_and_supports_bands():
     result = render_scene(noisy(time_budget_s=3.0), bands=Bands.uniform(400, 700, 4))
     assert result.outcome.delta_e > 0 and result.outcome.samples >= 2
     assert result.band_pixels.shape == (32, 48, 4) and result.band_pixels.min() > 0
 
 
-def test_what_cannot_be_asked_for_is_refused():
-    with pytest.raises(InvalidInputError, match="ask for one of them"):
+def test_impossible_requests_are_refused():
+    with pytest.raises(InvalidInputError, match="request one of them"):
         render_scene(noisy(target_error=1.0, time_budget_s=5.0))
     with pytest.raises(InvalidInputError, match=r"expected ΔE2000 from 0\.02 to 100"):
         render_scene(noisy(target_error=0.001))
@@ -100,7 +100,7 @@ def test_the_cost_of_a_border_is_that_of_its_render():
     ]
 
 
-def test_halves_tell_the_error_of_their_mean(rng):
+def test_the_difference_of_two_halves_estimates_the_error_of_their_mean(rng):
     light = np.full((4096, 3), 0.3)
     halves = light + rng.normal(0, 0.02, (2, 4096, 3))
     true = delta_e_2000(lab_from_linear_rgb(halves.mean(axis=0)), lab_from_linear_rgb(light)).mean()
@@ -113,8 +113,8 @@ def _rare(rng, samples):
     return 0.2 + 2.0 * (rng.random((2, samples, 4096, 1)) < 0.03) * np.ones(3)
 
 
-def test_light_on_rare_paths_is_told_from_common_noise(rng):
-    """Most pixels have met no bright path early on: their pictures agree on being too dark."""
+def test_light_on_rare_paths_is_distinguished_from_common_noise(rng):
+    """At first most pixels have no bright path, so that two pictures agree and both are too dark."""
     drawn, counts = _rare(rng, 64), (np.full(4096, 8), np.full(4096, 64))
     rare = rarity(drawn[:, :8].mean(axis=1), drawn.mean(axis=1), *counts)
     common = 0.2 + rng.normal(0, 0.05, (2, 64, 4096, 1)) * np.ones(3)
@@ -122,17 +122,17 @@ def test_light_on_rare_paths_is_told_from_common_noise(rng):
 
 
 @pytest.mark.parametrize("of_half", [False, True])
-def test_rarity_is_the_share_of_the_error_that_two_halves_do_not_tell(rng, of_half):
-    """The error of a picture of few samples against the exact limit, and what its halves tell of it."""
+def test_rarity_is_the_ratio_of_the_true_error_to_that_of_two_halves(rng, of_half):
+    """The error of a picture of few samples against the exact limit, and the estimate from its halves."""
     drawn = _rare(rng, 64)
     early, late = drawn[:, :4].mean(axis=1), drawn.mean(axis=1)
     limit = lab_from_linear_rgb(np.full((4096, 3), 0.26))
     seen = early[0] if of_half else early.mean(axis=0)
     true = delta_e_2000(lab_from_linear_rgb(seen), limit).mean()
-    told = estimate(*early, of_half=of_half).delta_e
-    assert true > 1.15 * told
+    estimated = estimate(*early, of_half=of_half).delta_e
+    assert true > 1.15 * estimated
     found = rarity(early, late, np.full(4096, 4), np.full(4096, 64), of_half=of_half)
-    assert found * told == pytest.approx(true, rel=0.1)
+    assert found * estimated == pytest.approx(true, rel=0.1)
 
 
 def test_pixels_without_new_samples_do_not_hide_rare_light(rng):
@@ -144,7 +144,7 @@ def test_pixels_without_new_samples_do_not_hide_rare_light(rng):
     assert rarity(early, late, np.full(4096, 8), counts) == pytest.approx(every, rel=0.15)
 
 
-def test_samples_go_where_they_help_most():
+def test_pixels_with_the_largest_gain_get_more_samples():
     errors, counts, weights = np.array([4.0, 1.0, 0.0]), np.full(3, 16.0), np.ones(3)
     after = for_error(errors, counts, 0.5, weights)
     assert np.sum(errors * np.sqrt(counts / after)) / 3 == pytest.approx(0.5, rel=1e-3)
@@ -153,14 +153,14 @@ def test_samples_go_where_they_help_most():
     assert same == pytest.approx(after, rel=1e-3)
 
 
-def test_the_law_goes_on_beyond_what_was_measured():
+def test_the_error_law_extrapolates_beyond_the_measurements():
     model = CostModel((4, 16, 64), (4.0, 2.0, 1.0), 0.1, 2.0)
     assert model.error(256) == pytest.approx(0.5) and model.error(8) == pytest.approx(np.sqrt(8))
     assert model.for_error(0.5).samples == pytest.approx(256, rel=1e-3)
     assert model.for_time(12.0).samples == pytest.approx(100) and model.for_samples(20).seconds == pytest.approx(4.0)
 
 
-def test_probe_pixels_are_runs_all_over_the_picture():
+def test_probe_pixels_are_runs_distributed_over_the_picture():
     film = Film(1920, 1080)
     pixels = probe_pixels(film)
     assert 3900 < len(pixels) <= 4096 and len(np.unique(pixels)) == len(pixels)

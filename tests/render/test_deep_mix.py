@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mixes of many shaders: their leaves are rows of tables, and nobody can tell from the picture."""
+"""Mixes of many shaders: their leaves are rows of tables, without a difference in the picture."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _chain(leaves, factors):
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 def test_a_mix_renders_as_the_weighted_sum_of_its_leaves(transport):
-    """One kernel serves every mix: a factor near 0 or 1 shows one leaf, any other their sum."""
+    """One kernel renders every mix: a factor of 0 or 1 shows one leaf, any other factor the weighted sum."""
     rng = np.random.default_rng(5)
     leaves = [
         _glossy(rng),
@@ -83,7 +83,7 @@ def test_a_mix_renders_as_the_weighted_sum_of_its_leaves(transport):
     np.testing.assert_allclose(together, np.array(weights) @ np.array(alone), rtol=0.03)
 
 
-def test_more_leaves_of_equal_build_need_no_new_kernel():
+def test_more_leaves_of_equal_structure_need_no_new_kernel():
     import drjit
 
     rng = np.random.default_rng(7)
@@ -102,7 +102,7 @@ CLOSURES = (Diffuse, lambda paint: Glossy(paint, 0.4), Translucent)
 
 
 def _programs(count):
-    """As many programs of different shapes: coordinates, numbers, a ramp and a vector through arithmetic."""
+    """Programs of different structures: coordinates, numbers, a ramp and a vector in arithmetic."""
     made = []
     for number in range(count):
         build = Builder()
@@ -131,7 +131,7 @@ def _scene_of(paints, transport, closures=(Diffuse,)):
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 @pytest.mark.parametrize("closures", [(Diffuse,), CLOSURES])
-def test_interpreted_programs_give_what_their_own_code_gives(monkeypatch, transport, closures):
+def test_interpreted_programs_equal_their_compiled_code(monkeypatch, transport, closures):
     from spectral_core.render.plugins.surfaces import slots
 
     scene = _scene_of(_programs(9), transport, closures)
@@ -160,7 +160,7 @@ def test_the_kernel_holds_the_interpreter_once_for_all_types_of_closures(monkeyp
     assert 0 < count(CLOSURES) <= count((Diffuse,))
 
 
-def test_more_programs_of_the_same_operations_are_no_more_code():
+def test_more_programs_of_the_same_operations_add_no_code():
     import drjit
 
     from spectral_core.render.job import RenderJob

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Denoising: less error, nothing lost on the way, one sentence where there is no denoiser, and the guides' own truth.
+"""Denoising: less error, unchanged brightness and coverage, a message without the package, and correct guides.
 
-What needs the filter itself is skipped where it is not installed; how a render uses it is tried with a stand-in.
+Tests of the filter are skipped if it is not installed; tests of its use in a render replace it by a stand-in.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ needs_filter = pytest.mark.skipif(not is_installed(), reason="needs Open Image D
 
 
 def steps(height: int = 96, width: int = 128) -> np.ndarray:
-    """A picture of flat patches and a ramp, none of it gray."""
+    """A picture of flat patches and a ramp, all of them colored."""
     row, column = np.mgrid[0:height, 0:width]
     return np.stack([0.2 + 0.5 * (column > width / 2), 0.1 + row / height, np.full(row.shape, 0.4)], axis=-1).astype(
         np.float32
@@ -39,7 +39,7 @@ def error(picture: np.ndarray, truth: np.ndarray) -> float:
 
 
 @needs_filter
-def test_noise_goes_and_brightness_and_coverage_stay():
+def test_denoising_reduces_noise_and_keeps_brightness_and_coverage():
     truth = steps()
     coverage = np.random.default_rng(0).random((*truth.shape[:2], 1), dtype=np.float32)
     given = np.concatenate([noisy(truth), coverage], axis=2)
@@ -53,12 +53,12 @@ def test_noise_goes_and_brightness_and_coverage_stay():
 
 
 @needs_filter
-def test_a_color_outside_srgb_stays_where_it_is():
-    """Orange of a sodium lamp: its blue is below zero."""
+def test_a_color_outside_srgb_is_unchanged():
+    """The orange of a sodium lamp has a negative blue channel."""
     truth = np.broadcast_to(np.float32([1.0, 0.4, -0.1]), (64, 64, 3))
     spread = np.random.default_rng(1).gamma(2.0, 0.5, (64, 64, 1)).astype(np.float32)
     made = denoise(truth * spread)
-    np.testing.assert_allclose(made.mean(axis=(0, 1)), truth[0, 0] * spread.mean(), atol=0.05)  # cut off: 0.1
+    np.testing.assert_allclose(made.mean(axis=(0, 1)), truth[0, 0] * spread.mean(), atol=0.05)  # 0.1 with clipping
     assert error(made, truth) < 0.1 * error(truth * spread, truth)
 
 
@@ -73,7 +73,7 @@ def test_albedo_keeps_an_edge_that_noise_hides():
 
 
 @needs_filter
-def test_planes_are_denoised_alike():
+def test_all_planes_are_denoised_equally():
     truth = steps()
     given = noisy(truth) * np.float32(1e-4)  # radiance per nm is a small number
     made = denoise_planes(given)
@@ -91,14 +91,14 @@ def test_planes_are_denoised_alike():
         (np.ones((4, 4, 3), np.float32), (np.ones((4, 4, 3)), np.full((4, 4, 3), np.inf)), "normal guide holds"),
     ],
 )
-def test_wrong_input_is_named(stand_in, given, guides, message):
+def test_an_error_names_wrong_input(stand_in, given, guides, message):
     with pytest.raises(InvalidInputError, match=message):
         denoise(given, None if guides is None else Guides(*guides))
 
 
 @pytest.fixture
 def stand_in(monkeypatch):
-    """Calls of a filter that halves everything instead of the real one's: its keyword arguments."""
+    """Replace the filter by a stand-in that halves its input; returns the list of its keyword arguments."""
     calls = []
 
     def halve(color, **options):
@@ -109,7 +109,7 @@ def stand_in(monkeypatch):
     return calls
 
 
-def test_without_the_package_one_sentence_says_what_to_do(monkeypatch):
+def test_without_the_package_one_sentence_names_the_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, PACKAGE, None)
     assert not is_installed()
     with pytest.raises(MissingDependencyError, match="88 MB to download.* -m pip install pyoidn"):
@@ -127,7 +127,7 @@ def test_a_filter_that_fails_is_an_error_of_the_render(monkeypatch):
 
 
 class TestRendered:
-    """How a render asks for it."""
+    """Render with denoising."""
 
     @pytest.fixture(autouse=True)
     def mitsuba(self):
@@ -140,7 +140,7 @@ class TestRendered:
         settings = RenderSettings(transport=transport, denoise=True)
         return lit_plane(lamp, settings=settings, film=Film(12, 8, samples=4), world=World(gray(0.2)), **rest)
 
-    def test_it_asks_for_the_package_before_it_traces(self, monkeypatch):
+    def test_a_missing_package_is_reported_before_tracing(self, monkeypatch):
         from spectral_core.render import render_scene
 
         monkeypatch.setitem(sys.modules, PACKAGE, None)
@@ -167,14 +167,14 @@ class TestRendered:
         np.testing.assert_allclose(sum(made.group_pixels.values())[..., :3], made.pixels[..., :3], rtol=1e-5)
         assert made.header["spectral.denoised"].endswith("albedo and normals as guides")
 
-    def test_a_render_for_an_asked_error_is_denoised_too(self, stand_in):
+    def test_a_render_with_a_target_error_is_denoised(self, stand_in):
         from spectral_core.render import render_scene
 
         scene = self.scene()
         made = render_scene(replace(scene, settings=replace(scene.settings, target_error=20.0)))
         assert len(stand_in) == 1 and made.denoised and made.outcome is not None
 
-    def test_a_stopped_render_is_left_as_it_is_and_says_so(self, stand_in):
+    def test_a_stopped_render_is_not_denoised_with_a_note(self, stand_in):
         from spectral_core.render import render_scene
 
         made = render_scene(self.scene(), should_stop=lambda: True)
@@ -182,13 +182,13 @@ class TestRendered:
         assert "not denoised" in made.notes[-1].message
 
     @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-    def test_guides_are_the_albedo_and_the_normal_of_what_is_seen(self, transport):
+    def test_guides_are_albedo_and_normal_of_the_visible_surface(self, transport):
         guides = job_of(self.scene(transport)).guides()
         assert guides.albedo.shape == guides.normal.shape == (8, 12, 3)
         np.testing.assert_allclose(guides.albedo, 0.5, atol=0.02)
         np.testing.assert_allclose(guides.normal, np.broadcast_to([0, 0, 1], guides.normal.shape), atol=1e-5)
 
-    def test_guides_are_zero_where_nothing_is(self):
+    def test_guides_are_zero_without_a_surface(self):
         scene = self.scene()
         guides = job_of(replace(scene, instances=(replace(scene.instances[0], world_from_object=matrix((200, 0, 0))),)))
         made = guides.guides()

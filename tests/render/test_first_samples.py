@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""First samples do not mislead: wavelengths are drawn where the scene's reflectances send light to the eye."""
+"""First samples have no outliers: wavelengths are drawn where the scene's reflectances send light to the camera."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def traced(scene: Scene, samples: int) -> np.ndarray:
     return job.picture()[..., :3].astype(np.float64)
 
 
-def test_a_spike_far_in_the_red_is_seen_from_the_first_samples_on(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_spike_far_in_the_red_is_sampled_from_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = lit(Diffuse(SPIKE), 4)
     ours = traced(scene, 4)
     converged = traced(scene, 1024).mean(axis=(0, 1))
     np.testing.assert_allclose(ours.mean(axis=(0, 1)), converged, rtol=0.03)
-    # Without the reflectance in mind, the same samples have several times the variance.
+    # If sampling ignores the reflectance, the same samples have several times the variance.
     monkeypatch.setattr("spectral_core.render.job.reflectance_spectra", lambda scene: [])
     plain = traced(scene, 4)
     np.testing.assert_allclose(plain.mean(axis=(0, 1)), converged, rtol=0.1)
@@ -54,7 +54,7 @@ def test_surfaces_without_a_spike_keep_most_of_their_samples() -> None:
     assert ours.probability.sum() == pytest.approx(1.0)
 
 
-def test_a_light_that_the_spike_never_meets_changes_nothing() -> None:
+def test_a_light_without_power_at_the_spike_changes_nothing() -> None:
     dark = Reflectance("dark", GRID, np.zeros(5))
     light = [catalogue.illuminant("FL11")]
     np.testing.assert_array_equal(
@@ -62,7 +62,7 @@ def test_a_light_that_the_spike_never_meets_changes_nothing() -> None:
     )
 
 
-def test_reflectances_are_found_in_mixes_and_textures_and_indices_are_left_out() -> None:
+def test_reflectances_are_found_in_mixes_and_textures_and_indices_are_ignored() -> None:
     plain = Reflectance("plain", GRID, np.full(5, 0.5))
     weights = np.stack([np.full((2, 2), 0.25), np.eye(2)]).astype(np.float16)
     image = SpectralImage("texture", weights, np.array([[0.5] * 5, [0.2] * 5]), GRID)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent surfaces in a render: their color by formula, mixed, left out by the plan, and in RGB transport."""
+"""Fluorescent surfaces in a render: color by formula, mixes, omission by the plan, and RGB transport."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ PAINT = FluorescentSurface(
 
 
 def closure(paint: FluorescentSurface) -> Fluorescent:
-    """The surface of a palette as a material: its dyes are known at the palette's wavelengths."""
+    """The surface of a palette as a material, with its dyes at the palette's wavelengths."""
     known = tuple(
         FluorescentDye(dye.name, Spectrum("excitation", paint.grid, dye.excitation_on(paint.grid)), dye.emission)
         for dye in paint.dyes
@@ -53,7 +53,7 @@ def closure(paint: FluorescentSurface) -> Fluorescent:
 
 
 def lit(surface, light, *, samples=256, **settings) -> Scene:
-    """A tile that sees nothing but an evenly bright world, and fills the picture."""
+    """A tile under a uniform world that fills the picture."""
     return Scene(
         camera=Camera(world_from_camera=at(0, 0, 5), kind="orthographic", orthographic_scale=0.01),
         film=Film(8, 8, samples, filter_kind="box", filter_width=1.0),
@@ -78,16 +78,16 @@ def unit(light: Illuminant) -> Illuminant:
 
 
 @pytest.mark.parametrize("light", [catalogue.illuminant("D65"), catalogue.illuminant("FL2"), led(405)])
-def test_a_palette_s_surface_renders_in_the_color_that_it_was_designed_in(light):
-    """Oracle: the palette's own sum over the bispectral matrix, which the renderer shares nothing with."""
+def test_a_surface_of_a_palette_renders_in_its_designed_color(light):
+    """Oracle: the palette's sum over the bispectral matrix, which shares no code with the renderer."""
     found, noise, _ = shown(lit(closure(PAINT), light))
     expected = PAINT.linear_rgb(unit(light))
     assert np.all(np.abs(found - expected) <= 4.5 * noise + 2e-3 * np.abs(expected).max())
     plain = replace(PAINT, amounts=np.array([0.0])).linear_rgb(unit(light))
-    assert np.abs(plain - expected).max() > 20 * noise.max()  # noise does not hide that dyes are left out
+    assert np.abs(plain - expected).max() > 20 * noise.max()  # noise is smaller than the effect of the dyes
 
 
-def test_mixed_and_added_dyes_take_their_share():
+def test_mixed_and_added_dyes_count_by_their_share():
     light = unit(led(405))
     other = FluorescentDye.gaussian("red", 420, 620)
     first = Fluorescent(gray(0.0), (DYE,), (0.5,))
@@ -102,7 +102,7 @@ def test_mixed_and_added_dyes_take_their_share():
     assert np.all(np.abs(found - expected) <= 4.5 * noise + 5e-3 * np.abs(expected).max())
 
 
-def test_a_surface_without_any_dye_is_a_matt_one():
+def test_a_surface_without_dye_is_diffuse():
     light = catalogue.illuminant("A")
     bare, _, _ = shown(lit(Fluorescent(PAINT.reflectance), light, samples=16, transport="spectral"))
     matt, _, _ = shown(lit(Diffuse(PAINT.reflectance), light, samples=16, transport="spectral"))
@@ -124,14 +124,14 @@ def test_the_plan_turns_fluorescence_on_and_off():
     assert plan_from_data(lit(Diffuse(), led(405)))["fluorescence"].reason == "no material holds a fluorescent dye"
 
 
-def test_rgb_transport_shows_the_color_by_day_and_says_so():
+def test_rgb_transport_shows_the_color_in_daylight_with_a_note():
     found, _, job = shown(lit(closure(PAINT), catalogue.illuminant("D65"), transport="rgb", samples=16))
     expected = PAINT.linear_rgb(unit(catalogue.illuminant("D65")))
     np.testing.assert_allclose(found, expected, rtol=0.02)
     assert any("under daylight: RGB transport knows no other wavelengths" in note.message for note in job.notes)
 
 
-def test_dyes_shine_beside_a_medium_as_without_one():
+def test_dyes_are_unchanged_beside_a_medium():
     scene = lit(closure(PAINT), led(405), transport="spectral")
     settings = replace(scene.settings, overrides=(("media", "on"),))
     fog = Material("fog", None, ScatteringMedium(1.0))
@@ -147,7 +147,7 @@ def test_dyes_shine_beside_a_medium_as_without_one():
     assert np.all(np.abs(beside - alone) <= 4.5 * np.hypot(noise, more)), (beside, alone, noise, more)
 
 
-def test_more_light_than_comes_is_refused_with_a_way_out():
+def test_emission_above_the_absorbed_light_is_refused_with_a_remedy():
     with pytest.raises(InvalidInputError, match=r"returns 1\.\d+ of the light at \d+ nm.*multiply the amounts") as told:
         Fluorescent(gray(0.5), (DYE,), (0.6,))
     factor = float(str(told.value).partition("dyes by ")[2].partition(",")[0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""White surfaces in a white world are white: every closure keeps all light, at every angle and roughness."""
+"""White furnace: every closure reflects all light, at every angle and roughness."""
 
 from __future__ import annotations
 
@@ -66,6 +66,6 @@ def test_white_furnace(name):
     y, x = np.mgrid[:size, :size] - (size - 1) / 2
     from_center = np.hypot(x, y) / size
     value = result.pixels[..., 1]
-    for low, high in ((0.0, 0.12), (0.12, 0.3), (0.3, 0.42)):  # head on, slanted, grazing
+    for low, high in ((0.0, 0.12), (0.12, 0.3), (0.3, 0.42)):  # normal, oblique and grazing incidence
         assert value[(from_center >= low) & (from_center < high)].mean() == pytest.approx(1.0, abs=0.02)
     assert result.notes == ()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light groups add up to the picture, spectra of bands to its light, and equal seeds to equal pixels."""
+"""Light groups add up to the picture, bands to its light, and equal seeds give equal pixels."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ pytest.importorskip("mitsuba")
 
 
 def _many_lights(**changes):
-    """Every kind of light in groups of its own, bounces, glass and a glowing mesh between them."""
+    """Every type of light in a separate group, with several bounces, glass and an emissive mesh."""
     above = matrix((0.5, 0, 3))
     sky = np.linspace(0, 1, 8 * 16 * 3, dtype=np.float32).reshape(8, 16, 3)
     scene = lit_plane(
@@ -67,7 +67,7 @@ def _many_lights(**changes):
 
 @pytest.mark.parametrize("spectral", [False, True])
 def test_groups_add_up_to_the_ordinary_render(spectral):
-    """Same seed, same sampling lights, same paths: the sum differs from the whole by float rounding only."""
+    """With equal seed and sampling lights the paths are equal: the sum differs from the picture by rounding only."""
     scene = _many_lights()
     lights = [catalogue.illuminant("HP1")]
     bands = Bands.uniform(400, 700, 5) if spectral else None
@@ -91,7 +91,7 @@ def test_equal_seeds_give_equal_bits_and_other_seeds_do_not():
 
 
 def test_passes_do_not_change_the_pixels(monkeypatch):
-    """Sums and random streams go on where the last pass stopped."""
+    """Sums and random numbers continue from the last pass."""
     from spectral_core.render import still
 
     scene = _many_lights()
@@ -101,7 +101,7 @@ def test_passes_do_not_change_the_pixels(monkeypatch):
 
 
 def test_tiles_do_not_leave_seams(monkeypatch):
-    """A picture in many tiles is statistically the picture in one."""
+    """A picture in many tiles equals one in a single tile within the noise."""
     from spectral_core.render.trace import accumulate
 
     scene = lit_plane(PointLight(name="l", world_from_light=matrix((0, 0, 3))), film=Film(16, 16, samples=256))
@@ -112,8 +112,8 @@ def test_tiles_do_not_leave_seams(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["D65", "HP1", "FL11"])
-def test_bands_hold_the_light_s_spectrum(name):
-    """A plane of reflectance 0.5 under one lamp: each band is the lamp's mean over the band, times ρ I / π h²."""
+def test_bands_have_the_spectrum_of_the_light(name):
+    """A plane of reflectance 0.5 under one lamp: each band is the mean of the lamp over the band, times ρ I / π h²."""
     lamp = catalogue.illuminant(name)
     light = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100, color=lamp)
     bands = Bands.uniform(400, 700, 31)

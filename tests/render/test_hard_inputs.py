@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes that go wrong elsewhere: each renders finite pixels, with a note where something cannot be shown."""
+"""Scenes that fail in other programs: each renders finite pixels, with a note on features that cannot be shown."""
 
 from __future__ import annotations
 
@@ -72,11 +72,11 @@ def test_an_empty_scene_is_black_and_empty():
         SpotLight(name="shut", world_from_light=matrix((0, 0, 3)), cone_angle_rad=0.0),
     ],
 )
-def test_lights_without_extent_or_power_shed_no_light(light):
+def test_lights_without_extent_or_power_emit_no_light(light):
     assert _finite(lit_plane(light, film=TINY)).pixels[..., :3].max() == 0
 
 
-def test_an_area_light_without_area_is_noted():
+def test_a_flat_area_light_gets_a_note():
     light = AreaLight(name="flat", world_from_light=matrix((0, 0, 3)), size=(0.0, 1.0))
     (note,) = render_scene(lit_plane(light, film=TINY)).notes
     assert note.subject == "flat" and "without area" in note.message
@@ -99,10 +99,10 @@ def test_a_negative_scale_keeps_fronts_in_front():
     np.testing.assert_allclose(values[0], values[1], rtol=0.02)
 
 
-def test_a_singular_matrix_is_noted_or_shown_flat():
+def test_a_singular_matrix_gets_a_note_or_is_shown_flat():
     gone = render_scene(_with_plane(np.diag([1.0, 0.0, 0.0, 1.0])))
     assert [note.subject for note in gone.notes] == ["table"]
-    flat = _with_plane(np.diag([1.0, 1.0, 0.0, 1.0]))  # a plane squashed along its normal is the same plane
+    flat = _with_plane(np.diag([1.0, 1.0, 0.0, 1.0]))  # a plane scaled to 0 along its normal is the same plane
     assert _finite(flat).pixels[..., 0].mean() == pytest.approx(LIT, rel=0.01)
 
 
@@ -123,7 +123,7 @@ def test_tiny_and_huge_scenes(scale):
     assert _finite(scene).pixels[..., 0].mean() == pytest.approx(LIT, rel=0.01)
 
 
-def test_degenerate_triangles_and_empty_meshes_are_left_out():
+def test_degenerate_triangles_and_empty_meshes_are_omitted():
     triangles = np.array([[0, 1, 2], [0, 0, 1], [0, 2, 3], [3, 3, 3]], np.uint32)
     broken = replace(plane(), triangles=triangles)
     scene = replace(lit_plane(LAMP, film=TINY), meshes=(broken,))
@@ -132,7 +132,7 @@ def test_degenerate_triangles_and_empty_meshes_are_left_out():
     assert _finite(replace(scene, meshes=(line,))).pixels[..., :3].max() == 0
 
 
-def test_material_slots_that_are_missing_show_blenders_gray():
+def test_missing_material_slots_show_the_gray_of_blender():
     scene = replace(lit_plane(LAMP, film=TINY), instances=(Instance("table", "plane", np.eye(4)),))
     assert _finite(scene).pixels[..., 0].mean() == pytest.approx(LIT * 0.8 / 0.5, rel=0.01)
     many = replace(plane(), material_indices=np.array([7, 9], np.uint16))
@@ -140,15 +140,15 @@ def test_material_slots_that_are_missing_show_blenders_gray():
     assert _finite(scene).pixels[..., 0].mean() == pytest.approx(LIT, rel=0.01)
 
 
-def test_colors_outside_what_surfaces_reflect_are_noted():
+def test_colors_that_no_surface_reflects_get_a_note():
     result = _finite(lit_plane(LAMP, film=TINY, surface=Diffuse(Color([1.5, 0.5, -0.2]))))
     assert [note.subject for note in result.notes] == ["paper"]
     assert result.pixels[..., 0].mean() == pytest.approx(LIT * 2, rel=0.01)
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_the_spectrum_of_a_light_on_a_surface_is_its_color_and_that_is_noted(transport):
-    """A blackbody's power per nm is no share of light: nothing may come back brighter than it went."""
+def test_the_spectrum_of_a_light_on_a_surface_sets_its_color_with_a_note(transport):
+    """A blackbody's power per nm is no reflectance, and no surface may reflect more light than it receives."""
     hot = catalogue.blackbody(3000.0)
     settings = RenderSettings(transport=transport)
     found = _finite(lit_plane(LAMP, film=TINY, surface=Diffuse(hot), settings=settings))
@@ -170,8 +170,8 @@ def test_black_spectra_are_black(transport):
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_images_mix_where_their_pixels_say(transport):
-    """A mask that is 0 left and 1 right mixes a red and a green paint; the bottom row of an image is at v = 0."""
+def test_an_image_is_the_factor_of_a_mix(transport):
+    """A mask, 0 at the left and 1 at the right, mixes red and green paint; the bottom row of an image is at v = 0."""
     mask = np.zeros((2, 2, 1), np.float32)
     mask[:, 1] = 1
     red, green = Color([0.6, 0.05, 0.05]), Color([0.05, 0.6, 0.05])
@@ -196,7 +196,7 @@ def test_images_mix_where_their_pixels_say(transport):
     assert pixels[5:, :, 0].mean() == pytest.approx(0.7, abs=0.01)
 
 
-def test_a_glowing_texture_emits_its_image():
+def test_an_emissive_texture_emits_its_image():
     glow = np.array([[[2.0, 0.5, 0.0], [0.0, 0.5, 4.0]]], np.float32)
     surface = Emission(ImageTexture("glow", glow, "linear", "extend", "nearest"), 1.5)
     camera = Camera(world_from_camera=matrix((0, 0, 2)), kind="orthographic", orthographic_scale=2.0)
@@ -207,8 +207,8 @@ def test_a_glowing_texture_emits_its_image():
         assert pixels[:, 5:, :3].mean(axis=(0, 1)) == pytest.approx([0.0, 0.75, 6.0], rel=0.03, abs=0.06)
 
 
-def test_a_transparent_film_shows_what_covers_it():
-    """Coverage: 0 beside things, 1 on them, half on half transparent ones; reflections still show the world."""
+def test_a_transparent_film_has_the_coverage_of_objects():
+    """Coverage: 0 beside objects, 1 on them, 0.5 on half transparent ones; reflections show the world."""
     camera = Camera(world_from_camera=matrix((0, 0, 2)), kind="orthographic", orthographic_scale=4.0)
     film = Film(8, 8, samples=256, transparent=True)
     world = World(gray(0.5))
@@ -223,7 +223,7 @@ def test_a_transparent_film_shows_what_covers_it():
         assert pixels[3:5, 3:5, :3].mean() == pytest.approx(0.0, abs=0.02)
 
 
-def test_lights_are_seen_in_mirrors_and_not_by_the_camera():
+def test_lights_are_visible_in_mirrors_and_not_to_the_camera():
     away = np.diag([1.0, -1, -1, 1])
     light = AreaLight(name="area", world_from_light=away, power_w=100, size=(4.0, 4.0))
     scene = replace(lit_plane(light, film=TINY), instances=())
@@ -236,7 +236,7 @@ def test_lights_are_seen_in_mirrors_and_not_by_the_camera():
 
 
 def test_lights_cast_no_shadow():
-    """A big lamp between another lamp and the plane takes nothing away."""
+    """A large lamp between another lamp and the plane blocks no light."""
     between = PointLight(name="ball", world_from_light=matrix((0, 0, 2.5)), power_w=1e-6, radius=0.3)
     assert _finite(lit_plane(LAMP, between, film=TINY)).pixels[..., 0].mean() == pytest.approx(LIT, rel=0.15)
     many = lit_plane(LAMP, between, film=Film(8, 8, samples=512))
@@ -252,7 +252,7 @@ def test_bands_are_checked():
         Bands(("a", "a"), np.ones((2, 471)))
 
 
-def test_variants_are_chosen_and_refused(monkeypatch):
+def test_variants_are_selected_and_refused(monkeypatch):
     with pytest.raises(InvalidInputError, match="'scalar' cannot render rgb transport; choose cuda or llvm"):
         choose_backend("rgb", "scalar")
     with pytest.raises(InvalidInputError, match="'llvm_ad_rgb' cannot render spectral"):

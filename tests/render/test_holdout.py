@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Holdouts: holes in films of either kind, whole and in part, and nothing but black for all other rays."""
+"""Holdouts: full and partial holes in opaque and transparent films; black for all other rays."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ def shown(surface, *, transparent=False, is_holdout=False):
 
 
 @pytest.mark.parametrize("transparent", [False, True])
-def test_a_holdout_is_a_hole(transparent):
+def test_a_holdout_makes_a_hole(transparent):
     assert not shown(Holdout(), transparent=transparent).any()
     assert not shown(Diffuse(gray(0.5)), transparent=transparent, is_holdout=True).any()
 
 
 @pytest.mark.parametrize("transparent", [False, True])
-def test_a_mix_with_a_holdout_is_a_hole_in_part(transparent):
+def test_a_mix_with_a_holdout_makes_a_partial_hole(transparent):
     mixed = MixSurface(0.25, Diffuse(gray(0.8)), Holdout())
     assert shown(mixed, transparent=transparent) == pytest.approx([0.6, 0.6, 0.6, 0.75], rel=0.02)
 
 
-def test_what_mirrors_a_holdout_shows_black():
-    """A mirror that sees a holdout above itself is black there, and no hole."""
+def test_a_mirror_image_of_a_holdout_is_black():
+    """A mirror below a holdout shows black at its image, and no hole."""
     scene = lit_plane(surface=Glossy(gray(1.0), 0.0), camera=looking_down(1.0), film=FILM, world=World(gray(1.0)))
     above = replace(
         scene.instances[0], name="above", mesh="above", materials=("hole",), world_from_object=matrix((0, 0, 3))
@@ -66,7 +66,7 @@ def test_a_plain_scene_has_no_holes():
 
 
 @pytest.mark.parametrize("microfiber", [True, False])
-def test_sheen_shines_toward_grazing_angles_and_gains_nothing(microfiber):
+def test_sheen_is_brighter_at_grazing_angles_and_adds_no_energy(microfiber):
     values = []
     for tilt in (0.05, 1.4):
         turn = np.eye(4)
@@ -77,7 +77,7 @@ def test_sheen_shines_toward_grazing_angles_and_gains_nothing(microfiber):
     assert 0 < values[0] < values[1] <= 1.0
 
 
-def test_glow_under_sheen_is_dimmed_by_it():
+def test_sheen_dims_the_emission_below_it():
     bare = Principled(gray(0.0), emission_strength=1.0, specular_level=0.0)
     dark = World(gray(0.0))
     plain = render_scene(lit_plane(surface=bare, film=FILM, world=dark)).pixels[..., 0].mean()

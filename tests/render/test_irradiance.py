@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Each light against its closed form: a diffuse plane of reflectance ρ reflects ρ E / π."""
+"""Each light compared with its closed form: a diffuse plane of reflectance ρ reflects ρ E / π."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _color(scene):
 
 @TRANSPORTS
 @pytest.mark.parametrize("radius", [0.0, 0.6])
-def test_a_point_light_and_a_ball_of_the_same_power(transport, radius):
+def test_a_ball_light_equals_a_point_light_of_the_same_power(transport, radius):
     light = PointLight(name="lamp", world_from_light=ABOVE, power_w=100, radius=radius, soft_falloff=False)
     expected = 0.5 / np.pi * INTENSITY_OF_100_W / HEIGHT**2
     assert _color(lit_plane(light, transport=transport)) == pytest.approx([expected] * 3, rel=4e-3)
@@ -33,7 +33,7 @@ def test_a_point_light_and_a_ball_of_the_same_power(transport, radius):
 
 @TRANSPORTS
 @pytest.mark.parametrize("radius", [0.0, 0.6])
-def test_the_middle_of_a_spot_is_as_bright_as_a_point(transport, radius):
+def test_the_center_of_a_spot_is_as_bright_as_a_point(transport, radius):
     light = SpotLight(name="spot", world_from_light=ABOVE, power_w=100, radius=radius, soft_falloff=False)
     expected = 0.5 / np.pi * INTENSITY_OF_100_W / HEIGHT**2
     assert _color(lit_plane(light, transport=transport)) == pytest.approx([expected] * 3, rel=4e-3)
@@ -41,7 +41,7 @@ def test_the_middle_of_a_spot_is_as_bright_as_a_point(transport, radius):
 
 @pytest.mark.parametrize("blend", [0.0, 0.5, 1.0])
 def test_a_spot_falls_off_as_in_blender(blend):
-    # the plane's middle is 0.2 radian off the axis, half the cone is 0.4
+    # the plane's center is 0.2 radian off the axis, half the cone is 0.4
     x = HEIGHT * np.tan(0.2)
     light = SpotLight(name="s", world_from_light=matrix((x, 0, HEIGHT)), power_w=100, cone_angle_rad=0.8, blend=blend)
     step = np.clip((np.cos(0.2) - np.cos(0.4)) / max((1 - np.cos(0.4)) * blend, 1e-6), 0, 1)
@@ -57,34 +57,34 @@ def test_a_sun_gives_its_irradiance(transport, angle):
 
 
 @TRANSPORTS
-def test_a_small_area_light_shines_with_its_power(transport):
+def test_a_small_area_light_emits_its_power(transport):
     light = AreaLight(name="area", world_from_light=ABOVE, power_w=100, size=(0.1, 0.2))
     expected = 0.5 / np.pi * 100 / np.pi / HEIGHT**2
     assert _color(lit_plane(light, transport=transport)) == pytest.approx([expected] * 3, rel=4e-3)
 
 
-def test_a_wide_disk_light_against_its_form_factor():
+def test_a_wide_disk_light_agrees_with_its_form_factor():
     radius = 2.0
     light = AreaLight(name="disk", world_from_light=ABOVE, power_w=100, size=(2 * radius,) * 2, shape="ellipse")
     irradiance = 100 / (np.pi * radius**2) * radius**2 / (radius**2 + HEIGHT**2)
     assert _color(lit_plane(light)) == pytest.approx([0.5 / np.pi * irradiance] * 3, rel=4e-3)
 
 
-def test_an_area_light_shines_to_its_front_only():
+def test_an_area_light_emits_to_its_front_only():
     away = np.diag([1.0, -1, -1, 1])
     away[2, 3] = HEIGHT
     assert _color(lit_plane(AreaLight(name="area", world_from_light=away, power_w=100))).max() == 0
 
 
 @TRANSPORTS
-def test_a_constant_world(transport):
+def test_the_irradiance_of_a_constant_world(transport):
     scene = lit_plane(world=World(Color([0.7, 0.4, 0.2]), 2.0), transport=transport)
     assert _color(scene) == pytest.approx([0.7, 0.4, 0.2], rel=1e-2)
 
 
 @TRANSPORTS
-def test_an_image_lights_from_where_blender_puts_it(transport):
-    """Blender's u = 0.5 - atan2(y, x) / 2π: the quarter around u = 0.25 is +y. Colors tell the quarters apart."""
+def test_an_image_world_has_the_orientation_of_blender(transport):
+    """Blender's u = 0.5 - atan2(y, x) / 2π: the quarter around u = 0.25 is +y. Each quarter has another color."""
     image = np.zeros((16, 32, 3), np.float32)
     for quarter, value in ((0, (0.9, 0.1, 0.1)), (1, (0.1, 0.9, 0.1)), (2, (0.1, 0.1, 0.9))):
         image[:, 4 + 8 * quarter : 12 + 8 * quarter] = value  # u from 1/8 on: +y, then +x, then -y
@@ -121,7 +121,7 @@ def test_the_lower_half_of_an_image_is_below_the_horizon():
     "color", [Color([1.0, 0.2, 0.05]), gray(2.0), catalogue.illuminant("HP1"), catalogue.illuminant("FL11")]
 )
 def test_spectral_light_has_the_color_of_rgb_light(color):
-    """Also measured lamps: traced wavelength by wavelength they have the color of their integral."""
+    """Also for measured lamps: spectral transport shows the color of their integral."""
     light = PointLight(name="lamp", world_from_light=ABOVE, power_w=100, color=color)
     expected = 0.5 / np.pi * INTENSITY_OF_100_W / HEIGHT**2 * emitted_rgb(color)
     actual = _color(lit_plane(light, transport="spectral"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""No child process imports what lies in the current folder or in a user's site."""
+"""No child process imports modules from the current folder or from a user's site-packages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PLANTED = ("json", "mitsuba", "numpy", "drjit", "queue", "struct", "pickle", "ty
 
 @pytest.fixture
 def trap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder holds modules that leave a mark when they are imported."""
+    """The current folder has modules that write a file when they are imported."""
     for name in PLANTED:
         (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'a').write('{name} ')\n")
     monkeypatch.chdir(tmp_path)
@@ -42,7 +42,7 @@ def test_the_render_process_imports_nothing_from_the_current_folder(trap: Path) 
     assert not trap.exists(), trap.read_text()
 
 
-def test_empty_and_relative_entries_of_the_path_are_left_out(trap: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_empty_and_relative_entries_of_the_path_are_removed(trap: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "path", ["", ".", str(trap.parent), *sys.path])
     assert str(trap.parent) not in child.trusted_path()
     assert all(Path(entry).is_absolute() for entry in child.trusted_path())
@@ -58,7 +58,7 @@ def test_doctor_imports_nothing_from_the_current_folder(trap: Path) -> None:
     assert "numpy" in done.stdout
 
 
-def test_nor_from_a_user_site(tmp_path: Path) -> None:
+def test_nothing_is_imported_from_a_user_site(tmp_path: Path) -> None:
     site = tmp_path / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
     site.mkdir(parents=True)
     mark = tmp_path / "executed"

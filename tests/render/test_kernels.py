@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An animation must not compile a kernel per frame: numbers of the scene are data, not code."""
+"""An animation does not compile a kernel per frame: numbers of the scene are data, not code."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_a_moving_scene_uses_one_kernel(transport):
 
 
 def _tree(number):
-    """Coordinates through math, a ramp and a mix into a color and a roughness; every number and the ramp differ."""
+    """A node tree from coordinates to a color and a roughness with variable numbers and ramp."""
     build = Builder()
     place = build.add("vector_input", (), "position", 0)
     numbers = (build.number(0.3 + 0.1 * number), build.number(0.2 * number))
@@ -80,14 +80,14 @@ def _tree(number):
     return Principled(Computed(build.program(blended)), roughness=Computed(build.program(height)))
 
 
-def test_editing_numbers_of_a_node_tree_keeps_its_shape():
-    """Also where an edited number comes to equal another: 0.4 and 0.2 are met by several of these."""
+def test_editing_numbers_of_a_node_tree_keeps_its_structure():
+    """Also if an edited number becomes equal to another one, as with 0.4 and 0.2."""
     shapes = {(_tree(n).base_color.program.shape, _tree(n).roughness.program.shape) for n in range(1, 8)}
     assert len(shapes) == 1
 
 
 def _scene_of(number):
-    """Every kind of paint at once, each of its numbers another: noise, an image, a ramp, mixes, instances, a world."""
+    """Every type of paint with variable numbers: noise, an image, a ramp, mixes, instances, a world."""
     from tests.render.test_programs import noise_program
 
     rng = np.random.default_rng(number)
@@ -132,8 +132,8 @@ def test_editing_any_number_of_trees_lamps_world_and_objects_compiles_nothing(tr
     assert all(kernel["cache_hit"] for kernel in traced)
 
 
-def test_a_rendered_scene_is_let_go():
-    """Its BSDFs leave the renderer's registry: they would be traced with every later scene, and their memory kept."""
+def test_a_rendered_scene_is_released():
+    """Its BSDFs leave the renderer's registry; otherwise every later scene would trace them and keep their memory."""
     import drjit
     import mitsuba as mi
 
@@ -148,8 +148,8 @@ def test_a_rendered_scene_is_let_go():
     assert next_number() == before
 
 
-def test_which_closure_a_material_has_is_a_number():
-    """A roughness that crosses the limit of mirrors, and back, in the order of materials: the kernel stays."""
+def test_the_closure_of_a_material_is_a_number():
+    """The kernel is unchanged if a roughness becomes that of a mirror and changes back."""
     import drjit
 
     def frame(roughnesses):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights chosen by what they can give: probabilities that add up, and the light of Mitsuba's own emitters."""
+"""Lights chosen by their possible contribution: normalized probabilities, and the light of Mitsuba's emitters."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ mi = pytest.importorskip("mitsuba")
 
 
 def _picture(scene, samples=128, *, mitsubas=False):
-    """The picture by our tables, or by Mitsuba's emitters, each of which is drawn as often."""
+    """The picture with the light tables, or with Mitsuba's emitters at equal probabilities."""
     with pytest.MonkeyPatch.context() as patch:
         if mitsubas:
             load = job_module.load_scene
@@ -86,7 +86,7 @@ LAMPS = {
 
 
 def _scene(lights=(), world=None, glow=None, transport="rgb"):
-    """A floor with a matt, a glossy and a thin ball."""
+    """A floor with a diffuse, a glossy and a thin ball."""
     places = (((-0.8, 0.6, 0.5), "matt"), ((0.9, 0.8, 0.5), "glossy"), ((0.7, -0.7, 0.5), "thin"))
     balls = tuple(Instance(n, "sphere", matrix(at, 0.5), (n,)) for at, n in places)
     ball = sphere_mesh(16)
@@ -120,17 +120,17 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_light_is_that_of_mitsubas_own_emitters(name):
-    """Two samplers that share nothing but the closures: block by block the same within their noise."""
+def test_the_light_equals_that_of_mitsubas_emitters(name):
+    """Two samplers that share only the closures agree in each block within their noise."""
     ours, theirs = _picture(CASES[name], 1024), _picture(CASES[name], 4096, mitsubas=True)
     assert ours.mean() == pytest.approx(theirs.mean(), rel=0.01)
     blocks = [p.reshape(2, 8, 2, 8, 3).mean(axis=(1, 3, 4)) for p in (ours, theirs)]
-    # a block without direct light is dim and noisy: what counts there is its share of the picture
+    # a block without direct light is dim and noisy, so its error counts relative to the picture
     np.testing.assert_allclose(*blocks, rtol=0.03, atol=0.01 * theirs.mean())
 
 
 def _drawn_and_told(count, seed, far=True):
-    """Items drawn by stratified numbers at random receivers: their frequency and the probability that is told."""
+    """Draw items with stratified numbers at random receivers; returns their frequency and the stated probability."""
     import drjit as dr
 
     from spectral_core.render.lights.choice import Choice, Receiver
@@ -162,16 +162,16 @@ def _drawn_and_told(count, seed, far=True):
 
 
 @pytest.mark.parametrize(("count", "far"), [(3, True), (128, True), (129, False), (1500, True), (40_000, True)])
-def test_what_is_told_is_how_often_it_is_drawn(count, far):
+def test_the_stated_probability_is_the_frequency_of_an_item(count, far):
     frequency, told, item, probability = _drawn_and_told(count, count, far)
     assert told.sum() == pytest.approx(1, abs=2e-3)
     np.testing.assert_allclose(probability, told[item], rtol=2e-3)
-    # evenly spaced numbers hit each share to one part of the draws, but for 32-bit sums of a cluster's weights
+    # evenly spaced numbers give each share to within one draw, except for rounding in 32-bit sums of weights
     np.testing.assert_allclose(frequency, told, atol=2e-4, rtol=0.02)
 
 
-def test_even_surroundings_are_met_and_not_asked_beside_a_sun():
-    """The same picture as when they are asked, from a tenth of the noise: rays find them whatever way they go."""
+def test_a_uniform_world_beside_a_sun_is_not_sampled_as_a_light():
+    """The picture equals one with world sampling and has a tenth of the noise, because every ray can hit the world."""
     from dataclasses import replace
 
     from benchmarks._meshes import at, box, square
@@ -210,7 +210,7 @@ def test_even_surroundings_are_met_and_not_asked_beside_a_sun():
         job = RenderJob(replace(scene, film=film), plan_effects(scene, pilot=False))
         lights = job._loaded.parts.context.lights
         assert lights.world_is_constant
-        if not even:  # ask them after all, by their irradiance
+        if not even:  # sample the world by its irradiance, for comparison
             lights.world_is_constant = False
             from spectral_core.render.mitsuba_scene.assemble import _scene_lights
 

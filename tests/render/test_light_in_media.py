@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights sampled along segments in media: against the integral, against scattering points alone, and their noise."""
+"""Lights sampled along segments in media: compared with the integral and with scattering points alone; noise."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ LAMPS = (
 
 
 def _column(*, floor: bool, transport: str = "rgb") -> Scene:
-    """A thin view down through fog between -1 and 1, or down to a black floor at -0.5; light that scatters once."""
+    """A narrow downward view through fog between -1 and 1, or to a black floor at -0.5; single scattering."""
     black = (Instance("floor", "plane", matrix((0, 0, -0.5)), ("black",)),) if floor else ()
     medium = ScatteringMedium(density=DENSITY, color=gray(ALBEDO))
     return Scene(
@@ -59,7 +59,7 @@ def _column(*, floor: bool, transport: str = "rgb") -> Scene:
 
 
 def _once_scattered(*, floor: bool) -> float:
-    """The same by the trapezoidal rule: fog, inverse square and an even phase function."""
+    """The same by the trapezoidal rule: fog, inverse square law and an isotropic phase function."""
     z = np.linspace(-0.5 if floor else -1.0, 1.0, 100_001)
     total = np.zeros_like(z)
     for lamp in LAMPS:
@@ -71,7 +71,7 @@ def _once_scattered(*, floor: bool) -> float:
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 @pytest.mark.parametrize("floor", [False, True])
-def test_light_that_scatters_once_is_the_integral_along_the_ray(floor, transport):
+def test_single_scattering_is_the_integral_along_the_ray(floor, transport):
     pixels = render_scene(_column(floor=floor, transport=transport)).pixels[..., :3]
     assert pixels.mean() == pytest.approx(_once_scattered(floor=floor), rel=0.008)
 
@@ -131,7 +131,7 @@ CASES = {
 
 
 def _traced(scene, samples, *, along=True):
-    """The picture; with ``along`` False lights are sampled from scattering points alone."""
+    """The picture; if ``along`` is False, lights are sampled from scattering points alone."""
     with pytest.MonkeyPatch.context() as patch:
         if not along:
             patch.setattr(in_media, "BY_ANGLE", 0.0)
@@ -142,8 +142,8 @@ def _traced(scene, samples, *, along=True):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_limit_is_that_of_scattering_points(name):
-    """Block by block the same within the noise."""
+def test_the_mean_equals_that_of_scattering_points(name):
+    """Every block agrees within the noise."""
     ours, plain = _traced(CASES[name], 1024), _traced(CASES[name], 4096, along=False)
     assert ours.mean() == pytest.approx(plain.mean(), rel=0.01)
     blocks = [p.reshape(2, 8, 2, 8, 3).mean(axis=(1, 3, 4)) for p in (ours, plain)]
@@ -151,7 +151,7 @@ def test_the_limit_is_that_of_scattering_points(name):
 
 
 def test_sampling_along_segments_has_less_noise():
-    """A third of the squared error at most."""
+    """The squared error is at most a third."""
     limit = _traced(CASES["balls"], 4096)
     seeds = [replace(CASES["balls"], film=replace(CASES["balls"].film, seed=seed)) for seed in (11, 12, 13, 14)]
     along, plain = (
@@ -174,7 +174,7 @@ def test_points_on_a_segment_are_drawn_with_their_density():
         view = way.seen_from(kit.Point3f(*center), kit.Float(0.1))
         drawn = np.sort(np.array(view.draw(even)).astype(np.float64))
         assert drawn[0] >= 0 and drawn[-1] <= length
-        # equal shares of the numbers lie between neighbors: the density is the share over the distance
+        # neighbors enclose equal shares of the numbers: the density is the share divided by the distance
         middle, told = (drawn[1:] + drawn[:-1]) / 2, 1 / (count * np.maximum(np.diff(drawn), 1e-12))
         wide = np.diff(drawn) > 2e-6 * max(1.0, float(middle[len(middle) // 2]))
         density = np.array(view.density(kit.Float(middle[wide])))

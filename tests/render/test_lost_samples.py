@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sample that is no number is counted and named, not lost in silence."""
+"""Samples that are not finite are counted and reported."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _scene():
 
 
 class _Overflowing:
-    """An integrator whose every sample is Inf."""
+    """An integrator with the value Inf for every sample."""
 
     def aov_names(self) -> list[str]:
         return []
@@ -36,8 +36,8 @@ def test_an_ordinary_scene_has_no_note() -> None:
     assert render_scene(_scene()).notes == ()
 
 
-def test_samples_that_are_no_numbers_are_counted_and_the_picture_is_finite() -> None:
-    """16 pixels of 2 samples each, all of them lost."""
+def test_samples_that_are_not_finite_are_counted_and_the_picture_is_finite() -> None:
+    """16 pixels with 2 samples each, all of them lost."""
     job = RenderJob(_scene(), plan_effects(_scene()))
     job._integrators = {"": _Overflowing()}
     job.trace(2)

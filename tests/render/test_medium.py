@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Homogeneous media against Beer-Lambert and the white furnace; dispersion against Snell."""
+"""Homogeneous media compared with Beer-Lambert and the white furnace; dispersion compared with Snell."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ pytest.importorskip("mitsuba")
 
 
 def box(name="box"):
-    """A closed unit cube around the origin, faces outwards."""
+    """A closed unit cube around the origin with outward faces."""
     corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], np.float32)
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
@@ -60,24 +60,24 @@ def test_an_absorbing_slab_follows_beer_and_lambert(transport):
     assert color == pytest.approx([np.exp(-0.7 * 2)] * 3, rel=0.03)
 
 
-def test_a_camera_inside_the_medium_sees_through_what_is_left_of_it():
+def test_a_camera_inside_the_medium_sees_through_the_rest_of_it():
     scene = _in_white_world(ScatteringMedium(density=0.7, color=gray(0.0)), camera_height=0.5)
     assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(np.exp(-0.7 * 1.5), rel=0.03)
 
 
 @pytest.mark.parametrize("anisotropy", [-0.5, 0.0, 0.7])
-def test_a_white_cloud_in_a_white_world_cannot_be_seen(anisotropy):
+def test_a_white_cloud_in_a_white_world_is_invisible(anisotropy):
     scene = _in_white_world(ScatteringMedium(density=2.0, color=gray(1.0), anisotropy=anisotropy))
     assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(1.0, abs=0.01)
 
 
-def test_a_plan_without_media_leaves_the_fog_out():
+def test_a_plan_without_media_omits_the_fog():
     scene = _in_white_world(ScatteringMedium(density=5.0, color=gray(0.0)))
     clear = replace(scene, settings=replace(scene.settings, overrides=(("media", "off"),)))
     assert render_scene(clear).pixels[..., :3].mean() == pytest.approx(1.0, abs=1e-4)
 
 
-def test_a_light_that_media_do_not_see_leaves_the_fog_dark():
+def test_a_light_hidden_from_media_does_not_light_the_fog():
     lamp = PointLight(name="lamp", world_from_light=matrix((3, 0, 0)), power_w=500.0)
     dark = replace(_in_white_world(ScatteringMedium(density=1.0)), world=World(), lights=(lamp,))
     lit = render_scene(dark).pixels[..., :3].mean()
@@ -85,8 +85,8 @@ def test_a_light_that_media_do_not_see_leaves_the_fog_dark():
     assert lit > 0.02 and render_scene(hidden).pixels[..., :3].max() == 0
 
 
-def test_bounces_in_media_have_a_limit_of_their_own():
-    """In a white world a white cloud is seen by what scatters once, and by what is not scattered at all."""
+def test_bounces_in_media_have_a_separate_limit():
+    """With a limit of one bounce, a white cloud in a white world shows single scattering and unscattered light."""
     scene = _in_white_world(ScatteringMedium(density=1.0, color=gray(1.0)))
     values = []
     for most in (0, 1, 1000):
@@ -96,14 +96,14 @@ def test_bounces_in_media_have_a_limit_of_their_own():
 
 
 @pytest.mark.parametrize("density", [0.0, 0.8])
-def test_a_glowing_medium_gathers_light_along_the_way(density):
+def test_an_emissive_medium_adds_light_along_the_path(density):
     medium = ScatteringMedium(density=density, color=gray(0.0), emission_strength=0.3)
     scene = replace(_in_white_world(medium), world=World())
     length = 2.0 if density == 0 else (1 - np.exp(-density * 2)) / density
     assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(0.3 * length, rel=0.01)
 
 
-def test_a_medium_of_all_space_dims_by_the_way_to_the_camera():
+def test_a_world_medium_dims_by_the_distance_to_the_camera():
     glow = Material("glow", Emission(gray(1.0), 1.0))
     scene = replace(
         _in_white_world(None), meshes=(plane(50.0, "box"),), materials=(glow,), world=World(
@@ -111,12 +111,12 @@ def test_a_medium_of_all_space_dims_by_the_way_to_the_camera():
         instances=(Instance("cube", "box", np.eye(4), ("glow",)),),
     )  # fmt: skip
     assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(np.exp(-0.4 * 4), rel=0.01)
-    nothing = replace(scene, instances=())  # no light comes from beyond all fog
+    nothing = replace(scene, instances=())  # no light arrives from beyond unlimited fog
     assert render_scene(nothing).pixels[..., :3].max() < 1e-6
 
 
-def test_absorption_inside_of_another_medium_gives_way_to_it():
-    """A clear core in a dark cube: its way is not dimmed, the cube's around it is."""
+def test_an_inner_medium_replaces_the_outer_one():
+    """A clear core in a dark cube: only the path in the cube around the core is dimmed."""
     outer, inner = ScatteringMedium(density=1.0, color=gray(0.0)), ScatteringMedium(density=1e-6, color=gray(0.0))
     scene = _in_white_world(outer)
     core = Instance("core", "box", np.diag([2.0, 2.0, 1.0, 1.0]), ("core",))
@@ -127,18 +127,18 @@ def test_absorption_inside_of_another_medium_gives_way_to_it():
 
 
 @pytest.mark.parametrize("lobes", [((1.0, 0.5, 3.0),), ((0.7, 0.9, 0.0), (0.3, -0.2, 2.0))])
-def test_phase_functions_keep_all_light(lobes):
+def test_phase_functions_of_media_conserve_energy(lobes):
     cloud = ScatteringMedium(density=2.0, color=gray(1.0), lobes=lobes)
     assert render_scene(_in_white_world(cloud)).pixels[..., :3].mean() == pytest.approx(1.0, abs=0.02)
 
 
 def _prism(transport=None, dispersive=True):
-    """A glass wedge over a thin bright line: what is seen of the line depends on the wavelength."""
+    """A glass wedge over a thin bright line: the visible part of the line depends on the wavelength."""
     grid = SpectralGrid.uniform(360, 830, 10)
     cauchy = Spectrum("glass", grid, 1.4 + 4e4 / grid.wavelengths_nm**2)
     glass = Glass(gray(1.0), 0.0, cauchy if dispersive else float(cauchy.at(589.3)))
     sky = np.zeros((64, 512, 3), np.float32)
-    sky[:, 380:388] = 1.0  # a bright meridian
+    sky[:, 380:388] = 1.0  # a bright line of longitude
     from spectral_core.scene import ImageTexture
 
     wedge = Mesh(
@@ -175,8 +175,8 @@ def test_dispersion_alone_makes_the_plan_spectral():
     assert not plan_effects(_prism(dispersive=False)).is_spectral
 
 
-def test_many_copies_share_one_mesh_and_look_the_same():
-    """Instances against the same copies in world space, mirrored and stretched ones among them."""
+def test_instances_share_one_mesh_and_equal_separate_meshes():
+    """Instances compared with the same meshes in world space, including mirrored and stretched ones."""
     from spectral_core.render.mitsuba_scene import shapes
 
     light = PointLight(name="lamp", world_from_light=matrix((1, -1, 5)), power_w=300)

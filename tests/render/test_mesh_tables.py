@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hits that are read from tables of triangles are those that Mitsuba's own shapes compute."""
+"""Hits from tables of triangles equal those of Mitsuba's shapes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FIELDS = ("t", "p", "n", "uv", "dp_du", "dp_dv", "wi", "prim_index")
 
 
 def _scene():
-    """Meshes with and without normals and UV maps, one map without area, placements that shear and mirror."""
+    """Meshes with and without normals and UV maps, one map without area, and instances with shear and reflection."""
     rng = np.random.default_rng(2)
     plain = lit_plane(PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), radius=0.4))
     flat = plain.meshes[0]
@@ -46,7 +46,7 @@ def _scene():
 
 
 @pytest.mark.parametrize("movable", [False, True])
-def test_hits_are_those_of_mitsuba(movable):
+def test_hits_equal_those_of_mitsuba(movable):
     import drjit as dr
 
     from spectral_core.render.job import Measure, RenderJob
@@ -72,7 +72,7 @@ def test_hits_are_those_of_mitsuba(movable):
     np.testing.assert_array_equal(number(ours.shape)[hit], number(theirs.shape)[hit])
     np.testing.assert_array_equal(number(ours.instance), number(theirs.instance))
     assert len(np.unique(np.where(number(ours.instance) > 0, number(ours.instance), number(ours.shape))[hit])) >= 8
-    on_mesh = hit & np.isin(number(ours.shape), list(rules.meshes._meshes))  # a lamp's body has no map that counts
+    on_mesh = hit & np.isin(number(ours.shape), list(rules.meshes._meshes))  # the UV map of a lamp's body is not used
     pairs = [(name, getattr(ours, name), getattr(theirs, name)) for name in FIELDS]
     pairs += [(f"frame {name}", getattr(ours.sh_frame, name), getattr(theirs.sh_frame, name)) for name in "nst"]
     for name, mine, given in pairs:
@@ -81,7 +81,7 @@ def test_hits_are_those_of_mitsuba(movable):
 
 
 def test_objects_and_materials_add_nothing_to_the_kernel():
-    """The same operations trace 2 and 30 objects, instances and materials of one kind."""
+    """The same operations trace 2 and 30 objects, instances and materials of one type."""
     import drjit
 
     from spectral_core.render.job import Measure, RenderJob

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Motion blur: the picture is the mean of its moments, and the samples are shared out."""
+"""Motion blur: the picture is the mean of its moments, and the samples are divided among them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytest.importorskip("mitsuba")
 
 
 def moving(samples=8):
-    """A glowing square that hops from left to right, its camera standing still."""
+    """An emissive square that jumps from left to right, and a fixed camera."""
     base = lit_plane(camera=looking_down(4.0, 1.0), film=Film(16, 8, samples=samples), world=World(gray(0.0)))
     glow = Instance("glow", "small", matrix((-0.5, 0, 1)), ("lamp",))
     scene = replace(
@@ -35,7 +35,7 @@ def test_a_picture_is_the_mean_of_its_moments():
     result = render_scene(scene)
     stills = [render_scene(scene.at(moment)).pixels for moment in scene.moments]
     assert result.samples == 256 and result.status == "done"
-    # a square that glows shows no noise but at its edges
+    # an emissive square has noise at its edges only
     assert np.abs(result.pixels - np.mean(stills, axis=0))[..., :3].mean() < 0.03 * result.pixels[..., :3].mean()
     assert np.isclose(result.pixels[4, 5, 0], result.pixels[4, 10, 0], atol=0.1)
 
@@ -50,7 +50,7 @@ def test_progress_counts_all_samples_and_a_stop_keeps_the_picture():
     assert stopped.status == "cancelled" and 0 < stopped.samples < 8 and stopped.pixels.any()
 
 
-def test_what_motion_leaves_out_is_said():
+def test_features_without_motion_get_a_note():
     scene = moving()
     asked = replace(scene, settings=replace(scene.settings, target_error=1.0, denoise=True))
     subjects = {note.subject for note in render_scene(asked).notes}
@@ -58,14 +58,14 @@ def test_what_motion_leaves_out_is_said():
 
 
 @pytest.mark.parametrize(("samples", "moments"), [(64, 16), (65, 16), (7, 8), (1, 3)])
-def test_samples_are_shared_out(samples, moments):
+def test_samples_are_divided_among_moments(samples, moments):
     counts = shares(samples, moments)
     assert len(counts) == moments and min(counts) >= 1 and max(counts) - min(counts) <= 1
     assert sum(counts) == max(samples, moments)
 
 
 @pytest.mark.parametrize("count", [1, 2, 8, 13])
-def test_the_first_moments_spread_over_the_whole_time(count):
+def test_the_first_moments_are_distributed_over_the_whole_time(count):
     moments = tuple(Moment(looking_down(1.0 + k)) for k in range(count))
     order = in_order(moments)
     assert set(order) == set(moments)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Narrow lines in the renderer: luminance and chromaticity of the picture against the exact integral, to 1e-4."""
+"""Narrow lines in the renderer: luminance and chromaticity of the picture equal the exact integral to 1e-4."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SUN = SunLight(name="sun", world_from_light=matrix((0, 0, 3)), irradiance=np.pi,
 
 
 def rendered_xyz(light: Illuminant, surface: Reflectance | None = None) -> np.ndarray:
-    """XYZ of a surface that a sun of irradiance π lights from straight above: the sun's own where it is white."""
+    """XYZ of a surface below a vertical sun of irradiance π; for a white surface, that of the sun."""
     white = surface or Reflectance("white", SpectralGrid(np.array([300.0, 900.0])), np.ones(2))
     scene = lit_plane(replace(SUN, color=light), surface=Diffuse(white), film=Film(16, 16, samples=512))
     scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
@@ -45,7 +45,7 @@ def test_a_line_has_its_luminance_and_color(half_width: float, position: float) 
 
 
 @pytest.mark.parametrize("half_width", [0.013, 0.4])
-def test_a_lamp_of_lines_keeps_the_balance_of_its_lines(half_width: float) -> None:
+def test_a_lamp_of_lines_keeps_the_ratio_of_its_lines(half_width: float) -> None:
     light = lines([435.83, 546.07, 576.96, 611.4], half_width, [0.5, 1.0, 0.3, 1.2])
     exact = exact_xyz(light)
     check(rendered_xyz(light), exact / exact[1])
@@ -70,7 +70,7 @@ def test_single_precision_keeps_the_power_of_each_line(rng: np.random.Generator)
         assert np.dot(np.diff(knots), values[1:] + values[:-1]) / 2 == pytest.approx(1.0, rel=1e-7)
 
 
-def test_a_spectrum_of_very_many_knots_keeps_its_lines_as_cells() -> None:
+def test_a_spectrum_with_very_many_knots_keeps_its_lines() -> None:
     knots = np.linspace(380.05, 779.95, 50_001)
     values = 1.0 + 1e4 * np.maximum(0, 1 - np.abs(knots - 550.123) / 0.02)
     plan = plan_wavelengths([Illuminant("fine", SpectralGrid(knots), values)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panoramic cameras and lens openings: known directions, and what lies outside of a fisheye's circle."""
+"""Panoramic cameras and lens openings: known directions, and the area outside a fisheye's circle."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def look(panorama, x, y):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_middle_looks_ahead_and_the_sides_to_their_sides(kind):
+def test_the_center_looks_forward_and_the_sides_to_the_sides(kind):
     ahead, is_seen = look(KINDS[kind], 0.5, 0.5)
     assert is_seen and np.allclose(ahead, (0, 0, -1), atol=1e-12)
     right, above = look(KINDS[kind], 0.6, 0.5)[0], look(KINDS[kind], 0.5, 0.6)[0]
@@ -46,19 +46,19 @@ def test_angles_in_closed_form():
     angle = 2 * np.arcsin(7.2 / 21.0)
     assert np.allclose(look(KINDS["fisheye_equisolid"], 0.7, 0.5)[0], (np.sin(angle), 0, -np.cos(angle)))
     assert np.allclose(look(KINDS["fisheye_polynomial"], 0.7, 0.5)[0], (np.sin(0.216), 0, -np.cos(0.216)))
-    assert np.allclose(look(Panorama("mirror_ball"), 0.5, 0.5)[0], (0, 0, -1))  # the ball's middle shows the viewer
+    assert np.allclose(look(Panorama("mirror_ball"), 0.5, 0.5)[0], (0, 0, -1))  # the ball's center faces the viewer
     assert not look(KINDS["fisheye_equidistant"], 0.95, 0.95)[1]
     assert not look(Panorama("mirror_ball"), 0.95, 0.95)[1]
 
 
-def test_nothing_is_seen_outside_of_the_circle():
+def test_the_picture_is_empty_outside_the_circle():
     camera = Camera(world_from_camera=np.eye(4), kind="panoramic", panorama=KINDS["fisheye_equidistant"])
     scene = Scene(camera=camera, film=Film(16, 16, samples=4, filter_width=0.01), world=World(gray(0.5)))
     pixels = render_scene(scene).pixels
     assert np.allclose(pixels[8, 8], (0.5, 0.5, 0.5, 1.0), atol=1e-3) and not pixels[0, 0].any()
 
 
-def test_a_lens_before_a_panorama_keeps_the_focus_sharp():
+def test_depth_of_field_of_a_panorama_keeps_the_focus_sharp():
     camera = Camera(
         world_from_camera=np.eye(4), kind="panoramic", panorama=KINDS["equirectangular"], aperture_radius=0.2,
         focus_distance=3.0, near=1e-6,
@@ -77,14 +77,14 @@ def test_points_fill_the_polygon_evenly(blades):
     draws = np.random.default_rng(1).random((2, 200_000))
     x, y = in_polygon(Aperture(blades, 0.4), draws, NumPyMath, float)
     half = np.pi / blades
-    for k in range(blades):  # inside of every edge
+    for k in range(blades):  # inside every edge
         across = 0.4 + 2 * half * k
         assert (x * np.cos(across) + y * np.sin(across)).max() <= np.cos(half) + 1e-9
-    # second moment of a regular polygon about its middle
+    # second moment of a regular polygon about its center
     assert np.isclose((x**2 + y**2).mean(), (2 + np.cos(2 * half)) / 6, rtol=0.01)
 
 
-def test_refuses_what_is_no_panorama():
+def test_invalid_panoramas_are_refused():
     with pytest.raises(SpectralError, match="fish"):
         Panorama("fish")
     with pytest.raises(SpectralError, match="expected 4"):

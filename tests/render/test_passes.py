@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passes: shares of the light add up to the picture, what camera rays see is where the scene has it, names and ids."""
+"""Passes: shares of the light add up to the picture; data passes, names and ids are those of the scene."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ LIT = (*(name for name in LIGHT_PASSES if "Volume" not in name), *(f"{lobe} Colo
 
 
 def room(wanted: Passes, *, samples: int = 8, **settings) -> Scene:
-    """Things of every kind under a panel, a point and a dim world, in groups."""
+    """Objects of every type under a panel, a point and a dim world, in groups."""
     surfaces = {
         "floor": Diffuse(Color([0.5, 0.4, 0.3])),
         "gloss": Principled(Color([0.1, 0.5, 0.2]), roughness=0.3, coat_weight=0.5),
@@ -78,7 +78,7 @@ def room(wanted: Passes, *, samples: int = 8, **settings) -> Scene:
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 def test_shares_of_the_light_add_up_to_the_picture(transport):
-    """Sum over lobes of color · (direct + indirect), emission and environment: the very paths of the picture."""
+    """The sum over lobes of color · (direct + indirect), emission and environment uses the paths of the picture."""
     result = render_scene(room(Passes(LIT), transport=transport))
     total = result.passes["Emission"] + result.passes["Environment"]
     for lobe in LOBES:
@@ -86,8 +86,10 @@ def test_shares_of_the_light_add_up_to_the_picture(transport):
         total = total + result.passes[f"{lobe} Color"] * light
     picture = result.pixels[..., :3]
     error = np.abs(total - picture)
-    assert np.quantile(error, 0.98) < 2e-3 * picture.max()  # a pixel may lack a color that its light has by chance
-    assert not result.passes["Transmission Direct"].any()  # light passes glass over two of its faces
+    assert (
+        np.quantile(error, 0.98) < 2e-3 * picture.max()
+    )  # by chance a pixel may have light of a lobe without samples of its color
+    assert not result.passes["Transmission Direct"].any()  # light crosses two faces of the glass
     for name in set(LIT) - {"Transmission Direct"}:
         assert result.passes[name].max() > 0, name
 
@@ -96,7 +98,7 @@ def test_light_groups_and_the_rest_add_up():
     result = render_scene(room(Passes(light_groups=("cold", "warm", "sky")), transport="rgb"))
     groups = {name: result.passes[f"Combined_{name}"] for name in ("cold", "warm", "sky")}
     left = result.pixels[..., :3] - sum(groups.values())
-    assert left.min() > -1e-4  # what the point lamp lights
+    assert left.min() > -1e-4  # light of the point lamp
     alone = room(Passes(), transport="rgb")
     alone = replace(
         alone,
@@ -110,7 +112,7 @@ def test_light_groups_and_the_rest_add_up():
     assert all(group.max() > 0.02 for group in groups.values())
 
 
-def test_data_passes_say_where_and_what_a_surface_is():
+def test_data_passes_have_position_normal_and_indices_of_surfaces():
     names = ("Depth", "Position", "Normal", "Object Index", "Material Index", "UV", "Mist", "Diffuse Color")
     scene = room(Passes(names, mist=Mist(2.0, 10.0, "LINEAR")), samples=16, transport="rgb")
     scene = replace(
@@ -134,21 +136,21 @@ def test_data_passes_say_where_and_what_a_surface_is():
     np.testing.assert_allclose(passes["Diffuse Color"][on_floor], [[0.5, 0.4, 0.3]] * on_floor.sum(), rtol=1e-5)
 
 
-def test_cryptomattes_name_what_covers_a_pixel():
+def test_cryptomattes_list_the_objects_that_cover_a_pixel():
     result = render_scene(room(Passes(("CryptoObject", "CryptoMaterial"), levels=4), transport="rgb", samples=16))
     layers = [result.passes[f"CryptoObject{k:02d}"] for k in range(2)]
     weights = sum(layer[..., 1] + layer[..., 3] for layer in layers)
     coverage = result.pixels[..., 3]
-    assert coverage.min() > 0.99  # the world covers as well
+    assert coverage.min() > 0.99  # the world counts, too
     assert weights.min() >= 0 and weights.max() < 1.001
     floor = sum(np.where(layer[..., k] == id_of("floor"), layer[..., k + 1], 0.0) for layer in layers for k in (0, 2))
     assert 0.3 < floor.mean() < 0.95
     assert np.all(layers[0][..., 1] >= layers[0][..., 3] - 1e-6)
     veil = sum(np.where(layer[..., k] == id_of("veil"), layer[..., k + 1], 0.0) for layer in layers for k in (0, 2))
-    assert veil.max() == pytest.approx(0.6, abs=0.02)  # it covers 60 % of what lies behind
+    assert veil.max() == pytest.approx(0.6, abs=0.02)  # it covers 60 % of the background
 
 
-def test_murmur_hash_is_the_published_one():
+def test_murmur_hash_equals_the_published_one():
     """Oracle: the test vectors of SMHasher and of the cryptomatte specification."""
     assert murmur_hash("") == 0
     assert murmur_hash("test") == 0xBA6BD213
@@ -156,7 +158,7 @@ def test_murmur_hash_is_the_published_one():
     assert np.float32(id_of("hello")).view(np.uint32) == 0x248BFA47
 
 
-def test_other_passes_and_what_is_not_known():
+def test_other_passes_and_unknown_names():
     result = render_scene(room(Passes(("Debug Sample Count",)), transport="rgb", samples=3))
     assert np.all(result.passes["Debug Sample Count"] == 3)
     assert set(result.passes) == {"Debug Sample Count"}
@@ -164,7 +166,7 @@ def test_other_passes_and_what_is_not_known():
         Passes(("Dept",))
 
 
-def test_an_asked_error_has_passes_too():
+def test_a_render_with_a_target_error_has_passes():
     scene = room(Passes(("Diffuse Direct", "Debug Sample Count")), transport="rgb", target_error=20.0)
     result = render_scene(scene)
     counts = result.passes["Debug Sample Count"]

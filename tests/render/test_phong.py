@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The facets of Ashikhmin and Shirley: densities that add up to 1, samples that follow them, no energy added."""
+"""The facets of Ashikhmin and Shirley: densities integrate to 1, samples follow them, no energy is added."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_samples_follow_the_density(roughness, stretch):
     _, density, _ = model.reflection(wi, sphere)
     wo, _ = model.mirrored(wi, square)
     above = wo.z > 0.0
-    # the same moments by the density and by the samples; what falls below the horizon is lost in both
+    # equal moments from the density and from the samples; both exclude directions below the horizon
     for weight in (lambda w: 1.0 + 0.0 * w.x, lambda w: w.x, lambda w: w.y * w.y, lambda w: w.z):
         by_density = float(np.mean(np.array(density * weight(sphere)))) * 2 * np.pi
         by_samples = float(np.mean(np.array(dr.select(above, weight(wo), 0.0))))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is decided from a scene, with what reason, and what an artist may change."""
+"""Decisions of the plan from a scene, their reasons, and the artist's overrides."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def _values(scene):
     return {decision.name: decision.value for decision in plan_from_data(scene, 1.0).decisions}
 
 
-def _wearing(surface, medium=None, **changes):
+def _with_material(surface, medium=None, **changes):
     scene = lit_plane(LAMP, settings=RenderSettings(), **changes)
     return replace(scene, materials=(Material("paper", surface, medium),))
 
 
-def test_a_gray_plane_needs_little():
-    assert _values(_wearing(Diffuse(gray(0.5)))) == {
+def test_a_gray_plane_needs_no_effects():
+    assert _values(_with_material(Diffuse(gray(0.5)))) == {
         "transport": "rgb",
         "dispersion": "off",
         "fluorescence": "off",
@@ -89,29 +89,31 @@ def test_a_gray_plane_needs_little():
         (Diffuse(gray(0.0)), "bounces", "2"),
     ],
 )
-def test_materials_decide(surface, effect, value):
-    decision = plan_from_data(_wearing(surface), 1.0)[effect]
+def test_materials_determine_effects(surface, effect, value):
+    decision = plan_from_data(_with_material(surface), 1.0)[effect]
     assert decision.value == value and decision.source == "scene" and decision.reason
 
 
 def test_brighter_rooms_need_more_bounces_and_coarser_tolerance_fewer():
     def bounces(reflectance, tolerance=1.0):
-        return plan_from_data(_wearing(Diffuse(gray(reflectance))), tolerance).bounces
+        return plan_from_data(_with_material(Diffuse(gray(reflectance))), tolerance).bounces
 
     assert bounces(0.2) < bounces(0.5) < bounces(0.9)
     assert bounces(0.6, 5.0) < bounces(0.6, 1.0) < bounces(0.6, 0.1)
 
 
-def test_a_material_that_nothing_wears_decides_nothing():
+def test_an_unused_material_has_no_influence():
     scene = lit_plane(LAMP)
     idle = Material("unused", Diffuse(catalogue.reflectance("dark skin")), ScatteringMedium())
     assert _values(replace(scene, materials=(*scene.materials, idle))) == _values(scene)
 
 
-def test_lights_camera_and_world_decide():
-    scene = _wearing(Diffuse(gray(0.5)))
+def test_lights_camera_and_world_determine_effects():
+    scene = _with_material(Diffuse(gray(0.5)))
     sodium = replace(LAMP, color=catalogue.illuminant("HP1"))
-    assert plan_from_data(replace(scene, lights=(sodium,)))["transport"].value == "rgb"  # gray shows no spectrum
+    assert (
+        plan_from_data(replace(scene, lights=(sodium,)))["transport"].value == "rgb"
+    )  # a gray surface needs no spectral transport
     red = replace(scene, materials=(Material("paper", Diffuse(Color([0.6, 0.1, 0.1]))),), lights=(sodium,))
     assert plan_from_data(red)["transport"].value == "spectral"
     assert "'lamp'" in plan_from_data(red)["transport"].reason
@@ -125,8 +127,8 @@ def test_lights_camera_and_world_decide():
     assert plan_from_data(replace(scene, lights=(area, LAMP)))["transparency"].value == "on"
 
 
-def test_the_artist_overrides_and_sees_what_it_costs():
-    scene = _wearing(Diffuse(catalogue.reflectance("red")))
+def test_overrides_of_the_artist_have_their_cost():
+    scene = _with_material(Diffuse(catalogue.reflectance("red")))
     scene = replace(
         scene, settings=RenderSettings(transport="rgb", max_bounces=3, overrides=(("environment", "none"),))
     )
@@ -150,14 +152,14 @@ def test_the_artist_overrides_and_sees_what_it_costs():
 def test_wrong_overrides_are_refused(overrides, error, match):
     with pytest.raises(error, match=match):
         plan_from_data(
-            _wearing(Diffuse(), settings=None)
+            _with_material(Diffuse(), settings=None)
             if False
-            else replace(_wearing(Diffuse()), settings=RenderSettings(overrides=overrides))
+            else replace(_with_material(Diffuse()), settings=RenderSettings(overrides=overrides))
         )
 
 
-def test_what_is_off_is_not_in_the_simulated_scene():
-    scene = _wearing(
+def test_omitted_effects_are_removed_from_the_simulated_scene():
+    scene = _with_material(
         MixSurface(0.5, Emission(gray(1.0), 2.0), Principled(emission_strength=3.0)),
         ScatteringMedium(),
         world=World(IMAGE),
@@ -174,8 +176,8 @@ def test_what_is_off_is_not_in_the_simulated_scene():
     assert simulated_scene(untouched, plan_from_data(untouched)) is untouched
 
 
-def test_bounces_are_what_the_plan_says():
-    """Two facing white planes: each further bounce adds light, and none is less than direct light alone."""
+def test_the_number_of_bounces_is_that_of_the_plan():
+    """Two facing white planes: each further bounce adds light, and no bounces give direct light alone."""
     pytest.importorskip("mitsuba")
     ceiling = np.diag([1.0, -1, -1, 1])
     ceiling[2, 3] = 4
@@ -192,14 +194,14 @@ def test_bounces_are_what_the_plan_says():
 
 
 def test_the_plan_as_rows():
-    rows = plan_from_data(_wearing(Diffuse(Color([0.5, 0.5, 0.5])))).as_rows()
-    assert len(rows) == len(_values(_wearing(Diffuse(gray(0.5)))))
+    rows = plan_from_data(_with_material(Diffuse(Color([0.5, 0.5, 0.5])))).as_rows()
+    assert len(rows) == len(_values(_with_material(Diffuse(gray(0.5)))))
     errors = {"error_if_left_out", "error_is", "error_accepted", "time_share"}
     assert set(rows[0]) == {"effect", "value", "reason", "cost_if_left_out", "decided_by", "overridable"} | errors
 
 
-def test_slots_that_no_face_shows_and_objects_that_no_ray_meets_call_for_nothing():
-    """A glass slot that no face wears, and a glass object that every ray passes, leave the bounces of a matt scene."""
+def test_unused_slots_and_invisible_objects_have_no_influence():
+    """An unused glass slot and an invisible glass object do not change the number of bounces of a diffuse scene."""
     scene = lit_plane(LAMP)
     glass = Material("glass", Glass())
     floor = scene.instances[0]
@@ -216,7 +218,7 @@ def test_slots_that_no_face_shows_and_objects_that_no_ray_meets_call_for_nothing
     assert plan_from_data(replace(with_slot, instances=(floor, seen))).bounces > matt
 
 
-def test_the_scenes_own_limit_on_bounces_holds_and_says_so():
+def test_the_scenes_limit_on_bounces_holds_with_a_reason():
     scene = lit_plane(LAMP)
     limited = replace(scene, settings=replace(scene.settings, scene_bounces=1))
     assert plan_from_data(limited).bounces == 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plan's pilot: what it books adds up to the picture, and what it says is lost is lost."""
+"""The plan's pilot: its shares add up to the picture, and its predicted losses are those of a render."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FREE = RenderSettings()
 
 
 def corner(surface=None, **changes):
-    """A floor and a roof that light each other."""
+    """A floor and a roof that reflect light to each other."""
     scene = lit_plane(
         LAMP,
         surface=surface or Diffuse(Color([0.7, 0.5, 0.3])),
@@ -57,14 +57,14 @@ def corner(surface=None, **changes):
     )
 
 
-def test_what_the_pilot_books_is_the_picture():
+def test_the_shares_of_the_pilot_add_up_to_the_picture():
     scene = corner(Glossy(gray(0.8), 0.4), world=World(gray(0.1)))
     seen = run_pilot(scene, pilot_plan(scene), samples=64)
     film = replace(scene.film, samples=256)
     job = RenderJob(replace(scene, film=film), everything_on_rgb(scene))
     job.trace(256)
     assert seen.picture.mean() == pytest.approx(job.picture()[..., :3].mean(), rel=0.05)
-    # light after the first surface, by all bounces or by those of one kind, is the same light
+    # light after the first surface is equal for all bounces and for those of one type
     by_level = seen.bins[..., :34, :3].sum()
     assert by_level == pytest.approx(seen.bins[..., 68:102, :3].sum(), rel=1e-4)
     assert seen.beyond("diffuse", 0)[..., :3].sum() == 0 and seen.beyond("glossy", 0)[..., :3].sum() > 0
@@ -74,8 +74,8 @@ def everything_on_rgb(scene):
     return pilot_plan(scene)
 
 
-def test_the_measured_error_of_fewer_bounces_is_what_a_render_shows():
-    """Against renders with and without: mean ΔE2000 within a third, for one and three bounces."""
+def test_the_measured_error_of_fewer_bounces_equals_that_of_a_render():
+    """Compared with renders with and without the bounces: mean ΔE2000 within a third, for one and three bounces."""
     scene = corner()
     plan = plan_effects(scene, 0.0)
     assert plan.pilot_paths > 16_000 and plan["bounces"].how == "measured"
@@ -87,10 +87,10 @@ def test_the_measured_error_of_fewer_bounces_is_what_a_render_shows():
 
 
 def test_the_background_does_not_dilute_the_error_of_a_small_object():
-    """An object on 4 % of the pixels loses a fifth of its light: the error is that of its pixels."""
+    """An object on 4 % of the pixels loses a fifth of its light: the stated error is that of its pixels."""
     height, width, batches = 24, 24, 8
     bins = np.zeros((height, width, batches, ROWS, CHANNELS))
-    bins[..., TOTAL, :3] = 0.2  # the light of the sky
+    bins[..., TOTAL, :3] = 0.2  # light of the sky
     bins[10:15, 10:15, :, TOTAL, :] = [0.3, 0.3, 0.3, 1.0]
     lost = np.zeros((height, width, batches, 3))
     lost[10:15, 10:15] = 0.06
@@ -104,7 +104,7 @@ def _picture(scene, bounces):
     return render_scene(scene).pixels[..., :3].astype(np.float64)
 
 
-def test_a_coarser_tolerance_leaves_out_more_and_never_less():
+def test_a_larger_tolerance_never_omits_less():
     scene = corner(world=World(gray(0.02)))
     kept = [plan_effects(scene, tolerance) for tolerance in (0.0, 0.1, 1.0, 3.0, 10.0)]
     for before, after in itertools.pairwise(kept):
@@ -115,7 +115,7 @@ def test_a_coarser_tolerance_leaves_out_more_and_never_less():
     assert int(kept[0]["bounces"].value) > int(kept[-1]["bounces"].value)
 
 
-def test_steps_leave_by_magnitude_then_by_error_per_time():
+def test_steps_are_omitted_by_magnitude_then_by_error_per_time():
     slow = Effect("slow", (Level("on"), Level("off", 0.5, 0.5)), "")
     quick = Effect("quick", (Level("on"), Level("off", 0.4, 0.01)), "")
     nothing = Effect("nothing", (Level("on"), Level("off", 0.05, 0.001)), "")
@@ -124,7 +124,7 @@ def test_steps_leave_by_magnitude_then_by_error_per_time():
     assert left(0.6) == ["slow", "nothing"] and left(1.0) == ["quick", "slow", "nothing"]
 
 
-def test_thin_fog_a_closed_lens_and_weak_surroundings_call_for_nothing_and_strong_ones_stay():
+def test_weak_fog_lens_and_world_are_omitted_and_strong_ones_are_kept():
     scene = lit_plane(PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100), settings=FREE)
     for density, value in ((1e-7, "off"), (0.3, "on")):
         fog = Material("fog", None, ScatteringMedium(density))
@@ -141,12 +141,12 @@ def test_thin_fog_a_closed_lens_and_weak_surroundings_call_for_nothing_and_stron
         assert plan_effects(replace(scene, world=World(gray(level))))["environment"].value == value
 
 
-def test_a_loss_of_light_is_bounded_by_the_gray_where_it_shows_most():
+def test_a_loss_of_light_is_bounded_by_the_most_sensitive_gray():
     assert bounds.error_of_share(0.025) == pytest.approx(1.0, abs=0.5)
     assert bounds.error_of_light(0.0) == 0.0 and bounds.error_of_light(0.01) > 5
 
 
-def test_everything_on_is_the_same_picture():
+def test_a_plan_with_all_effects_gives_the_same_picture():
     scene = corner(Diffuse(gray(0.5)))
     plan = everything_on(scene)
     assert plan.is_spectral and plan.is_on("media") and plan.bounces == 64

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays that a shading program sends: Ambient Occlusion and Bevel, against closed forms."""
+"""Rays of shading programs: Ambient Occlusion and Bevel compared with closed forms."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 
 
 def shown(operation, inputs, settings, meshes, turns, height=2.0):
-    """Color (3,) that a program of one operation gives the middle of the first of some objects."""
+    """Color (3,) at the center of the first object, whose program has one operation."""
     from spectral_core.render.still import render_scene
 
     build = Builder()
@@ -34,12 +34,12 @@ def shown(operation, inputs, settings, meshes, turns, height=2.0):
 
 
 def wall(x):
-    """Places a plane upright at x."""
+    """Place a vertical plane at x."""
     return np.array([[0.0, 0, 1, x], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
 
 
 @pytest.mark.parametrize("distance", [1.5, 2.0, 1e4])
-def test_a_wall_hides_the_segment_of_the_disk_that_it_projects_to(distance):
+def test_a_wall_occludes_its_projection_onto_the_disk(distance):
     near = min(1.0 / distance, 1.0)
     expected = 1 - (acos(near) - near * sqrt(1 - near * near)) / pi
     wide = replace(plane(), positions=plane().positions * 40, name="wide")
@@ -53,12 +53,12 @@ def test_a_wall_hides_the_segment_of_the_disk_that_it_projects_to(distance):
 
 
 def roof():
-    """A flat part (x < 0) and a part that falls at a right angle (below x = 0), one mesh."""
+    """One mesh of a horizontal part (x < 0) and a vertical part below x = 0."""
     points = [(-5, -5, 0), (0, -5, 0), (0, 5, 0), (-5, 5, 0), (0, -5, -5), (0, 5, -5)]
     return Mesh("roof", np.array(points, np.float32), np.array([[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]], np.uint32))
 
 
-def test_an_edge_turns_normals_within_the_radius_alone():
+def test_an_edge_changes_normals_within_the_radius_only():
     at_edge = shown("bevel", (None, 0.5), (400,), (roof(),), (matrix((0.005, 0, 0)),))
     np.testing.assert_allclose(at_edge, [sqrt(0.5), 0, sqrt(0.5)], atol=0.03)
     nearby = shown("bevel", (None, 0.5), (400,), (roof(),), (matrix((0.2, 0, 0)),))
@@ -67,7 +67,7 @@ def test_an_edge_turns_normals_within_the_radius_alone():
     np.testing.assert_allclose(shown("bevel", (None, 0.0), (16,), (roof(),), (matrix((0.005, 0, 0)),)), [0, 0, 1])
 
 
-def test_the_number_of_a_distance_compiles_nothing():
+def test_editing_a_distance_compiles_nothing():
     build = Builder()
     normal = build.add("vector_input", (), "normal", 0)
     results = (build.add("occlusion", (normal, build.number(d)), 16, False, False) for d in (1.0, 2.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The render process: same pictures, warm reuse, cancel, death, restart, and no orphans."""
+"""The render process: equal pictures, reuse, cancel, failure, restart, and no orphan processes."""
 
 from __future__ import annotations
 
@@ -43,22 +43,22 @@ def test_the_process_gives_the_same_pixels(process):
     assert result.plan == here.plan and result.variant == here.variant
 
 
-def test_the_process_is_used_again(process):
+def test_the_process_is_reused(process):
     process.render(SMALL)
     first = process.process_id
     process.render(SMALL)
     assert process.process_id == first
 
 
-def test_cancel_gives_what_there_is(process):
+def test_cancel_returns_the_finished_samples(process):
     seen = []
     result = process.render(ENDLESS, on_progress=seen.append, should_stop=lambda: bool(seen))
     assert result.status == "cancelled" and result.pixels.shape == (64, 64, 4)
     assert result.samples >= 1 and result.pixels[..., 0].max() > 0
 
 
-def test_cancel_is_answered_soon(process):
-    """By the clock, but with a wide margin: what is promised is the grace and ending the process."""
+def test_cancel_ends_soon(process):
+    """Measures elapsed time with a wide margin: the limit is the grace period plus the end of the process."""
     started = []
 
     def stop():
@@ -92,7 +92,7 @@ def test_a_process_that_died_between_renders_is_replaced(process):
     assert process.render(SMALL).status == "done"
 
 
-def test_an_error_over_there_is_the_same_error_here(process):
+def test_an_error_in_the_process_is_raised_in_the_session(process):
     wrong = replace(SMALL, settings=RenderSettings(variant="vulkan"))
     with pytest.raises(InvalidInputError, match="variant 'vulkan'"):
         process.render(wrong)
@@ -101,7 +101,7 @@ def test_an_error_over_there_is_the_same_error_here(process):
     assert process.render(SMALL).status == "done"
 
 
-def test_an_exception_of_the_caller_leaves_no_stale_answer(process):
+def test_an_exception_of_the_caller_leaves_no_pending_result(process):
     class Interrupt(Exception):
         pass
 
@@ -113,8 +113,8 @@ def test_an_exception_of_the_caller_leaves_no_stale_answer(process):
     assert process.render(SMALL).samples == 5
 
 
-def test_no_orphan_outlives_its_session(tmp_path):
-    """A session that is killed takes its render process with it."""
+def test_the_process_ends_with_its_session(tmp_path):
+    """The render process of a killed session ends."""
     script = (
         "import os, sys; from tests.render.test_process import *\n"
         "process = RenderProcess()\n"
@@ -145,6 +145,6 @@ def _runs(process_id):
 def test_an_interpreter_of_this_version_is_found(monkeypatch):
     assert "python" in Path(find_python()).name
     find_python.cache_clear()
-    monkeypatch.setattr(sys, "executable", "/usr/bin/env")  # as inside Blender: not a Python at all
+    monkeypatch.setattr(sys, "executable", "/usr/bin/env")  # as inside Blender, whose executable is no Python
     assert "python" in Path(find_python()).name
     find_python.cache_clear()

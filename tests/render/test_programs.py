@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shading programs at the hit point: the same numbers as NumPy's, the same spectra as everywhere else."""
+"""Shading programs at the hit: numbers equal those of NumPy, spectra equal those of the library."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def picture(program, transport):
     return render_scene(lit_plane(light, surface=surface, transport=transport, film=Film(6, 6, samples=64)))
 
 
-def test_upsampling_at_the_hit_is_the_one_of_the_palette(rng):
+def test_upsampling_at_the_hit_equals_that_of_the_palette(rng):
     from spectral_core.render.plugins.paints.upsampling import Upsampling
     from spectral_core.render.variant import activate, choose_backend
 
@@ -51,5 +51,5 @@ def test_rgb_and_spectral_transport_agree_on_a_program():
     np.testing.assert_allclose(spectral.mean((0, 1)), rgb.mean((0, 1)), rtol=0.03)
     points = np.zeros(1)
     mean = program.evaluate(lambda name, shift: (points, points, points))[0]
-    # straight above the middle: reflectance / π · power / (4π · 4)
+    # above the center: reflectance / π · power / (4π · 4)
     np.testing.assert_allclose(rgb.mean((0, 1)), mean / np.pi * 100 / (9 * np.pi), rtol=0.1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays that know their kind: visibility, linking, shadows, holdouts, limits, clamping, and the world's two faces."""
+"""Rules by type of ray: visibility, light linking, shadows, holdouts, limits, clamping, and two backgrounds."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ VIEW = Camera(world_from_camera=at(0, 0, 1.5), field_of_view_rad=0.3)
 
 
 def scene(*, lights=(LAMP,), instances=(FLOOR,), **values):
-    """A gray floor under a lamp, seen from between it and the place for a lid."""
+    """A gray floor under a lamp, with the camera below the position of a lid."""
     return Scene(
         camera=VIEW,
         film=values.pop("film", Film(8, 8, samples=32)),
@@ -71,7 +71,7 @@ def brightness(what):
     return float(render_scene(what).pixels[..., :3].mean())
 
 
-def test_what_is_hidden_from_shadow_rays_casts_none():
+def test_objects_hidden_from_shadow_rays_cast_no_shadow():
     lit = brightness(scene())
     assert brightness(scene(instances=(FLOOR, LID))) < 0.2 * lit
     clear = replace(LID, hidden_from=Rays.SHADOW | Rays.DIFFUSE)
@@ -89,12 +89,12 @@ def test_shadow_and_light_linking():
     )
 
 
-def test_a_lamp_without_shadows_shines_through():
+def test_a_lamp_without_shadows_lights_through_objects():
     bare = scene(lights=(replace(LAMP, casts_shadow=False),), instances=(FLOOR, replace(LID, hidden_from=Rays.DIFFUSE)))
     assert brightness(bare) == pytest.approx(brightness(scene()), rel=1e-4)
 
 
-def test_lamps_and_world_hidden_from_a_kind_of_ray():
+def test_lamps_and_world_hidden_from_a_type_of_ray():
     assert brightness(scene(lights=(replace(LAMP, hidden_from=Rays.DIFFUSE),))) == 0
     sky = World(gray(0.5))
     lit = brightness(scene(lights=(), world=sky))
@@ -103,7 +103,7 @@ def test_lamps_and_world_hidden_from_a_kind_of_ray():
     assert brightness(scene(lights=(), world=replace(sky, hidden_from=Rays.CAMERA))) == pytest.approx(lit, rel=1e-5)
 
 
-def test_the_camera_sees_another_world_than_what_lights_the_scene():
+def test_the_camera_sees_another_world_than_the_one_that_lights_the_scene():
     sky = World(gray(0.5), camera_view=World(Color(np.array([1.0, 0.0, 0.0]))))
     up = replace(scene(lights=(), world=sky), camera=Camera(world_from_camera=at(0, 0, -1)))
     np.testing.assert_allclose(render_scene(up).pixels[..., :3].mean((0, 1)), (1, 0, 0), atol=1e-4)
@@ -112,7 +112,7 @@ def test_the_camera_sees_another_world_than_what_lights_the_scene():
     assert np.abs(render_scene(clear).pixels).max() < 1e-5
 
 
-def test_a_holdout_cuts_a_hole_that_reflections_do_not_see():
+def test_a_holdout_makes_a_hole_that_reflections_do_not_show():
     film = Film(8, 8, samples=4, transparent=True)
     pixels = render_scene(scene(film=film, instances=(replace(FLOOR, is_holdout=True),))).pixels
     assert np.abs(pixels).max() == 0
@@ -122,8 +122,8 @@ def test_a_holdout_cuts_a_hole_that_reflections_do_not_see():
     assert hole == pytest.approx(lit, rel=1e-4)
 
 
-def test_limits_by_kind_and_clamping():
-    """A white furnace of a floor and a lid: what is cut off is missing."""
+def test_limits_by_type_of_bounce_and_clamping():
+    """A white furnace of a floor and a lid loses the light of omitted bounces."""
     closed = scene(lights=(replace(LAMP, world_from_light=at(0, 0, 1.9)),), instances=(FLOOR, LID))
     full = brightness(closed)
     direct = brightness(replace(closed, settings=RenderSettings(light_paths=LightPaths(diffuse=0))))
@@ -136,7 +136,7 @@ def test_limits_by_kind_and_clamping():
     )
 
 
-def test_falloff_and_photometry_against_closed_forms():
+def test_falloff_and_photometry_agree_with_closed_forms():
     """Irradiance straight below a lamp of P watts at height h: P / (4π h²); Linear multiplies by h, Constant by h²."""
     lit, height = brightness(scene()), 3.0
     for power in (1, 2):
@@ -151,7 +151,7 @@ def test_falloff_and_photometry_against_closed_forms():
 
 
 def test_a_scaled_spot_is_an_ellipse():
-    """Scaled by 2 along x, the tangent of its edge is twice as large there and as before along y."""
+    """With a scale of 2 along x, the tangent of the edge is doubled along x and unchanged along y."""
     spot = SpotLight(
         name="spot", world_from_light=at(0, 0, 3), power_w=100.0, cone_angle_rad=0.4, blend=0.0, cone_scale=(2, 1, 1)
     )
@@ -167,7 +167,7 @@ def test_a_scaled_spot_is_an_ellipse():
 @pytest.mark.parametrize("spread", [0.02, 0.3])
 @pytest.mark.parametrize("shape", ["rectangle", "ellipse"])
 def test_a_narrow_spread_has_no_speckles(spread, shape):
-    """Straight below a large panel of narrow spread light falls as evenly as below a wide one, at the same power."""
+    """Below a large panel, light of a narrow spread is as even as that of a wide one, at the same power."""
     panel = AreaLight(
         name="panel", world_from_light=at(0, 0, 3), power_w=50, size=(2, 2), shape=shape, spread_rad=spread
     )
@@ -180,7 +180,7 @@ def test_a_narrow_spread_has_no_speckles(spread, shape):
 
 
 def bent(shading):
-    """Two squares that meet at a right angle, their normals interpolated or not."""
+    """Two squares at a right angle, with or without interpolated normals."""
     corners = np.array([[-1, -1, 1], [1, -1, 1], [1, 0, 2], [-1, 0, 2], [1, 1, 1], [-1, 1, 1]], np.float32)
     faces = np.array([[0, 1, 2], [0, 2, 3], [3, 2, 4], [3, 4, 5]], np.uint32)
     normals = np.array([[0, -1, 0.2], [0, -1, 0.2], [0, 0, 1], [0, 0, 1], [0, 1, 0.2], [0, 1, 0.2]], np.float32)
@@ -188,7 +188,7 @@ def bent(shading):
     return Mesh("roof", corners, faces, normals=normals if shading else None)
 
 
-def test_a_glowing_mesh_lights_as_its_geometry_does_however_it_is_shaded():
+def test_the_light_of_an_emissive_mesh_does_not_depend_on_its_shading_normals():
     pictures = []
     for shading in (False, True):
         bare = scene(lights=(), film=Film(8, 8, samples=256))
@@ -199,7 +199,7 @@ def test_a_glowing_mesh_lights_as_its_geometry_does_however_it_is_shaded():
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0])
-def test_numbers_that_are_none_are_refused_at_the_border(bad):
+def test_numbers_that_are_not_finite_are_refused(bad):
     for make in (
         lambda: replace(LAMP, power_w=bad),
         lambda: replace(LAMP, radius=bad),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sampler's points: the Sobol sequence by its definition, stratified in each pair, without a common pattern."""
+"""The sampler's points: the Sobol sequence by its definition, stratification of each pair, independent seeds."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _second_by_definition(index):
     return result
 
 
-def test_the_sequence_is_sobols():
+def test_the_sequence_is_that_of_sobol():
     assert np.array_equal(sobol.second_sobol(INDEX), [_second_by_definition(int(k)) for k in INDEX])
     assert np.array_equal(
         sobol.reversed_bits(sobol.reversed_bits(INDEX * np.uint32(2654435761))), INDEX * np.uint32(2654435761)
@@ -39,7 +39,7 @@ def test_the_sequence_is_sobols():
 @pytest.mark.parametrize("seed", [0, 1, 12345, 0xFFFFFFFF])
 @pytest.mark.parametrize("start", [0, 256, 1024])
 def test_each_power_of_two_fills_every_elementary_interval(seed, start):
-    """256 consecutive points put exactly one into each of the 256 cells, however these are shaped."""
+    """Each of the 256 cells has exactly one of 256 consecutive points, for any shape of the cells."""
     first, second = sobol.pair(INDEX[start : start + 256], np.array([seed], np.uint32))
     for bits in range(9):
         column = first.astype(np.uint64) >> np.uint64(32 - bits)
@@ -47,7 +47,7 @@ def test_each_power_of_two_fills_every_elementary_interval(seed, start):
         assert len(set(zip(column.tolist(), row.tolist(), strict=True))) == 256
 
 
-def test_seeds_are_independent():
+def test_seeds_give_independent_points():
     points = (
         np.array([sobol.pair(INDEX[:64], np.array([seed], np.uint32)) for seed in range(200)], dtype=np.float64) / 2**32
     )

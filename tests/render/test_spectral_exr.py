@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spectral EXR: what is written is what is read, under names that other programs know."""
+"""Spectral EXR: round trips, and channel names that other programs read."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.render.scenes import lit_plane, looking_down, matrix
 OpenEXR = pytest.importorskip("OpenEXR")
 
 
-def test_bands_come_back_with_their_wavelengths(tmp_path: Path) -> None:
+def test_bands_are_read_back_with_their_wavelengths(tmp_path: Path) -> None:
     light = PointLight(name="point", world_from_light=matrix((0.5, 0, 3)), power_w=50)
     scene = lit_plane(light, camera=looking_down(8, 0.5), film=Film(5, 4, samples=2))
     result = render_scene(scene, bands=Bands.uniform(400, 700, 7))

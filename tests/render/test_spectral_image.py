@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A texture of reflectances renders the colors that its spectra have under each light."""
+"""A texture of reflectances renders in the colors of its spectra under each light."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _luminance(lamp: str) -> float:
     return float(observer().cmfs[1] @ light.at(observer().wavelengths_nm))
 
 
-def test_what_is_no_reflectance_is_refused() -> None:
+def test_values_that_are_no_reflectance_are_refused() -> None:
     with pytest.raises(InvalidInputError, match=r"outside \[0, 1\]"):
         replace(image(), weights=np.full((2, 1, 1), 1.5, np.float16))
     with pytest.raises(InvalidInputError, match=r"outside \[0, 1\]"):

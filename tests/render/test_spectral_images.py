@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Images on surfaces are upsampled where transport is spectral, and stand the right way up."""
+"""Images on surfaces are upsampled in spectral transport, with the right orientation."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ CORNERS = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_four_colors_come_back_where_they_were_painted(transport: str) -> None:
-    """A furnace shows a diffuse square's own colors: red, green below, blue, gray above, to 1.5 % of white."""
+def test_four_colors_render_at_their_positions(transport: str) -> None:
+    """A furnace shows the colors of a diffuse square, red and green below blue and gray, to 1.5 % of white."""
     painted = np.array([[[0.5, 0.1, 0.1], [0.1, 0.4, 0.15]], [[0.1, 0.15, 0.5], [0.3, 0.3, 0.3]]], np.float32)
     camera = np.eye(4)
     camera[2, 3] = 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light below the surface: nothing is gained or lost, and where it stays near it looks like a matt surface."""
+"""Subsurface scattering: energy is conserved, and a short radius looks like a diffuse surface."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ pytest.importorskip("mitsuba")
 
 
 def _ball(surface, transport="rgb"):
-    """Mean color of the middle of a ball under an even sky."""
+    """Mean color of the center of a ball under a uniform sky."""
     camera = Camera(world_from_camera=matrix((0, 0, 4)), field_of_view_rad=0.25)
     scene = Scene(
         camera=camera,
@@ -44,20 +44,20 @@ def _ball(surface, transport="rgb"):
 
 
 @pytest.mark.parametrize("color", [0.3, 0.8, 1.0])
-def test_under_an_even_sky_a_body_shows_its_color(color):
-    """The single albedo is chosen so; a body of color 1 neither takes nor gives."""
+def test_under_a_uniform_sky_a_ball_shows_its_color(color):
+    """The single-scattering albedo is derived from this condition; a ball of color 1 absorbs nothing."""
     seen = _ball(Subsurface(gray(color), (1.0, 1.0, 1.0), 0.3))
     np.testing.assert_allclose(seen, color, rtol=0.06)
     assert seen.max() < 1.02
 
 
-def test_short_paths_look_matt():
+def test_short_paths_look_diffuse():
     color = Color([0.7, 0.4, 0.2])
     near, matt = _ball(Subsurface(color, (1.0, 0.2, 0.1), 0.01)), _ball(Diffuse(color))
     np.testing.assert_allclose(near, matt, rtol=0.05)
 
 
-def test_transports_agree_and_principled_takes_its_share():
+def test_transports_agree_and_principled_has_its_share():
     color = Color([0.7, 0.4, 0.2])
     whole = {transport: _ball(Principled(color, subsurface_weight=1.0, subsurface_scale=0.2), transport)
              for transport in ("rgb", "spectral")}  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Thin films: Airy's formula in kernels against transfer matrices, its mean in RGB transport, energy, the plan."""
+"""Thin films: Airy's formula in kernels compared with transfer matrices, its mean in RGB transport, energy, plan."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LAMP = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100)
 
 
 def film(thickness, index, transport="spectral", wavelengths=NM):
-    """A film in a kernel, at wavelengths for a lane each."""
+    """A film in a kernel with one wavelength per lane."""
     mi = activate(choose_backend(transport))
     import drjit as dr
 
@@ -52,7 +52,7 @@ def film(thickness, index, transport="spectral", wavelengths=NM):
 @pytest.mark.parametrize("degrees", [0.0, 35.0, 70.0, 88.0])
 @pytest.mark.parametrize("index", [1.25, 1.38, 2.3])
 @pytest.mark.parametrize("inside", [False, True])
-def test_a_film_on_glass_reflects_what_its_transfer_matrix_says(index, degrees, inside):
+def test_the_reflection_of_a_film_on_glass_equals_its_transfer_matrix(index, degrees, inside):
     sides = (1.5, 1.0) if inside else (1.0, 1.5)
     mi, _, upon = film(370.0, index)
     found = np.array(upon.on_dielectric(mi.Float(np.cos(np.radians(degrees))), *map(mi.Float, sides)))[0]
@@ -60,7 +60,7 @@ def test_a_film_on_glass_reflects_what_its_transfer_matrix_says(index, degrees, 
     np.testing.assert_allclose(found, expected, atol=3e-6)
 
 
-def test_what_enters_through_a_film_leaves_through_it():
+def test_transmission_through_a_film_is_equal_in_both_directions():
     mi, _, upon = film(520.0, 1.7)
     outer = np.cos(np.radians(50.0))
     inner = np.sqrt(1 - (np.sin(np.radians(50.0)) / 1.5) ** 2)
@@ -71,7 +71,7 @@ def test_what_enters_through_a_film_leaves_through_it():
 
 @pytest.mark.parametrize("degrees", [0.0, 60.0, 85.0])
 @pytest.mark.parametrize("metal", [0.2 + 3.4j, 2.9 + 3.1j, 1.4 + 0.1j])
-def test_a_film_on_metal_reflects_what_its_transfer_matrix_says(metal, degrees):
+def test_the_reflection_of_a_film_on_metal_equals_its_transfer_matrix(metal, degrees):
     mi, _, upon = film(250.0, 1.8)
     pair = mi.Spectrum(metal.real), mi.Spectrum(metal.imag)
     found = np.array(upon.on_metal(mi.Float(np.cos(np.radians(degrees))), pair))[0]
@@ -89,7 +89,7 @@ def test_three_channels_show_the_mean_over_their_sensitivities(thickness, index)
         np.testing.assert_allclose(found.ravel(), channels @ share / channels.sum(axis=1), atol=1.5e-3)
 
 
-def test_a_film_that_is_not_there_changes_nothing():
+def test_a_film_of_zero_thickness_changes_nothing():
     mi, _, upon = film(0.0, 2.0, "rgb")
     found = np.array(upon.on_dielectric(mi.Float(0.5), mi.Float(1.0), mi.Float(1.5))).ravel()
     np.testing.assert_allclose(found, reflected((1.0, 1.0, 1.5), 0.0, np.radians(60.0))(np.full(3, 550.0)), atol=1e-5)
@@ -97,7 +97,7 @@ def test_a_film_that_is_not_there_changes_nothing():
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 @pytest.mark.parametrize("surface", [Metal(gray(0.6), gray(0.5), 0.1), Principled(gray(0.0), roughness=0.1)])
-def test_an_image_drives_the_thickness(surface, transport):
+def test_an_image_sets_the_thickness(surface, transport):
     texture = ImageTexture("film", np.full((2, 2, 1), 420.0, np.float32), "linear")
     shown = []
     for thickness in (420.0, texture, 0.0):
@@ -117,20 +117,20 @@ def test_a_film_adds_no_energy(name):
 
 
 @pytest.mark.parametrize("surface", [Glass(), Metal(), Principled()])
-def test_the_plan_knows_films(surface):
+def test_the_plan_lists_films(surface):
     plain = plan_from_data(lit_plane(LAMP, surface=surface))["thin_film"]
     assert (plain.value, plain.reason) == ("off", "no surface has a thin film")
     scene = lit_plane(LAMP, surface=replace(surface, thin_film_thickness=400.0, thin_film_ior=1.7))
     row = plan_from_data(scene)["thin_film"]
     assert row.value == "on" and row.how == "bounded" and row.error > 1 and "'paper'" in row.reason
     faint = lit_plane(LAMP, surface=replace(surface, thin_film_thickness=400.0, thin_film_ior=1.0))
-    if not isinstance(surface, Metal):  # a film like air is seen on metal only through the sum of its waves
+    if not isinstance(surface, Metal):  # a film with the index of air on metal is visible only through interference
         assert plan_from_data(faint)["thin_film"].value == "off"
     chosen = replace(scene, settings=RenderSettings(overrides=(("thin_film", "off"),)))
     kept = [leaf for item in simulated_scene(chosen, plan_from_data(chosen)).materials for leaf in leaves(item.surface)]
     assert [leaf.thin_film_thickness for leaf in kept] == [0.0]
 
 
-def test_a_film_of_no_thickness_that_light_has_is_refused():
+def test_impossible_thicknesses_are_refused():
     with pytest.raises(InvalidInputError, match="Glass thin film thickness"):
         Glass(thin_film_thickness=-1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Normals that mirror the viewer below the surface are turned just enough; light of negative colors is taken away."""
+"""Normals that reflect the view below the surface are corrected as little as possible; negative colors remove light."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def unit(vectors):
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def test_mirrored_views_stay_outside_and_good_normals_stay_as_they_are(rng):
+def test_reflected_views_stay_outside_and_valid_normals_are_unchanged(rng):
     from spectral_core.render.plugins.closures.upright import with_valid_normal
     from spectral_core.render.variant import activate, choose_backend
 
@@ -29,7 +29,7 @@ def test_mirrored_views_stay_outside_and_good_normals_stay_as_they_are(rng):
     count = 2000
     geometric = unit(rng.normal(size=(count, 3)))
     normal, toward = (unit(rng.normal(size=(count, 3))) for _ in range(2))
-    normal *= np.sign((normal * geometric).sum(1, keepdims=True))  # the side of the viewer is left to chance
+    normal *= np.sign((normal * geometric).sum(1, keepdims=True))  # the side of the viewer is random
     si = dr.zeros(mi.SurfaceInteraction3f, count)
     si.n = mi.Normal3f(geometric.T.astype(np.float32))
     si.sh_frame = mi.Frame3f(mi.Vector3f(normal.T.astype(np.float32)))
@@ -51,13 +51,13 @@ def test_mirrored_views_stay_outside_and_good_normals_stay_as_they_are(rng):
     np.testing.assert_allclose(turned[good], normal[good], atol=1e-5)
     np.testing.assert_allclose(reflected(turned * side)[bad], least[bad], atol=2e-3)
     np.testing.assert_allclose(np.linalg.norm(turned, axis=1), 1, atol=1e-4)
-    # it lies between the geometric normal and the one before
+    # it lies between the geometric normal and the given one
     volume = np.linalg.det(np.stack([outer, before, turned * side], axis=1))
     np.testing.assert_allclose(volume, 0, atol=1e-4)
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_an_emitted_color_below_zero_takes_light_away(transport):
+def test_a_negative_emitted_color_removes_light(transport):
     build = Builder()
     place = build.add("vector_input", (), "position", 0)
     color = build.add("blend", (build.number(1.0), place, build.number((-0.5, 0.25, -0.5))), "MIX")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Observers, color spaces and differences, against colour-science and published values."""
+"""Observers, color spaces and differences, compared with colour-science and published values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def colour() -> Any:
         return pytest.importorskip("colour")
 
 
-# Sharma, Wu and Dalal 2005, Table 1: the pairs that expose wrong hue means and rotations
+# Sharma, Wu and Dalal 2005, Table 1: pairs that detect wrong hue means and rotations
 SHARMA = [
     ((50, 2.6772, -79.7751), (50, 0, -82.7485), 2.0425),
     ((50, -1.1848, -84.8006), (50, 0, -82.7485), 1.0),
@@ -46,7 +46,7 @@ def test_ciede2000_published_pairs(first: tuple, second: tuple, expected: float)
 def test_color_spaces_agree_with_colour_science(colour: Any, rng: np.random.Generator) -> None:
     """Lab, linear sRGB, the display curve and both color differences, over 10,000 random colors, to 1e-6."""
     xyz = rng.uniform(0, 1.1, (10_000, 3))
-    xyz[:100] *= 1e-3  # dark colors, on the straight part of CIELAB
+    xyz[:100] *= 1e-3  # dark colors, on the linear part of CIELAB
     white_xy = colour.XYZ_to_xy(color.WHITE_XYZ)
     lab = color.lab_from_xyz(xyz, color.WHITE_XYZ / color.WHITE_XYZ[1])
     pairs = lab, rng.permutation(lab)
@@ -133,13 +133,13 @@ def test_thesis_daylight_is_recovered() -> None:
     assert total[1] == pytest.approx(60.0, rel=1e-12)
 
 
-def test_a_light_that_the_eye_does_not_see_cannot_be_normalized() -> None:
+def test_a_light_without_luminance_cannot_be_normalized() -> None:
     with pytest.raises(InvalidInputError, match="'dark' .* has no luminance"):
         normalized(Illuminant("dark", SpectralGrid.uniform(), np.zeros(31)))
     with pytest.raises(InvalidInputError, match="the white of CIELAB"):
         color.lab_from_xyz([1, 1, 1], [1, 0, 1])
 
 
-def test_unknown_observer() -> None:
+def test_an_unknown_observer_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'cie_1931_2deg'"):
         observer("cie_1931")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Products of piecewise linear spectra: design and normalization against rational arithmetic, at any line width."""
+"""Products of piecewise linear spectra: design and normalization compared with rational arithmetic, any line width."""
 
 from __future__ import annotations
 
@@ -59,13 +59,13 @@ def exact_xyz(light: Spectrum, *surfaces: Spectrum, name: str = "cie_1931_2deg")
     viewer = observer(name)
     inside = light.values > 0
     low, high = light.grid.wavelengths_nm[inside].min() - 3, light.grid.wavelengths_nm[inside].max() + 3
-    keep = (viewer.wavelengths_nm >= low) & (viewer.wavelengths_nm <= high)  # arithmetic on fractions is slow
+    keep = (viewer.wavelengths_nm >= low) & (viewer.wavelengths_nm <= high)  # rational arithmetic is slow
     factors = [(s.grid.wavelengths_nm, s.values) for s in (light, *surfaces)]
     return np.array([exact_integral((viewer.wavelengths_nm[keep], row[keep]), *factors) for row in viewer.cmfs])
 
 
 @pytest.mark.parametrize("half_width", HALF_WIDTHS_NM)
-def test_a_line_counts_in_full_wherever_it_stands(half_width: float, rng: np.random.Generator) -> None:
+def test_a_line_counts_in_full_at_any_wavelength(half_width: float, rng: np.random.Generator) -> None:
     positions = [532.0, 532.3, 532.5, 638.0 + half_width, *rng.uniform(420, 680, 4)]
     for position in positions:
         light = lines([position], half_width)
@@ -77,7 +77,7 @@ def test_a_line_counts_in_full_wherever_it_stands(half_width: float, rng: np.ran
 
 @pytest.mark.parametrize("name", OBSERVER_NAMES)
 def test_two_lines_on_a_narrow_filter(name: str, rng: np.random.Generator) -> None:
-    """The lamp of the finding: two equal lines, half width 0.4 nm, at 532.0 and 638.5 nm, on a filter with an edge."""
+    """Two equal lines with a half width of 0.4 nm, at 532.0 and 638.5 nm, through a filter with an edge."""
     light = lines([532.0, 638.5], 0.4)
     knots = np.array([400.0, 531.9, 532.1, 600, 638.45, 638.46, 700])
     surface = Reflectance("filter", SpectralGrid(knots), rng.uniform(0, 1, knots.size))
@@ -89,7 +89,7 @@ def test_two_lines_on_a_narrow_filter(name: str, rng: np.random.Generator) -> No
     np.testing.assert_allclose(xyz_from_product(surface, light.grid, viewer) @ light.values, exact, rtol=1e-11)
 
 
-def test_chromaticity_does_not_depend_on_where_a_line_stands_among_whole_nm() -> None:
+def test_chromaticity_does_not_depend_on_the_position_of_a_line_between_whole_nm() -> None:
     for first, second in ((532.0, 638.5), (532.5, 638.0)):
         x, y, z = xyz_of(lines([first, second], 0.4))
         assert (x / (x + y + z), y / (x + y + z)) == pytest.approx((0.376, 0.603), abs=4e-3)

@@ -11,7 +11,7 @@ from spectral_core.spectra import catalogue
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 
-def test_uniform_grid_has_its_end_and_says_what_it_is() -> None:
+def test_a_uniform_grid_includes_its_end_and_describes_itself() -> None:
     grid = SpectralGrid.uniform(400, 700, 10)
 
     assert grid.size == 31
@@ -30,7 +30,7 @@ def test_uniform_grid_has_its_end_and_says_what_it_is() -> None:
         ([[400, 500]], r"shape \(1, 2\)"),
     ],
 )
-def test_bad_grids_are_refused(wavelengths: list[float], message: str) -> None:
+def test_invalid_grids_are_refused(wavelengths: list[float], message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         SpectralGrid(np.array(wavelengths, dtype=float))
 
@@ -40,7 +40,7 @@ def test_a_step_that_does_not_divide_the_range_is_refused() -> None:
         SpectralGrid.uniform(400, 700, 7)
 
 
-def test_absurd_grids_are_refused() -> None:
+def test_excessive_grids_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="expected under 1,000,000"):
         SpectralGrid.uniform(400, 7e11, 1)
     with pytest.raises(InvalidInputError, match="expected under"):
@@ -57,7 +57,7 @@ def test_evaluation_matrix_is_linear_interpolation_and_zero_outside(rng: np.rand
     np.testing.assert_allclose(grid.values_from_knots(grid.wavelengths_nm), np.eye(grid.size), atol=0)
 
 
-def test_cell_widths_tile_the_range() -> None:
+def test_cell_widths_sum_to_the_range() -> None:
     np.testing.assert_allclose(SpectralGrid.uniform(400, 700, 10).cell_widths_nm, 10)
 
 
@@ -67,7 +67,7 @@ def test_arrays_are_read_only() -> None:
         light.values[0] = 1.0
 
 
-def test_a_light_is_not_negative_and_a_surface_does_not_glow() -> None:
+def test_lights_are_not_negative_and_reflectances_are_at_most_1() -> None:
     grid = SpectralGrid.uniform(400, 700, 100)
     with pytest.raises(InvalidInputError, match=r"'bad' is negative \(-0.1\) at 500 nm"):
         Illuminant("bad", grid, np.array([0, -0.1, 1, 1]))
@@ -84,7 +84,7 @@ def test_values_must_fit_the_grid() -> None:
 
 
 def test_averaging_keeps_the_power_of_a_line() -> None:
-    """A 2 nm wide line between the knots of a 10 nm grid is lost by point values and kept by cell means."""
+    """Point values of a 10 nm grid lose a 2 nm wide line between the knots; cell means keep it."""
     fine = SpectralGrid.uniform(400, 700, 1)
     line = Illuminant("line", fine, np.where(np.abs(fine.wavelengths_nm - 585) < 1.5, 1.0, 0.0))
     coarse = SpectralGrid.uniform(400, 700, 10)
@@ -94,7 +94,7 @@ def test_averaging_keeps_the_power_of_a_line() -> None:
     assert kept == pytest.approx(line.values.sum(), rel=1e-12)
 
 
-def test_averaging_keeps_the_power_of_a_hair(rng: np.random.Generator) -> None:
+def test_averaging_keeps_the_power_of_a_very_narrow_line(rng: np.random.Generator) -> None:
     """A line a thousandth of the step wide, and random spectra, keep their area to rounding."""
     hair = Illuminant(
         "hair", SpectralGrid(np.array([500.0, 587.30, 587.305, 587.31, 600.0])), np.array([0, 0, 1, 0, 0.0])
@@ -107,7 +107,7 @@ def test_averaging_keeps_the_power_of_a_hair(rng: np.random.Generator) -> None:
         assert kept == pytest.approx(area, rel=1e-12)
 
 
-def test_unknown_names_say_what_is_near() -> None:
+def test_errors_for_unknown_names_suggest_similar_ones() -> None:
     with pytest.raises(UnknownNameError, match="no illuminant is named 'D56'; did you mean .*'D65'"):
         catalogue.illuminant("D56")
     with pytest.raises(UnknownNameError, match="no reflectance is named 'drak skin'; did you mean 'dark skin'"):
@@ -124,7 +124,7 @@ def test_every_shipped_spectrum_can_be_read() -> None:
     assert catalogue.illuminant("sodium").name == "HP1"
 
 
-def test_blackbody_peaks_where_wien_says() -> None:
+def test_the_peak_of_a_blackbody_follows_wien() -> None:
     grid = SpectralGrid.uniform(360, 1200, 1)
     for kelvin in (3000.0, 4000.0, 6500.0):
         peak = grid.wavelengths_nm[catalogue.blackbody(kelvin, grid).values.argmax()]

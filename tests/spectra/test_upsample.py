@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colors as smooth reflectances: as the renderer reads them, and in gamut for every color."""
+"""Colors as smooth reflectances: equal to those of the renderer, and within 0 to 1 for every color."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def colors(rng: np.random.Generator) -> np.ndarray:
     return np.concatenate([rng.uniform(0, 1, (300, 3)), rng.uniform(0, 1, (100, 3)) ** 6, corners, ties])
 
 
-def test_spectra_are_those_of_the_renderer(rng: np.random.Generator) -> None:
+def test_spectra_equal_those_of_the_renderer(rng: np.random.Generator) -> None:
     mitsuba = pytest.importorskip("mitsuba")
     if mitsuba.variant() is None:
         mitsuba.set_variant("scalar_rgb")
@@ -50,7 +50,7 @@ def test_spectra_have_their_color_under_daylight(with_table: bool, rng, monkeypa
     assert np.median(delta_e_2000(lab_from_linear_rgb(shown), lab_from_linear_rgb(rgb))) < 0.1
 
 
-def test_grays_are_flat_and_the_ends_exact() -> None:
+def test_grays_are_flat_and_black_and_white_exact() -> None:
     assert np.ptp(upsample.upsampled([0.3, 0.3, 0.3], NM)) == 0
     assert upsample.upsampled([[0, 0, 0], [1, 1, 1]], NM).tolist() == [[0.0] * NM.size, [1.0] * NM.size]
     np.testing.assert_allclose(upsample.upsampled([0.18, 0.18, 0.18], [555.0]), 0.18, rtol=1e-12)

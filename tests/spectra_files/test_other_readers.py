@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""SPDX against colour-science's own reader and writer, .spd against Mitsuba's reader; and SPDX errors."""
+"""SPDX compared with colour-science's reader and writer, .spd with Mitsuba's reader; errors of SPDX."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def colour() -> Any:
 @pytest.mark.parametrize(
     "spectrum", [catalogue.illuminant("FL11"), catalogue.reflectance("blue sky")], ids=["light", "surface"]
 )
-def test_colour_science_reads_what_we_write(tmp_path: Path, colour: Any, spectrum: Spectrum) -> None:
+def test_colour_science_reads_written_files(tmp_path: Path, colour: Any, spectrum: Spectrum) -> None:
     path = tmp_path / "ours.spdx"
     write_spectra(path, [spectrum])
     theirs = colour.SpectralDistribution_IESTM2714(str(path)).read()
@@ -36,7 +36,7 @@ def test_colour_science_reads_what_we_write(tmp_path: Path, colour: Any, spectru
     assert theirs.spectral_quantity == ("relative" if isinstance(spectrum, Illuminant) else "reflectance")
 
 
-def test_we_read_what_colour_science_writes(tmp_path: Path, colour: Any) -> None:
+def test_files_of_colour_science_are_read(tmp_path: Path, colour: Any) -> None:
     path = tmp_path / "theirs.spdx"
     header = colour.io.tm2714.Header_IESTM2714(manufacturer="Acme & Sons", description="a lamp <1>", comments="25 °C")
     data = dict(zip(range(400, 701, 20), np.linspace(0.1, 3, 16), strict=True))
@@ -55,10 +55,10 @@ def test_we_read_what_colour_science_writes(tmp_path: Path, colour: Any) -> None
     assert ours.header == {"Manufacturer": "Acme & Sons", "Description": "a lamp <1>", "Comments": "25 °C"}
     assert (ours.quantity, ours.bandwidth_nm, ours.geometry) == ("irradiance", 2.5, None)
     np.testing.assert_array_equal(ours.spectrum.grid.wavelengths_nm, list(data))
-    np.testing.assert_allclose(ours.spectrum.values, list(data.values()), rtol=1e-11)  # it prints 12 digits
+    np.testing.assert_allclose(ours.spectrum.values, list(data.values()), rtol=1e-11)  # colour-science prints 12 digits
 
 
-def test_mitsuba_reads_our_spd(tmp_path: Path) -> None:
+def test_mitsuba_reads_written_spd_files(tmp_path: Path) -> None:
     mitsuba = pytest.importorskip("mitsuba")
     mitsuba.set_variant("scalar_spectral")
     spectrum = catalogue.illuminant("A")
@@ -68,7 +68,7 @@ def test_mitsuba_reads_our_spd(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.array(values), spectrum.values, rtol=1e-6)  # in single precision
 
 
-def test_a_whole_document_comes_back(tmp_path: Path) -> None:
+def test_a_document_with_all_elements_is_read_back(tmp_path: Path) -> None:
     written = SpdxDocument(
         Reflectance("tile", SpectralGrid.uniform(), np.linspace(0, 1, 31)),
         "R-Factor",
@@ -120,7 +120,7 @@ def test_spdx_errors_name_file_and_line(tmp_path: Path, old: str, new: str, mess
         read_spectrum(path)
 
 
-def test_documents_that_contradict_themselves() -> None:
+def test_contradictory_documents_are_refused() -> None:
     light = Illuminant("l", SpectralGrid.uniform(), np.ones(31))
     with pytest.raises(UnknownNameError, match="no spectral quantity of TM-27-14 is named 'loudness'"):
         SpdxDocument(light, "loudness")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is written reads back: every number to the bit, kinds, names, grids and sources too."""
+"""Round trips: bit-exact numbers, types, names, grids and sources."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_csv_keeps_any_spectra_on_any_grids(tmp_path: Path, written: list[Spectr
 
 @COMMON
 @given(spectra(), st.sampled_from([".spd", ".spdx"]))
-def test_one_spectrum_formats_keep_it(tmp_path: Path, written: Spectrum, ending: str) -> None:
+def test_formats_of_one_spectrum_keep_it(tmp_path: Path, written: Spectrum, ending: str) -> None:
     path = tmp_path / f"one{ending}"
     write_spectra(path, [written])
     if not (ending == ".spdx" and written.name == "None"):
@@ -66,13 +66,13 @@ def test_one_spectrum_formats_keep_it(tmp_path: Path, written: Spectrum, ending:
 @pytest.mark.parametrize(
     "spectrum", [catalogue.illuminant("HP1"), catalogue.reflectance("dark skin")], ids=["light", "surface"]
 )
-def test_shipped_spectra(tmp_path: Path, ending: str, spectrum: Spectrum) -> None:
+def test_shipped_spectra_are_kept(tmp_path: Path, ending: str, spectrum: Spectrum) -> None:
     path = tmp_path / f"shipped{ending}"
     write_spectra(path, [spectrum])
     assert_same(read_spectrum(path), spectrum, path)
 
 
-def test_lights_and_surfaces_share_a_table(tmp_path: Path) -> None:
+def test_one_table_can_have_lights_and_surfaces(tmp_path: Path) -> None:
     written = [catalogue.illuminant("D65"), catalogue.reflectance("dark skin"), catalogue.illuminant("LPS")]
     write_spectra(tmp_path / "mixed.csv", written)
     read = read_spectra(tmp_path / "mixed.csv")
@@ -80,7 +80,7 @@ def test_lights_and_surfaces_share_a_table(tmp_path: Path) -> None:
     assert [spectrum.grid.size for spectrum in read] == [spectrum.grid.size for spectrum in written]
 
 
-def test_a_file_without_its_ending_is_known_by_what_it_holds(tmp_path: Path) -> None:
+def test_a_file_without_its_ending_is_recognized_by_its_contents(tmp_path: Path) -> None:
     light = catalogue.illuminant("A")
     for file_format in ("csv", "spd", "spdx"):
         path = tmp_path / f"{file_format}.dat"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""CSV and .spd as instruments and spreadsheets write them, and the error for each way to get one wrong."""
+"""CSV and .spd files of instruments and spreadsheets, and the errors for invalid ones."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def file_of(folder: Path, text: str, name: str = "table.csv") -> Path:
         "# wavelength unit: angstrom\nwavelength,one,two\n4000,.1,.5\n4100,.2,.6\n4200,.3,.7\n",
     ],
 )
-def test_every_dialect_reads_as_the_same_two_spectra(tmp_path: Path, text: str) -> None:
+def test_every_dialect_gives_the_same_two_spectra(tmp_path: Path, text: str) -> None:
     one, two = read_spectra(file_of(tmp_path, text), kind="reflectance")
     assert (one.name, two.name) == ("one", "two")
     np.testing.assert_allclose(one.grid.wavelengths_nm, [400, 410, 420], rtol=1e-14)
@@ -59,19 +59,19 @@ def test_numbered_samples_in_a_heading_are_not_wavelengths(tmp_path: Path) -> No
     assert [spectrum.values.tolist() for spectrum in across] == [[0.1, 0.2], [0.3, 0.4]]
 
 
-def test_without_a_heading_the_file_names_the_spectra(tmp_path: Path) -> None:
+def test_without_a_heading_spectra_get_the_name_of_the_file(tmp_path: Path) -> None:
     assert read_spectrum(file_of(tmp_path, "400,0.1\n410,0.2\n", "paint.csv")).name == "paint"
     names = [s.name for s in read_spectra(file_of(tmp_path, "400,0.1,0.2\n410,0.2,0.3\n", "paints.csv"))]
     assert names == ["paints 1", "paints 2"]
 
 
-def test_empty_cells_leave_each_spectrum_its_own_wavelengths(tmp_path: Path) -> None:
+def test_empty_cells_give_each_spectrum_its_own_wavelengths(tmp_path: Path) -> None:
     one, two = read_spectra(file_of(tmp_path, "nm,one,two\n400,0.1,\n410,,0.6\n420,0.3,0.7\n"))
     assert one.grid.wavelengths_nm.tolist() == [400, 420]
     assert two.grid.wavelengths_nm.tolist() == [410, 420]
 
 
-def test_the_caller_overrules_the_file(tmp_path: Path) -> None:
+def test_arguments_override_the_file(tmp_path: Path) -> None:
     path = file_of(tmp_path, "# kind: illuminant\nnm,lamp\n0.4,10\n0.5,20\n", "um.csv")
     assert type(read_spectrum(file_of(tmp_path, "# kind: illuminant\nnm,lamp\n400,10\n500,20\n"))) is Illuminant
     lamp = read_spectra(path, kind="reflectance", wavelength_unit="µm", value_unit="%")[0]
@@ -80,12 +80,12 @@ def test_the_caller_overrules_the_file(tmp_path: Path) -> None:
     assert lamp.values.tolist() == [0.1, 0.2]
 
 
-def test_a_comment_of_others_is_left_alone(tmp_path: Path) -> None:
+def test_other_comments_are_ignored(tmp_path: Path) -> None:
     text = "# Source: lab 3, bench 2, J. Doe\n# Kind:\n# unit: whatever\nnm,lamp\n400,10\n500,20\n"
     assert read_spectrum(file_of(tmp_path, text)).source == "lab 3, bench 2, J. Doe"
 
 
-def test_spd_with_comments_and_odd_blanks(tmp_path: Path) -> None:
+def test_spd_with_comments_and_irregular_blanks(tmp_path: Path) -> None:
     read = read_spectrum(file_of(tmp_path, "# glass\n\n400   0.5\n410\t0.6\n420, 0.7\n", "glass.spd"))
     assert (read.name, type(read)) == ("glass", Spectrum)
     assert read.values.tolist() == [0.5, 0.6, 0.7]
@@ -103,7 +103,7 @@ def test_spd_with_comments_and_odd_blanks(tmp_path: Path) -> None:
         ("a.csv", "wavelength,x\n400,0.1\n410,0.2,0.3\n", r"line 3: 3 cells under 2 headings; expected a heading each"),
         ("a.csv", "400,0.1\n410\n", r"line 2: 1 cells, expected 2"),
         ("a.csv", "wavelength\n400\n410\n", r"line 2: found 1 column\(s\) and 2 row\(s\)"),
-        # patterns that try every start of a run of blanks never end here
+        # a pattern that tries every start of a run of blanks takes quadratic time
         ("a.csv", f"(nm{' ' * 30_000}x,y{' ' * 30_000}[\n400,oops\n", r"line 2: 'oops' is not a number"),
         ("a.csv", "hello world\n", r"line 1: found .* 0 row\(s\) of numbers"),
         ("a.csv", "\n\n", r"line 1: the file is empty"),
@@ -129,14 +129,16 @@ def test_errors_name_file_and_line(tmp_path: Path, name: str, text: str, message
         ("reflectance", (0.5, 1.2), r"line 3: reflectance 'x' is 1\.2, expected 0 to 1; a fluorescent"),
     ],
 )
-def test_values_impossible_for_the_kind(tmp_path: Path, kind: str, values: tuple[float, float], message: str) -> None:
+def test_values_impossible_for_the_type_are_refused(
+    tmp_path: Path, kind: str, values: tuple[float, float], message: str
+) -> None:
     path = file_of(tmp_path, f"nm,x\n400,{values[0]}\n500,{values[1]}\n")
     with pytest.raises(FileFormatError, match=message):
         read_spectra(path, kind=kind)  # type: ignore[arg-type]
     assert read_spectrum(path, kind="spectrum").values.tolist() == list(values)
 
 
-def test_files_that_are_not_text(tmp_path: Path) -> None:
+def test_files_that_are_not_text_are_refused(tmp_path: Path) -> None:
     for data, message in [(b"\x89PNG\r\n\x1a\n\0\0", "not utf-8-sig text"), (b"400\0 1\n", "a binary file")]:
         (tmp_path / "x.csv").write_bytes(data)
         with pytest.raises(FileFormatError, match=message):
@@ -145,12 +147,12 @@ def test_files_that_are_not_text(tmp_path: Path) -> None:
         read_spectra(tmp_path / "nowhere.csv")
 
 
-def test_utf_16_as_spreadsheets_export_it(tmp_path: Path) -> None:
+def test_utf_16_of_spreadsheets_is_read(tmp_path: Path) -> None:
     (tmp_path / "x.csv").write_text(PLAIN, encoding="utf-16")
     assert len(read_spectra(tmp_path / "x.csv")) == 2
 
 
-def test_wrong_requests(tmp_path: Path) -> None:
+def test_wrong_requests_are_refused(tmp_path: Path) -> None:
     light = Illuminant("l", SpectralGrid.uniform(), np.ones(31))
     path = file_of(tmp_path, PLAIN)
     with pytest.raises(FileFormatError, match=r"holds 2 spectra \('one', 'two'\), expected one; use read_spectra"):
@@ -170,7 +172,7 @@ def test_wrong_requests(tmp_path: Path) -> None:
     assert sorted(child.name for child in tmp_path.iterdir()) == ["table.csv"]
 
 
-def test_detection_prefers_what_the_file_holds(tmp_path: Path) -> None:
+def test_detection_prefers_the_contents_of_the_file(tmp_path: Path) -> None:
     assert detect_format(file_of(tmp_path, "<IESTM2714/>", "a.csv")) == "spdx"
     assert detect_format(file_of(tmp_path, "400 1\n500 2\n", "a.dat")) == "spd"
     assert detect_format(file_of(tmp_path, "400,1\n500,2\n", "a.dat")) == "csv"

@@ -14,7 +14,7 @@ from spectral_core.volume.view import View
 
 
 def blob(size: int = 24, dtype: type = np.uint8, name: str = "blob") -> ScalarVolume:
-    """A soft ball off the middle, values 0 to 200."""
+    """A soft ball off the center, values 0 to 200."""
     x, y, z = np.meshgrid(*[np.linspace(-1, 1, size)] * 3, indexing="ij")
     ball = 200 * np.exp(-3 * ((x - 0.1) ** 2 + (1.2 * y) ** 2 + z**2))
     return ScalarVolume(name, np.asfortranarray(ball.astype(dtype)))
@@ -46,7 +46,7 @@ def against_oracle(
 
 
 def across(volume: ScalarVolume, pixels: int = 1, **rest: object) -> View:
-    """Orthographic along +x, straight through the middle of the field."""
+    """An orthographic camera along +x through the center of the field."""
     middle = volume.corners_world.mean(axis=0)
     width = float(np.ptp(volume.corners_world[:, 1]))
     away = middle - np.array([2.0 * float(np.ptp(volume.corners_world[:, 0])), 0.0, 0.0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The march's own minimum, maximum, bounds and growth of steps, and tables where packets can read them."""
+"""The march's minimum, maximum, bounds and growth of steps, and tables aligned for packet loads."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ pytest.importorskip("drjit")
 use_newest_llvm()
 
 
-def test_they_are_what_numpy_says(rng):
+def test_minimum_maximum_and_bounds_equal_those_of_numpy(rng):
     import drjit.llvm as types
 
     a, b = (rng.normal(size=1000).astype(np.float32) for _ in range(2))
@@ -23,14 +23,14 @@ def test_they_are_what_numpy_says(rng):
     assert (larger(1.0, 2.0), smaller(1.0, 2.0), bounded(3.0, 0.0, 1.0)) == (2.0, 1.0, 1.0)
 
 
-def test_growth_is_near_enough():
+def test_the_growth_of_steps_is_accurate_enough():
     import drjit.llvm as types
 
     values = np.logspace(-6, 0, 500).astype(np.float32)
     assert np.allclose(step_growth(types, types.Float(values)).numpy(), values**-0.3125, rtol=0.05)
 
 
-def test_tables_lie_where_one_load_reads_a_record(rng):
+def test_tables_are_aligned_so_that_one_load_reads_a_record(rng):
     for size in (8, 24, 1000):
         values = rng.random(size).astype(np.float32)
         placed = aligned(values)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passing over values that show nothing: how far is certain, and what speculative steps may cost."""
+"""Empty-space skipping: certain distances, and the error of speculative steps."""
 
 import numpy as np
 import pytest
@@ -34,13 +34,13 @@ def function(pieces):
 
 
 @pytest.mark.parametrize("name", list(FUNCTIONS))
-def test_clearance_is_the_distance_to_what_shows_and_never_more(name, rng):
+def test_clearance_is_at_most_the_distance_to_a_visible_value(name, rng):
     volume = ScalarVolume("v", rng.random((9, 9, 9)))
     table = tabulate(function(FUNCTIONS[name]), volume)
     at = np.concatenate([rng.uniform(-0.3, 1.3, 400), table.knots])
     segment = np.searchsorted(table.knots, at, side="right")
     stated = np.where(table.is_empty[segment], np.abs(at - table.anchors[segment]), 0.0)
-    # Exhaustively: the nearest of very many values that show something, among those that a field of 0 to 1 can have.
+    # By exhaustive search: the nearest of very many visible values within the range 0 to 1 of the field.
     low, high = volume.value_range
     many = np.unique(np.concatenate([np.linspace(low, high, 200_001), table.knots, np.nextafter(table.knots, -9)]))
     shown = many[function(FUNCTIONS[name]).curves(many)[1].any(axis=-1)]
@@ -52,7 +52,7 @@ def test_clearance_is_the_distance_to_what_shows_and_never_more(name, rng):
     assert np.allclose(stated[inside], true, atol=1e-5)
 
 
-def test_words_hold_how_far_a_ray_goes_per_stored_unit_and_never_too_far(rng):
+def test_words_store_the_distance_of_a_ray_per_stored_unit_rounded_down(rng):
     volume = ScalarVolume("v", rng.normal(0, 20, (17, 17, 17)))
     statistics = brick_statistics(volume, 4)
     ranges = RangeTables(tabulate(function([([-5, 0, 5], [0, 1, 0])]), volume), 1.0)
@@ -64,7 +64,7 @@ def test_words_hold_how_far_a_ray_goes_per_stored_unit_and_never_too_far(rng):
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1e30])
-def test_slopes_survive_data_whose_squares_do_not(scale, rng):
+def test_slopes_are_right_for_data_whose_squares_overflow(scale, rng):
     data = rng.random((9, 9, 9))
     for statistics in (
         lambda d: brick_statistics(ScalarVolume("v", d), 2),
@@ -74,7 +74,7 @@ def test_slopes_survive_data_whose_squares_do_not(scale, rng):
 
 
 @pytest.mark.parametrize("name", ["marschner-lobb", "noise", "shells", "gaussians"])
-def test_careful_march_misses_nothing_and_speculative_one_hardly_anything(name):
+def test_the_careful_march_has_no_error_and_the_speculative_one_a_small_one(name):
     pytest.importorskip("drjit")
     from spectral_core.volume.image import Stepping
     from spectral_core.volume.renderer import VolumeRenderer
@@ -96,7 +96,7 @@ def test_careful_march_misses_nothing_and_speculative_one_hardly_anything(name):
     assert quick < 0.95 * slow
 
 
-def test_a_field_far_from_the_function_is_passed_in_a_few_turns():
+def test_a_field_outside_the_function_is_skipped_in_a_few_iterations():
     pytest.importorskip("drjit")
     from spectral_core.volume.image import Stepping
     from spectral_core.volume.renderer import VolumeRenderer
@@ -107,7 +107,7 @@ def test_a_field_far_from_the_function_is_passed_in_a_few_turns():
     view = View.looking([-200, 32, 32], [0, 32, 32], width=8, height=8, fov_deg=None, ortho_width=40)
     renderer = VolumeRenderer(volume)
     image = renderer.render(view, transfer, Stepping("error", "preintegrated", 0.01), counts=True)
-    assert image.steps / 64 < 90  # two voxels of the brick in steps of 0.01 would be two hundred
+    assert image.steps / 64 < 90  # two voxels of the brick would need two hundred steps of 0.01
     assert image.transmittance[0, 0] == pytest.approx(np.exp(-5 * 0.005 * 64), rel=1e-3)
 
 
@@ -126,7 +126,7 @@ def through(volume, transfer, origin, direction, scale):
 
 
 @pytest.mark.parametrize("scale", [0.2089, 0.25, 0.409, 0.5, 0.7671, 0.8, 1.0])
-def test_a_flat_plateau_just_above_the_threshold_is_not_passed_over(scale):
+def test_a_plateau_just_above_the_threshold_is_not_skipped(scale):
     pytest.importorskip("drjit")
     data = np.zeros((7, 3, 3), np.uint8)
     data[2:5] = 200
@@ -135,7 +135,7 @@ def test_a_flat_plateau_just_above_the_threshold_is_not_passed_over(scale):
     assert wanted < 0.2 and got < 3 * wanted
 
 
-def test_what_is_clear_in_one_brick_is_not_in_the_next(rng):
+def test_clearance_ends_at_the_border_of_a_brick(rng):
     pytest.importorskip("drjit")
     data = np.zeros((21, 21, 21), np.uint8)
     for start in (2, 14):
@@ -153,12 +153,12 @@ def test_what_is_clear_in_one_brick_is_not_in_the_next(rng):
 
 
 @pytest.mark.parametrize(("clear_after", "integral_after", "way", "missed"), [
-    (0.0, 1.0, 6.0, True),  # ends on what shows, although it could have come that far
-    (2.0, 1.5, 6.0, True),  # something lies between the values on both sides
-    (1.0, 1.0, 9.0, True),  # long enough to have gone there and back
+    (0.0, 1.0, 6.0, True),  # ends on a visible value within the reach of the slope
+    (2.0, 1.5, 6.0, True),  # a visible value lies between the values on both sides
+    (1.0, 1.0, 9.0, True),  # long enough to reach a visible value and to return
     (1.0, 1.0, 6.0, False),
 ])  # fmt: skip
-def test_each_sign_of_a_miss_is_heeded(clear_after, integral_after, way, missed):
+def test_each_sign_of_a_missed_value_is_detected(clear_after, integral_after, way, missed):
     pytest.importorskip("drjit")
     import drjit.llvm as types
 

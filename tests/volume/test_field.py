@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scalar field's border: what it takes, keeps and refuses."""
+"""The scalar field: accepted, kept and refused data."""
 
 from types import SimpleNamespace
 
@@ -25,14 +25,14 @@ def test_type_order_and_values_are_kept(dtype):
     assert volume.shape == (2, 3, 4) and volume.value_range == (0.0, 23.0)
 
 
-def test_read_only_array_is_not_copied():
+def test_a_read_only_array_is_not_copied():
     data = np.zeros((4, 4, 4), np.uint8)
     data.setflags(write=False)
     assert np.shares_memory(ScalarVolume("v", data).data, data)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_first_bad_voxel_is_named(bad):
+def test_the_first_invalid_voxel_is_reported(bad):
     data = np.zeros((3, 4, 5), np.float32)
     data[1, 2, 3] = bad
     with pytest.raises(InvalidInputError, match=r"volume 'lung'.*\(1, 2, 3\)"):
@@ -48,12 +48,12 @@ def test_first_bad_voxel_is_named(bad):
         (np.zeros((2, 2, 2), bool), "bool"),
     ],
 )
-def test_what_is_no_field_is_refused(data, words):
+def test_arrays_that_are_no_field_are_refused(data, words):
     with pytest.raises(InvalidInputError, match=words):
         ScalarVolume("v", data)
 
 
-def test_bad_matrices_are_refused():
+def test_invalid_matrices_are_refused():
     flat = np.diag([1.0, 0.0, 1.0, 1.0])
     with pytest.raises(InvalidInputError, match="not invertible"):
         ScalarVolume("v", np.zeros((2, 2, 2)), flat)
@@ -74,7 +74,7 @@ def test_spacing_origin_and_corners(scale):
     assert np.allclose(volume.voxel_size, np.array([1, 2, 3]) * scale)
 
 
-def test_more_voxels_than_dr_jit_can_number_are_refused():
+def test_more_voxels_than_dr_jit_can_index_are_refused():
     pytest.importorskip("drjit")
     import drjit.llvm as types
 
@@ -86,16 +86,16 @@ def test_more_voxels_than_dr_jit_can_number_are_refused():
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 3.0), (-7.0, 5.0), (1000.0, 1000.5), (-3e-4, 1e-5), (0.0, 0.0)])
-def test_stored_units_are_powers_of_two_that_the_data_fill(low, high):
-    """A division by a power of two is exact in float32, and what is stored fills the range from ½ to 1."""
+def test_stored_units_are_powers_of_two_with_data_up_to_1(low, high):
+    """A division by a power of two is exact in float32; the largest stored value lies between ½ and 1."""
     base, unit = _stored_units(low, high)
     assert np.frexp(unit)[0] == 0.5  # a power of two
     greatest = max(abs(low - base), abs(high - base)) / unit
     assert greatest == 0 or 0.5 < greatest <= 1.0
 
 
-def test_the_marschner_lobb_signal_is_that_of_the_paper():
-    """Marschner and Lobb 1994, Eq. 5, at samples that lie on the axes and off them."""
+def test_the_marschner_lobb_signal_equals_that_of_the_paper():
+    """Marschner and Lobb 1994, Eq. 5, at samples on and off the axes."""
     size = 9
     field = marschner_lobb(size)
     axis = np.linspace(-1, 1, size)
@@ -107,7 +107,7 @@ def test_the_marschner_lobb_signal_is_that_of_the_paper():
 
 
 @pytest.mark.parametrize(("backend", "remedy"), [("llvm", "LLVM"), ("cuda", "use llvm")])
-def test_a_backend_that_is_not_there_names_its_own_remedy(monkeypatch, backend, remedy):
+def test_a_missing_backend_names_its_remedy(monkeypatch, backend, remedy):
     dr = pytest.importorskip("drjit")
     monkeypatch.setattr(renderer, "find_llvm", lambda: None)
     monkeypatch.setattr(dr, "has_backend", lambda kind: False)

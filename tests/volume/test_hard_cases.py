@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every hard case is finite and right against the oracle; the benchmark counts the same list."""
+"""Every hard case is finite and agrees with the oracle; the benchmark counts the same cases."""
 
 import numpy as np
 import pytest
@@ -18,5 +18,5 @@ def test_hard_case(case):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_bad_voxels_are_refused_by_name_and_index(bad):
+def test_invalid_voxels_are_reported_with_name_and_index(bad):
     assert refused(bad)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`adaptive_volume` inside Mitsuba: same picture as the bare march, surfaces, several fields, lights and shadows."""
+"""`adaptive_volume` in Mitsuba: same picture as the march alone, surfaces, several fields, lights and shadows."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def smooth_view(volume: ScalarVolume, **rest: Any) -> View:
 
 
 def averaged(volume: ScalarVolume, view: View, stepping: Stepping) -> tuple[np.ndarray, np.ndarray]:
-    """Amounts and transmittance of the bare march averaged over 16² places in each pixel."""
+    """Amounts and transmittance of the march alone, averaged over 16² positions in each pixel."""
     n = 16
     image = VolumeRenderer(volume).render(view.resized(view.width * n, view.height * n), two_tents(), stepping)
     amounts = image.amounts.reshape(view.height, n, view.width, n, -1).mean(axis=(1, 3))
@@ -63,7 +63,7 @@ def averaged(volume: ScalarVolume, view: View, stepping: Stepping) -> tuple[np.n
 
 
 @pytest.mark.parametrize("fov", [30.0, None])
-def test_same_picture_and_channels_as_the_bare_march(fov):
+def test_picture_and_channels_equal_those_of_the_march_alone(fov):
     mi = load("llvm_ad_rgb")
     volume = blob()
     view = smooth_view(volume, fov_deg=fov)
@@ -76,7 +76,7 @@ def test_same_picture_and_channels_as_the_bare_march(fov):
 
 
 @pytest.mark.parametrize("variant", ["llvm_ad_spectral", "llvm_ad_mono"])
-def test_every_variant_shows_the_same(variant):
+def test_every_variant_gives_the_same_picture(variant):
     mi = load("llvm_ad_rgb")
     volume = blob(12)
     view = smooth_view(volume)
@@ -86,11 +86,11 @@ def test_every_variant_shows_the_same(variant):
     shown = render(mi, integrator_dict(item, **FIXED), view, 1024)
     if mi.is_monochromatic:
         wanted = luminance_from_linear_rgb(wanted)[..., None]
-    # A spectral ray sees few wavelengths; the average over the picture settles.
+    # A spectral ray samples few wavelengths; the average over the picture has little noise.
     assert np.allclose(shown.mean((0, 1)), wanted.mean((0, 1)), rtol=0.03)
 
 
-def test_relighting_the_channels_is_rendering_again():
+def test_relighting_the_channels_equals_a_new_render():
     mi = load("llvm_ad_rgb")
     volume = blob()
     view, item = smooth_view(volume), [SceneVolume(volume, two_tents())]
@@ -100,7 +100,7 @@ def test_relighting_the_channels_is_rendering_again():
     assert np.abs(relit - again[..., :3]).max() < 3e-6 * again[..., :3].max()
 
 
-def test_a_grid_volume_with_a_preset():
+def test_a_grid_volume_with_a_preset_is_rendered():
     mi = load("llvm_ad_rgb")
     grid = mi.VolumeGrid(mi.TensorXf(np.ascontiguousarray(blob(10, np.float32).data.transpose(2, 1, 0))[..., None]))
     placed = {"type": "gridvolume", "grid": grid, "to_world": mi.ScalarTransform4f().scale(10)}
@@ -110,7 +110,7 @@ def test_a_grid_volume_with_a_preset():
     assert picture.max() > 0.3 and np.isfinite(picture).all()
 
 
-def test_xml_with_a_volume_file(tmp_path):
+def test_xml_with_a_volume_file_is_rendered(tmp_path):
     pytest.importorskip("nrrd")
     from spectral_core.volume.files import write_volume
 
@@ -123,7 +123,7 @@ def test_xml_with_a_volume_file(tmp_path):
 
 
 def wall(mi: Any, x: float) -> dict[str, Any]:
-    """A glowing square across the x axis."""
+    """An emissive square across the x axis."""
     place = mi.ScalarTransform4f().translate([x, 12, 12]).rotate([0, 1, 0], -90).scale(200)
     return {
         "type": "rectangle",
@@ -147,10 +147,10 @@ def test_surfaces_in_front_inside_and_behind(shadows):
         seen[name] = picture[..., 3].mean()
         assert np.allclose(picture[..., :3].mean(), combine(picture[..., 4:], display_matrix(fog)).mean() + 2.0 * seen[name], rtol=1e-3)  # fmt: skip  # noqa: E501
     assert seen["front"] == 1.0
-    assert seen["inside"] ** 2 == pytest.approx(seen["behind"], rel=5e-3)  # half the way through takes half
+    assert seen["inside"] ** 2 == pytest.approx(seen["behind"], rel=5e-3)  # half the path has half the optical depth
 
 
-def test_two_fields_one_behind_the_other_and_overlapping():
+def test_two_fields_in_sequence_and_overlapping():
     mi = load("llvm_ad_rgb")
     first = ScalarVolume("first", np.full((8, 8, 8), 100, np.uint8))
     shift = np.eye(4)
@@ -166,7 +166,7 @@ def test_two_fields_one_behind_the_other_and_overlapping():
     assert passed["same"] == pytest.approx(passed["one"] ** 2, rel=2e-3)
 
 
-def test_a_field_shadows_the_floor_only_when_asked():
+def test_a_field_shadows_the_floor_only_if_requested():
     mi = load("llvm_ad_rgb")
     volume = ScalarVolume("fog", np.full((12, 12, 12), 120, np.uint8))
     up = mi.ScalarTransform4f()
@@ -194,10 +194,10 @@ def test_shading_follows_the_light():
     left, right = columns[:8].sum(), columns[8:].sum()
     assert max(left, right) > 1.5 * min(left, right)  # the far side lies in the field's own shadow
     black = render(mi, integrator_dict(item, shading=True, **FIXED), view, 4)
-    assert black.max() == 0.0  # lit materials need a light
+    assert black.max() == 0.0  # shaded materials need a light
 
 
-def test_jitter_keeps_the_mean():
+def test_jitter_does_not_change_the_mean():
     mi = load("llvm_ad_rgb")
     volume = blob()
     item, view = [SceneVolume(volume, two_tents())], smooth_view(volume)
@@ -206,7 +206,7 @@ def test_jitter_keeps_the_mean():
     assert not np.array_equal(*pictures)
 
 
-def test_what_is_wrong_is_said():
+def test_wrong_input_is_reported():
     mi = load("llvm_ad_rgb")
     with pytest.raises(InvalidInputError, match="at least one field"):
         integrator_dict([])
@@ -221,7 +221,7 @@ def test_what_is_wrong_is_said():
 
 
 @pytest.mark.parametrize("settings", [{}, {"shadows": True}])
-def test_scalar_variants_are_refused_with_what_to_install(settings):
+def test_scalar_variants_are_refused_with_the_package_to_install(settings):
     mi = load("scalar_rgb")
     with pytest.raises(RuntimeError, match=r"scalar_rgb is set; set llvm_ad_rgb .* install LLVM"):
         mi.load_dict(integrator_dict([SceneVolume(blob(4), two_tents())], **settings))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Volumes in scenes: alpha, shading, several fields, properties, plans."""
+"""Volumes in scenes: alpha, shading, several fields, properties and plans."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_alpha_is_one_minus_the_transmittance():
     assert np.allclose(picture[..., 3], 1 - picture[..., 4], atol=1e-5)
 
 
-def test_alpha_is_one_where_a_surface_is_behind_and_right_on_average_inside_another_integrator():
+def test_alpha_is_one_before_a_surface_and_right_on_average_inside_another_integrator():
     mi = load("llvm_ad_rgb")
     volume = blob()
     fields = integrator_dict([SceneVolume(volume, two_tents(0.2))], {"type": "path"}, **FIXED)
@@ -70,7 +70,7 @@ def sun(direction: list[float]) -> dict[str, Any]:
 
 @pytest.mark.parametrize("several", [False, True])
 def test_a_narrow_peak_is_found_under_shading_and_among_several_fields(several):
-    """Midpoint steps of a third of a voxel step over most of a peak that is a hundredth of the range wide."""
+    """Midpoint steps of a third of a voxel miss most of a peak with a width of a hundredth of the range."""
     mi = load("llvm_ad_rgb")
     volume = blob(24, np.float32)
     view = smooth_view(volume)
@@ -79,7 +79,7 @@ def test_a_narrow_peak_is_found_under_shading_and_among_several_fields(several):
     way = {"rule": "error", "quadrature": "preintegrated", "scale": 0.4, "channels": True}
     shaded = render(mi, integrator_dict(items, shading=not several, **way), view, 512, sun=sun([1, 0, 0]))
     alone = {"rule": "uniform", "quadrature": "preintegrated", "scale": 0.02, "channels": True}
-    exact = render(mi, integrator_dict(items[:1], **alone), view, 512)  # the same rays, by the same seed
+    exact = render(mi, integrator_dict(items[:1], **alone), view, 512)  # equal rays by an equal seed
     assert np.allclose(shaded[..., 4], exact[..., 4], atol=0.02 * exact[..., 4].max())
     way |= {"quadrature": "midpoint"}
     missed = render(mi, integrator_dict(items, shading=not several, **way), view, 512, sun=sun([1, 0, 0]))
@@ -87,7 +87,7 @@ def test_a_narrow_peak_is_found_under_shading_and_among_several_fields(several):
 
 
 @pytest.mark.parametrize("quadrature", ["midpoint", "preintegrated"])
-def test_fields_that_overlap_are_one_field_with_the_sum_of_their_extinctions(quadrature):
+def test_overlapping_fields_add_their_extinctions(quadrature):
     mi = load("llvm_ad_rgb")
     volume = blob()
     view = smooth_view(volume)
@@ -99,7 +99,7 @@ def test_fields_that_overlap_are_one_field_with_the_sum_of_their_extinctions(qua
     assert np.allclose(both[..., 4:6] + both[..., 6:8], one[..., 4:6], atol=8e-3)
 
 
-def test_shading_uses_the_worlds_gradient_of_a_rotated_and_sheared_field():
+def test_shading_uses_the_world_gradient_of_a_rotated_and_sheared_field():
     """A slab's isosurface is a plane; its normal under any placement is the covector of the slab's axis."""
     mi = load("llvm_ad_rgb")
     ramp = np.broadcast_to(np.linspace(0, 200, 24, dtype=np.float32)[:, None, None], (24, 24, 24)).copy()
@@ -109,14 +109,14 @@ def test_shading_uses_the_worlds_gradient_of_a_rotated_and_sheared_field():
     middle = volume.corners_world.mean(axis=0)
     normal = np.linalg.inv(matrix[:3, :3])[0]
     normal /= np.linalg.norm(normal)
-    towards = np.array([0.3, -0.7, 0.65])
-    towards /= np.linalg.norm(towards)
+    toward = np.array([0.3, -0.7, 0.65])
+    toward /= np.linalg.norm(toward)
     view = View.looking(middle + 80 * normal, middle, [0.2, 0.9, 0.1], width=4, height=4, fov_deg=None, ortho_width=2.0)
     opaque = TransferFunction((Material("skin", [99, 100], [0, 500.0], [1, 1, 1]),))
     item = [SceneVolume(volume, opaque)]
     way = {"rule": "error", "quadrature": "preintegrated", "scale": 0.1, "shading": True}
-    picture = render(mi, integrator_dict(item, **way), view, 16, sun=sun(list(-towards)))
-    assert picture.mean() == pytest.approx(abs(float(normal @ towards)), rel=0.01)
+    picture = render(mi, integrator_dict(item, **way), view, 16, sun=sun(list(-toward)))
+    assert picture.mean() == pytest.approx(abs(float(normal @ toward)), rel=0.01)
 
 
 @pytest.mark.parametrize(("given", "words"), [
@@ -124,7 +124,7 @@ def test_shading_uses_the_worlds_gradient_of_a_rotated_and_sheared_field():
     ({"Rule": "error"}, "did you mean 'rule'"),
     ({"transfer_bone": "preset:wide"}, "'transfer_bone' belongs to no field"),
 ])  # fmt: skip
-def test_properties_that_nothing_reads_are_refused(given, words):
+def test_unknown_properties_are_refused(given, words):
     mi = load("llvm_ad_rgb")
     with pytest.raises(RuntimeError, match=words):
         mi.load_dict(integrator_dict([SceneVolume(blob(4), two_tents())]) | given)
@@ -147,7 +147,7 @@ def test_a_plan_is_kept_per_sensor(monkeypatch):
     assert len(calls) == 3
 
 
-def test_a_quality_out_of_reach_and_lost_channels_are_said():
+def test_an_unreachable_quality_and_lost_channels_are_reported():
     mi = load("llvm_ad_rgb")
     lines: list[str] = []
 

@@ -41,7 +41,7 @@ def test_error_falls_with_the_square_of_the_step():
 
 @pytest.mark.parametrize(("extinction", "emission"), [(0.3, 0.0), (0.0, 0.2), (0.05, 0.1), (1e8, 0.0), (1e-8, 0.0)])
 @pytest.mark.parametrize("slices", [1, 2, 7])
-def test_slab_is_exact_for_any_number_of_slices(extinction, emission, slices):
+def test_a_slab_is_exact_for_any_number_of_slices(extinction, emission, slices):
     volume = ScalarVolume.from_spacing("slab", np.full((slices, 3, 3), 5, np.uint8), (0.5, 1, 1))
     transfer = TransferFunction((Material("m", [0, 10], [extinction] * 2, [1, 1, 1], [emission] * 2),))
     image = VolumeRenderer(volume).render(across(volume), transfer, Stepping("uniform", "midpoint", 0.3))
@@ -51,7 +51,7 @@ def test_slab_is_exact_for_any_number_of_slices(extinction, emission, slices):
 
 
 @pytest.mark.parametrize("quadrature", ["midpoint", "preintegrated"])
-def test_linear_ramp(quadrature):
+def test_a_linear_ramp_has_its_closed_form(quadrature):
     data = np.repeat(np.arange(9, dtype=np.float32)[:, None, None], 3, 1).repeat(3, 2)
     transfer = TransferFunction((Material("m", [0, 8], [0, 0.5], [1, 1, 1]),))
     image = VolumeRenderer(ScalarVolume("ramp", data)).render(
@@ -62,7 +62,7 @@ def test_linear_ramp(quadrature):
 
 
 @pytest.mark.parametrize("offset", [0, 4])
-def test_gaussian(offset):
+def test_a_gaussian_has_its_closed_form(offset):
     line = np.arange(65) - 32.0
     x, y, z = np.meshgrid(line, line[22:43], line[22:43], indexing="ij")
     sigma = 6.0
@@ -73,7 +73,7 @@ def test_gaussian(offset):
     assert image.transmittance[0, 0] == pytest.approx(gaussian_transmittance(0.1, sigma, offset), rel=6e-3)
 
 
-def test_camera_inside_sees_only_what_is_ahead():
+def test_a_camera_inside_shows_only_the_part_in_front():
     volume = blob()
     view = View.looking([12, 12, 12], [30, 13, 14], width=8, height=8, fov_deg=60.0)
     error, away, _ = against_oracle(volume, two_tents(), view, Stepping("error", "midpoint", 0.1))
@@ -88,7 +88,7 @@ def test_two_dimensional_function_matches_the_oracle():
     assert error < 2e-3 and away < 1e-3
 
 
-def test_narrow_peak_is_not_stepped_over_by_preintegration():
+def test_preintegration_does_not_miss_a_narrow_peak():
     volume = blob(24, np.float32)
     peak = TransferFunction((Material("shell", [99.0, 100.0, 101.0], [0, 5.0, 0], [1, 1, 1]),))
     view = View.around(volume, width=16, height=16)
@@ -98,7 +98,7 @@ def test_narrow_peak_is_not_stepped_over_by_preintegration():
     assert fine < 0.06 and missed > 4 * fine
 
 
-def test_leaping_changes_no_picture_and_saves_turns():
+def test_empty_space_skipping_saves_iterations_and_changes_no_picture():
     data = np.zeros((40, 40, 40), np.uint8)
     data[18:22, 18:22, 18:22] = 150
     volume, view = ScalarVolume("speck", data), View.around(ScalarVolume("speck", data), width=32, height=32)

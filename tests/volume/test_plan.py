@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One quality knob: the stated error is true, auto never takes what costs more, and bad requests are refused."""
+"""The quality setting: the stated error is true, auto never chooses a more expensive method; invalid requests."""
 
 from dataclasses import replace
 
@@ -42,7 +42,7 @@ def test_stated_error_is_within_three_decibels(renderers, name, function):
 
 
 @pytest.mark.parametrize("function", ["wide", "narrow", "opaque"])
-def test_auto_takes_no_more_samples_than_uniform_for_the_same_error(renderers, function):
+def test_auto_needs_no_more_samples_than_uniform_for_the_same_error(renderers, function):
     renderer = renderers["gaussians"]
     transfer = preset(function, renderer.volume)
     view = View.around(renderer.volume, width=64, height=64)
@@ -55,7 +55,7 @@ def test_auto_takes_no_more_samples_than_uniform_for_the_same_error(renderers, f
         assert counted[0].samples < 0.5 * counted[1].samples
 
 
-def test_a_wanted_rule_and_quadrature_are_kept(renderers):
+def test_a_requested_rule_and_quadrature_are_used(renderers):
     renderer = renderers["gaussians"]
     transfer, view = preset("wide", renderer.volume), View.around(renderer.volume, width=32, height=32)
     for rule in ("uniform", "thesis", "error"):
@@ -64,7 +64,7 @@ def test_a_wanted_rule_and_quadrature_are_kept(renderers):
         assert abs(made.estimate_db - 40.0) < 1.5
 
 
-def test_a_picture_of_nothing_has_no_error(renderers):
+def test_an_empty_picture_has_no_error(renderers):
     renderer = renderers["gaussians"]
     transfer = preset("wide", renderer.volume).scaled(0.0)
     made = plan(renderer, View.around(renderer.volume, width=16, height=16), transfer, 50.0)
@@ -77,7 +77,7 @@ def test_a_picture_of_nothing_has_no_error(renderers):
     ({"rule": "thesys"}, UnknownNameError, "did you mean 'thesis'"),
     ({"quadrature": "simpson"}, UnknownNameError, "quadrature"),
 ])  # fmt: skip
-def test_bad_requests_are_refused(renderers, request_, error, words):
+def test_invalid_requests_are_refused(renderers, request_, error, words):
     renderer = renderers["gaussians"]
     with pytest.raises(error, match=words):
         plan(renderer, View.around(renderer.volume), preset("wide", renderer.volume), **request_)
@@ -89,7 +89,7 @@ def test_two_dimensional_functions_have_no_preintegrated_table(renderers):
         plan(renderer, View.around(renderer.volume), preset("edges", renderer.volume), 40.0, quadrature="preintegrated")
 
 
-def test_pilot_rays_stay_in_the_picture_even_from_inside(renderers):
+def test_pilot_rays_lie_in_the_picture_also_for_a_camera_inside(renderers):
     renderer = renderers["gaussians"]
     inside = View.looking([14, 14, 14], [20, 15, 16], width=40, height=30, fov_deg=80.0)
     pilot = Pilot(renderer, inside, preset("wide", renderer.volume), 40.0)
@@ -97,7 +97,7 @@ def test_pilot_rays_stay_in_the_picture_even_from_inside(renderers):
     assert x.min() >= 0 and x.max() <= 40 and y.min() >= 0 and y.max() <= 30
 
 
-def test_every_preset_and_sample_fits_together():
+def test_every_preset_can_render_every_sample():
     for name in SAMPLES:
         volume = sample_volume(name, 12)
         for key in PRESETS:
@@ -114,8 +114,8 @@ def _step_with_a_one_value_peak():
 
 
 @pytest.mark.parametrize("quality", [30.0, 50.0, 60.0])
-def test_a_way_that_reaches_the_target_is_taken_over_one_that_misses_everything(quality):
-    """Uniform midpoint steps over the peak, so they show few samples and look cheap; the picture would be black."""
+def test_a_method_that_reaches_the_target_is_preferred_to_one_that_misses_everything(quality):
+    """Uniform midpoint steps miss the peak, so they seem to need few samples, but the picture would be black."""
     volume, transfer, view = _step_with_a_one_value_peak()
     renderer = VolumeRenderer(volume)
     made = plan(renderer, view, transfer, quality)
@@ -125,13 +125,13 @@ def test_a_way_that_reaches_the_target_is_taken_over_one_that_misses_everything(
     assert picture.sum() == pytest.approx(exact.sum(), rel=0.05)
 
 
-def test_a_higher_target_is_met_no_worse_than_a_lower_one():
+def test_a_higher_target_has_no_larger_error():
     volume, transfer, view = _step_with_a_one_value_peak()
     stated = [plan(VolumeRenderer(volume), view, transfer, q, quadrature="preintegrated").estimate_db for q in (40, 50)]
     assert stated[0] >= 40.0 and stated[1] >= 50.0
 
 
-def test_a_target_out_of_reach_is_said():
+def test_an_unreachable_target_is_reported():
     volume, transfer, view = _step_with_a_one_value_peak()
     made = plan(VolumeRenderer(volume), view, transfer, 50.0, rule="uniform", quadrature="midpoint")
     assert not made.is_reached
@@ -139,7 +139,7 @@ def test_a_target_out_of_reach_is_said():
     assert made.estimate_db == max(trial.snr_db for trial in made.trials)
 
 
-def test_few_rays_with_most_of_the_error_ask_for_more_rays(renderers):
+def test_more_pilot_rays_are_traced_if_few_rays_have_most_of_the_error(renderers):
     renderer = renderers["shells"]
     solid = TransferFunction((Material("solid", [90, 90, 255], [0, 20, 20], [1, 1, 1]),))
     view = View.around(renderer.volume, 50.0, 30.0, width=200, height=200)
@@ -149,8 +149,8 @@ def test_few_rays_with_most_of_the_error_ask_for_more_rays(renderers):
     assert high - low < 6.0
 
 
-def test_no_lucky_uniform_step_is_cheaper_than_the_chosen_way():
-    # The error of uniform steps over hard edges goes up and down with the step, so that a coarser step may be better.
+def test_no_uniform_step_is_cheaper_than_the_chosen_method():
+    # The error of uniform steps at hard edges is not monotonic, so that a larger step may have a smaller error.
     z, y, x = np.meshgrid(*[np.linspace(-1, 1, 24)] * 3, indexing="ij")
     boxes = sum(60.0 * (np.maximum(np.maximum(abs(x - 0.1 * i), abs(y)), abs(z)) < 0.9 - 0.22 * i) for i in range(4))
     volume = ScalarVolume("boxes", np.asarray(boxes, np.float32))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets fit the data, not the values that mean that there are none."""
+"""Presets are fitted to the data without fill values."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from spectral_core.volume.presets import PRESETS, preset
 
 @pytest.mark.parametrize("fills", [[-9999.0], [1e20], [-9999.0, 1e20], [-3.4e38], [1e30, 1e20], [-1e6]])
 @pytest.mark.parametrize("name", ["wide", "narrow", "opaque", "xray"])
-def test_fill_values_do_not_move_a_preset(name, fills, rng):
+def test_fill_values_do_not_change_a_preset(name, fills, rng):
     data = rng.random((12, 12, 12))
     filled = data.copy()
     for number, fill in enumerate(fills):

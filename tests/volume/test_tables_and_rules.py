@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables, bricks and grids against slow and obvious versions of themselves."""
+"""Tables, bricks and grids compared with slow and simple implementations."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def test_brick_statistics_match_the_slow_ones(shape, edge, dtype, rng):
     ).all()
 
 
-def test_skips_are_empty_and_as_long_as_the_list_allows(rng):
+def test_skips_are_empty_and_have_the_maximal_length(rng):
     shows = rng.random((7, 9, 12)) < 0.02
     words, around = BrickWord.pack_empty(shows), np.pad(shows, 40)
     for brick in zip(*np.nonzero(~shows), strict=True):
@@ -62,7 +62,7 @@ def test_skips_are_empty_and_as_long_as_the_list_allows(rng):
 
 
 @pytest.mark.parametrize("rule", ["uniform", "error"])
-def test_a_brick_shows_exactly_if_some_value_in_its_range_does(rule, rng):
+def test_a_brick_is_visible_exactly_if_a_value_in_its_range_is(rule, rng):
     volume = ScalarVolume("v", rng.normal(0, 50, (12, 12, 12)))
     peak = Material("peak", [3.0, 3.5, 4.0], [0, 1, 0], [1, 1, 1])
     transfer = TransferFunction((peak, Material("jump", [90.0, 90.0, 95.0], [0, 1, 0], [1, 1, 1])))
@@ -73,7 +73,7 @@ def test_a_brick_shows_exactly_if_some_value_in_its_range_does(rule, rng):
     assert np.array_equal(BrickWord.shown(grid.words), np.logical_or.reduce(inside))
 
 
-def test_jump_takes_the_later_knot():
+def test_a_jump_has_the_value_of_the_later_knot():
     x = np.array([0.0, 0.999, 1.0, 1.001, 2.0, 3.0])
     assert np.allclose(interpolate(x, [0, 1, 1, 2], [0, 0, 5, 5]), [0, 0, 5, 5, 5, 5])
     assert np.allclose(interpolate(x, [1, 1], [2, 5]), [2, 2, 5, 5, 5, 5])
@@ -87,12 +87,12 @@ def test_jump_takes_the_later_knot():
     ([0, np.nan], [0, 1], [1, 1, 1], "not finite"),
     ([], [], [1, 1, 1], "at least one number"),
 ])  # fmt: skip
-def test_bad_materials_are_refused(values, extinction, color, words):
+def test_invalid_materials_are_refused(values, extinction, color, words):
     with pytest.raises(InvalidInputError, match=words):
         Material("bone", values, extinction, color)
 
 
-def test_bad_functions_are_refused():
+def test_invalid_functions_are_refused():
     bone = Material("bone", [0, 1], [0, 1], [1, 1, 1])
     with pytest.raises(InvalidInputError, match="at least one"):
         TransferFunction(())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transfer functions are kept exactly over any range of data, on the host and where the march reads them."""
+"""Transfer functions are exact over any range of data, on the host and in the tables of the march."""
 
 import numpy as np
 import pytest
@@ -88,7 +88,7 @@ def made(case):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_the_table_is_the_function(case):
+def test_the_table_equals_the_function(case):
     transfer, _, table, at = made(case)
     exact = transfer.curves(at)[1]
     got = table.columns_at(at)[:, : len(transfer.materials)]
@@ -104,7 +104,7 @@ def test_the_device_finds_the_segment_and_its_columns(case):
     on_device = DeviceTable(types, table, device, integrals=True)
     stored = ((at - device.base) / device.unit).astype(np.float32)
     segment = on_device.find(types.Float(stored))
-    # The device sees values and knots as float32 in its own units; so must whoever checks it.
+    # The device has values and knots as float32 in stored units, so the check uses the same.
     knots = ((table.knots - device.base) / device.unit).astype(np.float32)
     assert np.array_equal(segment.index.numpy(), np.searchsorted(knots, stored, side="right"))
     rounded = stored.astype(np.float64) * device.unit + device.base
@@ -138,14 +138,14 @@ def test_integrals_between_values_are_exact(case):
 
 
 def trapezoid(transfer, low, high):
-    """Integral of the sources by their own knots, approached from both sides."""
+    """Integral of the sources over their own knots, with the limits from both sides."""
     knots = np.unique(np.concatenate([m.values for m in transfer.materials]))
     inner = np.concatenate([[low], knots[(knots > low) & (knots < high)], [high]])
     left, right = transfer.curves(inner[:-1])[1], transfer.curves(np.nextafter(inner[1:], -np.inf))[1]
     return (0.5 * (left + right) * np.diff(inner)[:, None]).sum(axis=0)
 
 
-def test_knots_crowd_in_no_guide_beyond_a_few_comparisons():
+def test_a_lookup_needs_few_comparisons_for_any_knots():
     for knots in (
         np.linspace(0, 1, 2000),
         np.logspace(-6, 6, 500),
@@ -159,7 +159,7 @@ def test_knots_crowd_in_no_guide_beyond_a_few_comparisons():
     assert Guide.of(tight).probes <= 4
 
 
-def test_ranges_resolve_a_function_that_even_bins_would_not(rng):
+def test_narrow_features_that_uniform_bins_would_miss_are_kept(rng):
     transfer, data = shells_per_decade()
     table = tabulate(transfer, ScalarVolume("v", data))
     ranges = RangeTables(table, 1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis' example of Fig. 4.1, and random band limited functions."""
+"""The thesis' example of Fig. 4.1, and random band-limited functions."""
 
 from __future__ import annotations
 

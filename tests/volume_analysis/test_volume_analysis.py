@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sampling theory of g(f(x)): band limits, the transfer kernel with its cone and Airy edge, rebuilt signals."""
+"""The sampling theory of g(f(x)): band limits, the transfer kernel with its cone and Airy edge, reconstruction."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_pure_frequencies_are_found_exactly():
     assert essential_bandlimit(mirrored) == pytest.approx(7, rel=1e-12)
 
 
-def test_a_constant_has_no_frequency():
+def test_a_constant_has_band_limit_zero():
     for periodic in (False, True):
         constant = SampledFunction.regular(np.full(100, 0.3), periodic=periodic)
         assert essential_bandlimit(constant) == 0
@@ -53,7 +53,7 @@ def test_a_constant_has_no_frequency():
     assert composite_bandlimit(constant, THESIS_G).sample_distance() == math.inf
 
 
-def test_energy_fraction_splits_where_it_says():
+def test_the_energy_fraction_determines_the_band_limit():
     two_tones = SampledFunction.of(
         lambda x: 3 * np.cos(2 * x) + np.cos(9 * x), 0, 2 * np.pi, 512, periodic=True
     )  # 90 % and 10 %
@@ -102,17 +102,17 @@ def test_a_single_sinusoid_gets_the_same_rate_from_both_bounds():
 @given(trigonometric)
 @settings(max_examples=60, deadline=None)
 def test_the_bound_never_exceeds_the_product_bound(terms):
-    """Bernstein's inequality, for every band limited f."""
+    """Bernstein's inequality, for every band-limited f."""
     f = SampledFunction.of(trigonometric_polynomial(terms)[0], 0, 2 * np.pi, 4096, periodic=True)
     limit = composite_bandlimit(f, THESIS_G, energy=1.0 - 1e-12)
-    # the range is measured on samples: short by the parabola between two of them at most
+    # the range of the samples is smaller by at most the parabola between two of them
     assert limit.frequency <= limit.product_frequency * (1 + 1e-4)
 
 
 @given(trigonometric, st.floats(20, 150))
 @settings(max_examples=40, deadline=None)
 def test_energy_beyond_the_bound_is_the_airy_tail(terms, nu):
-    """Four Airy lengths past ω_h nothing is left: Ai(4)² is 1e-6 of the peak."""
+    """Four Airy lengths beyond ω_h the energy is negligible: Ai(4)² is 1e-6 of the peak."""
     f, slope, third = trigonometric_polynomial(terms)
     x = np.linspace(0, 2 * np.pi, 8192, endpoint=False)
     bound = nu * np.abs(slope(x)).max()
@@ -131,11 +131,11 @@ def test_stretching_space_or_data_scales_the_bound(stretch, gain):
     assert scaled.product_frequency == pytest.approx(plain.product_frequency * gain / stretch, rel=1e-9)
 
 
-def test_a_better_known_slope_replaces_the_measured_one():
+def test_a_given_slope_replaces_the_measured_one():
     assert composite_bandlimit(THESIS_F, THESIS_G, max_slope=2.0).frequency == pytest.approx(4 * np.pi)
 
 
-def test_arrays_functions_volumes_and_transfer_functions_are_taken_as_they_are():
+def test_arrays_functions_volumes_and_transfer_functions_are_accepted():
     from spectral_core.volume.transfer import Material, TransferFunction
 
     x = np.arange(64)
@@ -158,7 +158,7 @@ def test_arrays_functions_volumes_and_transfer_functions_are_taken_as_they_are()
 # Rebuilding
 
 
-def test_oversampling_at_the_bound_rebuilds_the_composition():
+def test_sampling_at_the_bound_reconstructs_the_composition():
     """SNR at 1, 2 and 4 times the Nyquist rate of either bound, for the example of Fig. 4.1."""
 
     def composed(x):
@@ -188,7 +188,7 @@ def test_interpolant_meets_its_samples():
     assert np.abs(samples(samples.positions) - samples.samples).max() < 1e-12
 
 
-# What is refused
+# Refused input
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_interpolant_meets_its_samples():
         (lambda: sample_composition(np.sin, np.sin, (0, 1), 1e12), "lower the frequency"),
     ],
 )
-def test_wrong_input_is_named(make, message):
+def test_an_error_names_wrong_input(make, message):
     with pytest.raises(InvalidInputError, match=message):
         make()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frequency transfer kernel: Bessel as its oracle, its cone, its Airy edge."""
+"""The frequency transfer kernel: Bessel functions as oracle, its cone, its Airy edge."""
 
 from __future__ import annotations
 

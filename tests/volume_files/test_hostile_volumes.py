@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small files that state the impossible, never end, or unpack to gigabytes are refused with their name."""
+"""Small files that state impossible sizes, never end, or unpack to gigabytes are refused with their name."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def packed_vti(pack: Callable[[bytes], bytes], name: bytes) -> bytes:
 
 
 def looping_tiff() -> bytes:
-    """A list of pages whose only page is followed by itself."""
+    """A list of pages whose only page refers to itself as the next."""
     entries = [(256, 3, 1, 1), (257, 3, 1, 1), (258, 3, 1, 8), (262, 3, 1, 1), (273, 4, 1, 100), (279, 4, 1, 1)]
     pages = struct.pack("<H", len(entries)) + b"".join(struct.pack("<HHII", *entry) for entry in entries)
     return (b"II*\0" + struct.pack("<I", 8) + pages + struct.pack("<I", 8)).ljust(200, b"\0")
@@ -79,7 +79,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_small_file_that_states_the_impossible_is_refused(name: str, tmp_path: Path) -> None:
+def test_a_small_file_that_states_an_impossible_size_is_refused(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(CASES[name])
     with pytest.raises(InvalidInputError, match=name.split(".")[0]):
         read_volume(tmp_path / name)
@@ -90,7 +90,7 @@ def test_a_small_file_that_states_the_impossible_is_refused(name: str, tmp_path:
     [(zlib.compress, b"vtkZLibDataCompressor"), (lzma.compress, b"vtkLZMADataCompressor")],
     ids=["zlib", "lzma"],
 )
-def test_a_block_is_not_unpacked_beyond_what_it_states(
+def test_a_block_is_not_unpacked_beyond_its_stated_size(
     pack: Callable[[bytes], bytes], name: bytes, tmp_path: Path
 ) -> None:
     path = tmp_path / "bomb.vti"
@@ -104,7 +104,7 @@ def test_a_block_is_not_unpacked_beyond_what_it_states(
         tracemalloc.stop()
 
 
-def test_a_tiff_strip_is_not_unpacked_beyond_its_page(tmp_path: Path) -> None:
+def test_a_tiff_strip_is_not_unpacked_beyond_the_size_of_its_page(tmp_path: Path) -> None:
     tifffile = pytest.importorskip("tifffile")
     path = tmp_path / "bomb.tif"
     tifffile.imwrite(path, np.zeros((2, 8, 8), np.uint8), compression="zlib", metadata=None)
@@ -132,7 +132,7 @@ def test_a_gzipped_file_that_states_less_is_not_unpacked(tmp_path: Path) -> None
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and devices as Unix has them")
 @pytest.mark.parametrize("target", ["/dev/zero", "pipe", "/dev/stdin"])
-def test_what_is_no_regular_file_is_refused_without_waiting(target: str, tmp_path: Path) -> None:
+def test_pipes_and_devices_are_refused_without_waiting(target: str, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     header = NRRD + b"data file: " + target.encode() + b"\n\n"
     (tmp_path / "a.nhdr").write_bytes(header)
@@ -164,7 +164,7 @@ def test_a_vdb_that_states_endless_children_never_reaches_openvdb(tmp_path: Path
     assert refused > 3
 
 
-def test_a_vdb_of_two_million_tiles_is_read_as_arrays(tmp_path: Path) -> None:
+def test_a_vdb_of_two_million_tiles_is_read_with_array_operations(tmp_path: Path) -> None:
     from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
 
     count = 2_000_000

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transfer functions in files: the same numbers back, units made true for a volume, errors that say where."""
+"""Transfer functions in files: round trips, conversion of units for a volume, errors that state their position."""
 
 from __future__ import annotations
 
@@ -80,14 +80,14 @@ def documents(draw):
 
 @given(documents())
 @settings(max_examples=30)
-def test_what_is_written_is_read_back(stated):
+def test_written_functions_are_read_back(stated):
     document = document_of(stated)
     same(transfer_of(tomllib.loads(toml_text(document)), Path()), stated)
     same(transfer_of(json.loads(json.dumps(document)), Path()), stated)
 
 
 @pytest.mark.parametrize("name", ["tf.toml", "tf.json"])
-def test_files_of_both_kinds(tmp_path, name):
+def test_toml_and_json_files_are_read(tmp_path, name):
     stated = read_transfer(EXAMPLES / "painted.toml")
     write_transfer(tmp_path / name, stated, comment="made by a test\nof two lines")
     same(read_transfer(tmp_path / name), stated)
@@ -113,13 +113,13 @@ def test_fractions_and_voxels_become_data_values_and_world_units():
     same(TransferDocument(TransferDocument(stated.transfer).for_volume(volume)), TransferDocument(stated.transfer))
 
 
-def test_a_constant_volume_takes_a_fractional_function():
+def test_a_constant_volume_accepts_a_function_of_fractions():
     stated = read_transfer(EXAMPLES / "wide.toml")
     fitted = stated.for_volume(ScalarVolume("flat", np.full((2, 2, 2), 7, np.uint8)))
     assert fitted.materials[0].values.tolist() == pytest.approx([7.1, 7.3, 7.5])
 
 
-def test_colours_of_every_kind(tmp_path):
+def test_colors_of_every_type_are_read(tmp_path):
     (tmp_path / "paint.csv").write_text("wavelength,ochre,umber\n400,0.1,0.2\n700,0.9,0.4\n")
     lines = [
         HEAD + "[wavelengths]\nstart_nm = 400\nstop_nm = 700\nstep_nm = 100\n",
@@ -138,7 +138,7 @@ def test_colours_of_every_kind(tmp_path):
     assert transfer.colors[3].tolist() == pytest.approx([0, 1 / 3, 2 / 3, 1])
 
 
-def test_display_colours_of_hex_and_linear(tmp_path):
+def test_hex_and_linear_colors_are_read(tmp_path):
     second = BONE.replace("bone", "b").replace('"#ff0000"', "[0.25, 0.5, 1.0]")
     (tmp_path / "a.toml").write_text(HEAD + BONE.replace("ff0000", "ff8000") + second)
     colors = read_transfer(tmp_path / "a.toml").transfer.colors
@@ -182,7 +182,7 @@ def test_display_colours_of_hex_and_linear(tmp_path):
         ("format = ", "expected a transfer function in TOML"),
     ],
 )
-def test_odd_files_say_where(tmp_path, text, message):
+def test_errors_of_invalid_files_state_their_position(tmp_path, text, message):
     (tmp_path / "odd.toml").write_text(text)
     with pytest.raises(FileFormatError, match=message):
         read_transfer(tmp_path / "odd.toml")
@@ -200,7 +200,7 @@ def test_odd_files_say_where(tmp_path, text, message):
         ("{values = [1]}", "has 1 entries; expected at least 2"),
     ],
 )
-def test_odd_spectra_say_where(tmp_path, color, message):
+def test_errors_of_invalid_spectra_state_their_position(tmp_path, color, message):
     (tmp_path / "paint.csv").write_text("wavelength,ochre,umber\n400,0.1,0.2\n700,0.9,0.4\n")
     text = HEAD + "[wavelengths]\nwavelengths_nm = [400, 700]\n" + BONE.replace('"#ff0000"', color)
     (tmp_path / "odd.toml").write_text(text)
@@ -208,7 +208,7 @@ def test_odd_spectra_say_where(tmp_path, color, message):
         read_transfer(tmp_path / "odd.toml")
 
 
-def test_files_that_are_no_files(tmp_path):
+def test_folders_and_missing_files_are_refused(tmp_path):
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileFormatError, match="not utf-16 text|binary file"):
         read_transfer(tmp_path / "binary.toml")
@@ -218,7 +218,7 @@ def test_files_that_are_no_files(tmp_path):
         write_transfer(tmp_path / "a.yaml", read_transfer(EXAMPLES / "wide.toml"))
 
 
-def test_the_schema_uses_the_words_that_are_checked():
+def test_the_schema_uses_only_keywords_that_are_checked():
     def words(node):
         if isinstance(node, dict):
             for key, value in node.items():
@@ -236,10 +236,10 @@ def test_the_schema_uses_the_words_that_are_checked():
     json.dumps(TRANSFER_SCHEMA.content)
 
 
-# What the materials show under a light
+# Colors of materials under a light
 
 
-def test_lit_spectra_are_reflected_and_shining_ones_are_not():
+def test_lit_materials_reflect_the_light_and_emissive_ones_do_not():
     grid = SpectralGrid.uniform(380, 780, 10)
     orange = catalogue.reflectance("orange").resampled(grid).values
     flat = np.ones(grid.size)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cut and damaged files: a reader says what is wrong or gives the right volume; nothing else ever leaves it."""
+"""Truncated and damaged files: a reader reports the problem or returns the right volume, and nothing else."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from spectral_core.volume.files import read_volume, write_volume
 from tests.volume_files.volume_fixtures import DATA, fixture_values
 
 VALUES = np.random.default_rng(7).integers(0, 1000, (9, 8, 7)).astype(np.int16)
-"""Noise, so that no compressor can guess a missing end."""
+"""Noise, so that no decompressor can replace a missing end."""
 
 
 def write_all(folder: Path) -> list[Path]:
@@ -34,7 +34,7 @@ def write_all(folder: Path) -> list[Path]:
     pages = VALUES.transpose(2, 1, 0)
     tifffile.imwrite(folder / "plain.tif", pages, photometric="minisblack")
     tifffile.imwrite(folder / "packed.tif", pages, photometric="minisblack", compression="deflate")
-    with tifffile.TiffWriter(folder / "pages.tif") as writer:  # pages one by one, as most programs write them
+    with tifffile.TiffWriter(folder / "pages.tif") as writer:  # separate pages, as in files of most programs
         for page in pages:
             writer.write(page, photometric="minisblack", metadata=None)
     head = "NDims = 3\nDimSize = 9 8 7\nElementType = MET_SHORT\nElementDataFile = LOCAL\n"
@@ -44,14 +44,16 @@ def write_all(folder: Path) -> list[Path]:
 
 
 def entry_of(path: Path) -> Path:
-    """What a user opens: the header where the data are detached."""
+    """The file that a user opens: the header, if the data are in another file."""
     return path.with_name("detached.nhdr") if path.name.startswith("detached") else path
 
 
 def result_of(path: Path):
-    """The volume, or None for an error of ours; whatever else is raised fails the test."""
+    """The volume, or None for an error of this project; any other exception fails the test."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the readers' libraries warn about odd headers; what counts is the result
+        warnings.simplefilter(
+            "ignore"
+        )  # the readers' libraries warn about invalid headers; the test checks results only
         try:
             return read_volume(entry_of(path))
         except SpectralError:
@@ -69,8 +71,8 @@ def test_every_file_is_read_back(written):
         assert np.array_equal(read_volume(entry_of(path)).data, VALUES), path
 
 
-def test_cut_files_are_refused(written):
-    """Cut anywhere: an error, or all the data where only the container's last bytes are gone."""
+def test_truncated_files_are_refused(written):
+    """Truncation at any byte gives an error, or all data if only the last bytes of the container are missing."""
     accepted = []
     for path in written:
         whole = path.read_bytes()
@@ -79,11 +81,11 @@ def test_cut_files_are_refused(written):
             volume = result_of(path)
             if volume is not None:
                 different = np.flatnonzero((volume.data != VALUES).ravel(order="F")).tolist()
-                # of a text, nobody can miss the last digit
+                # the absence of a text's last digit cannot be detected
                 assert different == [] or (path.name == "ascii.nrrd" and different == [VALUES.size - 1]), length
                 accepted.append((path.name, len(whole) - length))
         path.write_bytes(whole)
-    # A text may lose its last digits, a TIFF the end mark behind the last page; nothing else may be missing.
+    # Only the last digits of a text and the end mark behind the last page of a TIFF may be missing.
     assert all(
         (name == "ascii.nrrd" and lost < 4) or (name == "plain.tif" and lost <= 12) for name, lost in accepted
     ), accepted
@@ -92,21 +94,21 @@ def test_cut_files_are_refused(written):
 @pytest.mark.parametrize(
     "name", sorted(path.name for path in DATA.iterdir() if path.suffix in (".vtk", ".vti", ".mha"))
 )
-def test_cut_files_of_vtk_and_itk_are_refused(tmp_path, name):
+def test_truncated_files_of_vtk_and_itk_are_refused(tmp_path, name):
     whole, path = (DATA / name).read_bytes(), tmp_path / name
     needed = whole.rstrip() if b"AppendedData" not in whole else whole[: whole.rindex(b"</AppendedData>")].rstrip()
     for length in range(0, len(needed) - 1, 19):
         path.write_bytes(whole[:length])
         volume = result_of(path)
         if volume is not None:
-            # A legacy file's first array is whole before its second; the very last digit of a text nobody can miss.
+            # In a legacy file the first array precedes the second; a text's missing last digit cannot be detected.
             assert name.endswith(".vtk")
             different = volume.data != fixture_values("int16")
             assert np.flatnonzero(different.ravel(order="F")).tolist() in ([], [59])
 
 
 @pytest.mark.parametrize("own", [True, False])
-def test_cut_vdb_is_refused(tmp_path, monkeypatch, own):
+def test_truncated_vdb_files_are_refused(tmp_path, monkeypatch, own):
     from spectral_core.volume.files import openvdb_format
 
     if own:
@@ -120,14 +122,14 @@ def test_cut_vdb_is_refused(tmp_path, monkeypatch, own):
         assert result_of(path) is None, length
 
 
-def test_flipped_bytes_never_escape_the_error_tree(written):
-    """Twenty random damages per file: an error of ours, or some finite volume; never another exception or a crash."""
+def test_flipped_bytes_raise_only_errors_of_this_project(written):
+    """Twenty random changes per file give an error of this project or a finite volume, never another exception."""
     rng = np.random.default_rng(11)
     for path in [*written]:
         whole = path.read_bytes()
         for _ in range(20):
             damaged = bytearray(whole)
-            # Mostly in the head, where the structure is.
+            # Mostly in the header, which has the structure.
             for place in (rng.random(3) ** 3 * len(whole)).astype(int):
                 damaged[place] = rng.integers(256)
             path.write_bytes(damaged)
@@ -150,7 +152,7 @@ def test_flipped_bytes_in_files_of_vtk_and_itk(tmp_path, name):
         result_of(tmp_path / name)
 
 
-def test_flipped_bytes_in_vdb_files_of_our_own(tmp_path, monkeypatch):
+def test_flipped_bytes_in_written_vdb_files(tmp_path, monkeypatch):
     from spectral_core.volume.files import openvdb_format
 
     monkeypatch.setattr(openvdb_format, "find_openvdb", lambda: None)
@@ -164,7 +166,7 @@ def test_flipped_bytes_in_vdb_files_of_our_own(tmp_path, monkeypatch):
         result_of(path)
 
 
-def test_gzipped_rubbish(tmp_path):
+def test_gzipped_noise_is_refused(tmp_path):
     (tmp_path / "a.nii.gz").write_bytes(gzip.compress(b"nothing of value" * 50))
     (tmp_path / "b.nii.gz").write_bytes(b"\x1f\x8b\x08rubbish")
     for name in ("a.nii.gz", "b.nii.gz"):

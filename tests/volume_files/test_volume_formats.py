@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""NRRD, NIfTI, NumPy, TIFF and VTK against their own communities' writers, to the last bit."""
+"""NRRD, NIfTI, NumPy, TIFF and VTK compared bit by bit with files of the usual programs."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_nrrd_vectors_need_a_component(tmp_path):
     check(read_volume(tmp_path / "v.nrrd", component=1), values[1], np.diag([*SPACING, 1]))
     with pytest.raises(InvalidInputError, match="2 components per voxel; say which with component=0 to 1"):
         read_volume(tmp_path / "v.nrrd")
-    with pytest.raises(InvalidInputError, match=r"component 2 of v.nrrd was asked for"):
+    with pytest.raises(InvalidInputError, match=r"component 2 of v.nrrd was requested"):
         read_volume(tmp_path / "v.nrrd", component=2)
 
 
@@ -160,7 +160,7 @@ def test_numpy_axis_0_is_x(tmp_path):
     check(read_volume(tmp_path / "a.npy"), values, np.eye(4))
 
 
-def test_npz_brings_its_geometry(tmp_path):
+def test_npz_has_its_geometry(tmp_path):
     values = fixture_values("uint16")
     np.savez_compressed(tmp_path / "a.npz", data=values, spacing=SPACING, origin=ORIGIN)
     np.savez(tmp_path / "b.npz", ct=values, pet=values.astype(np.float32), to_world=SHEARED)
@@ -219,7 +219,7 @@ def test_tiff_folder_is_sorted_by_number(tmp_path):
         read_volume(folder)
 
 
-def test_tiff_colours_need_a_component(tmp_path):
+def test_color_tiffs_need_a_component(tmp_path):
     pages = np.random.default_rng(2).integers(0, 255, (5, 3, 4, 3)).astype(np.uint8)
     tifffile.imwrite(tmp_path / "rgb.tif", pages, photometric="rgb")
     with pytest.raises(InvalidInputError, match="3 color channels per voxel"):

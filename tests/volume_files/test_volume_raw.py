@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bare numbers and the headers beside them."""
+"""Raw numbers and the headers beside them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.volume_files.volume_fixtures import (
 # Raw and its headers
 
 
-def test_raw_layouts(tmp_path):
+def test_raw_layouts_are_read(tmp_path):
     values = fixture_values("uint16")
     (tmp_path / "foot_4x3x5_uint16.raw").write_bytes(values.tobytes(order="F"))
     (tmp_path / "foot_4x3x5_uint16_be.raw").write_bytes(values.astype(">u2").tobytes(order="F"))
@@ -45,7 +45,7 @@ def test_raw_of_another_length_is_refused(tmp_path):
         read_volume(tmp_path / "a.raw")
 
 
-def test_raw_data_are_held_once(tmp_path):
+def test_raw_data_are_in_memory_once(tmp_path):
     import tracemalloc
 
     (tmp_path / "a_200x100x100_uint8.raw").write_bytes(bytes(2_000_000))
@@ -69,7 +69,7 @@ def test_raw_data_are_held_once(tmp_path):
         (((4, 3, 5), "uint8", "little", 0, (1, np.nan, 1)), "spacing of the raw layout holds 1 value"),
     ],
 )
-def test_odd_raw_layouts(arguments, message):
+def test_invalid_raw_layouts_are_refused(arguments, message):
     with pytest.raises(InvalidInputError, match=message):
         RawLayout(*arguments)
 

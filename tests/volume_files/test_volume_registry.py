@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which reader a file belongs to, writing, and what is refused."""
+"""The choice of a reader, writing, and refused files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.volume_files.volume_fixtures import (
 # Choosing the reader, and writing
 
 
-def test_bytes_decide_before_the_name(tmp_path):
+def test_contents_have_precedence_over_the_name(tmp_path):
     (tmp_path / "renamed.raw").write_bytes((DATA / "itk.nrrd").read_bytes())
     (tmp_path / "noending").write_bytes((DATA / "points_binary.vtk").read_bytes())
     assert detect_format(tmp_path / "renamed.raw").name == "nrrd"
@@ -31,7 +31,7 @@ def test_bytes_decide_before_the_name(tmp_path):
     check(read_volume(tmp_path / "renamed.raw"), fixture_values("int16"), world(DIRECTIONS))
 
 
-def test_unknown_and_misnamed_files(tmp_path):
+def test_unknown_and_misnamed_files_are_reported(tmp_path):
     (tmp_path / "a.nrrd").write_bytes(b"\x89PNG\r\n")
     (tmp_path / "b.xyz").write_bytes(b"hello")
     (tmp_path / "c.vdb").write_bytes(b"")
@@ -58,7 +58,7 @@ def test_other_vtk_datasets_are_refused(tmp_path):
         read_volume(tmp_path / "a.vti")
 
 
-def test_bad_voxels_are_named_with_the_file(tmp_path):
+def test_invalid_voxels_are_reported_with_the_file(tmp_path):
     values = fixture_values("float32")
     values[1, 2, 3] = np.inf
     np.save(tmp_path / "inf.npy", values)
@@ -75,7 +75,7 @@ def test_write_refuses_other_endings_and_missing_folders(tmp_path):
 
 
 @pytest.mark.parametrize(("module", "path"), [("nrrd", "itk.nrrd"), ("lz4", "image_appended_raw_lz4.vti")])
-def test_absent_libraries_say_how_to_get_them(monkeypatch, module, path):
+def test_missing_libraries_name_the_package_to_install(monkeypatch, module, path):
     monkeypatch.setitem(__import__("sys").modules, module, None)
     with pytest.raises(MissingDependencyError, match="pip install"):
         read_volume(DATA / path)
@@ -96,7 +96,7 @@ def shared_volumes() -> Path:
 
 
 @pytest.mark.skipif(not shared_volumes().is_dir(), reason="the real volumes are not here")
-def test_real_volumes():
+def test_measured_volumes_are_read():
     head = read_volume(shared_volumes() / "headsq.nrrd")
     assert (head.shape, head.data.dtype) == ((64, 64, 93), np.uint16)
     assert head.voxel_size == pytest.approx([3.2, 3.2, 1.5])

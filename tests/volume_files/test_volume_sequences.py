@@ -48,9 +48,9 @@ def test_wide_numbers_follow_a_narrow_pattern(tmp_path):
     assert find_sequence(tmp_path / "f##.npy").numbers == (98, 99, 100)
 
 
-def test_a_frame_finds_its_sequence(flow):
+def test_a_frame_belongs_to_its_sequence(flow):
     assert sequence_of(flow / "flow_0009.npy").numbers == (8, 9, 11, 12)
-    assert sequence_of(flow / "flow_9.npy") is None  # other digits, another sequence
+    assert sequence_of(flow / "flow_9.npy") is None  # another number of digits is another sequence
 
 
 def test_a_file_alone_is_no_sequence(tmp_path):
@@ -60,7 +60,7 @@ def test_a_file_alone_is_no_sequence(tmp_path):
     assert sequence_of(tmp_path / "head.npy") is None
 
 
-def test_a_damaged_frame_is_named(flow):
+def test_a_damaged_frame_is_reported(flow):
     (flow / "flow_0009.npy").write_bytes(b"\x93NUMPY")
     with pytest.raises(FileFormatError, match=r"flow_0009.npy is not a NumPy file"):
         list(find_sequence(flow / "flow_####.npy"))
@@ -75,12 +75,12 @@ def test_a_damaged_frame_is_named(flow):
         ("missing/flow_####.npy", "no file in"),
     ],
 )
-def test_patterns_that_name_nothing(flow, pattern, message):
+def test_patterns_without_files_are_refused(flow, pattern, message):
     with pytest.raises(InvalidInputError, match=message):
         find_sequence(flow / pattern)
 
 
-def test_two_files_of_one_number(tmp_path):
+def test_two_files_with_one_number_are_refused(tmp_path):
     for name in ("f1.npy", "f01.npy"):
         np.save(tmp_path / name, np.zeros((2, 2, 2)))
     with pytest.raises(InvalidInputError, match=r"frame 1 of f\*.npy is both f01.npy and f1.npy"):

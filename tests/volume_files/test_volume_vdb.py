@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""OpenVDB through its own module and through our code, each judged by the other."""
+"""OpenVDB files by the OpenVDB module and by this project's code, compared with each other."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def openvdb():
 
 @pytest.fixture(params=["module", "own code"])
 def vdb_code(request, monkeypatch):
-    """OpenVDB's module, and what stands in where it is missing."""
+    """The OpenVDB module, and the code that replaces it if it is missing."""
     from spectral_core.volume.files import openvdb_format
 
     if request.param == "own code":
@@ -43,9 +43,9 @@ def vdb_code(request, monkeypatch):
 
 
 @pytest.mark.parametrize("dtype", ["int8", "uint8", "int16", "uint16", "int32", "float16", "float32", "float64"])
-def test_written_volumes_come_back_whole(tmp_path, dtype, vdb_code):
+def test_written_volumes_are_read_back(tmp_path, dtype, vdb_code):
     values = fixture_values(dtype)
-    values[:2] = 0  # a slab of background must not shrink the box
+    values[:2] = 0  # a slab of background values must not reduce the box
     volume = ScalarVolume("engine block", values, SHEARED)
     for ending in ("vdb", "nrrd"):
         if (ending, dtype) == ("nrrd", "float16"):
@@ -58,8 +58,8 @@ def test_written_volumes_come_back_whole(tmp_path, dtype, vdb_code):
 
 @pytest.mark.parametrize("shape", [(4, 3, 5), (17, 9, 33), (140, 20, 9), (4200, 3, 3)])
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_own_files_are_read_by_openvdb(tmp_path, openvdb, shape, dtype):
-    """OpenVDB itself as the oracle of the writer, across leaves, nodes and roots, and of the reader."""
+def test_openvdb_reads_written_files(tmp_path, openvdb, shape, dtype):
+    """OpenVDB as the oracle of writer and reader, across leaves, nodes and roots."""
     from spectral_core.volume.files.vdb.read import read_grid
     from spectral_core.volume.files.vdb.write import write_grid
 
@@ -84,8 +84,8 @@ def test_own_files_are_read_by_openvdb(tmp_path, openvdb, shape, dtype):
 
 
 @pytest.mark.parametrize("mark", [0, 1, 2, 3, 4, 5])
-def test_masked_values_and_tiles_are_read_as_openvdb_reads_them(tmp_path, openvdb, monkeypatch, mark):
-    """Every way of leaving out inactive values, and regions of one value: files bent in the writer."""
+def test_masked_values_and_tiles_equal_those_of_openvdb(tmp_path, openvdb, monkeypatch, mark):
+    """Every encoding of inactive values, and tiles: files that a modified writer creates."""
     import struct
     import zlib
 
@@ -93,7 +93,7 @@ def test_masked_values_and_tiles_are_read_as_openvdb_reads_them(tmp_path, openvd
     from spectral_core.volume.files.vdb.read import read_grid
 
     def packed(values):
-        if len(values) != 512:  # a node: place 5 becomes a tile of value 7, inactive
+        if len(values) != 512:  # a node: entry 5 becomes an inactive tile of value 7
             values = values.copy()
             values[5] = 7.0
             return struct.pack("<b", 6) + zipped(values)
@@ -106,7 +106,7 @@ def test_masked_values_and_tiles_are_read_as_openvdb_reads_them(tmp_path, openvd
         return struct.pack("<q", len(data)) + data
 
     monkeypatch.setattr(vdb_write, "_packed", packed)
-    monkeypatch.setattr(vdb_write, "ZIP", 3)  # zipped, with inactive values left out
+    monkeypatch.setattr(vdb_write, "ZIP", 3)  # compressed, without inactive values
     values = np.random.default_rng(4).random((20, 9, 8)).astype(np.float32)
     values[values < 0.4] = 0
     vdb_write.write_grid(tmp_path / "m.vdb", values, np.eye(4), "density", {})
@@ -120,7 +120,7 @@ def test_masked_values_and_tiles_are_read_as_openvdb_reads_them(tmp_path, openvd
     assert own.active.sum() == grid.activeVoxelCount()
 
 
-def test_blosc_without_openvdb_says_what_to_do(tmp_path, openvdb, monkeypatch):
+def test_blosc_without_openvdb_names_the_remedy(tmp_path, openvdb, monkeypatch):
     from spectral_core.volume.files import openvdb_format
 
     path = write_volume(ScalarVolume("v", fixture_values("float32")), tmp_path / "a.vdb")
@@ -129,7 +129,7 @@ def test_blosc_without_openvdb_says_what_to_do(tmp_path, openvdb, monkeypatch):
         read_volume(path)
 
 
-def test_foreign_grids_are_read_in_the_box_of_their_voxels(tmp_path, openvdb):
+def test_grids_of_other_programs_are_read_in_the_box_of_their_voxels(tmp_path, openvdb):
     values = fixture_values("float32") + 100
     grid = openvdb.FloatGrid(0.0)
     grid.copyFromArray(values, ijk=(-3, 7, 100))
@@ -179,7 +179,7 @@ def test_integers_beyond_double_are_refused_by_vdb(tmp_path, openvdb):
 
 
 @pytest.mark.parametrize("tree", ["Leaf_float_5_4_3", "Tree_float_4_4_3", "Tree_string_5_4_3", "Tree_float_5_4", ""])
-def test_a_tree_of_another_kind_is_refused_by_name(tree):
+def test_an_error_names_the_type_of_an_unsupported_tree(tree):
     from spectral_core.volume.files.vdb.read import GridReader
 
     with pytest.raises(FileFormatError, match=f"is a {tree}; expected numbers in a tree 5-4-3"):

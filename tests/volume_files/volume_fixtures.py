@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes ``data/``: one small volume through VTK's and ITK's own writers, so that our readers are judged by theirs.
+"""Writes ``data/``: one small volume by the writers of VTK and ITK, as a reference for this project's readers.
 
 Run where ``pip install vtk SimpleITK`` is possible: ``python tests/volume_files/volume_fixtures.py``. Values and
 geometry are those of ``fixture_values`` and the constants below, which the tests import.
@@ -22,7 +22,7 @@ DIRECTIONS = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 def fixture_values(dtype: str) -> np.ndarray:
-    """(4, 3, 5) values that are all different and tell byte orders, signs and axes apart."""
+    """(4, 3, 5) distinct values that reveal wrong byte orders, signs and axes."""
     x, y, z = np.meshgrid(*[np.arange(n) for n in SHAPE], indexing="ij")
     values = 100 * x + 10 * y + z
     if np.dtype(dtype).kind == "f":
@@ -108,7 +108,7 @@ def _write_vti() -> None:
         writer.SetInputData(_vtk_image(fixture_values(dtype), directed=True, cells=name == "cells"))
         getattr(writer, f"SetDataModeTo{mode}")()
         writer.SetCompressor(compressor() if compressor else None)
-        writer.SetBlockSize(32)  # several blocks even here
+        writer.SetBlockSize(32)  # several blocks even for this small volume
         writer.SetEncodeAppendedData("base64" in name)
         getattr(writer, f"SetHeaderTypeTo{header}")()
         if name == "big_endian":

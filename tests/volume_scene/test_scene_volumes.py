@@ -68,13 +68,13 @@ def glowing_wall(z=-2.0, strength=1.0):
     return {"meshes": (mesh,), "materials": (material,), "instances": (Instance("wall", "wall", np.eye(4), ("glow",)),)}
 
 
-def test_a_slab_shows_its_colour_by_its_opacity():
+def test_a_slab_shows_its_color_in_proportion_to_its_opacity():
     result = render_scene(scene(slab(constant())))
     assert result.variant.endswith("rgb")
     assert np.abs(result.pixels[..., :3] - COLOR * OPACITY).max() < 2e-3
 
 
-def test_spectral_transport_shows_the_same_colour():
+def test_spectral_transport_shows_the_same_color():
     settings = RenderSettings(transport="spectral")
     film = Film(8, 6, samples=256, filter_kind="box", filter_width=1.0)
     result = render_scene(scene(slab(constant()), settings=settings, film=film))
@@ -82,7 +82,7 @@ def test_spectral_transport_shows_the_same_colour():
     assert mean_rgb(result.pixels) == pytest.approx(COLOR * OPACITY, abs=0.01)
 
 
-def test_spectra_of_materials_ask_for_spectral_transport():
+def test_spectra_of_materials_require_spectral_transport():
     grid = SpectralGrid.uniform(360, 830, 5)
     flat = constant(np.full(grid.size, 0.6), wavelengths=grid.wavelengths_nm)
     film = Film(8, 6, samples=256, filter_kind="box", filter_width=1.0)
@@ -93,13 +93,13 @@ def test_spectra_of_materials_ask_for_spectral_transport():
     assert mean_rgb(result.pixels) == pytest.approx([0.6 * OPACITY] * 3, abs=0.01)
 
 
-def test_xrays_add_and_take_nothing():
+def test_x_rays_emit_light_and_absorb_nothing():
     xray = constant(lit=False, extinction=0.0, emission=0.5)
     behind = render_scene(scene(slab(xray), **glowing_wall(strength=0.7)))
     assert np.abs(behind.pixels[..., :3] - (COLOR * 0.5 + 0.7)).max() < 4e-3
 
 
-def test_surfaces_behind_are_dimmed_and_in_front_hide():
+def test_surfaces_behind_are_dimmed_and_those_in_front_occlude():
     behind = render_scene(scene(slab(constant()), **glowing_wall(-2.0)))
     assert np.abs(behind.pixels[..., :3] - (COLOR * OPACITY + 1 - OPACITY)).max() < 4e-3
     before = render_scene(scene(slab(constant()), **glowing_wall(2.0)))
@@ -109,7 +109,7 @@ def test_surfaces_behind_are_dimmed_and_in_front_hide():
     assert np.abs(inside.pixels[..., :3] - (COLOR * half + 1 - half)).max() < 4e-3
 
 
-def test_transparent_surroundings_are_covered_by_the_opacity():
+def test_the_coverage_before_a_transparent_background_is_the_opacity():
     film = Film(8, 6, samples=8, filter_kind="box", filter_width=1.0, transparent=True)
     world = World(Color(np.array([0.3, 0.3, 0.3])))
     result = render_scene(scene(slab(constant()), film=film, world=world))
@@ -132,24 +132,24 @@ def test_the_lights_of_the_scene_light_it_and_their_shares_add_up():
     shares = result.group_pixels
     total = sum(share[..., :3] for share in shares.values())
     assert np.abs(total - result.pixels[..., :3]).max() < 1e-5
-    # the glow counts once; without it the second lamp gives twice the first
+    # emission counts once; without it the second lamp gives twice the light of the first
     dark = render_scene(scene(slab(TransferFunction((paint, glow)), "scene"), film=film))
     own = mean_rgb(dark.pixels)
     assert own[2] > 0.05
     one, two = mean_rgb(shares["one"]), mean_rgb(shares["two"])
     single = min(one - own, two, key=lambda rgb: rgb[0])
     double = max(one - own, two, key=lambda rgb: rgb[0])
-    assert double / single == pytest.approx([2.0] * 3, rel=0.1)  # each step asks one lamp, drawn at random
+    assert double / single == pytest.approx([2.0] * 3, rel=0.1)  # each step samples one lamp at random
 
 
-def test_a_volume_switched_off_in_the_plan_is_not_there():
+def test_a_volume_that_the_plan_omits_is_not_rendered():
     settings = RenderSettings(overrides=(("volumes", "off"),))
     result = render_scene(scene(slab(constant()), settings=settings))
     assert np.abs(result.pixels[..., :3]).max() == 0
 
 
-def test_a_sodium_lamp_and_a_paint_meet_in_the_volume():
-    """Scene light in spectral transport: the ratio of a paint's colour to white's, under the lamp's own spectrum."""
+def test_a_painted_volume_under_a_sodium_lamp_has_its_spectral_color():
+    """Scene light in spectral transport: the ratio of a paint's color to that of white, under the lamp's spectrum."""
     from spectral_core.spectra.observer import linear_rgb_from_product
 
     lamp = catalogue.illuminant("HP1")
@@ -176,6 +176,6 @@ def test_a_sodium_lamp_and_a_paint_meet_in_the_volume():
         ({"lighting": "evn"}, "no volume lighting is named 'evn'; did you mean 'even'"),
     ],
 )
-def test_odd_settings_are_named(change, message):
+def test_invalid_settings_are_reported(change, message):
     with pytest.raises(InvalidInputError, match=message):
         render_scene(scene(replace(slab(constant()), **change)))

@@ -12,7 +12,7 @@ GRIP_PIXELS = 12.0
 
 
 class SPECTRAL_OT_look_under(bpy.types.Operator):
-    """Look at the scene under this light, in Rendered viewports and in renders; once more for the scene as it is"""
+    """Show the scene under this light in Rendered viewports and in renders; click again for the scene as it is"""
 
     bl_idname = "spectral.look_under"
     bl_label = "Look Under"
@@ -37,7 +37,7 @@ class SPECTRAL_OT_look_under(bpy.types.Operator):
 
 
 class SPECTRAL_OT_look_split(bpy.types.Operator):
-    """Show the scene under two lights side by side: the one that is chosen, and another"""
+    """Show the scene side by side under the chosen light and another one"""
 
     bl_idname = "spectral.look_split"
     bl_label = "Split View"

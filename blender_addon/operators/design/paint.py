@@ -15,7 +15,7 @@ from ..spectrum import carrier
 
 
 class SPECTRAL_OT_palette_dye(bpy.types.Operator):
-    """Let the selected material hold a fluorescent dye, or take one away"""
+    """Add a fluorescent dye to the selected material, or remove one"""
 
     bl_idname = "spectral.palette_dye"
     bl_label = "Add Dye"
@@ -37,7 +37,7 @@ class SPECTRAL_OT_palette_dye(bpy.types.Operator):
 
 
 class SPECTRAL_OT_material_dye(bpy.types.Operator):
-    """Put a fluorescent dye into the active material, or take one away"""
+    """Add a fluorescent dye to the active material, or remove one"""
 
     bl_idname = "spectral.material_dye"
     bl_label = "Add Dye"

@@ -111,7 +111,7 @@ def translate_film(scene: Any, samples: int, seed: int) -> Film:
 
 
 def pixel_filter_of(scene: Any) -> dict[str, Any]:
-    """Kind and full width (pixels) of the film's filter: Cycles' own where it is changed, else the Filter Size.
+    """Type and full width (pixels) of the film's filter: that of Cycles if it is not the default, else the Filter Size.
 
     Blender's sizes are half of the full width of a Blackman-Harris filter and a third of that of a Gaussian. A box is
     one pixel wide.

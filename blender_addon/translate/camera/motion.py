@@ -51,7 +51,8 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
     finally:
         frame_set(frame, subframe)
     notes = tuple(
-        Note(name, "its shape or number changes while the shutter is open; it stands still") for name in sorted(lost)
+        Note(name, "its shape or number of vertices changes while the shutter is open; it is rendered without motion")
+        for name in sorted(lost)
     )
     return replace(scene, moments=tuple(made), notes=(*scene.notes, *notes))
 

@@ -90,7 +90,7 @@ def _shader(reader: Reader, source: Output, depth: int = 0) -> Shine | None:
     factor = reader.number(source.input("Fac") or source.input("Factor"), 0.5) if node.type == "MIX_SHADER" else 1.0
     weights = [1.0 - factor, factor] if node.type == "MIX_SHADER" else [1.0, 1.0]
     if len(shines) != len(inputs):
-        reader.note(f"{source.label!r} combines something else than Emission nodes; what is not one counts as black")
+        reader.note(f"{source.label!r} combines other nodes than Emission; these count as black")
     if not all(isinstance(shine.color, Color) for shine in shines):
         reader.note(f"{source.label!r} combines spectra; the first alone was used")
         return shines[0] if shines else None
@@ -154,10 +154,10 @@ def _luminaire(reader: Reader, source: Output) -> Photometry | None:
             with Path(bpy.path.abspath(node.filepath)).open(encoding="latin-1") as file:
                 text = file.read(1 << 22)
         except (OSError, ValueError) as error:
-            reader.note(f"the file of {source.label!r} cannot be read ({error}); the lamp shines evenly")
+            reader.note(f"the file of {source.label!r} cannot be read ({error}); the lamp emits evenly")
             return None
     try:
         return Photometry(*read_ies(text))
     except InvalidInputError as error:
-        reader.note(f"{source.label!r}: {error}; the lamp shines evenly")
+        reader.note(f"{source.label!r}: {error}; the lamp emits evenly")
         return None

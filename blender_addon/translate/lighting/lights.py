@@ -58,7 +58,7 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
         shared["falloff"] = Falloff()
         return SunLight(**shared, irradiance=power * _sun_area(lamp), angle_rad=lamp.angle)
     if shine.photometry is not None and lamp.type == "AREA":
-        translation.note(name, "a measured luminaire on an area light is not supported; it shines evenly")
+        translation.note(name, "a measured luminaire on an area light is not supported; it emits evenly")
     if lamp.type == "AREA":
         return _area(translation, lamp, power, matrix, shared)
     radius = lamp.shadow_soft_size

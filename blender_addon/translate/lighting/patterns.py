@@ -13,8 +13,8 @@ from spectral_core.scene import Color, SunLight
 from ..context import Translation
 from ..shading.reader import Reader
 from ..shading.tree import Input, Output, linked
+from .backgrounds import Term, depends_on_ray_type, directions_of, environment_of
 from .directions import Array, Look, radiance
-from .surroundings import Term, directions_of, environment_of, tells_camera_rays
 
 ROWS, MOST_ROWS = 512, 2048
 """Rows of a drawn environment, and of one with images."""
@@ -63,7 +63,7 @@ def _is_placed_image(source: Output) -> bool:
     )
 
 
-def surroundings(
+def world_light(
     translation: Translation, world: Any, camera: Any, own: dict[str, Any]
 ) -> tuple[Term, Term, tuple[SunLight, ...]]:
     """The environment for the light in the scene, that for the camera, and the suns of the skies in a world."""
@@ -91,7 +91,7 @@ def surroundings(
         return Term(environment_of(world.name, np.maximum(found, 0.0)))
 
     lights = drawn(Look(grid.reshape(-1, 3), view))
-    tells = tells_camera_rays(linked(place))
+    tells = depends_on_ray_type(linked(place))
     sees = drawn(Look(grid.reshape(-1, 3), view, camera=True)) if tells else lights
     suns = tuple(
         sun

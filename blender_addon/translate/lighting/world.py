@@ -15,16 +15,17 @@ from ... import compat
 from .. import spectra
 from ..context import Translation
 from ..ledger import note_changed, note_nodes
-from ..shading import surfaces  # noqa: F401  (surfaces brings the nodes that Reader knows)
+from ..shading import surfaces  # noqa: F401  (importing surfaces registers the evaluators)
 from ..shading.fields import mean_color
+from ..shading.image_files import MISSING
 from ..shading.images import image_of_node
 from ..shading.media import medium_of
 from ..shading.reader import Reader
 from ..shading.texture_nodes import mapping_matrix
 from ..shading.tree import Input, Output, linked, surface_output
 from ..visibility import cycles_settings, world_hidden_from
-from .patterns import needs_directions, surroundings
-from .surroundings import Term, joined, resampled, tells_camera_rays
+from .backgrounds import Term, depends_on_ray_type, joined, resampled
+from .patterns import needs_directions, world_light
 
 
 def translate_world(translation: Translation, world: Any, camera: Any = None) -> tuple[World, tuple[SunLight, ...]]:
@@ -50,7 +51,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     if tree is None:
         lights = sees = Term(Color(translation.linear_rgb(world.color)))
     elif needs_directions(output):
-        lights, sees, suns = surroundings(translation, world, camera, own)
+        lights, sees, suns = world_light(translation, world, camera, own)
     else:
         reader = Reader(translation, world.name)
         lights, sees = (joined(reader, terms) for terms in _backgrounds(reader, tree))
@@ -73,7 +74,7 @@ def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
     source = linked(Input(output.inputs["Surface"]))
     light = _terms(reader, source, 1.0, camera=False)
     # a world that does not distinguish rays is read once, so that both are the same
-    return light, _terms(reader, source, 1.0, camera=True) if tells_camera_rays(source) else light
+    return light, _terms(reader, source, 1.0, camera=True) if depends_on_ray_type(source) else light
 
 
 def _terms(reader: Reader, source: Output | None, weight: float, *, camera: bool) -> list[Term]:
@@ -118,7 +119,7 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
         return Term(spectrum, strength * spectra.strength_of(reader.translation, source.node))
     place = source.input("Color")
     image = linked(place)
-    color: Paint = gray(0.5)
+    color: Paint = Color(np.array(MISSING))
     if image is not None and image.node.type == "TEX_ENVIRONMENT":
         texture = image_of_node(reader.translation, image.node, reader.owner, image.socket.name)
         color = color if texture is None else replace(texture, extension="repeat")

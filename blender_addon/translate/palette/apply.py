@@ -34,7 +34,7 @@ def store_result(target: ID, entry: PropertyGroup, *, level: float | None = None
     Parameters
     ----------
     target
-        Material, light or world, or what carries a spectrum within one.
+        A material, light or world, or a node with a spectrum.
     entry
         Row or column of the palette.
     level

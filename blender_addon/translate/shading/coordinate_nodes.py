@@ -179,7 +179,7 @@ def _info(reader: Reader, output: Output) -> Any:
 
 @evaluator("VOLUME_INFO")
 def _not_read(reader: Reader, output: Output) -> Any:
-    reader.note(f"{output.label!r}: grids of smoke are not read; 0 was used, which is right where there is none")
+    reader.note(f"{output.label!r}: grids of smoke are not read; 0 was used, which is right if there is none")
     return np.zeros(3) if output.socket.type in ("RGBA", "VECTOR") else 0.0
 
 
@@ -228,8 +228,8 @@ def _bump(reader: Reader, output: Output) -> Any:
 
 def _is_what_renders(uv_map: str, material: str) -> bool:
     """True if the UV map for rendering has this name on every mesh with the material."""
-    wearers = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
-    return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in wearers)
+    users = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
+    return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in users)
 
 
 @evaluator("NORMAL_MAP")

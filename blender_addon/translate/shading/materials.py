@@ -75,7 +75,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     if spectrum is not None and surface is not None:
         if covers_texture(surface, spectrum):
             translation.note(
-                material.name, "its spectrum stands in place of the texture on its main color; clear the spectrum to "
+                material.name, "its spectrum replaces the texture on its main color; clear the spectrum to "
                 "see the texture",
             )  # fmt: skip
         surface = with_spectrum(surface, spectrum)

@@ -56,7 +56,7 @@ def ior(reader: Reader, place: Input | None, fallback: float) -> float:
 
 
 def thin_film(reader: Reader, output: Output) -> dict[str, Scalar]:
-    """Thickness in nm and index of refraction of the film upon a surface; nothing where it is 0 everywhere."""
+    """Thickness in nm and index of refraction of the film on a surface; empty if the thickness is 0 everywhere."""
     thickness = reader.scalar(output.input("Thin Film Thickness"), 0.0)
     if isinstance(thickness, float) and thickness <= 0:
         return {}

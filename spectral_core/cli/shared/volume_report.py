@@ -51,7 +51,7 @@ def _row(
     renderer: VolumeRenderer, view: View, transfer: TransferFunction, way: Stepping, reference: Any
 ) -> dict[str, Any]:
     image = renderer.render(view, transfer, way, counts=True)
-    # Counting costs time and the first render of a kind compiles: the time is the best of plain renders.
+    # Counting takes time, and the first render of a type compiles: the time is the shortest of plain renders.
     seconds = min(renderer.render(view, transfer, way).seconds for _ in range(RUNS))
     snr = _snr(reference, _picture(image))
     return {

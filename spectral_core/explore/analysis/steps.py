@@ -96,9 +96,9 @@ def print_sensitivity(store: Store, name: str) -> list[dict[str, Any]]:
     points, values = _known(store, name)
     found = sobol_indices(points, values, store.project.space.names)
     if math.isnan(found[0].explained):
-        checked = "too few, or too like, to check the indices against rows left out: they say little"
+        checked = "too few or too similar rows to check the indices on omitted rows: they are unreliable"
     else:
-        checked = f"{100 * found[0].explained:.0f} % of the variance predicted on rows left out"
+        checked = f"{100 * found[0].explained:.0f} % of the variance predicted on omitted rows"
     print(f"{name}: {len(values)} rows, {checked}")
     for one in found:
         print(f"  {one.name:24} first {one.first:6.3f} [{one.first_interval[0]:6.3f}, {one.first_interval[1]:6.3f}]   "

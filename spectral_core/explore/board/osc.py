@@ -20,7 +20,7 @@ from spectral_core.errors import InvalidInputError, MissingDependencyError, Spec
 from spectral_core.explore.board.binding import Control
 
 _LAYOUTS = {"i": ">i", "f": ">f", "h": ">q", "d": ">d"}
-"""Kinds of arguments that are numbers."""
+"""Types of arguments that are numbers."""
 
 
 class OscLink:
@@ -31,7 +31,7 @@ class OscLink:
         feedback: tuple[str, int] | None = None,
     ) -> None:  # fmt: skip
         """Listen. ``receive`` is ``Board.receive``; ``port`` 0 takes any free one; ``feedback``: where positions are
-        sent. Raises InvalidInputError for a port that there is not, SpectralError for one that is taken.
+        sent. Raises InvalidInputError for an invalid port, SpectralError for an occupied one.
         """
         try:
             from pythonosc import udp_client
@@ -126,7 +126,7 @@ def _message(packet: bytes) -> tuple[str, float | None]:
     address, place = _text(packet, 0)
     kinds, place = _text(packet, place)
     if not address.startswith("/") or not kinds.startswith(","):
-        raise ValueError("an OSC message has an address and the kinds of its arguments")
+        raise ValueError("an OSC message has an address and the types of its arguments")
     layout = _LAYOUTS.get(kinds[1:2])
     return address, None if layout is None else float(struct.unpack_from(layout, packet, place)[0])
 

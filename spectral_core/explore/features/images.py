@@ -84,7 +84,7 @@ def difference_features(picture: Picture, reference: Picture, prefix: str = "") 
 
 
 def delta_e_map(picture: Picture, reference: Picture) -> NDArray[np.float64]:
-    """CIEDE2000 of each pixel, (height, width), colors clipped to what a display shows."""
+    """CIEDE2000 of each pixel, (height, width), colors clipped to the gamut of a display."""
     shown = [np.clip(_checked(each), 0.0, 1.0) for each in (picture, reference)]
     return delta_e_2000(lab_from_linear_rgb(shown[0]), lab_from_linear_rgb(shown[1]))
 

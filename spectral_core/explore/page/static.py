@@ -106,7 +106,7 @@ def draw_error_against_time(
 def draw_error_against_factors(
     path: Path, columns: Mapping[str, Sequence[Any]], factors: Sequence[str], errors: Sequence[str], *, color: str
 ) -> Path:
-    """Write error measures against what was varied (thesis Fig. 1.2a): a row per factor, a column per measure.
+    """Plot error measures over the varied factors (thesis Fig. 1.2a): a row per factor, a column per measure.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ MAX_CSV_BYTES = 1_000_000_000
 def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
     """The text of data.csv, each column of one type; FILE columns are moved to the end, the main picture last.
 
-    Viewers such as pycinema show the last FILE column, so linear pictures stand before those that a screen shows.
+    Viewers such as pycinema show the last FILE column, so linear pictures precede those for a screen.
     A missing float is NaN, anything else that is missing is empty. Whole numbers in a column of floats are written as
     floats; numbers in a column of texts as texts.
     """
@@ -123,7 +123,7 @@ def check_folder(folder: Path, *, read_files: bool = True) -> list[str]:
     if len(rows) < 2:
         return ["data.csv needs a header and at least one row"]
     header = rows[0]
-    problems = [f"the column {name!r} stands twice" for name in sorted({n for n in header if header.count(n) > 1})]
+    problems = [f"the column {name!r} occurs twice" for name in sorted({n for n in header if header.count(n) > 1})]
     problems += ["a column has no name" for name in header if not name.strip()]
     first_file = next((k for k, name in enumerate(header) if is_file_column(name)), len(header))
     problems += [f"{name!r} comes after a FILE column" for name in header[first_file:] if not is_file_column(name)]

@@ -57,7 +57,7 @@ class SweepDocument:
 
 
 def read_sweep(path: Path) -> SweepDocument:
-    """The sweep of a TOML file. FileFormatError names the file and what is wrong in it."""
+    """The sweep of a TOML file. FileFormatError names the file and its error."""
     try:
         if not path.is_file():
             raise InvalidInputError(f"there is no file {path}")
@@ -88,7 +88,7 @@ def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
         raise InvalidInputError("parameters must be a list of tables: [[parameters]] name = …, low = …, high = …")
     compute = plain.get("compute")
     if not isinstance(compute, dict) or "kind" not in compute:
-        raise InvalidInputError("the sweep does not say what is computed; expected [compute] kind = …")
+        raise InvalidInputError("the sweep has no compute node; expected [compute] kind = …")
     for name in ("region", "design", "columns", "reference"):
         if not isinstance(plain.get(name, {}), dict):
             raise InvalidInputError(f"{name} must be a table")
@@ -110,7 +110,7 @@ def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
 
 
 def register_compute(kind: str, factory: NodeFactory) -> None:
-    """Add a kind of compute node; the add-on adds "blend"."""
+    """Add a type of compute node; the add-on adds "blend"."""
     _EXTRA[kind] = factory
 
 

@@ -25,7 +25,7 @@ class Outcome:
 
     ``values``: numbers and texts by column name. ``pictures``: linear sRGB (height, width, 3 or 4), row 0 on top, by
     name; "" is the main one. ``files``: ready file contents by ending, such as {".png": bytes}, where the picture is
-    not known as numbers. ``shown``: a PNG for eyes in place of the plain sRGB one, by the name of its picture, where
+    not known as numbers. ``shown``: a PNG for display in place of the plain sRGB one, by the name of its picture, where
     the scene has a view transform.
     """
 
@@ -102,7 +102,7 @@ def plain_values(values: Mapping[str, Any]) -> dict[str, float | int | str | Non
 
 
 def as_outcome(result: Any, name: str) -> Outcome:
-    """An outcome from what a user's function returned: an outcome, a number, or a mapping of numbers and pictures."""
+    """Make an outcome from a user's result: an outcome, a number, or a mapping of numbers and pictures."""
     if isinstance(result, Outcome):
         return result
     if isinstance(result, int | float | np.generic):

@@ -2,7 +2,7 @@
 """Running a sweep: pending points to an executor, outcomes to the ledger, failures retried once, then set aside.
 
 Any ``concurrent.futures`` executor can be used, because the store owns the data, not the executor. Running again
-computes only missing points, whatever ended the run before.
+computes only missing points, however the last run ended.
 """
 
 from __future__ import annotations
@@ -78,12 +78,12 @@ def run_sweep(
     store : the store; its points are entered already.
     node : computes a point; it has the fingerprint of the store's project.
     keys : only these rows; all by default.
-    executor : who computes; ``workers`` warm processes by default.
+    executor : computes the points; ``workers`` warm processes by default.
     workers : number of processes where no executor is given.
-    in_flight : points handed out at once; twice the workers of an executor that tells them, by default.
+    in_flight : points handed out at once; by default twice the workers of the executor, if it reports them.
     linear : also store linear pictures (EXR).
     on_progress : called after each point.
-    should_stop : asked a few times a second; the points at hand are given up.
+    should_stop : called a few times a second; if true, the points in progress are abandoned.
 
     Raises
     ------
@@ -225,7 +225,7 @@ class _Run:
         )
 
     def _give_up(self) -> None:
-        """Close what is still open: a cancelled run leaves no attempt behind."""
+        """Close open attempts, so that a cancelled run leaves none."""
         for future, key in self.flying.items():
             if not future.cancel() and future.done() and future.exception() is None:
                 self.store.take_in(future.result())

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a lattice and a region to points in progressive order. Read the modules in this order.
 
-1. ``regions``: what may be filled, {x : A x <= b} within at most one ball.
+1. ``regions``: regions to fill, {x : A x <= b} within at most one ball.
 2. ``anchoring``: the region relative to a point inside it. Its gauge says how far it must grow to reach a point, and an
    ellipsoid around it (``cap_ellipsoid`` where a ball is cut) is the metric in which it is round.
 3. ``enumeration``: all lattice points within a gauge, coordinate by coordinate in that metric.

@@ -49,7 +49,7 @@ def fill_exactly(
     anchored = _anchored(lattice, region)
     rng = seeded(seed)
     n = lattice.dimensions
-    # The lattice starts with a cell as large as the region's ellipsoid; only ratios of gauges count afterwards.
+    # The lattice starts with a cell as large as the region's ellipsoid; only ratios of gauges count afterward.
     unit = math.exp(
         -float(np.linalg.slogdet(anchored.metric)[1]) / n
     )  # a length of the region, so that gauges are near 1
@@ -118,7 +118,7 @@ def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> t
     """Gauges, ascending, and coordinates of the lattice points nearest to the center: at least count + 1 of them."""
     n = len(basis)
     expected = expected_count(anchored.region, anchored.metric, float(np.linalg.slogdet(basis)[1]))  # at gauge 1
-    # Counts scatter by about the square root: ask for enough that one search nearly always suffices.
+    # Counts vary by about their square root: request enough that one search is nearly always sufficient.
     wanted = 1.1 * (count + 1) + 3.0 * np.sqrt(count + 1.0) + 4.0
     known = anchored.region.log_volume() is not None
     # Without a volume formula the ellipsoid overstates the region: start small and grow.

@@ -181,7 +181,7 @@ def expected_count(region: Region, metric: Matrix, log_cell: float) -> float:
 class CosetDigits:
     """Cosets of K Zⁿ: the number of an integer vector's coset, and division by K; exact integers throughout.
 
-    Zⁿ / K Zⁿ is cyclic for the dilations built here: ``functional`` mod rate tells the coset and ``step`` leads to
+    Zⁿ / K Zⁿ is cyclic for the dilations built here: ``functional`` mod rate gives the coset and ``step`` leads to
     the next one. For a companion matrix these are the constant coefficient and the first unit vector.
     """
 
@@ -197,7 +197,8 @@ class CosetDigits:
         determinant = round(float(np.linalg.det(dilation)))
         # K⁻¹ = adj(K) / det K: integer products and one exact division, no rounding at any size.
         adjugate = np.rint(np.linalg.inv(dilation) * determinant).astype(np.int64)
-        # Every row of adj(K) vanishes on K Zⁿ modulo the rate; one that reaches 1 tells all cosets apart.
+        # Every row of adj(K) vanishes on K Zⁿ modulo the rate;
+        # a row with an entry that is invertible modulo the rate distinguishes all cosets.
         for row in adjugate % rate:
             for axis in range(n):
                 inverse = next((k for k in range(1, rate) if k * int(row[axis]) % rate == 1), None)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Points ordered so that every prefix fills the region evenly; refined, extended or cut without moving a point.
 
-The digits of a point tell its coset in each level (finest first); sorting by them lists the coarsest level first and
+The digits of a point give its coset in each level (finest first); sorting by them lists the coarsest level first and
 completes one level after the other, as the radical inverse does on the line. The coarser levels may start at any of
 ``rate`` cosets, and the fullest is taken each time. Level j of m points then holds at least m / rateʲ of them, so a
 prefix never has less than ρ · rate^(-1/n) separation, ρ the packing radius of the lattice (up to the rounding of m).
@@ -42,7 +42,7 @@ class ProgressivePoints:
     frame: Frame
     region: Region
     level: int
-    """Refinements so far; level 0 is the fill that was asked for."""
+    """Refinements so far; level 0 is the requested fill."""
     points: Matrix
     """(m, n), read-only."""
     coefficients: Integers
@@ -110,8 +110,8 @@ def progressive_fill(
 ) -> ProgressivePoints:
     """Exactly ``count`` points in a region, in progressive order.
 
-    ``lattice`` is that of the largest packing radius for the region's dimension and ``rate`` unless given: the
-    separation of prefixes is what it bounds. ``seed`` draws rotation and offset; in a box of 2 to 4 dimensions the
+    ``lattice``: by default that of the largest packing radius for the region's dimension and ``rate``, because this
+    radius bounds the separation of prefixes. ``seed`` draws rotation and offset; in a box of 2 to 4 dimensions the
     best of ``ROTATIONS`` rotations is taken, that with the least gaps on the axes. Errors as for ``fill_exactly``.
     """
     chosen = sampling_lattice(region.dimensions, rate) if lattice is None else lattice

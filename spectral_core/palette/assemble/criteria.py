@@ -23,7 +23,7 @@ def second_differences(grid: SpectralGrid, operator: str = "mended") -> Array:
     """Roughness matrix D (n, n) of Eq. 5.13; ||D @ values|| is the root mean square roughness.
 
     ``"thesis"``: Toeplitz [-1, 2, -1] over 6·√n, the norm of the printed Figure 5.2 (the text says √6·√n). Its first
-    and last row hold the ends down to zero. ``"mended"``: the second derivative in units of (10 nm)⁻², weighted by cell
+    and last row force the ends to zero. ``"mended"``: the second derivative in units of (10 nm)⁻², weighted by cell
     width, the spectrum mirrored at its ends: the roughness of a constant is 0, and the value does not depend on the
     grid.
     """

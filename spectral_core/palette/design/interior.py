@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Both sides of a palette at once, by a primal-dual interior point for nonlinear least squares.
 
-Alternation and variable projection meet a kink wherever a bound of the other side becomes active, and advance slowly
+Alternation and variable projection have a kink at each change of an active bound of the other side, and advance slowly
 from one to the next. Here all bounds act through a barrier, and both sides move together (Wächter and Biegler 2006).
 
 If colors can be met, the minimum lies along a curved valley: on its floor all colors are met, and smoothness, with a

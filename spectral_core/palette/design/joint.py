@@ -2,8 +2,8 @@
 """The whole palette as one sum of squares in all its unknowns: free colors, reflectances and lights together.
 
 A color is bilinear in reflectance and light, so that the second derivatives are known: products of slopes on the
-diagonal, and across, for each cell, its force times the constant map of the kernel. Exact cells stand as cells of large
-weight.
+diagonal, and off it, for each cell, its force times the constant map of the kernel. Exact cells are treated as cells of
+large weight.
 """
 
 from __future__ import annotations

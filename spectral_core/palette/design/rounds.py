@@ -29,7 +29,7 @@ SETTLED = 7e-7
 millionth, minus the tolerance of the solver that measures it.
 """
 NOTHING = 1e-16
-"""Objective that is 0 but for rounding."""
+"""Objective that is 0 except for rounding."""
 PATIENCE = 3.0
 """A budget counts processor seconds; on a busy machine it ends after this many times as much elapsed time."""
 
@@ -76,6 +76,11 @@ class SolveTrace:
         self.answers[side] = answer
         self.engines.update(answer.engines)
         self.timings[side] = self.timings.get(side, 0.0) + seconds
+
+    def settle(self, side: Side, assembled: Assembled, answer: Answer) -> None:
+        """Record an answer of the only side as the joint check: nothing else is there to be improved."""
+        self.sides[side] = assembled, answer
+        self.joint, self.settled = answer.check, True
 
 
 class Rounds:

@@ -107,7 +107,7 @@ def distinct_solutions(
         trace.notes.append("the distinct cells cannot be met together with the others, so no colors were made distinct")
         return (_reported(builder, state, trace, apart=False),)
     if gamut != GAMUTS[0]:
-        trace.notes.append(f"{gamut}: the display's gamut cannot be kept together with what the other cells ask")
+        trace.notes.append(f"{gamut}: the requests of the other cells force a color out of the display's gamut")
     made = []
     for rank, each in enumerate(sorted(found, key=lambda each: -each.merit)):
         own = copy(trace)

@@ -127,7 +127,7 @@ def _read_ase(file: Path, data: bytes) -> list[Swatch]:
                     swatches.append(Swatch(name, _ase_color(file, name, content[2 + 2 * letters :]), group))
     except (struct.error, UnicodeDecodeError) as error:
         raise FileFormatError(
-            f"{file}: the .ase file is truncated or edited near byte {at} ({error}); export it anew"
+            f"{file}: the .ase file is truncated or edited near byte {at} ({error}); export it again"
         ) from error
     return swatches
 

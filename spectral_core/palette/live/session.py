@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.requests import WEIGHT_RATIO, Target, compiled_requests
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
+from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.cell_errors import CellErrors
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
+from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import reported, state_errors
 from spectral_core.palette.solution import PaletteSolution
@@ -75,6 +77,8 @@ class PaletteSession:
         self.rounds_per_edit = rounds_per_edit
         self._solution = solve_palette(problem, explain=False, seconds=FIRST_SECONDS)
         self._state: PaletteState = self._solution.state
+        self._answered: tuple[Side, Assembled, Answer] | None = None
+        """The side of a palette with one side, and the answer that ``state`` holds."""
         self._problem = problem
         self._adopt(problem)
         self._resolve(1, perf_counter())
@@ -124,8 +128,11 @@ class PaletteSession:
         """The present state in full, with status, remedy and residuals."""
         if wants_distinct(self._problem):
             return self._solution
-        perceptual = self._problem.match == "perceptual"
-        self._rounds.check(self._state, perceptual=perceptual)
+        if self._answered:
+            # The state is this answer, which was checked; a solve of the same side would only lose the engine's place.
+            self._rounds.trace.settle(*self._answered)
+        else:
+            self._rounds.check(self._state, perceptual=self._problem.match == "perceptual")
         return reported(self._rounds.assembler, self._state, self._rounds.trace)
 
     # -- effects of an edit --------------------------------------------------------------------------------------------
@@ -177,7 +184,7 @@ class PaletteSession:
         if changed is None and wants_distinct(self._problem):
             return self._resolve_distinct(started)
         both, perceptual = len(self._rounds.sides) == 2, self._problem.match == "perceptual"
-        matrices = None
+        matrices = self._answered = None
         trace = self._rounds.trace = SolveTrace(notes=list(self._rounds.assembler.requests.notes))
         if both or perceptual or self._problem.robustness == "worst_case" or not self._rounds.sides:
             for _ in range(rounds):
@@ -190,6 +197,7 @@ class PaletteSession:
             values = dict(zip(self._assembled.items, answer.values, strict=True))
             self._state = self._state.with_values(side, values)
             trace.add(side, answer, perf_counter() - started)
+            self._answered = side, self._assembled, answer
             if side == "reflectances":
                 matrices = self._assembled.view.known_matrices()
         actual = self._state.colors(matrices=matrices)

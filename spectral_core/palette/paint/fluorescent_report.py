@@ -8,8 +8,8 @@ from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSol
 from spectral_core.spectra.spectrum import Illuminant, Reflectance
 
 RENDERED = (
-    "Apply to Scene gives materials their dyes. Rendering shows the dyes' light where it traces spectra, as it does "
-    "wherever a dye is in sight."
+    "Apply to Scene gives materials their dyes. Spectral transport renders the dyes' light; the plan selects it for "
+    "visible dyes."
 )
 
 

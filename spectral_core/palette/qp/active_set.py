@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Two methods of the engine that change the set of active bounds step by step.
 
-*Primal-dual active set* (Hintermüller, Ito and Kunisch 2002): solve with the present bounds held, then hold whatever
-left its bounds and release whatever has a gradient that points inwards, all at once. After a small edit two or three
+*Primal-dual active set* (Hintermüller, Ito and Kunisch 2002): solve with the present bounds held, then hold all
+unknowns that left their bounds and release all whose gradient points inward, at once. After a small edit two or three
 steps settle it, but it may cycle.
 
 *Parametric walk* (Best 1996; Ferreau, Bock and Diehl 2008): the last optimum is the optimum of a problem with another
@@ -76,8 +76,7 @@ class ActiveSet(HeldBounds):
             goal, full = self._goal()
             past = ((goal < low) | (goal > high)).nonzero()[0]
             if not past.size:
-                self.x = np.where(self.free, np.clip(goal, self.lower, self.upper), self.x)
-                self._take_multipliers(full)
+                self._arrive(goal, full)
                 return True
             if here is None:
                 here = self._start()
@@ -96,6 +95,11 @@ class ActiveSet(HeldBounds):
                 low[first], high[first] = self._low_limit[first], self._high_limit[first]
             self._exchange(first)
         return False
+
+    def _arrive(self, goal: Array, full: Array) -> None:
+        """Take the optimum: values of the free unknowns, and (1, free colors) there."""
+        self.x = np.where(self.free, np.minimum(np.maximum(goal, self.lower), self.upper), self.x)
+        self._take_multipliers(full)
 
     def _start(self) -> Array:
         """The start of the walk: the value of each free unknown, and a gradient of each held one."""

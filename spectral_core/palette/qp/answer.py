@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,8 +29,8 @@ class Answer:
     """Spectra, one per block."""
     colors: Array
     """Free colors, (G, 3)."""
-    forces: tuple[Array, ...]
-    """Multiplier of each row of each block."""
+    forces: Sequence[Array] | Array
+    """Multiplier of each row of each block, (K, m) if the blocks are of equal shape."""
     check: Check
     engines: tuple[str, ...]
     infeasible: bool = False
@@ -48,9 +49,12 @@ def is_strained(problem: Quadratic, answer: Answer) -> bool:
     """
     if not problem.has_equalities:
         return False
-    exact = zip(problem.blocks, answer.forces, strict=True)
-    largest = [float(np.abs(force[block.exact]).max()) for block, force in exact if block.any_exact]
-    hardest = max(largest, default=0.0)
+    if isinstance(answer.forces, np.ndarray) and problem.stack is not None:
+        hardest = float(np.abs(answer.forces[problem.stack.exact]).max(initial=0.0))
+    else:
+        exact = zip(problem.blocks, answer.forces, strict=True)
+        largest = [float(np.abs(force[block.exact]).max()) for block, force in exact if block.any_exact]
+        hardest = max(largest, default=0.0)
     if not hardest > STRAIN:
         return False
     # Force times slack is the reduction of the objective by a slack; STRAIN and ROUNDING set the limit from which it
@@ -66,7 +70,7 @@ def answer_at(
     misses: Array | list[Array] | None = None,
 ) -> Answer:
     colors, values = problem.split(x.copy())
-    return Answer(tuple(values), colors, tuple(forces), checked(problem, x, forces, misses), (engine,))
+    return Answer(tuple(values), colors, forces, checked(problem, x, forces, misses), (engine,))
 
 
 def nothing(problem: Quadratic) -> Answer:

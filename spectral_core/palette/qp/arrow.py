@@ -6,9 +6,9 @@ With the bounds that hold an unknown taken as known, the conditions of optimalit
     H x + f − Cᵀ g + Eᵀ y = 0      H = AᵀωA + DᵀD, f = −Aᵀωt, C = τᵀωA
     E x − T g − c y = e            one row for each exact row of the block, or row of very large weight
 
-so that x and y are affine functions of the free colors g. What is left is one small system in g (its Schur complement).
-A row of weight ω above ``cap`` stands in H with ``cap``, and its rest in E with the compliance c = 1 / (ω − cap); an
-exact row has compliance 0. Thus no weight, however large, enters H and costs digits there.
+so that x and y are affine functions of the free colors g. One small system in g remains (the Schur complement).
+A row of weight ω above ``cap`` enters H with weight ``cap``, and E with the compliance c = 1 / (ω − cap) for the
+rest; an exact row has compliance 0. Thus no weight, however large, enters H and costs digits there.
 """
 
 from __future__ import annotations
@@ -61,13 +61,7 @@ class Spectrum:
 
 def median_weight(problem: Quadratic) -> tuple[float, float]:
     """Lower median and least of all finite weights; 1 if there is none."""
-    parts = [problem.known_weights, *(block.weights for block in problem.blocks)]
-    weights = np.concatenate(parts)
-    # The lower median: dragging one weight far away does not change the unit.
-    weights = np.sort(weights[np.isfinite(weights) & (weights > 0)])
-    if weights.size == 0:
-        return 1.0, 1.0
-    return float(weights[(weights.size - 1) // 2]), float(weights[0])
+    return problem.typical_weights
 
 
 def squared(block: Block, unit: float, cap: float) -> Spectrum:
@@ -83,7 +77,7 @@ def squared(block: Block, unit: float, cap: float) -> Spectrum:
     hessian.flat[:: len(hessian) + 1] += RIDGE * max(float(hessian.trace()) / len(hessian), 1e-12)
     tied = weights[:, None] * block.ties
     with np.errstate(divide="ignore"):
-        # Two springs side by side: the stiffness cap in H and ω − cap in the border make ω.
+        # The weight cap in H and the weight ω − cap of the border row add up to ω.
         compliance = np.where(exact, 0.0, 1.0 / (relative - weights))[in_border]
     return Spectrum(
         hessian,
@@ -125,11 +119,13 @@ class Factors:
     """H of one block on its free unknowns, factored, with the border eliminated; solves for any right-hand side."""
 
     def __init__(self, spectrum: Spectrum, hessian: Array, free: Mask) -> None:
-        self._border, self.hessian, self.free = spectrum.border, hessian, free
-        self._at = np.flatnonzero(free)
-        self._all = self._at.size == free.size
+        self.hessian, self.free = hessian, free
+        self.at = free.nonzero()[0]
+        """Numbers of the free unknowns."""
         # take along both axes is several times faster than np.ix_ at these sizes.
-        inner = hessian if self._all else hessian.take(self._at, axis=0).take(self._at, axis=1)
+        self.rows = hessian.take(self.at, axis=0)
+        """H on the free unknowns against all, (f, n)."""
+        inner = self.rows.take(self.at, axis=1)
         # Without smoothness H may be singular to rounding; more ridge then costs digits, not the answer.
         self._factor, failed = dpotrf(inner, lower=1)
         for boost in BOOSTS:
@@ -138,33 +134,37 @@ class Factors:
             self._factor, failed = dpotrf(_ridged(inner, boost), lower=1)
         if failed:
             raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
-        if len(self._border):
+        self._borders = len(spectrum.border)
+        if self._borders:
+            self._border = spectrum.border.take(self.at, axis=1)
             # Schur complement of H in the border rows: its size is the number of border rows, a few.
-            self._border_solved = self._solved(self._border)
-            schur = self._border @ self._border_solved.T
+            self._border_solved = self._solved(self._border.T)
+            schur = self._border @ self._border_solved
             least = STIFFNESS * max(float(schur.diagonal().max()), 1e-300)
             # Two exact rows with the same request make the complement singular; the least compliance shares the force
             # between them.
             schur.flat[:: len(schur) + 1] += np.maximum(spectrum.compliance, least)
             self._schur = schur
 
-    def _solved(self, rows: Array) -> Array:
-        """H⁻¹ on the free unknowns for each row of (k, n), 0 on the others."""
-        if self._all and len(rows):
-            return np.asarray(dpotrs(self._factor, rows.T, lower=1)[0].T)
-        found = np.zeros(rows.shape)
-        if len(rows) and self._at.size:
-            found[:, self._at] = dpotrs(self._factor, rows.take(self._at, axis=1).T, lower=1)[0].T
-        return found
+    def _solved(self, columns: Array) -> Array:
+        """H⁻¹ on the free unknowns for each column of (f, k)."""
+        return np.asarray(dpotrs(self._factor, columns, lower=1)[0]) if columns.size else columns
+
+    def solve_free(self, right: Array, border_right: Array) -> tuple[Array, Array]:
+        """The free part of x, (f, k), and y, (b, k), column by column; see ``solve``."""
+        values = self._solved(right)
+        if not self._borders:
+            return values, np.zeros((0, right.shape[1]))
+        # Block elimination: x without the border first, then the forces that close the rows, then their effect on x.
+        multipliers = symmetric_solve(self._schur, self._border @ values - border_right)
+        return values - self._border_solved @ multipliers, multipliers
 
     def solve(self, right: Array, border_right: Array) -> tuple[Array, Array]:
         """x (k, n) and y (k, b) with H x + Eᵀ y = right, E x − c y = border_right, row by row."""
-        values = self._solved(right)
-        if not len(self._border):
-            return values, np.zeros((len(right), 0))
-        # Block elimination: x without the border first, then the forces that close the rows, then their effect on x.
-        multipliers = symmetric_solve(self._schur, (values @ self._border.T - border_right).T).T
-        return values - multipliers @ self._border_solved, multipliers
+        values, multipliers = self.solve_free(right.take(self.at, axis=1).T, border_right.T)
+        found = np.zeros(right.shape)
+        found[:, self.at] = values.T
+        return found, multipliers.T
 
 
 def _ridged(matrix: Array, share: float) -> Array:
@@ -217,7 +217,10 @@ class Arrow:
         """The sum of all blocks' contributions to the system of the colors, and the size of each unknown's gradient."""
         self._color_hessians = np.array([self._known_hessian, *(each.color_hessian for each in self.spectra)])
         self._color_linears = np.array([self._known_linear, *(each.color_linear for each in self.spectra)])
-        self._weights = None if self.problem.stack is None else np.array([each.weights for each in self.spectra])
+        self._weights: Array | None = None
+        if self.problem.stack is not None:
+            self._weights = np.array([each.weights for each in self.spectra])
+            self._in_border = np.array([each.in_border for each in self.spectra])
         lengths = [self.problem.color_lower.size, *(each.linear.size for each in self.spectra)]
         self.sizes = np.repeat([0.0, *(each.largest for each in self.spectra)], lengths)
         """Size of each unknown's gradient, for the rounding that is accepted."""
@@ -252,6 +255,7 @@ class Arrow:
                 self.sizes[problem.offsets[k] : problem.offsets[k + 1]] = self.spectra[k].largest
                 if self._weights is not None:
                     self._weights[k] = self.spectra[k].weights
+                    self._in_border[k] = self.spectra[k].in_border
             self._color_linears[1 + k] = self.spectra[k].color_linear
         self._sum_colors()
         return True
@@ -269,9 +273,8 @@ class Arrow:
         # The part of the force that H carries; the border's multiplier is the rest.
         if self._weights is not None:
             stacked = self.unit * self._weights * misses
-            for force, spectrum, multiplier in zip(stacked, self.spectra, multipliers, strict=True):
-                if multiplier.size:
-                    force[spectrum.in_border] += self.unit * multiplier
+            if any(map(len, multipliers)):
+                stacked[self._in_border] += self.unit * np.concatenate(multipliers)
             return stacked
         forces = []
         for left, spectrum, multiplier in zip(misses, self.spectra, multipliers, strict=True):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two external solvers beside the engine: daqp for single spectra and feasibility, piqp if it is faster or the others
-fail.
+"""External solvers beside the engine: daqp for a single spectrum, piqp if it is faster or the others fail.
 
-Dual active sets (daqp, Arnström 2022) take microseconds for a single spectrum. PIQP (Schwan 2023) works on the rows
-themselves and does not square their condition.
+daqp (Arnström 2022) factors H when a workspace is made, which costs n³. After that, other colors or targets change only
+right-hand sides: the next answer starts from the last active bounds and takes some ten microseconds. PIQP (Schwan 2023)
+works on the rows themselves and does not square their condition.
 """
 
 from __future__ import annotations
@@ -22,16 +22,15 @@ STIFFEST = 1e8
 """Largest weight, relative to the median, in daqp: its normal equations lose digits beyond that."""
 EQUAL = 5
 """daqp's sense of an equality."""
+TOLERANCES = {"primal_tol": 1e-11, "dual_tol": 1e-12}
 REACHED = 1e-7
 """Linear RGB within which exact rows count as feasible together."""
 
 
-def lone_spectrum(
-    spectrum: Spectrum, lower: Array, upper: Array, colors: Array, start: Array | None = None
-) -> tuple[Array, Mask] | None:
-    """One spectrum at given free colors, by daqp, and the samples off their bounds; None if it fails.
+class KeptSpectrum:
+    """One spectrum in a daqp workspace.
 
-    With many exact rows, or very large weights, the answer is a guess of the active bounds rather than an optimum.
+    With many exact rows, or very large weights, its answers are guesses of the active bounds rather than optima.
 
     Parameters
     ----------
@@ -39,40 +38,88 @@ def lone_spectrum(
         Rows and roughness in squares.
     lower, upper
         Bounds, (n,).
-    colors
-        The free colors, (q,).
-    start
-        Values near the answer, (n,): those at bounds are tried there first.
     """
-    import daqp
 
-    size = lower.size
-    exact = spectrum.compliance == 0
-    hessian, linear = spectrum.hessian, spectrum.linear - colors @ spectrum.ties
-    right = spectrum.border_target + spectrum.border_ties @ colors
-    if not exact.all():
+    def __init__(self, spectrum: Spectrum, lower: Array, upper: Array) -> None:
+        import daqp
+
+        self._spectrum, self._lower, self._upper = spectrum, lower, upper
+        self._exact = spectrum.compliance == 0
+        self._high, self._low = np.minimum(upper, FAR), np.maximum(lower, -FAR)
+        self._hessian = np.ascontiguousarray(spectrum.hessian)
         # daqp takes no compliances. Rows of large weight go back into H, capped: the answer serves as a guess of
         # active bounds only.
-        stiff, stiffness = spectrum.border[~exact], np.minimum(1.0 / spectrum.compliance[~exact], STIFFEST)
-        hessian = hessian + (stiff.T * stiffness) @ stiff
-        linear = linear - (stiffness * right[~exact]) @ stiff
-    rows, equal = np.ascontiguousarray(spectrum.border[exact]), right[exact]
-    high, low = np.minimum(upper, FAR), np.maximum(lower, -FAR)
-    sense = np.zeros(size + len(equal), dtype=np.int32)
-    sense[size:] = EQUAL
-    if len(equal):
-        high, low = np.concatenate([high, equal]), np.concatenate([low, equal])
-    tolerances = {"primal_tol": 1e-11, "dual_tol": 1e-12}
-    x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, primal_start=start, **tolerances)
-    # The start is a hint and saves time only: daqp must not fail because of it.
-    if start is not None and (flag <= 0 or not np.all(np.isfinite(x))):
-        x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, **tolerances)
-    if flag <= 0 or not np.all(np.isfinite(x)):
+        self._stiff: Array | None = None
+        if len(self._exact) and not self._exact.all():
+            stiff = spectrum.border[~self._exact]
+            self._stiff = np.minimum(1.0 / spectrum.compliance[~self._exact], STIFFEST)[:, None] * stiff
+            self._hessian = np.ascontiguousarray(self._hessian + stiff.T @ self._stiff)
+        self._rows = np.ascontiguousarray(spectrum.border[self._exact])
+        self._model = daqp.Model()
+        self._model.settings = TOLERANCES
+        self._ready = False
+
+    def fits(self, spectrum: Spectrum) -> bool:
+        """True if a spectrum differs from this one by its targets alone."""
+        own = self._spectrum
+        return spectrum.hessian is own.hessian and spectrum.border is own.border and spectrum.ties is own.ties
+
+    def at(self, spectrum: Spectrum, colors: Array, start: Array | None = None) -> tuple[Array, Mask] | None:
+        """The optimum at given free colors, and the samples off their bounds; None if daqp fails.
+
+        Parameters
+        ----------
+        spectrum
+            One that ``fits``, with its present targets.
+        colors
+            The free colors, (q,).
+        start
+            Values near the answer, (n,), for the first call: those at bounds are tried there first.
+        """
+        linear = spectrum.linear - colors @ spectrum.ties
+        high, low = self._high, self._low
+        if len(self._exact):
+            right = spectrum.border_target + spectrum.border_ties @ colors
+            equal = right[self._exact]
+            high, low = np.concatenate([high, equal]), np.concatenate([low, equal])
+            if self._stiff is not None:
+                linear = linear - right[~self._exact] @ self._stiff
+        found = self._solved(linear, high, low, start)
+        if found is None:
+            self._ready = False
+            return None
+        x, multipliers = found
+        # Exactly on the bound if its multiplier is not 0: rounding must not make an active bound look free.
+        value = np.where(multipliers > 0, self._upper, np.where(multipliers < 0, self._lower, x))
+        return np.minimum(np.maximum(value, self._lower), self._upper), multipliers == 0
+
+    def _solved(self, linear: Array, high: Array, low: Array, start: Array | None) -> tuple[Array, Array] | None:
+        """Values and multipliers of the bounds, from the last active bounds if there are any, else from ``start``."""
+        if self._ready:
+            if len(self._rows):
+                failed = self._model.update(f=linear, bupper=high, blower=low) < 0
+            else:
+                failed = self._model.update(f=linear) < 0
+            found = None if failed else self._answer()
+            if found is not None:
+                return found
+        # Without a start as well: it is a hint and saves time only, and daqp must not fail because of it.
+        for begin in (start, None) if start is not None else (None,):
+            sense = np.zeros(len(high), dtype=np.int32)
+            sense[self._lower.size :] = EQUAL
+            status, _ = self._model.setup(self._hessian, linear, self._rows, high, low, sense, primal_start=begin)
+            found = self._answer() if status >= 0 else None
+            if found is not None:
+                self._ready = True
+                return found
         return None
-    multipliers = np.asarray(info["lam"])[:size]
-    # Exactly on the bound if its multiplier is not 0: rounding must not make an active bound look free.
-    value = np.where(multipliers > 0, upper, np.where(multipliers < 0, lower, np.asarray(x)))
-    return np.clip(value, lower, upper), multipliers == 0
+
+    def _answer(self) -> tuple[Array, Array] | None:
+        x, _, flag, info = self._model.solve()
+        x = np.asarray(x)
+        if flag <= 0 or not np.isfinite(x).all():
+            return None
+        return x, np.asarray(info["lam"])[: x.size]
 
 
 def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
@@ -82,7 +129,7 @@ def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
         return None
     found = []
     for block, spectrum in zip(arrow.problem.blocks, arrow.spectra, strict=True):
-        one = lone_spectrum(spectrum, block.lower, block.upper, np.zeros(0))
+        one = KeptSpectrum(spectrum, block.lower, block.upper).at(spectrum, np.zeros(0))
         if one is None:
             return None
         found.append(one)
@@ -102,7 +149,7 @@ def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
     solver.settings.eps_duality_gap_abs, solver.settings.eps_duality_gap_rel = 1e-12, 1e-12
     # Limit on the time for a problem without an optimum.
     solver.settings.max_iter = 200
-    # Unknowns x and the residual r = M x − y: the squares then stand on r alone, and M is not squared.
+    # Unknowns x and the residual r = M x − y: the objective is then the square of r alone, and M is not squared.
     squares = sparse.diags(np.concatenate([np.zeros(n), np.ones(count)]), format="csc")
     left = sparse.bmat([[matrix, -sparse.identity(count)], [equality, None]], format="csc")
     lower = np.concatenate([problem.lower, np.full(count, -np.inf)])

@@ -133,7 +133,7 @@ class Block:
         )
 
     def _kept(self, found: Block, names: tuple[str, ...]) -> Block:
-        """Hand on what was computed from what both blocks share."""
+        """Copy cached results that depend only on data shared by both blocks."""
         for name in ("_visibility", "_tied", *names):
             if name in self.__dict__:
                 found.__dict__[name] = self.__dict__[name]

@@ -39,7 +39,7 @@ def _softened(problem: Quadratic, k: int, unit: float, *, everything: bool = Fal
     soft = block.exact.copy()
     if not everything and soft[3 * len(block.keys) :].any() and can_hold(problem, k, cells=False):
         soft[3 * len(block.keys) :] = False
-    # Rows keep their order of importance among each other, but none may become so light that it is given up.
+    # Rows keep their order of importance among each other, but none may become so small that it has no effect.
     among = 1.0 if block.own_weights is None else np.maximum(block.own_weights / unit, LEAST_ELASTIC)
     return block.with_weights(block.targets, np.where(soft, ELASTIC * unit * among, block.weights), block.own_weights)
 
@@ -65,7 +65,7 @@ class Elastic:
         Parameters
         ----------
         problem
-            What is asked, with exact rows.
+            The problem with exact rows.
         which
             Blocks whose exact rows become soft; None for all.
         changed

@@ -113,7 +113,7 @@ class Elimination:
     def current_factors(self) -> Factors:
         """The factors of H on the samples that are free now."""
         found = self._factors
-        if found is None or found.hessian is not self.spectrum.hessian or not np.array_equal(found.free, self.free):
+        if found is None or found.hessian is not self.spectrum.hessian or (found.free != self.free).any():
             found = self._factors = Factors(self.spectrum, self.spectrum.hessian, self.free.copy())
         return found
 
@@ -121,31 +121,40 @@ class Elimination:
 
     def _solve(self, free: Mask, x: Array) -> None:
         """Solve for one right-hand side for the constant part, and one for each free color."""
-        spectrum = self.spectrum
-        self.borders = len(spectrum.border)
+        spectrum, size = self.spectrum, free.size
+        borders = self.borders = len(spectrum.border)
         self.free, self.held = free.copy(), np.where(free, 0.0, x)
         factors = self.current_factors()
+        at = factors.at
         # Held samples move to the right-hand side, so that the factors are those of the free ones alone.
-        right = np.empty((1 + len(spectrum.ties), free.size))
-        right[0], right[1:] = -(spectrum.hessian @ self.held + spectrum.linear), spectrum.ties
-        border = spectrum.border
-        if len(border):
-            outside = np.concatenate([(spectrum.border_target - border @ self.held)[None], spectrum.border_ties.T])
-            values, multipliers = factors.solve(right, outside)
-            gradient = multipliers @ border
+        pull = spectrum.hessian @ self.held
+        pull += spectrum.linear
+        right = np.empty((at.size, 1 + len(spectrum.ties)))
+        right[:, 0] = -pull[at]
+        tied = spectrum.ties.take(at, axis=1)
+        right[:, 1:] = tied.T
+        found = np.empty((size + borders + len(spectrum.ties), right.shape[1]))
+        gradient, by_colors = found[:size], found[size + borders :]
+        if borders:
+            outside = np.empty((borders, right.shape[1]))
+            outside[:, 0] = spectrum.border_target - spectrum.border @ self.held
+            outside[:, 1:] = spectrum.border_ties
+            values, multipliers = factors.solve_free(right, outside)
+            found[size : size + borders] = multipliers
         else:
-            values, multipliers = factors.solve(right, right)
-            gradient = np.zeros(right.shape)
-        values[0] += self.held
-        gradient += values @ spectrum.hessian
-        gradient[0] += spectrum.linear
-        gradient[1:] -= spectrum.ties
-        by_colors = values @ spectrum.ties.T
-        if len(border):
-            by_colors += multipliers @ spectrum.border_ties
+            values, multipliers = factors.solve_free(right, right)
+        np.matmul(factors.rows.T, values, out=gradient)
+        gradient[:, 0] += pull
+        gradient[:, 1:] -= spectrum.ties.T
+        np.matmul(tied, values, out=by_colors)
+        by_colors[:, 0] += spectrum.ties @ self.held
+        if borders:
+            gradient += spectrum.border.T @ multipliers
+            by_colors += spectrum.border_ties.T @ multipliers
+        found[at] = values
         self.exchanges = 0
         self._table = None
-        self.map = np.concatenate([np.where(free, values, gradient), multipliers, by_colors], axis=1).T
+        self.map = found
 
     # -- by the table --------------------------------------------------------------------------------------------------
 
@@ -153,7 +162,7 @@ class Elimination:
         """The response of every row of ``map`` to a push z at a free sample, a move of a held one, a border row's
         target.
 
-        The columns of ``map`` stand behind those of the responses, so that one exchange changes both.
+        The columns of ``map`` follow those of the responses, so that one exchange changes both.
         """
         spectrum = self.spectrum
         size, total = self.free.size, self.free.size + len(spectrum.border)

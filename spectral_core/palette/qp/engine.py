@@ -3,8 +3,8 @@
 
 From an earlier answer: daqp for the spectrum that changed, then the parametric walk; primal-dual active set where all
 changed. Cold: daqp where no spectrum depends on another, else the interior point, and the active set from its guess.
-Whatever comes out is checked (``optimality``). If no method passes, piqp is asked; where exact rows cannot hold
-together, they get large weights instead and the answer says so.
+Every answer is checked (``optimality``). If no method passes, piqp is tried; if exact rows cannot hold
+together, they get large weights instead, and the answer states it.
 """
 
 from __future__ import annotations
@@ -14,13 +14,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.active_set import ActiveSet
 from spectral_core.palette.qp.answer import Answer, answer_at, is_sharp, is_strained, nothing
 from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, nearest_miss
+from spectral_core.palette.qp.color_newton import DENSE_LIMIT, ColorNewton
 from spectral_core.palette.qp.elastic import Elastic, softened
 from spectral_core.palette.qp.feasibility import can_hold
-from spectral_core.palette.qp.guided import DENSE_LIMIT, guided
 from spectral_core.palette.qp.interior_point import interior_point
 from spectral_core.palette.qp.optimality import FAILED, PERFECT
 from spectral_core.palette.qp.quadratic import Quadratic
@@ -42,10 +41,10 @@ class Engine:
     """Solves similar problems one after another, each from the answer to the last."""
 
     def __init__(self) -> None:
-        self._active: ActiveSet | None = None
+        self._active: ColorNewton | None = None
         self._arrow: Arrow | None = None
         self._impossible: set[int] = set()
-        self._tested: dict[int, tuple[tuple[Array, ...], Array, bool]] = {}
+        self._tested: dict[int, tuple[tuple[Array, ...], NDArray[np.intp], Array, bool]] = {}
         """The exact rows of each block when they were last tested, and True if they can hold together."""
         self._elastic, self._yielding = Elastic(), Elastic()
         """The last problem with large weights in place of all exact rows, and with those of the impossible blocks."""
@@ -120,12 +119,13 @@ class Engine:
         """``can_hold``, tested again only where an exact row of the block changed."""
         block = problem.blocks[k]
         asked = (block.rows, block.ties, block.lower, block.upper, problem.color_lower, problem.color_upper)
-        numbers = np.where(block.exact, block.targets, np.nan)
+        at = block.exact.nonzero()[0]
+        numbers = block.targets[at]
         before = self._tested.get(k)
         same = before is not None and all(one is other for one, other in zip(asked, before[0], strict=True))
-        if before is None or not same or not np.array_equal(numbers, before[1], equal_nan=True):
-            before = self._tested[k] = asked, numbers, can_hold(problem, k)
-        return before[2]
+        if before is None or not same or not (np.array_equal(at, before[1]) and np.array_equal(numbers, before[2])):
+            before = self._tested[k] = asked, at, numbers, can_hold(problem, k)
+        return before[3]
 
     def _solve(self, problem: Quadratic, changed: list[int] | None) -> Answer:
         warm = self._warm(problem, changed)
@@ -162,13 +162,13 @@ class Engine:
             active.stale.update(changed)
         else:
             arrow = self._arrow = Arrow(problem)
-            active = self._active = ActiveSet(arrow)
+            active = self._active = ColorNewton(arrow)
             active.begin(begin, free)
             begin, free = active.x.copy(), active.free.copy()
         active.steps = 0
         try:
-            # After an edit of one spectrum its many changes of bounds are left to daqp first, see ``guided``.
-            arrived = (changed is None and active.settle()) or guided(active, begin, free, changed)
+            # After an edit of one spectrum its many changes of bounds are left to daqp first, see ``color_newton``.
+            arrived = (changed is None and active.settle()) or active.descend(begin, free, changed)
         except np.linalg.LinAlgError:
             return None
         self.steps = active.steps
@@ -226,7 +226,7 @@ class Engine:
         return sharp if sharp is not None and sharp.check.passed and not rough.check.passed else rough
 
     def _sharpened(self, problem: Quadratic, arrow: Arrow, begin: Array, free: Mask, engine: str) -> Answer | None:
-        active = ActiveSet(arrow)
+        active = ColorNewton(arrow)
         near_low = begin - problem.lower <= problem.upper - begin
         # Held unknowns of the guess must lie exactly on their nearer bounds, or ``begin`` would treat them as free.
         held = np.where(free, begin, np.where(near_low, problem.lower, problem.upper))
@@ -241,7 +241,7 @@ class Engine:
             return self._finer(problem, active, engine, answer)
         return answer if arrived or answer.check.passed else None
 
-    def _finer(self, problem: Quadratic, active: ActiveSet, engine: str, answer: Answer) -> Answer:
+    def _finer(self, problem: Quadratic, active: ColorNewton, engine: str, answer: Answer) -> Answer:
         """The answer after refinement, if that is better.
 
         Where lights differ much in strength, the gradient of the dim ones is lost in the rounding of the bright ones'.
@@ -255,7 +255,7 @@ class Engine:
         active.begin(held, free)
         return answer
 
-    def _read(self, problem: Quadratic, active: ActiveSet, engine: str) -> Answer:
+    def _read(self, problem: Quadratic, active: ColorNewton, engine: str) -> Answer:
         misses = problem.all_misses(active.x)
         return answer_at(problem, active.x, active.arrow.row_forces(misses, active.multipliers), engine, misses)
 
@@ -277,5 +277,4 @@ def solve(problem: Quadratic) -> Answer:
 
 def _alike(one: Quadratic, other: Quadratic) -> bool:
     """True if two problems have the same unknowns."""
-    shapes = [[block.lower.size for block in problem.blocks] for problem in (one, other)]
-    return one.color_lower.shape == other.color_lower.shape and shapes[0] == shapes[1]
+    return one.color_lower.shape == other.color_lower.shape and one.offsets == other.offsets

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.backends import EQUAL, FAR
+from spectral_core.palette.qp.backends import EQUAL
 from spectral_core.palette.qp.block import RowKey
-from spectral_core.palette.qp.quadratic import Quadratic
+from spectral_core.palette.qp.quadratic import FAR, Quadratic
 
 Array = NDArray[np.float64]
 

@@ -137,17 +137,6 @@ class HeldBounds:
         self.stale.update(worn)
         return bool(worn)
 
-    def unkept(self, k: int, colors: Array) -> int | None:
-        """Number of wrong bounds of one block at given free colors, (q,); None if the block must be factored first."""
-        found, spectrum = self._eliminated[k], self.arrow.spectra[k]
-        if found is None or found.spectrum.hessian is not spectrum.hessian:
-            return None
-        self._refresh()
-        at = slice(self.offsets[k], self.offsets[k + 1])
-        goal = self._map[at] @ np.concatenate([[1.0], colors])
-        low, high = self._kept_between(at)
-        return int(np.count_nonzero((goal < low) | (goal > high)))
-
     def _kept_between(self, at: slice) -> tuple[Array, Array]:
         """The interval in which the value of a free unknown, or the gradient of a held one, must lie."""
         free, at_lower, movable = self.free[at], self.x[at] <= self.lower[at], self._movable[at]
@@ -186,10 +175,11 @@ class HeldBounds:
 
     def _ridged(self, system: Array) -> Array:
         # Rounding leaves the sum of the blocks' parts slightly asymmetric, which Cholesky would hide and not repair.
-        inner = (system + system.T) / 2
+        inner = system + system.T
+        inner *= 0.5
         # A color that no row is tied to has no curvature; the ridge leaves it where it was.
-        inner.flat[:: len(inner) + 1] += self.arrow.color_ridge
-        return np.asarray(inner)
+        inner.reshape(-1)[:: len(inner) + 1] += self.arrow.color_ridge
+        return inner
 
     def _refined(self, x: Array) -> tuple[Array, Array]:
         """The same solution to full accuracy: Newton steps on residuals that are computed row by row.
@@ -219,8 +209,8 @@ class HeldBounds:
                 step, multiplier = factors.solve(held[None, begin:end], left[None])
                 steps.append((step[0], multiplier[0]))
                 by_colors += spectrum.ties @ step[0] + multiplier[0] @ spectrum.border_ties
-            # The blocks' steps are for fixed colors; the Schur system tells how the colors move, and they drag the
-            # blocks along.
+            # The blocks' steps are for fixed colors; the Schur system gives the steps of the colors, which
+            # change the blocks in turn.
             moved = self._color_solve(self._color_system()[0], by_colors) if self.colors else np.zeros(0)
             full = np.concatenate([[0.0], moved])
             x = x + np.where(self.free, self._map @ full, 0.0)
@@ -254,9 +244,13 @@ class HeldBounds:
         full = np.concatenate([[1.0], colors])
         gradient = self._map @ full
         if colors.size:
-            system, right = self._color_system()
-            gradient[: colors.size] = system @ colors - right
+            gradient[: colors.size] = self._color_gradient(colors)
         return gradient
+
+    def _color_gradient(self, colors: Array) -> Array:
+        """Gradient by the free colors at some values of theirs, (q,), with every spectrum at its best there."""
+        system, right = self._color_system()
+        return system @ colors - right
 
     def _touch(self, which: Mask) -> None:
         """Note the blocks of some unknowns as changed."""

@@ -76,24 +76,31 @@ def checked(
     if not np.isfinite(x).all():
         return FAILED
     # Divided by the curvature that a visible error has, the gradient is a distance in x, comparable with the bounds.
-    gradient = problem.gradient(x, forces) / problem.gradient_scale
+    gradient = problem.gradient(x, forces)
+    gradient /= problem.gradient_scale
     # The projected step: 0 exactly where each gradient component vanishes or pushes into its active bound.
-    stepped = np.minimum(np.maximum(x - gradient, problem.lower), problem.upper)
-    kkt = float(np.abs(x - stepped).max(initial=0.0))
+    stepped = np.subtract(x, gradient, out=gradient)
+    np.minimum(np.maximum(stepped, problem.lower, out=stepped), problem.upper, out=stepped)
+    stepped -= x
+    kkt = _largest(stepped)
     equality = 0.0
     misses = problem.all_misses(x) if misses is None else misses
     stack = problem.stack
     # A multiplier must be the error of its row times its weight, or it explains nothing.
     if stack is not None:
-        unexplained = np.abs(stack.soft * misses - stack.softness * np.asarray(forces))
-        kkt = max(kkt, float(unexplained.max(initial=0.0)))
+        kkt = max(kkt, _largest(stack.soft * misses - stack.softness * np.asarray(forces)))
         if problem.has_equalities:
-            equality = float(np.abs(np.asarray(misses)[stack.exact]).max(initial=0.0))
+            equality = _largest(np.asarray(misses)[stack.exact])
     else:
         for block, left, force in zip(problem.blocks, misses, forces, strict=True):
             soft = block.soft_weights > 0
-            unexplained = np.abs(left[soft] - force[soft] / block.soft_weights[soft])
-            kkt = max(kkt, float(unexplained.max(initial=0.0)))
-            equality = max(equality, float(np.abs(left[block.exact]).max(initial=0.0)))
-    outside = float(np.maximum(problem.lower - x, x - problem.upper).max(initial=0.0))
+            kkt = max(kkt, _largest(left[soft] - force[soft] / block.soft_weights[soft]))
+            if block.any_exact:
+                equality = max(equality, _largest(left[block.exact]))
+    outside = max(float((problem.lower - x).max(initial=0.0)), float((x - problem.upper).max(initial=0.0)))
     return Check(kkt, outside, equality)
+
+
+def _largest(values: Array) -> float:
+    """Largest absolute value; 0 of none."""
+    return float(np.abs(values).max(initial=0.0))

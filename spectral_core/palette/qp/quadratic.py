@@ -31,7 +31,7 @@ FAR = 1e30
 
 @dataclass(eq=False)
 class Quadratic:
-    """The problem in the module's docstring. Free colors stand before the spectra in the vector of all unknowns."""
+    """The problem in the module's docstring. Free colors precede the spectra in the vector of all unknowns."""
 
     blocks: tuple[Block, ...]
     color_lower: Array
@@ -68,6 +68,19 @@ class Quadratic:
         return any(block.any_exact for block in self.blocks)
 
     @cached_property
+    def typical_weights(self) -> tuple[float, float]:
+        """Lower median and least of all finite weights; 1 if there is none."""
+        stacked = self.stack
+        own = [stacked.soft_weights.ravel()] if stacked is not None else [block.soft_weights for block in self.blocks]
+        weights = np.concatenate([self.known_weights, *own])
+        weights = weights[weights > 0]
+        if weights.size == 0:
+            return 1.0, 1.0
+        # The lower median: dragging one weight far away does not change the unit.
+        middle = (weights.size - 1) // 2
+        return float(np.partition(weights, middle)[middle]), float(weights.min())
+
+    @cached_property
     def stack(self) -> Stack | None:
         """The blocks as arrays; None if their shapes differ, or if they are too few to gain by it."""
         shapes = {(block.rows.shape, id(block.gram)) for block in self.blocks}
@@ -83,16 +96,16 @@ class Quadratic:
         stacked = self.stack
         if stacked is not None:
             lightest = stacked.lightest_ties.min(axis=0, initial=np.inf)
-            scales = stacked.scales
+            scales = np.repeat(stacked.scales, stacked.rows.shape[2])
         else:
             ties = [block.lightest_ties for block in self.blocks]
             lightest = np.min(ties, axis=0, initial=np.inf) if ties else np.full(self.color_lower.size, np.inf)
-            scales = np.array([block.scale for block in self.blocks])
+            scales = np.repeat([block.scale for block in self.blocks], np.diff(self.offsets))
         if self.known_weights.size and lightest.size:
             known = np.where(self.known_ties != 0, self.known_weights[:, None], np.inf)
             lightest = np.minimum(lightest, known.min(axis=0))
         colors = np.where(np.isfinite(lightest), lightest, 1.0)
-        return np.concatenate([colors, np.repeat(scales, np.diff(self.offsets))])
+        return np.concatenate([colors, scales])
 
     def with_block(self, k: int, block: Block) -> Quadratic:
         """The same problem with other targets or weights in one block; all parts that do not depend on them are
@@ -107,7 +120,7 @@ class Quadratic:
             found.__dict__[name] = getattr(self, name)
         same_weights = block.weights is self.blocks[k].weights
         if same_weights:
-            for name in ("has_equalities", "gradient_scale"):
+            for name in ("has_equalities", "gradient_scale", "typical_weights"):
                 found.__dict__[name] = getattr(self, name)
         if self.stack is not None:
             found.__dict__["stack"] = self.stack.with_block(k, block, same_weights=same_weights)
@@ -152,7 +165,7 @@ class Quadratic:
         clipped = np.clip(colors, low, high)
         if np.any(clipped != colors) and np.any(hessian != np.diag(np.diagonal(hessian))):
             # Under a metric the channels depend on each other: the nearest point of the box is not the clipped one.
-            clipped = _least_in_box(hessian, linear, low, high, clipped)
+            clipped = least_in_box(hessian, linear, low, high, clipped)
         return clipped.reshape(-1, 3)
 
     def forces(self, x: Array, equality_forces: Sequence[Array] | None = None) -> list[Array]:
@@ -169,10 +182,11 @@ class Quadratic:
 
     def gradient(self, x: Array, forces: Array | Sequence[Array]) -> Array:
         """Gradient of the Lagrangian by all unknowns, from the rows' multipliers."""
-        colors, values = self.split(x)
-        by_colors = self.known_ties.T @ (self.known_weights * (self.known_targets + self.known_ties @ colors.ravel()))
-        if by_colors.size == 0:
-            by_colors = np.zeros(colors.size)
+        colors = x[: self.offsets[0]]
+        by_colors = np.zeros(colors.size)
+        if self.known_weights.size and colors.size:
+            shown = self.known_targets + self.known_ties @ colors
+            by_colors = self.known_ties.T @ (self.known_weights * shown)
         if self.stack is not None:
             forces = np.asarray(forces)
             # Aᵀ of each block times its forces, as one batched product.
@@ -182,7 +196,7 @@ class Quadratic:
                 by_colors = by_colors - np.matmul(forces[:, None, :], self.stack.ties)[:, 0].sum(axis=0)
             return np.concatenate([by_colors, own.ravel()])
         parts = []
-        for block, value, force in zip(self.blocks, values, forces, strict=True):
+        for block, value, force in zip(self.blocks, self.split(x)[1], forces, strict=True):
             parts.append(block.gram @ value + block.rows.T @ force)
             by_colors = by_colors - block.ties.T @ force
         return np.concatenate([by_colors, *parts])
@@ -229,7 +243,7 @@ class Quadratic:
         return sparse.vstack(parts, format="csr"), np.concatenate(right)
 
 
-def _least_in_box(hessian: Array, linear: Array, low: Array, high: Array, fallback: Array) -> Array:
+def least_in_box(hessian: Array, linear: Array, low: Array, high: Array, fallback: Array) -> Array:
     """The minimum of ½ xᵀHx − linear·x within a box; ``fallback`` also holds the values where the box is a point."""
     import daqp
 

@@ -24,7 +24,7 @@ def _libraries() -> tuple[Any, ...]:
 
 
 def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """Run ``function`` with BLAS limited to one thread; the previous number is restored afterwards."""
+    """Run ``function`` with BLAS limited to one thread; the previous number is restored afterward."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:

@@ -58,7 +58,7 @@ def design_pinned_texture(
 
     Parameters
     ----------
-    picture : what the surface shows under the first light.
+    picture : the picture of the surface under the first light.
     first : light under which every texel is exact.
     second : light of the wanted colors.
     pins : the wanted colors, in linear sRGB relative to each light's white.

@@ -115,9 +115,9 @@ def design_uplift(
     first : light under which every color is exact.
     second : light of the pins; needed where there are any.
     pins : constraints; two pins closer than half a lattice cell are refused.
-    basis : (k, n), spectra on ``TEXTURE_GRID``, never negative and of sum 1, that all reflectances are mixed from:
-        what a texture of k channels can store. By default every reflectance between 0 and 1.
-    slope : every color v, those of pins as well, is asked for as slope v; below 1 where ``first`` or ``basis`` cannot
+    basis : (k, n), spectra on ``TEXTURE_GRID`` that all reflectances are mixed from, never negative and of sum 1. A
+        texture of k channels stores mixtures of these. By default every reflectance between 0 and 1 is allowed.
+    slope : every color v, also of pins, has the target slope v; below 1 where ``first`` or ``basis`` cannot
         show all display colors.
 
     Raises

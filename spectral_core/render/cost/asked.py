@@ -56,7 +56,7 @@ def is_asked(settings: RenderSettings) -> bool:
     """True if an error or a time is requested. Raises InvalidInputError if both are, or if neither can be reached."""
     error, budget = settings.target_error, settings.time_budget_s
     if error is not None and budget is not None:
-        raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are asked for; ask for one of them")
+        raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are requested; request one of them")
     if error is not None and not 0.02 <= error <= 100:
         raise InvalidInputError(f"the requested error is {error:g}; expected ΔE2000 from 0.02 to 100")
     if budget is not None and not 0.1 <= budget <= 1e7:
@@ -218,7 +218,7 @@ def _notes(
         text = f"the requested ΔE {settings.target_error:g} was not reached; it is about {found.delta_e:.2g}"
         notes.append(Note("Accuracy", f"{text} after {picture.mean_samples:.0f} samples per pixel"))
     elif not kept and settings.time_budget_s is not None:
-        text = f"{settings.time_budget_s:g} s were asked for and {seconds:.1f} s taken"
+        text = f"{settings.time_budget_s:g} s were requested and {seconds:.1f} s taken"
         notes.append(Note("Accuracy", f"{text}: loading the scene and two samples for each pixel take as long"))
     if picture.lost:
         text = (

@@ -65,7 +65,7 @@ def estimate(first: Array, second: Array, run: int = 16, *, of_half: bool = Fals
 
 
 def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array, *, of_half: bool = False) -> float:
-    """Ratio of the true error of an early picture to the error that its halves tell, from 1 to ``MOST_RARITY``.
+    """Ratio of the true error of an early picture to the error estimated from its halves, from 1 to ``MOST_RARITY``.
 
     If much of the light comes on rare paths, most pixels have met none of them: both halves are too dark by the same
     amount, and their difference underestimates the error. Comparing the early picture with samples that were traced
@@ -73,7 +73,7 @@ def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array, *
     begins with the samples of the early one. ``of_half``: of one half as a picture, else of both.
     """
     more = late_counts - early_counts
-    some = more >= early_counts  # pixels without enough new samples cannot tell
+    some = more >= early_counts  # the others have too few new samples
     if np.count_nonzero(some) < LEAST_SHARE * len(some):
         return 1.0
     early, late, first, last, more = early[:, some], late[:, some], early_counts[some], late_counts[some], more[some]
@@ -83,8 +83,8 @@ def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array, *
         rest = (late * last[:, None] - early * first[:, None]) / more[:, None]
         pairs, ratio = [(early.mean(axis=0), rest.mean(axis=0))], first / more
     seen = np.mean([delta_e_2000(_lab(a), _lab(b)) for a, b in pairs], axis=0) / np.sqrt(1 + ratio)
-    told = pixel_errors(early[0], early[1], of_half=of_half)
-    return float(np.clip(np.mean(seen) / max(float(np.mean(told)), 1e-9), 1.0, MOST_RARITY))
+    estimated = pixel_errors(early[0], early[1], of_half=of_half)
+    return float(np.clip(np.mean(seen) / max(float(np.mean(estimated)), 1e-9), 1.0, MOST_RARITY))
 
 
 def rarity_after(factor: float, early: float, late: float) -> float:

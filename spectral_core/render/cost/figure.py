@@ -33,7 +33,7 @@ def write_figure(path: Path, curve: CostCurve, axis: str = "samples", title: str
     path
         Where to, ``.png``, ``.svg`` or ``.pdf``.
     curve
-        What was measured.
+        The measured points.
     axis
         Settings to draw: "samples", "bounces", "transport", "volume step".
     title
@@ -41,7 +41,7 @@ def write_figure(path: Path, curve: CostCurve, axis: str = "samples", title: str
 
     Raises
     ------
-    InvalidInputError : an axis that was not measured, another kind of file. MissingDependencyError : no matplotlib.
+    InvalidInputError : an axis that was not measured, another type of file. MissingDependencyError : no matplotlib.
     """
     points = [point for point in curve.axis(axis) if point.seconds > 0]
     if not points:
@@ -76,7 +76,7 @@ def _mark_now(axes: Any, curve: CostCurve) -> None:
     """Mark the settings of the scene, and a requested ΔE of 1."""
     marks = (
         (curve.now, "*", f"as it is set:\n{curve.now.samples:.0f} samples, {_clock(curve.now.seconds)}", (12, 26)),
-        (curve.at_error, "D", f"asked for ΔE 1:\n{_clock(curve.at_error.seconds)}", (-78, -36)),
+        (curve.at_error, "D", f"requested ΔE 1:\n{_clock(curve.at_error.seconds)}", (-78, -36)),
     )
     for found, shape, text, away in marks:
         axes.plot(found.seconds, max(found.delta_e, 1e-3), shape, markersize=11, color=MARK, zorder=4)

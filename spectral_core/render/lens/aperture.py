@@ -24,7 +24,7 @@ def in_polygon(aperture: Aperture, draw: Any, m: Any, number: Callable[[float], 
 
 
 def polygon_point(blades: Any, turned: Any, draw: Any, m: Any) -> tuple[Any, Any]:
-    """``in_polygon`` with numbers of any kind, the turn in rad."""
+    """``in_polygon`` with numbers of any type, the rotation in rad."""
     sector = m.floor(draw[0] * blades)
     # a triangle from the middle to one edge: the root spreads evenly over it
     out = m.sqrt(draw[0] * blades - sector)

@@ -26,7 +26,7 @@ def direction_of(panorama: Panorama, picture: Any, m: Any, number: Callable[[flo
 
 
 def direction_by(kind: str, numbers: Numbers, picture: Any, m: Any) -> tuple[Direction, Any]:
-    """``direction_of`` with numbers of any kind."""
+    """``direction_of`` with numbers of any type."""
     direction, is_seen = _KINDS[kind](numbers, picture[0], picture[1], m)
     size = m.sqrt(sum(part * part for part in direction))
     return tuple(part / size for part in direction), is_seen

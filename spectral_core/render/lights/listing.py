@@ -80,7 +80,7 @@ class Ball:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Panel:
-    """A flat lamp: ``half_axes`` (3, 2) from its center; it shines to the side of ``normal``; emits radiance.
+    """A flat lamp: ``half_axes`` (3, 2) from its center; it emits to the side of ``normal``, as radiance.
 
     ``spread``: tangent of the half angle that its light ends at and the gain that keeps its power, (0, 1) for none.
     """

@@ -216,7 +216,7 @@ class SceneLights:
         return total
 
     def _seen(self, source: Any, path: Any, active: Any) -> Any:
-        """Lamps that this ray hits: all lamps, but for camera rays only those that are visible to the camera."""
+        """Lamps that this ray hits; for camera rays only lamps that are visible to the camera."""
         import drjit as dr
 
         if not self.any_visible:

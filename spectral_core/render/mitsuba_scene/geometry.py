@@ -101,7 +101,7 @@ def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
 def fill(mi: Any, mesh: Any, old: Part, new: Part) -> bool:
     """Write the vertices of ``new`` into a Mitsuba mesh that was made of ``old``; False if the two do not match.
 
-    Mitsuba's scene must be updated afterwards (``parameters_changed``), before anything is traced.
+    Mitsuba's scene must be updated afterward (``parameters_changed``), before anything is traced.
     """
     optional = ((old.normals, new.normals), (old.uvs, new.uvs))
     if any((before is None) != (after is None) for before, after in optional):

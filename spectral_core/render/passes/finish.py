@@ -26,7 +26,7 @@ WITH_MEDIA = "light passes do not support sampled volumes; the file holds the li
 SMOOTH_NORMALS = "Normal holds smooth normals: bumps and normal maps change the light, but not the pass"
 EQUAL_SAMPLES = (
     "shares of the light were traced beside the picture, whose pixels took different numbers of samples; they add up "
-    "to it but for noise"
+    "to it except for noise"
 )
 
 

@@ -88,7 +88,7 @@ def _placed(instance: Instance, mesh: Mesh) -> Array:
 
 
 def seen_points(scene: Scene) -> Array:
-    """(n, 3) corners of the boxes of all objects: what the camera sees lies between them."""
+    """(n, 3) corners of the boxes of all objects, which contain everything that the camera sees."""
     parts = boxes_of(scene)
     return np.concatenate(parts) if parts else np.zeros((0, 3))
 

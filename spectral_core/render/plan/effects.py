@@ -38,7 +38,7 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
     Parameters
     ----------
     scene
-        What is to be rendered.
+        The scene to render.
     tolerance
         Color error (ΔE2000) that all effects that are left out may make together; None takes the scene's own setting.
     pilot
@@ -160,7 +160,7 @@ def _decided(effect: Effect, number: int, scene: Scene, piloted: bool) -> Decisi
     level = effect.levels[number]
     value, reason = level.value, effect.reason
     if effect.name in _PILOTED and effect.how == "measured":
-        rest = f"what comes later changes colors by ΔE {level.error:.2g}"
+        rest = f"later bounces change colors by ΔE {level.error:.2g}"
         reason = f"{reason}; {rest}" if reason else rest
     elif effect.how == "bounded" and effect.name == "bounces":
         reason = f"{reason}, so later bounces change colors by ΔE {level.error:.2g} at most"
@@ -184,7 +184,7 @@ def _overridden(effect: Effect, value: str, own: str) -> Decision:
     if accepted is None and value.isdecimal():
         fewer = [level for level in effect.levels if level.value.isdecimal() and int(level.value) <= int(value)]
         accepted = fewer[0].error if fewer else None
-    reason = f"set by the artist; the scene asks for {own} because {effect.reason}".removesuffix(" because ")
+    reason = f"set by the artist; the scene needs {own} because {effect.reason}".removesuffix(" because ")
     cost = _cost(effect) if value != own else ""
     return Decision(
         effect.name, value, reason, cost, effect.choices, effect.overridable, "artist", _shown(effect.known),

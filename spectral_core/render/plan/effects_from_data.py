@@ -95,7 +95,7 @@ def _fluorescence(found: Found) -> Effect:
     error = error_without_dyes(found.scene, found.materials, distinct_lights(found.scene))
     reason = f"dyes of {names(inventory.fluorescent)} emit light at other wavelengths than they absorb"
     levels = (Level("on"), Level("off", error, FLUORESCENCE_SHARE))
-    return Effect("fluorescence", levels, reason, "fluorescent materials do not glow", "bounded", ON_OFF)
+    return Effect("fluorescence", levels, reason, "fluorescent materials emit no light", "bounded", ON_OFF)
 
 
 def _thin_film(found: Found) -> Effect:
@@ -162,7 +162,7 @@ def _emissive_meshes(found: Found) -> Effect:
     if not found.inventory.emissive:
         return absent("emissive_meshes", "no surface emits light")
     levels = (Level("on"), Level("off", KEEP, SMALL_SHARE))
-    reason = f"surfaces glow: {names(found.inventory.emissive)}"
+    reason = f"emissive surfaces: {names(found.inventory.emissive)}"
     return Effect("emissive_meshes", levels, reason, "these surfaces are dark and emit nothing", "not known", ON_OFF)
 
 
@@ -226,6 +226,9 @@ def _bounces(found: Found) -> Effect:
         return Effect("bounces", (Level("0"),), "there is no surface to bounce from")
     if inventory.media:
         return Effect("bounces", (Level("64"),), "light scatters many times inside a medium", "dark media", "not known")
+    if inventory.strands:
+        reason = f"light passes many strands of {names(inventory.strands)}"
+        return Effect("bounces", (Level("64"),), reason, "dark hair", "not known")
     if inventory.refractive:
         reason = f"light enters and leaves {names(inventory.refractive)}, some of it after inner reflections"
         return Effect("bounces", (Level("24"),), reason, "black spots in glass", "not known")

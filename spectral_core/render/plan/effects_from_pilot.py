@@ -57,7 +57,7 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
 
 
 def unmeasured_kinds() -> dict[str, Effect]:
-    """Bounces by kind without a pilot: the limit of each equals the limit on all bounces."""
+    """Bounces by type without a pilot: the limit of each equals the limit on all bounces."""
     return {
         name: Effect(name, (Level(str(PILOT_BOUNCES)),), "no limit except that on all bounces", how="not known")
         for name in _KINDS

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A pilot: a hundred thousand paths of a small picture, with the light of each kind of path.
+"""A pilot: a hundred thousand paths of a small picture, with the light of each type of path.
 
 The renderer's path integrator traces them (``trace.scene_path``). Beside the picture, they fill bins by pixel, batch
-and row: number of bounces of the light in all and by kind, caustics, light through transparent surfaces, and light of
+and row: number of bounces of the light in total and by type, caustics, light through transparent surfaces, and light of
 the environment. The loss of an effect is the sum of its rows.
 """
 
@@ -27,7 +27,7 @@ LEVELS = 34
 COUNTS = ("bounces", "diffuse", "glossy", "transmission")
 """Counts of bounces, each with LEVELS rows."""
 FLAGS = ("reflective_caustics", "refractive_caustics", "transparency", "environment", "emissive_meshes")
-"""Kinds of light with a row each."""
+"""Types of light with a row each."""
 TOTAL = len(COUNTS) * LEVELS + len(FLAGS)
 ROWS = TOTAL + 1
 CHANNELS = 4
@@ -70,12 +70,12 @@ class Pilot:
         return np.asarray(self.bins[..., TOTAL, 3].sum(axis=2) > 0)
 
     def beyond(self, count: str, most: int) -> NDArray[np.float64]:
-        """(height, width, batches, 4): light of paths with more than ``most`` bounces of a kind."""
+        """(height, width, batches, 4): light of paths with more than ``most`` bounces of a type."""
         first = COUNTS.index(count) * LEVELS
         return np.asarray(self.bins[..., first + min(most + 1, LEVELS) : first + LEVELS, :].sum(axis=-2))
 
     def flagged(self, name: str) -> NDArray[np.float64]:
-        """(height, width, batches, 4): light of a kind."""
+        """(height, width, batches, 4): light of one type."""
         return np.asarray(self.bins[..., len(COUNTS) * LEVELS + FLAGS.index(name), :])
 
 
@@ -172,7 +172,7 @@ def _pilot_class(variant: str) -> Any:
     import mitsuba as mi
 
     class PilotPath(scene_path_class(variant)):  # type: ignore[misc]
-        """The renderer's path integrator, with bins for the light of each kind of path."""
+        """The renderer's path integrator, with bins for the light of each type of path."""
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any, sources: NDArray[np.uint32]) -> None:
             super().__init__(settings, tables, lights)

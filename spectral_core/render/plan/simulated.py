@@ -61,7 +61,7 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
 
 
 def _light_paths(paths: LightPaths, plan: EffectPlan) -> LightPaths:
-    """Limits by kind if they end paths before the limit on all bounces; caustics if any object can cause them.
+    """Limits by type if they end paths before the limit on all bounces; caustics if any object can cause them.
 
     The integrator for media has none of these limits.
     """

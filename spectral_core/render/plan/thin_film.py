@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a picture lacks without the thin films upon its surfaces: what each reflects, with the film and without."""
+"""Error of omitting the thin films of a scene: the reflection of each surface with and without its film."""
 
 from __future__ import annotations
 

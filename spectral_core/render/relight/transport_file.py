@@ -36,8 +36,8 @@ def write_transport(path: Path, transport: Transport, *, only_over_transports: b
     Parameters
     ----------
     path : the .exr file.
-    transport : what was recorded.
-    only_over_transports : replace nothing but an earlier transport file. For a path that comes from a .blend.
+    transport : the recording.
+    only_over_transports : replace only an earlier transport file. For a path that comes from a .blend.
 
     Raises
     ------

@@ -93,7 +93,7 @@ def _tile_number(xp: Any, place: Any) -> Any:
 
 @operation("3", 3)
 def image_tiles(xp: Any, place: Any, image: Any, unassociates: bool, *numbers: int) -> Any:
-    """Color of a tiled (UDIM) image whose tiles stand one above the other in ``image``; black outside of them."""
+    """Color of a tiled (UDIM) image whose tiles are stacked in ``image``; black outside of them."""
     number = _tile_number(xp, place)
     tile = 0.0 * number - 1.0
     for k, known in enumerate(numbers):

@@ -89,7 +89,7 @@ class Program:
         ----------
         read : inputs by name and shift, arrays (n,) or tuples of three; None if the program reads none.
         dtype : float64, or float32 to compute as the renderer does.
-        transform : (vector, kind, space, inverse) to the vector in another space; None if the program asks for none.
+        transform : (vector, kind, space, inverse) to the vector in another space; None if the program needs none.
 
         Returns
         -------

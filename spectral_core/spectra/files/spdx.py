@@ -27,7 +27,7 @@ HEADER_ELEMENTS = (
     "Manufacturer", "CatalogNumber", "Description", "DocumentCreator", "UniqueIdentifier", "MeasurementEquipment",
     "Laboratory", "ReportNumber", "ReportDate", "DocumentCreationDate", "Comments",
 )  # fmt: skip
-"""In the order that the standard's schema asks for; Description and DocumentCreator are required there."""
+"""In the order of the standard's schema; Description and DocumentCreator are required there."""
 
 KIND_OF_QUANTITY: dict[str, SpectrumKind] = {
     **dict.fromkeys(("flux", "intensity", "irradiance", "radiance", "exitance", "relative"), "illuminant"),

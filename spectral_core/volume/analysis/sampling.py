@@ -70,7 +70,7 @@ def sample_composition(
     inside = math.ceil((high - low) / distance)
     if inside > 10_000_000:
         raise InvalidInputError(
-            f"{inside} samples over {low} to {high} were asked for; lower the frequency, {frequency:g}"
+            f"{inside} samples over {low} to {high} were requested; lower the frequency, {frequency:g}"
         )
     start = low - margin * distance
     positions = start + distance * np.arange(inside + 1 + 2 * margin)

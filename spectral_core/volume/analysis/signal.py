@@ -67,7 +67,7 @@ class SampledFunction:
         if not low < high:
             raise InvalidInputError(f"the interval is {low} to {high}; expected low < high")
         if count < 3:
-            raise InvalidInputError(f"{count} samples were asked for; expected 3 or more")
+            raise InvalidInputError(f"{count} samples were requested; expected 3 or more")
         positions = np.linspace(low, high, count, endpoint=not periodic)
         return cls.regular(np.asarray(function(positions)), positions[1] - positions[0], origin=low, periodic=periodic)
 

@@ -20,7 +20,7 @@
     values = [200, 2500]
     emission = [0, 0.02]                # adds light; without extinction it absorbs none
     color = [0.5, 0.7, 1.0]
-    lit = false                         # shines by itself instead of in the scene's light
+    lit = false                         # emits its color instead of reflecting the scene's light
 
 A spectrum is written as in every document, see ``spectral_core.documents``.
 ``transfer.schema.json`` says it all for editors.

@@ -234,7 +234,7 @@ def pick_component(
     index = component or 0
     if not 0 <= index < length:
         raise InvalidInputError(
-            f"component {component} of {source.name} was asked for; it has {what} 0 to {length - 1}"
+            f"component {component} of {source.name} was requested; it has {what} 0 to {length - 1}"
         )
     chosen = array[(slice(None),) * axis + (index,)]
     return chosen if length == 1 else chosen.copy(order="K")

@@ -22,7 +22,7 @@ class VolumeFormat:
     name: str
     description: str
     extensions: tuple[str, ...]
-    recognises: Callable[[bytes], bool]
+    recognizes: Callable[[bytes], bool]
     """True if a file's first bytes are this format's; always False for a format without a signature."""
     writes: bool = False
 
@@ -88,7 +88,7 @@ def detect_format(path: str | Path) -> VolumeFormat:
         return by_name("tiff")
     head = file_head(path)
     for entry in FORMATS:
-        if entry.recognises(head):
+        if entry.recognizes(head):
             return entry
     promised = by_extension(path)
     if promised is None:

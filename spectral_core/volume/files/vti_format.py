@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """VTK XML image data (.vti): inline ASCII or base64, appended raw or base64, with or without block compression.
 
-``file layout``: an XML head; payloads stand inside DataArray elements or, behind ``_``, in AppendedData. A payload is a
+``file layout``: an XML head; payloads are inside DataArray elements or, after ``_``, in AppendedData. A payload is a
 header of integers and bytes: plain, one integer with their number; compressed, [blocks, block size, last block size,
 packed size of each block] and the blocks. Raw appended bytes are no XML, so the head is cut off before it is parsed.
 """

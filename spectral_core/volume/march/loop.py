@@ -130,7 +130,7 @@ def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Sh
         for each, field, ahead, state in zip(marches, path.fields, aheads, now.fields, strict=True)
     ]
     missed = _any_missed(optics)
-    # A step that missed something is taken back: t stays, and the next iteration tries a shorter one from there.
+    # A step that missed something is rejected: t is kept, and the next iteration tries a shorter step from there.
     end = step.end if missed is None else dr.select(missed, now.t, step.end)
     # The width that float32 really added: a step much shorter than t is rounded, and many steps in the same direction.
     width = step.end - step.begin if missed is None else dr.select(missed, 0.0, step.end - step.begin)

@@ -104,7 +104,7 @@ class FieldPath:
         """Distance in t until the ray enters; NEVER if it is past the entry or never enters."""
         import drjit as dr
 
-        # The complement of ``inside`` at the entry: a ray must be in exactly one of the two states, or it stands still.
+        # The complement of ``inside`` at the entry: a ray in neither state would not advance.
         waits = (self.local(t) <= -10.0 * _REST) & (self.rays.length > _REST)
         return dr.select(waits, self.begin - t, NEVER)
 

@@ -91,7 +91,7 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables, unit
         relative, longest = _inverse(2.0 * frequency * statistics.slope), 4.0
     else:
         # Second derivative of g(f(x)) by the chain rule: g'' f'² + g' f''. g is piecewise linear: its kink, met within
-        # one voxel, stands for g'' f'.
+        # one voxel, approximates g'' f'.
         rough = ranges.kink.ravel()[pair] * statistics.slope + ranges.slope.ravel()[pair] * statistics.second_difference
         rough = _with_neighbors(np.where(shows, rough, 0.0), 0.5 if edge < 4 else 0.75)
         # Steps are relative to that of the median brick; the quality then scales all of them alike.

@@ -2,7 +2,7 @@
 """The Mitsuba integrator `adaptive_volume`.
 
 ``register_integrator()`` makes it known to Mitsuba, for dictionaries and XML, in the variant that is set and in every
-variant set afterwards. Its properties are those of ``VolumeSettings``, the fields of ``read_volumes``, and a nested
+variant set afterward. Its properties are those of ``VolumeSettings``, the fields of ``read_volumes``, and a nested
 integrator for surfaces.
 """
 

@@ -46,8 +46,8 @@ class Lit:
                 place, sampler.next_2d(active), self.settings.shadows, active
             )
             if self.settings.shadows:
-                towards = WorldRay(point, found.d, dr.select(active & (found.pdf > 0), found.dist, 0.0))
-                weight *= transmittance(self.volumes, towards)
+                toward = WorldRay(point, found.d, dr.select(active & (found.pdf > 0), found.dist, 0.0))
+                weight *= transmittance(self.volumes, toward)
             start = 0
             for volume in self.volumes:
                 facing = facing_light(volume, point, found.d)
@@ -60,8 +60,8 @@ class Lit:
         return shade
 
 
-def facing_light(volume: Placed, point: Any, towards: Any) -> Any:
-    """|n·l|/π with n the field's gradient at a world ``point``, or 1/4π where there is none."""
+def facing_light(volume: Placed, point: Any, toward: Any) -> Any:
+    """|n·l|/π with n the field's gradient at a world ``point``, or 1/4π if there is none."""
     import drjit as dr
 
     field, vector = volume.data.volume, volume.data.volume.types.Array3f
@@ -76,7 +76,7 @@ def facing_light(volume: Placed, point: Any, towards: Any) -> Any:
     gradient = vector(*slopes)
     normal = volume.world_covector(gradient)
     length = dr.sqrt(dr.dot(normal, normal))
-    along = dr.dot(normal, vector(towards))
+    along = dr.dot(normal, vector(toward))
     # Differences as small as float32's rounding belong to a level field.
     sided = dr.dot(gradient, gradient) > (1e-6 * scale) ** 2
     return dr.select(sided, dr.abs(along) / dr.select(sided, length, 1.0) / math.pi, 0.25 / math.pi)
@@ -89,7 +89,7 @@ def surface_light(
     fields.
 
     A path tracer with light sampling and BSDF sampling joined by the balance heuristic. The first segment is the
-    caller's, who has marched it already. Later segments lose light in the fields and gain none of theirs.
+    caller's, which has marched it already. Later segments lose light in the fields and gain none of theirs.
     """
     import drjit as dr
     import mitsuba as mi

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recipes of lamps and materials, against colour-science's evaluation and independent mixing laws."""
+"""Recipes of lamps and materials, compared with colour-science and independent mixing laws."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def colour():
     ("cct", "duv", "index", "most"),
     [(2700, 0.0, 90, None), (4000, 0.0, 90, 4), (6500, 0.003, 80, None), (5000, 0, 95, 6)],
 )
-def test_lamps_reach_white_and_rendering_by_colour_sciences_own_evaluation(colour, cct, duv, index, most) -> None:
+def test_lamps_reach_white_and_rendering_index_by_colour_science(colour, cct, duv, index, most) -> None:
     recipe = lamp_recipe(CHANNELS, cct, duv=duv, quality=LampQuality(index), most_channels=most)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -65,7 +65,7 @@ def test_lamps_reach_white_and_rendering_by_colour_sciences_own_evaluation(colou
 
 
 @pytest.mark.parametrize(("cct", "fidelity", "gamut"), [(3000, 90, (96.0, 106.0)), (4500, 88, None)])
-def test_lamps_reach_tm30_by_colour_sciences_own_evaluation(colour, cct, fidelity, gamut) -> None:
+def test_lamps_reach_tm30_by_colour_science(colour, cct, fidelity, gamut) -> None:
     quality = LampQuality(None, fidelity, gamut)
     recipe = lamp_recipe(CHANNELS, cct, quality=quality)
     with warnings.catch_warnings():
@@ -82,7 +82,7 @@ def test_lamps_reach_tm30_by_colour_sciences_own_evaluation(colour, cct, fidelit
 
 
 @pytest.mark.parametrize("name", ["FL2", "HP1", "LED-B5", "A"])
-def test_tm30_of_measured_lamps_is_colour_sciences(colour, name) -> None:
+def test_tm30_of_measured_lamps_equals_that_of_colour_science(colour, name) -> None:
     spd = illuminant(name).at(LAMP_GRID.wavelengths_nm)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -92,7 +92,7 @@ def test_tm30_of_measured_lamps_is_colour_sciences(colour, name) -> None:
     np.testing.assert_allclose(ours, (found.R_f, found.R_g), atol=0.02)
 
 
-def test_a_tolerated_white_buys_rendering(colour) -> None:
+def test_a_tolerance_of_the_white_raises_the_rendering_index(colour) -> None:
     narrow = [led(450, 20), led(530, 30), led(560, 60), led(620, 18)]
     strict = lamp_recipe(narrow, 4000, quality=LampQuality(99))
     loose = lamp_recipe(narrow, 4000, quality=LampQuality(99, cct_tolerance_k=300, duv_tolerance=0.005))
@@ -102,7 +102,7 @@ def test_a_tolerated_white_buys_rendering(colour) -> None:
     assert abs(loose.cct_k - 4000) <= 300
 
 
-def test_a_lamp_that_cannot_render_well_says_so() -> None:
+def test_a_lamp_with_a_low_rendering_index_gets_a_message() -> None:
     pytest.importorskip("colour")
     narrow = [led(450, 5), led(540, 5), led(610, 5)]
     recipe = lamp_recipe(narrow, 4000, quality=LampQuality(95))
@@ -115,12 +115,12 @@ def test_a_lamp_that_cannot_render_well_says_so() -> None:
 
 
 def kubelka_munk(shares, surfaces):
-    """Single-constant theory, written out again."""
+    """Single-constant theory, implemented independently."""
     ratio = sum(share * (1 - surface) ** 2 / (2 * surface) for share, surface in zip(shares, surfaces, strict=True))
     return 1 + ratio - np.sqrt(ratio**2 + 2 * ratio)
 
 
-def test_a_mixture_of_known_shares_is_found_again() -> None:
+def test_known_shares_of_a_mixture_are_recovered() -> None:
     shares = np.array([0.0, 0.35, 0.25, 0.0, 0.0, 0.4, 0.0])
     target = Reflectance("mixed by hand", GRID, kubelka_munk(shares, SPECTRA))
     recipe = material_recipe(Colorants("paints", PAINTS, GRID, SPECTRA), target, LIGHTS)
@@ -187,19 +187,19 @@ def test_the_scale_of_a_channel_changes_its_drive_and_not_the_mix() -> None:
     assert rescaled.rendering_index == pytest.approx(plain.rendering_index, abs=0.1)
 
 
-def test_the_channels_that_come_along_have_one_watt_each() -> None:
+def test_the_shipped_channels_have_one_watt_each() -> None:
     for channel in led_channels():
         fine = np.arange(300.0, 900.0, 0.25)
         assert 0.25 * channel.at(fine).sum() == pytest.approx(1.0, rel=2e-3), channel.name
 
 
-def test_a_channel_without_light_is_named() -> None:
+def test_an_error_names_a_channel_without_light() -> None:
     dark = Illuminant("broken one", led(500, 20).grid, np.zeros(led(500, 20).values.size))
     with pytest.raises(InvalidInputError, match="'broken one' emits no light"):
         lamp_recipe([*CHANNELS[:4], dark], 4000)
 
 
-def test_columns_without_names_are_told_apart(tmp_path, capsys) -> None:
+def test_columns_without_names_get_distinct_names(tmp_path, capsys) -> None:
     nm = np.arange(400, 701, 5)
     columns = [led(peak, 20).at(nm) for peak in (450, 520, 590, 640)]
     lines = [",".join(f"{value:.6f}" for value in row) for row in np.column_stack([nm, *columns])]
@@ -211,7 +211,7 @@ def test_columns_without_names_are_told_apart(tmp_path, capsys) -> None:
 
 
 @pytest.mark.parametrize("wrong", [["--grams", "-5"], ["--grams", "nan"], ["--most", "0"]])
-def test_amounts_that_nobody_can_weigh_are_refused(tmp_path, capsys, wrong) -> None:
+def test_invalid_amounts_are_refused(tmp_path, capsys, wrong) -> None:
     path = tmp_path / "paints.csv"
     write_spectra(path, [reflectance(name) for name in PAINTS])
     assert cli.main(["recipe", "paints", str(path), "--target", "dark skin", *wrong]) == 1

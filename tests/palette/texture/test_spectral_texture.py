@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two pictures in one surface: what is reachable, the lights, the basis, the texels, the file."""
+"""Two pictures in one surface: reachable colors, lights, basis, texels, file."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def basis(design: LightDesign) -> TextureBasis:
 
 
 def dense_colors(reflectances, light):
-    """Linear RGB under a light by a plain sum at 0.1 nm, which shares nothing with the product's integrals."""
+    """Linear RGB under a light by a plain sum at 0.1 nm, which shares no code with the library's integrals."""
     nm = np.arange(3600, 8300) / 10
     cmfs = np.stack([np.interp(nm, observer().wavelengths_nm, row, left=0, right=0) for row in observer().cmfs])
     power = np.interp(nm, light.grid.wavelengths_nm, light.values, left=0, right=0)
@@ -58,7 +58,7 @@ def dense_colors(reflectances, light):
 
 
 def pairs(count: int, seed: int = 3) -> np.ndarray:
-    """Pairs of display colors, uniform as a screen is sent them: (count, 6) linear."""
+    """Pairs of display colors (count, 6), linear, drawn uniformly in display values."""
     return linear_from_display_rgb(np.random.default_rng(seed).random((count, 6)))
 
 
@@ -78,7 +78,7 @@ def test_reachable_scales_agree_with_one_linear_program_per_color() -> None:
 
 
 @pytest.mark.parametrize(("lamp", "slope"), [("HP1", 0.054), ("FL11", 0.084), ("LED-B5", 0.009)])
-def test_given_lamps_state_little_contrast(lamp: str, slope: float) -> None:
+def test_given_lamps_allow_little_contrast(lamp: str, slope: float) -> None:
     assert reachable_contrast([illuminant("D65"), illuminant(lamp)]).slope == pytest.approx(slope, abs=0.001)
 
 
@@ -92,7 +92,7 @@ def test_designed_lights_are_white_and_reach_the_stated_contrast(design: LightDe
     assert reachable_contrast(design.lights, design.floor).slope == pytest.approx(design.slope, abs=1e-9)
 
 
-def test_every_pair_of_display_colors_is_exact_at_nineteen_to_one(design: LightDesign, basis: TextureBasis) -> None:
+def test_every_pair_of_display_colors_is_exact_at_contrast_19(design: LightDesign, basis: TextureBasis) -> None:
     wanted = (0.05 + 0.9 * pairs(2000)).astype(np.float32)
     fitter = Fitter(stimulus_matrix(design.lights) @ basis.spectra.T, (1.0, 1.0))
     weights, outside = fitter.solve(np.ascontiguousarray(wanted.T))
@@ -112,9 +112,7 @@ def test_basis_is_bounded_smooth_and_sums_to_one(basis: TextureBasis) -> None:
     assert np.abs(np.diff(basis.spectra, 2, axis=1)).max() < 0.26
 
 
-def test_texels_that_cannot_be_reached_are_as_near_as_a_bounded_search_finds(
-    design: LightDesign, basis: TextureBasis
-) -> None:
+def test_unreachable_texels_are_as_near_as_those_of_a_bounded_search(design: LightDesign, basis: TextureBasis) -> None:
     matrix = stimulus_matrix(design.lights) @ basis.spectra.T
     wanted = pairs(400, 5)
     weights, outside = Fitter(matrix, (1.0, 1.0)).solve(np.ascontiguousarray(wanted.T, dtype=np.float32))
@@ -167,7 +165,7 @@ def test_texture_of_any_pictures_stays_within_bounds_under_filters(design: Light
         assert all(np.isfinite(loss.largest) for loss in found.losses)
 
 
-def test_importance_favors_a_picture() -> None:
+def test_importance_reduces_the_error_of_a_picture() -> None:
     lights = [illuminant("D65"), illuminant("HP1")]
     pictures = [
         Picture(name, np.random.default_rng(k).integers(0, 256, (16, 16, 3), dtype=np.uint8))
@@ -210,7 +208,7 @@ def test_file_round_trip_and_damage(tmp_path, design: LightDesign, basis: Textur
             read_texture(tmp_path / "d.exr")
 
 
-def test_what_cannot_be_asked_for_is_refused(design: LightDesign, basis: TextureBasis) -> None:
+def test_impossible_requests_are_refused(design: LightDesign, basis: TextureBasis) -> None:
     small, large = (Picture(name, np.zeros((n, n, 3), np.uint8)) for name, n in (("small", 4), ("large", 5)))
     with pytest.raises(InvalidInputError, match="differ in size: 'small' 4×4, 'large' 5×5"):
         design_texture([small, large], design.lights, basis=basis)
@@ -231,7 +229,7 @@ def test_what_cannot_be_asked_for_is_refused(design: LightDesign, basis: Texture
         stimulus_matrix([led(690, 5)])
 
 
-def test_daylight_mixed_in_costs_contrast() -> None:
+def test_a_share_of_daylight_reduces_contrast() -> None:
     plain, mixed = (
         design_lights(led_range(20), iterations=8),
         design_lights(led_range(20), daylight_share=0.3, iterations=8),
@@ -240,6 +238,6 @@ def test_daylight_mixed_in_costs_contrast() -> None:
     assert max(mixed.white_delta_e) < 0.1
 
 
-def test_corners_are_all_but_black() -> None:
+def test_corners_are_all_display_corners_except_black() -> None:
     assert corner_colors(1).shape == (7, 3)
     assert corner_colors(2).shape == (63, 6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texels that no reflectance can show: the search inside the box, what is stored, what is reported."""
+"""Texels that no reflectance can show: the search within the box, stored weights, reported errors."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ def colors(number: int, seed: int = 3) -> np.ndarray:
 
 
 def missed(matrix: np.ndarray, weights: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """CIELAB differences (..., 6) of both lights."""
+    """CIELAB differences (..., 6) under both lights."""
     shown = lab_from_linear_rgb((weights @ matrix.T).reshape(*wanted.shape[:-1], 2, 3))
     return (shown - lab_from_linear_rgb(wanted.reshape(*wanted.shape[:-1], 2, 3))).reshape(wanted.shape)
 
 
 @pytest.mark.parametrize(("lamp", "spectra", "excess"), [("HP1", 6, 0.05), ("HP1", 8, 0.15), ("FL11", 6, 0.05)])
-def test_colors_far_out_of_reach_are_as_near_as_a_bounded_search_finds(lamp: str, spectra: int, excess: float) -> None:
+def test_colors_far_outside_are_as_near_as_those_of_a_bounded_search(lamp: str, spectra: int, excess: float) -> None:
     matrix = stimulus_matrix([illuminant("D65"), illuminant(lamp)])
     matrix = matrix @ design_basis(matrix, spectra, floor=0.1, iterations=4).spectra.T
     wanted = colors(120)
@@ -54,7 +54,7 @@ def test_colors_far_out_of_reach_are_as_near_as_a_bounded_search_finds(lamp: str
     assert np.mean(worse) < excess
 
 
-def test_importance_favors_a_picture() -> None:
+def test_importance_reduces_the_error_of_a_picture() -> None:
     matrix = stimulus_matrix([illuminant("D65"), illuminant("FL11")])
     matrix = matrix @ design_basis(matrix, 6, floor=0.1, iterations=4).spectra.T
     wanted = colors(200)
@@ -67,7 +67,7 @@ def test_importance_favors_a_picture() -> None:
     assert errors[1][1] > errors[0][1]
 
 
-def test_two_pictures_under_the_same_lamp_report_what_they_lose() -> None:
+def test_two_pictures_under_the_same_lamp_report_their_errors() -> None:
     rng = np.random.default_rng(1)
     pictures = [Picture(name, rng.integers(0, 256, (8, 9, 3), dtype=np.uint8)) for name in "ab"]
     lamp = illuminant("D65")
@@ -76,7 +76,7 @@ def test_two_pictures_under_the_same_lamp_report_what_they_lose() -> None:
     assert min(loss.mean for loss in design.losses) > 5
 
 
-def test_half_floats_are_those_that_numpy_makes() -> None:
+def test_half_floats_equal_those_of_numpy() -> None:
     rng = np.random.default_rng(0)
     values = np.concatenate([rng.random(4000), 10.0 ** (-8 * rng.random(4000)), [0.0, -0.0, 1.0]]).astype(np.float32)
     stored = np.empty(values.shape, dtype=np.float16)
@@ -88,7 +88,7 @@ def test_half_floats_are_those_that_numpy_makes() -> None:
     assert stored.max() == 1
 
 
-def test_a_picture_without_details_casts_no_ghost() -> None:
+def test_a_picture_without_details_has_no_ghost() -> None:
     y, x = np.mgrid[0:60, 0:60] / 59
     ramp = Picture("ramp", np.round(255 * np.stack([x, y, x * y], axis=-1)).astype(np.uint8))
     noise = Picture("noise", np.random.default_rng(2).integers(0, 256, (60, 60, 3), dtype=np.uint8))
@@ -107,7 +107,7 @@ def test_statistics_are_those_of_all_texels(share: float) -> None:
     np.testing.assert_allclose(_statistics(errors), expected, rtol=1e-5, atol=1e-9)
 
 
-def test_designs_do_not_depend_on_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_designs_do_not_depend_on_time(monkeypatch: pytest.MonkeyPatch) -> None:
     plain = design_lights(iterations=4)
     matrix = stimulus_matrix(plain.lights)
     basis = design_basis(matrix, 6, floor=0.02, iterations=3)
@@ -121,4 +121,4 @@ def test_designs_do_not_depend_on_the_clock(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_a_low_floor_keeps_more_than_half_the_contrast() -> None:
     basis = design_basis(stimulus_matrix(design_lights().lights), 6, floor=0.02)
-    assert basis.slope > 0.55  # 0.43 without the climb from a higher floor
+    assert basis.slope > 0.55  # 0.43 without the search from a higher floor

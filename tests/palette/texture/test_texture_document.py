@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A texture as a document and as a command: `texture` and `design` make the same from it."""
+"""A texture as a document and as a command: `texture` and `design` give the same result."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def pictures(tmp_path):
     return paths
 
 
-def test_a_project_survives_its_document(tmp_path, pictures) -> None:
+def test_a_document_keeps_the_whole_project(tmp_path, pictures) -> None:
     project = TextureProject(
         (pictures[0],), (illuminant("D65"), illuminant("HP1")),
         (Pin([0.5, 0.1, 0.1], [0.3, 0.2, 0.1]),), TextureSettings(spectra=8, floor=0.01),
@@ -51,7 +51,7 @@ def vars_of(settings: TextureSettings) -> dict:
     return {name: getattr(settings, name) for name in TextureSettings.__dataclass_fields__}
 
 
-def test_design_and_texture_make_the_same_of_a_document_with_a_wanted_color(tmp_path, pictures, capsys) -> None:
+def test_design_and_texture_give_equal_results_for_a_document_with_a_wanted_color(tmp_path, pictures, capsys) -> None:
     text = (
         'format = "spectral-scene texture"\nversion = 1\npictures = ["picture1.png"]\nlights = ["D65", "A"]\n'
         '[[wishes]]\ncolor = "#905050"\nwanted = "#a06040"\n'
@@ -70,7 +70,7 @@ def test_design_and_texture_make_the_same_of_a_document_with_a_wanted_color(tmp_
     assert {each["observer"] for each in report["whites"]} >= {"cie_1964_10deg", "cie_2015_10deg"}
 
 
-def test_the_command_says_how_far_it_is(tmp_path, pictures, capsys) -> None:
+def test_the_command_prints_its_progress(tmp_path, pictures, capsys) -> None:
     words = ["texture", *map(str, pictures), "--light", "D65", "--light", "HP1", "--exact", "--progress"]
     assert cli.main([*words, "--out", str(tmp_path / "o")]) == 0
     lines = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("progress")]
@@ -80,7 +80,7 @@ def test_the_command_says_how_far_it_is(tmp_path, pictures, capsys) -> None:
     assert shares[-1] == 1
 
 
-def test_odd_projects_are_refused(tmp_path, pictures) -> None:
+def test_invalid_projects_are_refused(tmp_path, pictures) -> None:
     with pytest.raises(InvalidInputError, match="one picture needs two lights"):
         TextureProject((pictures[0],))
     with pytest.raises(InvalidInputError, match="wanted colors are for one picture"):
@@ -90,7 +90,7 @@ def test_odd_projects_are_refused(tmp_path, pictures) -> None:
         read_project(tmp_path / "bad.toml")
 
 
-def test_a_picture_written_in_bands_is_the_picture_written_at_once(tmp_path, monkeypatch) -> None:
+def test_a_picture_written_in_strips_equals_one_written_at_once(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("spectral_core.spectra.pictures.BAND_PIXELS", 40)
     linear = np.random.default_rng(0).random((23, 17, 3))
     write_png_rows(tmp_path / "p.png", (23, 17), lambda first, last: linear[first:last])
@@ -100,10 +100,10 @@ def test_a_picture_written_in_bands_is_the_picture_written_at_once(tmp_path, mon
 
 def test_costs_of_realism_and_whites_of_other_observers() -> None:
     assert realism_cost(0, 20).contrast > realism_cost(0.15, 20).contrast > realism_cost(0.4, 20).contrast > 1
-    # At an entry of the table the slider says what was measured there, in the same unit.
+    # At an entry of the table the slider states the measured value in the same unit.
     assert realism_cost(0, 20).contrast == pytest.approx(19.89)
     assert realism_cost(0, 10).contrast > realism_cost(0, 45).contrast
-    # Daylight in both lights and wide LEDs can only take contrast away, at every entry of the table.
+    # Daylight in both lights and wide LEDs can only reduce contrast, at every entry of the table.
     table = np.array([[realism_cost(share, width).contrast for share in DAYLIGHT_SHARES] for width in LED_WIDTHS_NM])
     assert np.all(np.diff(table, axis=0) < 0.05) and np.all(np.diff(table, axis=1) < 0.0)
     plain = white_differences([illuminant("D65")])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One picture with pins: exact under the first light, what was asked for under the second, far colors unmoved."""
+"""One picture with pins: exact under the first light, pinned under the second, distant colors unchanged."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_every_color_is_exact_under_the_first_light_and_bounded(plain: Uplift, p
         assert spectra.max() <= 1 + 1e-6
 
 
-def test_pins_are_met_and_far_colors_stay(plain: Uplift, pinned: Uplift) -> None:
+def test_pins_are_met_and_distant_colors_are_unchanged(plain: Uplift, pinned: Uplift) -> None:
     assert all(result.reachable and result.delta_e < 0.3 for result in pinned.pins)
     under_second = stimulus_matrix([HP1]).T
     moved = delta_e_2000(
@@ -54,11 +54,11 @@ def test_pins_are_met_and_far_colors_stay(plain: Uplift, pinned: Uplift) -> None
     assert moved[distance < 0.1].mean() > 2
 
 
-def test_an_unreachable_pin_says_so_and_goes_to_the_nearest(plain: Uplift) -> None:
+def test_an_unreachable_pin_is_reported_and_gets_the_nearest_color(plain: Uplift) -> None:
     result = design_uplift(D65, HP1, [Pin([0.5, 0.5, 0.5], [0.0, 0.0, 1.0])]).pins[0]
     assert not result.reachable
     assert result.delta_e > 10
-    assert result.delta_e_nearest < 4  # at the border of what is possible, neighboring nodes pull back
+    assert result.delta_e_nearest < 4  # near the border of possible colors, neighboring nodes reduce the bump
 
 
 def test_contradictions_are_refused(plain: Uplift) -> None:

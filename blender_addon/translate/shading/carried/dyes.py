@@ -67,7 +67,7 @@ def with_dyes(translation: Translation, surface: Surface, material: Any, spectru
         amounts = tuple(amount for *_, amount in known)
     main = [leaf for leaf in leaves(surface) if isinstance(leaf, (Diffuse, Principled)) and leaf is not BLACK]
     if not main:
-        translation.note(material.name, "carries fluorescent dyes, but no Diffuse or Principled shader that holds them")
+        translation.note(material.name, "has fluorescent dyes, but no Diffuse or Principled shader that can use them")
         return surface
 
     def change(leaf: Closure) -> Surface:
@@ -75,9 +75,7 @@ def with_dyes(translation: Translation, surface: Surface, material: Any, spectru
             return leaf
         if isinstance(leaf, Diffuse):
             if leaf.roughness != 0:
-                translation.note(
-                    material.name, "its dyes make it evenly matt; the roughness of its Diffuse is left out"
-                )
+                translation.note(material.name, "with dyes it scatters evenly; the roughness of its Diffuse is ignored")
             return _fitting(translation, material.name, leaf.color, dyes, amounts, leaf.normal)
         return _on_principled(translation, material.name, leaf, dyes, amounts) if isinstance(leaf, Principled) else leaf
 
@@ -89,11 +87,11 @@ def _fitting(
 ) -> Fluorescent:
     """The closure, with a smaller amount of its dyes if they return more than arrives."""
     if not isinstance(color, (Color, Spectrum)):
-        text = "its texture and its dyes together are not checked for returning more light than comes"
+        text = "its texture and its dyes together are not checked for returning more light than arrives"
         translation.note(name, text)
     share = Fluorescent.largest_share(color, dyes, amounts)
     if share < 1:
-        text = f"its color and dyes return more light than comes; its dyes are reduced to {share:.0%}"
+        text = f"its color and dyes return more light than arrives; its dyes are reduced to {share:.0%}"
         translation.note(name, text)
     return Fluorescent(color, dyes, tuple(amount * min(share, 1.0) for amount in amounts), normal)
 

@@ -32,12 +32,12 @@ class Fill:
 
     scatters: Rgb
     absorbs: Rgb
-    glows: Rgb
+    emits: Rgb
     lobes: Lobes = ()
 
     def times(self, factor: float) -> Fill:
         """The same medium, multiplied by a factor."""
-        return replace(self, scatters=self.scatters * factor, absorbs=self.absorbs * factor, glows=self.glows * factor)
+        return replace(self, scatters=self.scatters * factor, absorbs=self.absorbs * factor, emits=self.emits * factor)
 
 
 NOTHING = Fill(np.zeros(3), np.zeros(3), np.zeros(3))
@@ -54,7 +54,7 @@ def medium_of(reader: Reader, output: Any) -> ScatteringMedium | None:
         return made
     fill = _fill(reader, source)
     extinction = fill.scatters + fill.absorbs
-    strength = float(fill.glows.max())
+    strength = float(fill.emits.max())
     if not (np.any(extinction > 0) or strength > 0):
         return None
     albedo = np.divide(fill.scatters, extinction, out=np.zeros(3), where=extinction > 0)
@@ -62,7 +62,7 @@ def medium_of(reader: Reader, output: Any) -> ScatteringMedium | None:
         density=1.0,
         color=Color(albedo),
         extinction=Color(extinction),
-        emission_color=Color(fill.glows / strength) if strength > 0 else gray(1.0),
+        emission_color=Color(fill.emits / strength) if strength > 0 else gray(1.0),
         emission_strength=strength,
         lobes=fill.lobes,
     )
@@ -107,8 +107,8 @@ def _absorption(reader: Reader, source: Output) -> Fill:
 
 def _coefficients(reader: Reader, source: Output) -> Fill:
     vector = lambda name: np.maximum(reader.vector(source.input(name), 1.0), 0.0)  # noqa: E731
-    scatters, absorbs, glows = (vector(f"{name} Coefficients") for name in ("Scatter", "Absorption", "Emission"))
-    return Fill(scatters, absorbs, glows, lobes_of(reader, source))
+    scatters, absorbs, emits = (vector(f"{name} Coefficients") for name in ("Scatter", "Absorption", "Emission"))
+    return Fill(scatters, absorbs, emits, lobes_of(reader, source))
 
 
 def _emission(reader: Reader, source: Output) -> Fill:
@@ -160,8 +160,8 @@ def _sum(parts: list[Fill]) -> Fill:
     """Media in the same space; each scatters its share."""
     lobes = [(weight * float(part.scatters.mean()), g, alpha) for part in parts for weight, g, alpha in part.lobes]
     kept = tuple(lobe for lobe in lobes if lobe[0] > 0)
-    scatters, absorbs, glows = (sum(getattr(p, name) for p in parts) for name in ("scatters", "absorbs", "glows"))
-    return Fill(np.asarray(scatters), np.asarray(absorbs), np.asarray(glows), kept)
+    scatters, absorbs, emits = (sum(getattr(p, name) for p in parts) for name in ("scatters", "absorbs", "emits"))
+    return Fill(np.asarray(scatters), np.asarray(absorbs), np.asarray(emits), kept)
 
 
 # with a spectrum as their color, which RGB cannot represent

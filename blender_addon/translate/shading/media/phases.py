@@ -32,7 +32,7 @@ def lobes_of(reader: Reader, source: Output) -> Lobes:
 
 
 def mie(diameter: float) -> Lobes:
-    """Water droplets of a diameter in micrometres (Jendersie and d'Eon 2023, "An approximate Mie scattering function
+    """Water droplets of a diameter in micrometers (Jendersie and d'Eon 2023, "An approximate Mie scattering function
     for fog and cloud rendering").
     """
     d = min(max(diameter, 1e-3), 50.0)

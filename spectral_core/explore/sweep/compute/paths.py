@@ -2,7 +2,7 @@
 """Paths into frozen scenes and plain documents, such as ``lights[Key].power_w`` or ``cells[3].weight``.
 
 A path is read by a small grammar, never evaluated: field names after dots, and in brackets the name of an item, its
-number, or the numbers of an array's entry. Setting gives a new whole; nothing is changed in place.
+number, or the numbers of an array's entry. Setting a value returns a changed copy.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def set_path(whole: Any, path: str, value: Any) -> Any:
     """A copy of ``whole`` with the number or text at ``path`` replaced.
 
     Raises UnknownNameError for a name that is not there, InvalidInputError if the place holds no number or text,
-    or not of that kind.
+    or one of another type.
     """
     return _set(whole, parse_path(path), value, path)
 

@@ -50,7 +50,7 @@ class Relighter:
     """Pictures of one scene under other powers of its lights, from one recording of each light's share.
 
     Radiance is linear in the power of every light, so a point costs a weighted sum instead of a render. The recording
-    is made anew where anything else of the scene changed.
+    is recorded again if anything else in the scene changed.
     """
 
     def __init__(self) -> None:

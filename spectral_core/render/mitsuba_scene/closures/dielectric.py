@@ -68,9 +68,9 @@ def glass_inputs(context: Context, ior: float | Spectrum, *, smooth: bool) -> di
 def film_inputs(
     context: Context, closure: Glass | Metal | Principled, subject: str, *, passes: bool = False
 ) -> dict[str, Any]:
-    """The film upon a surface, nothing where there is none.
+    """The film on a surface; empty without one.
 
-    Where its albedo is asked for, its reflectance is taken at the mean cosines to two halves of the facets: where light
+    For its albedo, the reflectance is taken at the mean cosines to two halves of the facets: where light
     ``passes``, of those whose reflections are lost.
     """
     if closure.thin_film_thickness == 0:

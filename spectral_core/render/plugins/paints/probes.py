@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rays that a shading program sends from the hit itself: Ambient Occlusion and Bevel, as Cycles' nodes take them.
 
-A program runs several times at one hit and must find the same each time, so its random numbers are made from the place
-alone; places differ from sample to sample, which averages what is left of the noise. Bounds of loops are literals:
+A program runs several times at one hit with equal results, so its random numbers are computed from the position
+alone; positions differ from sample to sample, which averages the remaining noise. Bounds of loops are literals:
 with opaque numbers made here, within the loop over path vertices, a recorded launch of the viewport did not end.
 """
 
@@ -31,7 +31,7 @@ class Probes:
         self.scene, self.active = tables.scene(), self.mi.Bool(active)
 
     def _draws(self) -> tuple[Any, Any]:
-        """Two numbers in [0, 1) of the place alone."""
+        """Two numbers in [0, 1) that depend on the position alone."""
         mi, dr, p = self.mi, self.dr, self.si.p
         x, y, z = (dr.reinterpret_array(mi.UInt32, c) for c in (p.x, p.y, p.z))
         first, second = mi.sample_tea_32(x ^ (z * 0x9E3779B1), y + (z >> 7), 5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every setting of the texture, recipe and sweep panels reaches what the core is asked, and can be taken back."""
+"""Every setting of the texture, recipe and sweep panels reaches the core, and can be reset."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from spectral_core.explore.sweep.document import read_sweep
 from spectral_core.palette.texture import project as projects
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.files import write_spectra
-from tests.survival import other_rna, read_rna, settings_of, unheard
+from tests.settings_walk import ignored_settings, other_rna, read_rna, settings_of
 
 AFTER_A_TEXTURE = {
     "folder", "status", "failed", "progress", "texture_file", "report", "lost_1", "lost_2", "lamp_1", "lamp_2",
 }  # fmt: skip
-"""Where the design is written, what came of it, and the lamps that get its lights afterwards."""
+"""Properties that are no input: the folder of the design, its results, and the lamps that get its lights."""
 AFTER_A_RECIPE = {"text", "met", "spectrum", "found_kind"}
 OUTSIDE_THE_SWEEP = {
     "active": "the row that the list shows",
@@ -35,19 +35,19 @@ OUTSIDE_THE_SWEEP = {
 
 
 def walked(owner: Any, names: Any, translated: Any, others: dict[str, Any] | None = None) -> dict[str, str]:
-    """``unheard`` for the properties of one struct."""
+    """``ignored_settings`` for the properties of one struct."""
     others = others or {}
 
     def other(name: str) -> Any:
         return others[name] if name in others else other_rna(owner, name)
 
-    return unheard(
+    return ignored_settings(
         names, lambda name: read_rna(owner, name), lambda name, v: setattr(owner, name, v), other, translated
     )
 
 
 def picture(tmp_path: Path, name: str) -> Any:
-    """An image that is a plain file."""
+    """An image with a file and no other data."""
     made = bpy.data.images.new(name, 4, 4)
     made.filepath_raw, made.file_format = str(tmp_path / f"{name}.png"), "PNG"
     made.save()
@@ -61,8 +61,8 @@ def texture(blender, tmp_path):
     return design
 
 
-def test_every_setting_of_a_texture_is_heard(texture, tmp_path):
-    """On the way from the panel to the project, into its document, and out of that again."""
+def test_every_setting_of_a_texture_has_an_effect(texture, tmp_path):
+    """In the project of the panel, in its document, and in the project that is read from the document."""
 
     def designed() -> Any:
         document = projects.document_of(project_of(texture, tmp_path))
@@ -79,7 +79,9 @@ def test_every_setting_of_a_texture_is_heard(texture, tmp_path):
     for name in lights:
         store = lambda light, name=name: store_spectrum(getattr(texture, name).spectral, illuminant(light))  # noqa: E731
         read = lambda _, name=name: {"light_1": "FL1", "light_2": "FL2"}[name]  # noqa: E731
-        assert unheard([name], read, lambda _, light, store=store: store(light), lambda _: "D65", designed) == {}
+        assert (
+            ignored_settings([name], read, lambda _, light, store=store: store(light), lambda _: "D65", designed) == {}
+        )
     texture.kind = "ONE"
     row = texture.wanted_colors.add()
     assert walked(row, ["color", "wanted"], designed) == {}
@@ -87,7 +89,7 @@ def test_every_setting_of_a_texture_is_heard(texture, tmp_path):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """What the core is asked for by a recipe, instead of an answer."""
+    """The arguments that a recipe passes to the core, in place of a result."""
     calls: list[Any] = []
 
     class Found:
@@ -106,7 +108,7 @@ def asked(monkeypatch):
     return calls
 
 
-def test_every_setting_of_a_recipe_is_heard(blender, asked, tmp_path):
+def test_every_setting_of_a_recipe_has_an_effect(blender, asked, tmp_path):
     scene = blender.context.scene
     recipe = scene.spectral.recipe
     blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
@@ -143,7 +145,7 @@ def sweep(blender, tmp_path):
     return settings
 
 
-def test_every_setting_of_a_sweep_is_heard(blender, sweep, tmp_path):
+def test_every_setting_of_a_sweep_has_an_effect(blender, sweep, tmp_path):
     scene = blender.context.scene
 
     def written() -> Any:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every setting that the ledger calls read changes the translated scene or its notes, and can be taken back.
+"""Every setting that the ledger lists as read changes the translated scene or its notes, and can be reset.
 
-So a setting that someone takes out of the translation of lamps, cameras, objects or the output fails here.
+A setting that is removed from the translation of lamps, cameras, objects or the output therefore fails a test here.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon.translate.ledger import entries
-from tests.survival import other_rna, read_rna, unheard
+from tests.settings_walk import ignored_settings, other_rna, read_rna
 
 NODES = {"use_nodes": "on for everything since Blender 5"}
 BORDER = {"use_border": True, "border_min_x": 0.2, "border_max_x": 0.8, "border_min_y": 0.3, "border_max_y": 0.7}
@@ -137,7 +137,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_every_setting_that_is_read_is_heard(build, translate, name):
+def test_every_setting_listed_as_read_changes_the_translation(build, translate, name):
     case = CASES[name]
     owner = case.made(build)
     for first, value in case.first.items():
@@ -153,4 +153,4 @@ def test_every_setting_that_is_read_is_heard(build, translate, name):
     def other(setting: str) -> Any:
         return case.others[setting] if setting in case.others else other_rna(owner, setting)
 
-    assert unheard(names, lambda setting: read_rna(owner, setting), write, other, translate) == {}
+    assert ignored_settings(names, lambda setting: read_rna(owner, setting), write, other, translate) == {}

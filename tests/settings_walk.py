@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a translation hears each of its settings: one walk for panels, documents and Blender's own types.
+"""A test of translations, for panels, documents and Blender's types: each setting must change the result.
 
-A setting that someone takes out of a translation changes nothing there any more, and is listed by ``unheard``.
+``ignored_settings`` lists the settings that change nothing, for example after their removal from a translation.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 
 def fingerprint(item: Any) -> str:
-    """SHA-256 over every number, text and array of what a translation makes: equal data, equal fingerprint."""
+    """SHA-256 over every number, text and array of a translation's result: equal data, equal fingerprint."""
     digest = hashlib.sha256()
     _feed(digest, item)
     return digest.hexdigest()
@@ -43,18 +43,18 @@ def _feed(digest: Any, item: Any) -> None:
     digest.update(b">")
 
 
-def unheard(
+def ignored_settings(
     names: Iterable[str], read: Callable[[str], Any], write: Callable[[str, Any], None],
     other: Callable[[str], Any], translated: Callable[[], Any],
 ) -> dict[str, str]:  # fmt: skip
-    """Settings that the translation does not hear, and why it is thought so.
+    """Settings that the translation ignores, each with the observation.
 
     Parameters
     ----------
-    names : settings to walk.
+    names : settings to change, one after another.
     read, write : get and set the value of one.
-    other : a value that one does not have now.
-    translated : what the translation makes of all of them.
+    other : a value that differs from the present one.
+    translated : the translation of all settings.
     """
     plain = fingerprint(translated())
     assert plain == fingerprint(translated()), "the translation differs from one call to the next"
@@ -87,7 +87,7 @@ def read_rna(owner: Any, name: str) -> Any:
 
 
 def other_rna(owner: Any, name: str) -> Any:
-    """A value that a Blender property does not have now, within its range."""
+    """A value of a Blender property that differs from the present one, within its range."""
     declared, value = owner.bl_rna.properties[name], getattr(owner, name)
     if declared.type == "BOOLEAN":
         return not value
@@ -106,6 +106,6 @@ def other_rna(owner: Any, name: str) -> Any:
 
 
 def _between(value: float, low: float, high: float) -> float:
-    """A value between the present one and an end of its range, not far away."""
+    """A value near the present one, toward the farther end of its range."""
     end = high if value < high and high - value >= value - low else low
     return value + np.sign(end - value) * min(abs(end - value) / 2, max(abs(value) / 10, 0.02))

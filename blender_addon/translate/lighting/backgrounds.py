@@ -28,13 +28,13 @@ class Term:
     turn: NDArray[np.float64] = field(default_factory=lambda: np.eye(4), compare=False)
 
 
-def tells_camera_rays(source: Output | None, depth: int = 0) -> bool:
+def depends_on_ray_type(source: Output | None, depth: int = 0) -> bool:
     """True if a tree depends on the type of ray."""
     if source is None or depth > 50:
         return False
     if source.node.type == "LIGHT_PATH":
         return True
-    return any(tells_camera_rays(linked(Input(socket, source.groups)), depth + 1) for socket in source.node.inputs)
+    return any(depends_on_ray_type(linked(Input(socket, source.groups)), depth + 1) for socket in source.node.inputs)
 
 
 def joined(reader: Reader, terms: list[Term]) -> Term:
@@ -60,7 +60,7 @@ def joined(reader: Reader, terms: list[Term]) -> Term:
     for term in images:
         assert isinstance(term.color, ImageTexture)
         total += term.strength * _looked_up(term.color, directions @ term.turn[:3, :3])
-    return Term(environment_of("surroundings", total))
+    return Term(environment_of("environment", total))
 
 
 def resampled(image: ImageTexture, mapping: NDArray[np.float64], *, mirror_ball: bool = False) -> ImageTexture:
