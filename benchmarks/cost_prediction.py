@@ -154,7 +154,7 @@ class _Truth:
         self._numbers = np.sort(np.random.default_rng(4711).choice(width * height, count, replace=False))
         self._tracer = RenderJob(full, plan_from_data(full, 0.0)).chosen_pixels()
         self._most, self._samples, self._sums = most, 0, np.zeros((2, count, 3))
-        self._trace(64)
+        self._trace(most >> 5)  # where light is rare, the noise of few samples is underestimated
 
     def _trace(self, samples: int) -> None:
         none = np.zeros_like(self._numbers)

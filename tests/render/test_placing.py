@@ -8,7 +8,7 @@ import pytest
 
 from spectral_core.render.mitsuba_scene.geometry import Part, transformed
 from spectral_core.render.plugins.paints.tables import _inverse
-from spectral_core.scene.placing import cofactors, crossed, is_regular
+from spectral_core.render.plugins.placing import cofactors, crossed, is_regular
 
 
 def test_cofactors_and_determinant_are_those_of_numpy(rng):

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.numbers import aligned, own_copy
 from spectral_core.render.plugins.paints.tables import attribute_name
+from spectral_core.render.plugins.placing import cofactors, crossed
 from spectral_core.scene.geometry import Attribute, Mesh
-from spectral_core.scene.placing import cofactors, crossed
 
 
 @dataclass(frozen=True, slots=True, eq=False)

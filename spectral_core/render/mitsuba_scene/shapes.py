@@ -13,9 +13,9 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.lamp_rows import add_glow, constant_glow, emitted_by
 from spectral_core.render.mitsuba_scene.medium import medium_row
 from spectral_core.render.plugins.lamps.light_points import Triangles
+from spectral_core.render.plugins.placing import is_regular
 from spectral_core.render.trace.media import ONLY_BORDER, MediumRow
 from spectral_core.scene import Diffuse, Instance, Material, ScatteringMedium, Scene
-from spectral_core.scene.placing import is_regular
 
 PLAIN = Material("", Diffuse())
 """Material of a slot without a material: Blender's default gray."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene.placing import cofactors, is_regular
+from spectral_core.render.plugins.placing import cofactors, is_regular
 
 ROW = 32
 """Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random, its own."""
