@@ -59,6 +59,10 @@ class MeshTables:
             uvs.reshape(-1, 2) if uvs.size else None,
         )
 
+    def add_mesh(self, shape: Any, positions: Any, triangles: Any, normals: Any, uvs: Any) -> None:
+        """Add a mesh of Mitsuba by the arrays that it was made of: reading them back takes as long as making it."""
+        self._meshes[self._number(shape)] = _Triangles(positions, triangles, normals, uvs)
+
     def add_instance(self, placed: Any, shapes: list[Any]) -> None:
         """Add an instance of a group of meshes, in the order of the group."""
         self._parts[self._number(placed)] = [self._number(shape) for shape in shapes]
