@@ -131,10 +131,11 @@ def tubes(
 
 
 def _places(strand: Array, thickness: Array) -> Array:
-    """Share of each point along its strand by number, the strand's length, and the thickness: (count, k, 3)."""
-    share = np.linspace(0.0, 1.0, strand.shape[1])
-    length = np.linalg.norm(np.diff(strand, axis=1), axis=-1).sum(axis=1)
-    return np.stack(np.broadcast_arrays(share, length[:, None], 2 * thickness), axis=-1)
+    """Share of a strand before each point, the strand's length, and the thickness: (count, k, 3)."""
+    steps = np.linalg.norm(np.diff(strand, axis=1), axis=-1)
+    way = np.pad(np.cumsum(steps, axis=1), ((0, 0), (1, 0)))
+    length = way[:, -1:]
+    return np.stack(np.broadcast_arrays(way / np.maximum(length, 1e-30), length, 2 * thickness), axis=-1)
 
 
 def _spread(values: Array, around: Array) -> Array:
