@@ -26,9 +26,10 @@ check: setup
 	$(PYTHON) -m mypy
 	.venv/bin/lint-imports
 
-# CI=true: a folder of tests of which nothing could run, for want of bpy or Mitsuba, is a failure
+# CI=true: a folder of tests of which nothing could run, for want of bpy or Mitsuba, is a failure.
+# Two processes: half of the time a test uses one core. A file stays in one process, as its fixtures are slow.
 test: check
-	CI=true $(PYTHON) -m pytest --durations=15
+	CI=true $(PYTHON) -m pytest -n 2 --dist loadfile --durations=15
 
 quick: setup
 	$(PYTHON) -m pytest --first

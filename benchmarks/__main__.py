@@ -38,9 +38,9 @@ def _plain(value: Any) -> Any:
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("name", nargs="?", help="which benchmark; without it the list is printed")
+    parser.add_argument("name", nargs="?", help="name of a benchmark; without it the list is printed")
     parser.add_argument("--json", action="store_true", help="print one JSON object of figures as the last line")
-    parser.add_argument("--quick", action="store_true", help="smaller inputs: proves that it runs")
+    parser.add_argument("--quick", action="store_true", help="smaller inputs: a test that it runs")
     parser.add_argument("--out", type=Path, default=Path("out/benchmarks"), help="folder for pictures and tables")
     given, extra = parser.parse_known_args(arguments)
     modules = known()

@@ -110,14 +110,14 @@ class Browser:
         return said["result"].get("value")
 
     def drag(self, path: list[tuple[float, float]]) -> None:
-        """Press at the first place, move over the others, let go at the last."""
+        """Press at the first position, move over the others, release at the last."""
         for number, (x, y) in enumerate(path):
             kind = "mousePressed" if number == 0 else "mouseMoved"
             self._mouse(kind, x, y)
         self._mouse("mouseReleased", *path[-1])
 
     def click(self, x: float, y: float) -> None:
-        """Click at a place."""
+        """Click at a position."""
         self.drag([(x, y)])
 
     def _mouse(self, kind: str, x: float, y: float) -> None:

@@ -16,7 +16,7 @@ LIGHT_GROUPS = {
     "discharge": ("HP", "LPS", "Mercury", "Metal Halide", "MHC", "H38", "SDW", "C100"),
     "fluorescent": ("FL", "F3", "F4", "T8", "TL-84", "Thorn", "Natural", "Triphosphor"),
 }
-"""Words in the names of lamps of each kind, the first kind that fits counts; all others are smooth."""
+"""Words in the names of lamps by type; the first type with a match counts; all others are smooth."""
 
 
 def unique_lights() -> list[Illuminant]:

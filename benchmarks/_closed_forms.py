@@ -53,7 +53,7 @@ class Compared:
 
     @property
     def agrees(self) -> bool:
-        """True if the two differ by at most 0.5 % or by what noise explains."""
+        """True if the two differ by at most 0.5 % or within the noise."""
         return self.error <= 0.005 or abs(self.measured - self.expected) <= 4.5 * self.noise
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes of many kinds for the comparison with Cycles, built in Blender: interiors, many lamps, skies, glass, fog."""
+"""Scenes of many types for the comparison with Cycles, built in Blender: interiors, many lamps, skies, glass, fog."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def sun_and_sky() -> None:
     _camera((0, -9, 3.5), (1.25, 0, 0), 45)
 
 
-def glowing_meshes() -> None:
+def emissive_meshes() -> None:
     """Rings and balls that emit light, among blocks."""
     import bpy
 
@@ -175,7 +175,7 @@ SCENES: dict[str, Callable[[], None]] = {
     "10,000 lamps": ten_thousand_lamps,
     "HDRI": hdri,
     "sun and sky": sun_and_sky,
-    "glowing meshes": glowing_meshes,
+    "emissive meshes": emissive_meshes,
     "caustics": caustics,
     "fog": fog,
 }

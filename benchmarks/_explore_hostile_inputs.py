@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hostile expressions, texts, paths and requests: written ones, and as many again by chance from a seed."""
+"""Hostile expressions, texts, paths and requests: a list, and as many random ones from a seed."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ FILE_NAMES = [
 
 
 def expressions(count: int, seed: int = 5) -> Iterator[str]:
-    """The written expressions, then random ones of words and of any letters, then written ones with an edit."""
+    """The listed expressions, then random ones of words and of any letters, then listed ones with an edit."""
     yield from EXPRESSIONS
     rng = random.Random(seed)
     for number in range(count):
@@ -112,20 +112,20 @@ def edited(text: str, rng: random.Random) -> str:
 
 
 def texts(count: int, seed: int = 6) -> list[str]:
-    """The written texts, joined in pairs by chance."""
+    """The listed texts, joined in random pairs."""
     rng = random.Random(seed)
     return TEXTS + [rng.choice(TEXTS) + rng.choice(TEXTS) for _ in range(count)]
 
 
 def paths(known: list[str], good: list[str], count: int, seed: int = 7) -> list[str]:
-    """The written paths ``known``, and such ones and ``good`` ones with edits."""
+    """The listed paths ``known``, and edited ones of them and of ``good``."""
     rng = random.Random(seed)
     pool = known + good * (len(known) // len(good))
     return known + [edited(edited(rng.choice(pool)[:200], rng), rng) for _ in range(count)]
 
 
 def contents(count: int, seed: int = 8) -> Iterator[tuple[str, Any]]:
-    """Actions of the served page with contents of the wrong kind, from a page that has the token."""
+    """Actions of the served page with contents of the wrong type, from a page that has the token."""
     rng = random.Random(seed)
     actions = [
         "sample",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Requests to a served sweep over bare sockets: without the token, from elsewhere, broken, or of nonsense."""
+"""Requests to a served sweep over plain sockets: without the token, from other pages, damaged, or meaningless."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def _nonsense(server: PageServer, count: int, tally: Counter[str], wrong: list[s
 
 
 def _answered(server: PageServer, path: str, body: bytes, tally: Counter[str], wrong: list[str]) -> None:
-    """A page with the token may send invalid requests: the answer is a message."""
+    """A page with the token may send invalid requests; the answer is a message."""
     tally["tried"] += 1
     said = _send(server, "POST", path, body, {"X-Explore-Token": server.token})
     status = said[9:12]

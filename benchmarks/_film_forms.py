@@ -2,7 +2,7 @@
 """Thin films with an answer on paper: the transfer matrix of each layer in complex numbers, per wavelength.
 
 E and H on both sides of a layer are tied by a matrix (Abelès 1950; Macleod 2010, "Thin-Film Optical Filters", section
-2.6). The formulas stand here in full and share no code with the renderer, which adds up waves by Airy's formula.
+2.6). The formulas are complete here and share no code with the renderer, which adds waves by Airy's formula.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FINE_NM = 20.0
 
 
 def thin_film(samples: int) -> Iterator[Compared]:
-    """Films on glass from outside and from within, total reflection among them, what passes, and films on metals."""
+    """Films on glass from outside and from within, with total reflection and transmission, and films on metals."""
     for thickness, film in ((120.0, 1.38), (400.0, 1.33), (900.0, 2.2)):
         for degrees in (0.0, 30.0, 60.0):
             for inside in (False, True):
@@ -41,7 +41,7 @@ def _on_glass(samples: int, thickness: float, film: float, degrees: float, insid
     before, behind = (glass, 1.0) if inside else (1.0, glass)
     sine = before * np.sin(np.radians(degrees)) / behind
     passes = sine < 1
-    # light that is reflected comes from 180 - 2 a degrees about straight down, light that passes from less
+    # reflected light comes from 180 - 2 a degrees about the downward direction, transmitted light from less
     bent = abs(degrees - np.degrees(np.arcsin(sine))) if passes else 0.0
     limit = (bent + 180.0 - 2 * degrees) / 2
     share = reflected((before, film, behind), thickness, np.radians(degrees))

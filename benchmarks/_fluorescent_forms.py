@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent surfaces with an answer on paper: light that two surfaces, or all walls of a room, send to each other.
+"""Fluorescent surfaces with closed forms: light between two surfaces, or between all walls of a room.
 
-Between surfaces that see nothing but each other, radiance is even, and L = E + M L' with the bispectral matrix M of
-each (Donaldson 1954). The formulas stand here in full, on a grid of 0.5 nm, and share no code with the renderer.
+Between surfaces that see only each other, radiance is uniform, and L = E + M L' with the bispectral matrix M of
+each (Donaldson 1954). The formulas are complete here, on a grid of 0.5 nm, and share no code with the renderer.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ def fluorescence(samples: int) -> Iterator[Compared]:
     violet = np.exp(-0.5 * ((KNOTS_NM - 410) / 25) ** 2) + 0.02
     glow = Illuminant("violet", SpectralGrid(KNOTS_NM), violet)
     upper, lower = {"green": 0.45}, {"red": 0.45, "green": 0.1}
-    light = _glowing(violet)
+    light = _emissive(violet)
     matrices = _matrix(upper, 0.25), _matrix(lower, 0.35)
     identity = np.eye(FINE_NM.size)
     seen_lower = np.linalg.solve(identity - matrices[1] @ matrices[0], light)
     expected = {"lower": seen_lower, "upper": matrices[0] @ seen_lower}
-    half = 100.0  # beside a gap of 1: what passes the rim is 1e-4 of the light
+    half = 100.0  # with a gap of 1: 1e-4 of the light passes the rim
     scene = replace(
         empty_scene(Camera(world_from_camera=at(), kind="orthographic", orthographic_scale=0.01), samples),
         meshes=(square(),),
@@ -73,9 +73,9 @@ def fluorescence(samples: int) -> Iterator[Compared]:
 
 
 def energy_returned(samples: int) -> tuple[float, float]:
-    """Power that a surface under even light sends back over what came, and its standard error; at most 1.
+    """Share of uniform light that a surface returns, and its standard error; at most 1.
 
-    The surface reflects nothing, and its dye takes in all light from 380 to 430 nm, at a quantum yield of 1.
+    The surface reflects nothing, and its dye absorbs all light from 380 to 430 nm, at a quantum yield of 1.
     """
     violet = np.where((KNOTS_NM >= 395) & (KNOTS_NM <= 415), 1.0, 0.0)
     grid = SpectralGrid(KNOTS_NM)
@@ -116,7 +116,7 @@ def _matrix(amounts: dict[str, float], level: float) -> Array:
     return matrix
 
 
-def _glowing(values: Array) -> Array:
+def _emissive(values: Array) -> Array:
     """Radiance of a light of luminance 1, per nm, on the fine grid."""
     viewer = observer("cie_1931_2deg")
     fine = np.interp(FINE_NM, KNOTS_NM, values)

@@ -32,7 +32,7 @@ EXTREMES = (0, 1, 2, 127, 255, 256, 65535, 1 << 20, (1 << 31) - 1, 1 << 31, (1 <
 
 @dataclass(frozen=True)
 class Source:
-    """A good file and what reads it. ``beside``: files that it names, which are good and lie beside it."""
+    """A valid file and its reader. ``beside``: valid files beside it that it names."""
 
     name: str
     file_name: str
@@ -43,7 +43,7 @@ class Source:
 
 @cache
 def sources(folder: Path) -> tuple[Source, ...]:
-    """Good files of every kind that the product reads; ``folder`` is for writing them."""
+    """Valid files of every type that the product reads, written into ``folder``."""
     from spectral_core.explore.board.recording import Recording
     from spectral_core.palette.files import read_palette, read_solution, read_swatches
     from spectral_core.palette.texture.file import read_texture
@@ -60,7 +60,7 @@ def sources(folder: Path) -> tuple[Source, ...]:
     found = []
     for writer in writers(side=8):
         if (read := readers.get(re.split(r"[.,]", writer.name)[0])) is None:
-            continue  # pictures and pages are read by others
+            continue  # other programs read pictures and pages
         path = folder / writer.file_name
         writer.write(path, 0)
         found.append(Source(writer.name, writer.file_name, path.read_bytes(), read))
@@ -115,7 +115,7 @@ def _tiff(folder: Path, values: np.ndarray) -> list[Path]:
 
 
 def damaged(source: Source, others: tuple[Source, ...], rng: np.random.Generator) -> bytes:
-    """The source's bytes after random changes: mostly one, since several are mostly refused at the door."""
+    """The source's bytes after random changes: mostly one, because files with several are usually refused at once."""
     data = source.data
     for _ in range(min(int(rng.geometric(0.7)), 5)):
         change = _CHANGES[int(rng.integers(len(_CHANGES)))]
@@ -127,7 +127,7 @@ Change = Callable[[bytes, np.random.Generator, bytes], bytes]
 
 
 def _at(data: bytes, rng: np.random.Generator) -> int:
-    """A place; half of the time in the first kilobyte, where headers are."""
+    """A position, with probability ½ in the first kilobyte, where headers are."""
     return int(rng.integers(0, min(len(data), 1024 if rng.random() < 0.5 else len(data)) + 1))
 
 
@@ -165,7 +165,7 @@ def _insert(data: bytes, rng: np.random.Generator, _: bytes) -> bytes:
 
 
 def _number(data: bytes, rng: np.random.Generator, _: bytes) -> bytes:
-    """Another number in the place of one of a text."""
+    """Replace a number in a text by another one."""
     found = list(re.finditer(rb"-?\d+(?:\.\d+)?", data[:20_000]))
     if not found:
         return data

@@ -26,7 +26,7 @@ MATERIALS: dict[str, dict[str, Any]] = {
     "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.6},
     "KHR_materials_dispersion": {"dispersion": 4.0},
 }
-"""Extensions of a material, with numbers that show."""
+"""Extensions of a material, with numbers that have a visible effect."""
 OTHERS = ("KHR_texture_transform", "alpha_mask", "alpha_blend", "vertex_colors", "KHR_lights_punctual",
           "EXT_mesh_gpu_instancing")  # fmt: skip
 

@@ -43,7 +43,7 @@ SURFACES = {
 
 
 def spikes() -> Illuminant:
-    """Three lines of 0.01 nm: nearly all wavelengths carry nothing."""
+    """Three lines of 0.01 nm: nearly all wavelengths have no power."""
     knots = sorted(line + offset for line in (435.8, 546.1, 611.3) for offset in (-0.01, 0.0, 0.01))
     values = [1e6 if k % 3 == 1 else 0.0 for k in range(9)]
     return Illuminant("spikes", SpectralGrid(np.array(knots)), np.array(values))
@@ -90,7 +90,7 @@ def hard_scenes() -> Iterator[tuple[str, Scene]]:
     glow = _scene()
     rest = (material for material in glow.materials if material.name != "gloss")
     bright_ball = Material("gloss", Emission(gray(1.0), 1e12))
-    yield "glowing ball of 1e12", replace(glow, materials=(bright_ball, *rest))
+    yield "emissive ball of 1e12", replace(glow, materials=(bright_ball, *rest))
 
 
 def _scaled(lamp: PointLight, scale: float) -> PointLight:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random convex regions of several kinds, for tests and figures of the lattice room."""
+"""Random convex regions of several types, for tests and figures of the lattice room."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ KINDS = ("tangent planes", "cut box", "thin box 100:1", "simplex", "corner simpl
 
 
 def random_polytope(index: int) -> tuple[str, Region]:
-    """Region number ``index``: kinds and dimensions 2 to 10 take turns, all else is drawn from that number."""
+    """Region number ``index``: types and dimensions 2 to 10 alternate, all else is random with that seed."""
     rng = np.random.default_rng(index)
     kind = KINDS[index % len(KINDS)]
     n = 2 + (index // len(KINDS)) % 9

@@ -11,7 +11,7 @@ from spectral_core.scene import Mesh
 
 
 def at(x: float = 0, y: float = 0, z: float = 0, scale: Any = 1.0, turn: tuple[str, float] | None = None) -> np.ndarray:
-    """World from object: scale, a turn in degrees about an axis, a move."""
+    """World from object: scale, a rotation in degrees about an axis, a translation."""
     matrix = np.eye(4)
     matrix[:3, :3] = np.diag(np.broadcast_to(scale, 3).astype(float))
     if turn:

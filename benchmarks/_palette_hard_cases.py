@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Palettes made to break solvers: every known trap, alone and together, from a seed."""
+"""Palettes that are difficult for solvers: every known difficulty, alone and combined, from a seed."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ LIGHTS: dict[str, Callable[[int, SpectralGrid, np.random.Generator], list[np.nda
 
 
 def hard_problem(seed: int) -> tuple[PaletteProblem, list[str]]:
-    """A problem, and the names of the traps in it."""
+    """A problem, and the names of its difficulties."""
     rng = np.random.default_rng(seed)
     many = rng.random() < 0.04
     grid = random_grid(rng, many=many)

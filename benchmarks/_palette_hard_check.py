@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A second opinion on optimality, stated from the cells and solved by Clarabel: no line is shared with the solver.
+"""An independent check of optimality, formulated from the cells and solved by Clarabel, without shared code.
 
 Written from docs/palette.md alone: its own integrals, roughness, caps of weights and smoothness, groups, metric and
 equalities. Only data are shared: the CIE tables, the sRGB matrix, CIELAB, and the classes of a problem.

@@ -61,7 +61,7 @@ PRINTED_COLORS_255 = np.array(
         [(168, 144, 162), (75, 153, 196), (6, 113, 176)],
     ]
 )
-"""Linear RGB × 255 that the printed spectra give, (reflectance, light, 3); computed apart from this library."""
+"""Linear RGB × 255 that the printed spectra give, (reflectance, light, 3); computed without this library."""
 
 
 def light(name: str) -> Illuminant:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes in which exactly one effect matters, and pairs of them, each with what calls for nothing beside it.
+"""Scenes in which exactly one effect matters, and pairs of them, each with decoys that need no effect.
 
 Every scene holds decoys: a fog too thin to see, a lens too small to blur, a world too dark to show, a glass slot that
 no face has.
@@ -51,7 +51,7 @@ VIEW = at(0, -6, 4.2, turn=("x", 56))
 
 @dataclass
 class Stage:
-    """A floor under a lamp, to which effects add theirs. ``expected``: effects that must be on."""
+    """A floor under a lamp, to which effects add objects. ``expected``: effects that must be on."""
 
     floor: Any = field(default_factory=lambda: Diffuse(gray(0.5)))
     objects: list[tuple[str, str, np.ndarray, Any]] = field(default_factory=list)
@@ -194,7 +194,7 @@ def sky_image(stage: Stage) -> None:
     stage.expected |= {"environment"}
 
 
-def glowing(stage: Stage) -> None:
+def emissive(stage: Stage) -> None:
     stage.lights = []
     stage.add("globe", "sphere", at(0, 0, 2.0, 0.5), Emission(gray(1.0), 6.0))
     stage.expected |= {"emissive_meshes"}
@@ -271,7 +271,7 @@ SINGLE: dict[str, tuple[Callable[[Stage], None], ...]] = {
     effect.__name__.replace("_", " "): (effect,)
     for effect in (
         nothing, sun, room, wall, sodium, fluorescent, measured_paints, dyed, oxide, prism, fog, milk, lens, sky,
-        sky_image, glowing, curtain, ball_lamp, lamp_before_lamp, texture, mirror, facing_mirrors, mirror_caustic,
+        sky_image, emissive, curtain, ball_lamp, lamp_before_lamp, texture, mirror, facing_mirrors, mirror_caustic,
         glass_ball, glass_caustic, leaf, cloud,
     )
 }  # fmt: skip
@@ -279,7 +279,7 @@ PAIRS: dict[str, tuple[Callable[[Stage], None], ...]] = {
     f"{one.__name__.replace('_', ' ')} + {other.__name__.replace('_', ' ')}": (one, other)
     for one, other in (
         (room, sodium), (lens, texture), (wall, curtain), (mirror, texture), (glass_ball, lens), (leaf, lens),
-        (texture, ball_lamp), (wall, sky), (mirror, fluorescent), (fog, lens), (texture, curtain), (glowing, wall),
+        (texture, ball_lamp), (wall, sky), (mirror, fluorescent), (fog, lens), (texture, curtain), (emissive, wall),
     )
 }  # fmt: skip
 

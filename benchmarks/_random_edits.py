@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random edits of a Blender file, each of a type that an artist makes; none may fail, whatever the file contains."""
+"""Random edits of a Blender file, each of a type that an artist makes; none may fail for any file."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def shader(material):
 
 
 def on(pick, act):
-    """An edit of a random item; nothing where there is none."""
+    """An edit of a random item, if there is one."""
 
     def edit(rng):
         item = pick(rng)

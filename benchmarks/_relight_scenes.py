@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Three scenes for the relight benchmarks, small to large: a lit corner, glass and textures, a crowd of balls."""
+"""Three scenes for the relight benchmarks, small to large: a lit corner, glass and textures, many balls."""
 
 from __future__ import annotations
 

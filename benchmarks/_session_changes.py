@@ -13,11 +13,11 @@ import numpy as np
 WIDTH, HEIGHT, SAMPLES = 96, 64, 2
 Change = Callable[[np.random.Generator], None]
 TIMED = ("camera", "number", "lamp", "world", "palette", "move", "reshape", "add", "node added")
-"""Kinds whose first picture has a limit of time in the acceptance, by which also kills are counted."""
+"""Types of change whose first picture has a time limit in the acceptance; kills are counted by the same types."""
 
 
 def kinds_of(trial: Any) -> dict[str, Change]:
-    """All kinds of change. ``trial``: has ``context``, ``folder`` and ``new_view``."""
+    """All types of change. ``trial``: has ``context``, ``folder`` and ``new_view``."""
     from benchmarks._random_edits import EDITS
 
     def undo(rng: np.random.Generator) -> None:
@@ -104,7 +104,7 @@ def start(folder: Path) -> None:
 
 
 def context(x: float = 0.0, y: float = 0.0) -> Any:
-    """A 3D view as the session sees one, from above (x, y)."""
+    """A stand-in for a 3D view, from above (x, y)."""
     projection = np.diag([1.2, 1.8, -1.0, 0.0])
     projection[3, 2] = -1.0
     placed = np.eye(4)
@@ -117,6 +117,7 @@ def context(x: float = 0.0, y: float = 0.0) -> Any:
         use_local_collections=False,
         camera=None,
         use_local_camera=False,
+        use_render_border=False,
         clip_start=0.1,
         clip_end=100.0,
     )
@@ -142,6 +143,6 @@ def followed(session: Any, seen: Any, edit: Any) -> None:
         bpy.context.view_layer.update()
     finally:
         for handlers in lists():
-            if follow in handlers:  # a file that was opened takes them away
+            if follow in handlers:  # opening a file removes them
                 handlers.remove(follow)
     session().update(seen, bpy.context.view_layer.depsgraph)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes that break node trees: long chains, groups in themselves, broken attributes, UV maps without area, no hair."""
+"""Unusual node trees: long chains, recursive groups, broken attributes, UV maps without area, no hair."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from blender_addon import jobs
 
 
 def pixels_of(build: Callable[[Stage], object]) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Our colors and Cycles' of a stage that ``build`` has changed, and the notes on samples that were no numbers."""
+    """Colors by this renderer and by Cycles of the stage after ``build``; notes on samples that were not finite."""
     build(Stage(16))
     jobs.records.clear()
     ours = render("SPECTRAL", 1, raw=True)[..., :3]
@@ -37,7 +37,7 @@ def _long(stage: Stage) -> None:
 
 
 def _wide(stage: Stage) -> None:
-    """1,000 nodes that read the place, in a tree of sums."""
+    """1,000 nodes that read the position, in a tree of sums."""
     layer = []
     for k in range(500):
         node = stage.node("ShaderNodeVectorMath", operation="SCALE")
@@ -77,7 +77,7 @@ def _deep_groups(stage: Stage) -> None:
 
 
 def _own_group(stage: Stage) -> None:
-    """A group whose tree is asked to hold itself: Blender refuses, and the node stays empty."""
+    """A group that should contain itself: Blender refuses, and the node stays empty."""
     tree = bpy.data.node_groups.new("ring", "ShaderNodeTree")
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
     end, inside = tree.nodes.new("NodeGroupOutput"), tree.nodes.new("ShaderNodeGroup")

@@ -29,7 +29,7 @@ def emission_absorption(exact: np.ndarray, *_: Any) -> np.ndarray:
 def transmittance_only(
     exact: np.ndarray, renderer: VolumeRenderer, transfer: TransferFunction, view: View
 ) -> np.ndarray:
-    """volpath knows no emission: it is held against the transmittance before a white wall."""
+    """volpath supports no emission: it is compared by the transmittance before a white wall."""
     from spectral_core.volume.image import Stepping
     from spectral_core.volume.march.march_input import REFERENCE
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fields and transfer functions that had no say in any constant of the renderer."""
+"""Fields and transfer functions that were not used to choose any constant of the renderer."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ def colors_of(image: Any, transfer: TransferFunction) -> np.ndarray:
 
 
 class Curve:
-    """SNR, samples and turns of the loop of one way of stepping around a wanted SNR, on the whole picture."""
+    """SNR, samples and iterations of one step rule near a wanted SNR, on the whole picture."""
 
     def __init__(self, renderer: VolumeRenderer, view: View, transfer: TransferFunction, exact: np.ndarray) -> None:
         self.renderer, self.view, self.transfer, self.exact = renderer, view, transfer, exact

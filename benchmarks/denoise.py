@@ -38,7 +38,7 @@ def run(options: Options) -> dict[str, Any]:
         for samples in counts:
             clean, seconds = _timed(scene, samples, True)
             raw, raw_seconds = _timed(scene, samples, False)
-            # launches cost time of their own: the number that fits is found by trying
+            # launches cost additional time: the number of samples that fits is found by trials
             equal, spent = samples, raw_seconds
             for _ in range(4):
                 equal = max(samples, round(equal * min(seconds / spent, 8.0)))
@@ -72,7 +72,7 @@ def holds(figures: dict[str, Any]) -> dict[str, bool]:
 
 def _timed(scene: Scene, samples: int, is_denoised: bool, seed: int = 1) -> tuple[np.ndarray, float]:
     film = replace(scene.film, samples=samples, seed=seed)
-    # no tolerance: a plan that leaves out more in one render than in the other would pass for noise
+    # no tolerance: a difference between the plans of two renders would count as noise
     settings = replace(scene.settings, denoise=is_denoised, tolerance_delta_e=0.0)
     result = render_scene(replace(scene, film=film, settings=settings))
     return result.pixels[..., :3], result.seconds

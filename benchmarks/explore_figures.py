@@ -26,7 +26,7 @@ FIGURES = {
 
 
 def run(options: Options) -> dict[str, Any]:
-    """Run both sweeps, draw them, and say how the error follows the knob; draw the dial and the faders."""
+    """Run both sweeps, draw them, and print how the error depends on the setting; draw the dial and the faders."""
     figures: dict[str, Any] = {"holds": {}}
     for name, (time, factors, knob) in FIGURES.items():
         folder = options.out / name
@@ -53,10 +53,10 @@ def run(options: Options) -> dict[str, Any]:
     figures["faders"] = simultaneity_figure(options.out / "faders.png")
     dial, faders = figures["light_dial"], figures["faders"]
     figures["holds"] |= {
-        "7 Fig. 6.3: at a bulb its light shines alone": dial["largest_error_at_bulbs"] < 1e-12,
+        "7 Fig. 6.3: at a bulb only its light is on": dial["largest_error_at_bulbs"] < 1e-12,
         "7 Fig. 6.3: a mixture has the mean color of its render": dial["mean_color_to_render"]
         < (0.2 if options.quick else 0.03),
-        "7 Fig. 6.6: the scripted habits are found again": all(v for v in faders.values() if isinstance(v, bool)),
+        "7 Fig. 6.6: the scripted habits are detected": all(v for v in faders.values() if isinstance(v, bool)),
     }
     for name in ("light_dial", "faders"):
         print(f"{name}: {figures[name]}")

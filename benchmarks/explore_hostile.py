@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Hostile expressions, cells, property paths, file names and requests to sweeps: how many are refused or escaped.
 
-Python's own audit events tell whether an expression opened, imported or ran anything. The page is read by Python's
+Python's audit events show if an expression opened, imported or executed anything. The page is read by Python's
 HTML parser and, where there is a Chromium, by that; data.csv by a parser that shares no code with the writer.
 """
 
@@ -56,13 +56,13 @@ def run(options: Options) -> dict[str, Any]:
         "requests": measure_requests(count // 20),
     }
     lines = {
-        "expressions": "8 expressions are refused or give a column, and touch nothing",
-        "constraints": "8 constraints are refused or linear, and touch nothing",
+        "expressions": "8 expressions are refused or give a column, without side effects",
+        "constraints": "8 constraints are refused or linear, without side effects",
         "cells": "8 cells are never formulas or HTML",
-        "property_paths": "8 property paths that do not exist are named",
-        "data_paths": "8 data paths of a .blend that do not exist are named",
+        "property_paths": "8 errors name property paths that do not exist",
+        "data_paths": "8 errors name data paths of a .blend that do not exist",
         "file_names": "8 file names do not lead out of the folder",
-        "requests": "8 requests without the token, from another origin or of nonsense are refused",
+        "requests": "8 requests without the token, from another origin or without meaning are refused",
     }
     figures["holds"] = {line: not figures[name]["wrong"] for name, line in lines.items() if figures[name]}
     for name in lines:
@@ -73,7 +73,7 @@ def run(options: Options) -> dict[str, Any]:
 
 
 def _tried(work: Any, text: str, tally: Counter[str], wrong: list[str]) -> Any:
-    """Result of a call, None if it was refused with words; anything else is noted as wrong."""
+    """Result of a call, None if it was refused with a message; anything else is recorded as wrong."""
     _seen.clear()
     tracemalloc.reset_peak()
     before = tracemalloc.get_traced_memory()[0]
@@ -104,7 +104,10 @@ def _expressions(count: int) -> dict[str, Any]:
     }  # fmt: skip
     tally, wrong = Counter[str](), list[str]()
     sys.addaudithook(_audit)
-    for text in ("where(a > 0, sqrt(a), mean(b))", "ａ"):  # what NumPy and Python load at their first use is no harm
+    for text in (
+        "where(a > 0, sqrt(a), mean(b))",
+        "ａ",
+    ):  # modules that NumPy and Python load at their first use are harmless
         evaluate(text, columns)
     tracemalloc.start()
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensitivity, regions of like outcome and proposals against known answers: Ishigami, two phases, three optima."""
+"""Sensitivity, regions of similar outcome and proposals against known answers: Ishigami, two phases, three optima."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FRACTION = 0.002
 
 
 def run(options: Options) -> dict[str, Any]:
-    """Three kinds of known answers."""
+    """Three types of known answers."""
     figures: dict[str, Any] = {"sensitivity": _ishigami(256 if options.quick else 512)}
     figures["phases"] = _phases(150 if options.quick else 400)
     repeats, limit = (3, 40) if options.quick else (20, 120)

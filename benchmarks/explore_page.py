@@ -28,7 +28,7 @@ return e ? e.startTime : explorer.timing.shown_ms; })()"""
 
 
 def run(options: Options) -> dict[str, Any]:
-    """Measure two tables; nothing is measured where there is no Chromium."""
+    """Measure two tables, if Chromium is installed."""
     figures: dict[str, Any] = {}
     if find_browser() is None:
         print("no Chromium was found; nothing is measured")

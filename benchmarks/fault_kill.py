@@ -45,7 +45,7 @@ def run(options: Options) -> dict[str, Any]:
         print(f"{name:10} {len(outcomes)} tried, {sum(each == '' for each in outcomes)} as they should be")
         for each in sorted(set(outcomes) - {""}):
             print(f"           {outcomes.count(each)} × {each}")
-    print(f"{midway} of the kills met a half-written file")
+    print(f"{midway} of the kills interrupted a write")
     print(f"command    {command or 'one line of error, exit status 1'}")
     return {
         "seed": seed,
@@ -155,7 +155,7 @@ def _judged(writer: Writer, references: dict[str, list[bytes]], path: Path, stat
 
 
 def _memory_disk(known: list[Writer], references: dict[str, list[bytes]]) -> list[str]:
-    """The same on a real disk that is full; nothing where this user may mount none."""
+    """The same on a real full disk; skipped if this user cannot mount one."""
     outcomes = []
     for writer in known:
         # Room for the earlier file and half of another, in pages of 4 KiB and with one for the folder itself.
@@ -190,7 +190,7 @@ def _full_command() -> str:
             "--out",
             f"{folder}/out",
         ]
-        # Python 3.11 itself would keep a module's bytecode cut off at the limit, and fail to import it ever after.
+        # Python 3.11 would keep a module's bytecode truncated at the limit, and then always fail to import it.
         environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
         done = subprocess.run(line, capture_output=True, text=True, env=environment, preexec_fn=_small_files)
     lines = done.stderr.strip().splitlines()

@@ -25,7 +25,7 @@ from benchmarks._fuzz_inputs import Source, damaged, sources
 
 OPTIONS = ("--seconds", "--inputs", "--seed", "--source", "--only", "--child")
 MOST_SECONDS = 5.0
-"""Of processor time: a machine under load is no fault of a reader."""
+"""In processor time, which does not depend on the load of the machine."""
 MOST_BYTES = 1 << 30
 """Bytes of memory that a call may use in addition to those of the program before."""
 _HANG_SECONDS = 90.0
@@ -52,7 +52,7 @@ def run(options: Options) -> dict[str, Any]:
     print(f"{len(outcomes)} inputs: " + ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items())))
     for index, outcome in faults[:40]:
         print(f"  input {index}: {outcome}")
-    # Damage that nothing refuses, or all refuse at the door, would prove nothing.
+    # The test is void if no reader refuses the damage, or if all refuse it at once.
     meaningful = kinds["read"] > 0 and kinds["refused"] > kinds["read"]
     return {
         "seed": seed, "inputs": len(outcomes), "outcomes": dict(kinds), "faults": [list(each) for each in faults[:40]],
@@ -127,7 +127,7 @@ def _child(seed: int, first: int, last: int, wanted: str) -> None:
 
 
 def _outcome(chosen: tuple[Source, ...], seed: int, index: int, folder: Path) -> str:
-    """``read``, ``refused``, or what went wrong with input ``index``."""
+    """``read``, ``refused``, or the failure of input ``index``."""
     from spectral_core.errors import SpectralError
 
     source, path = _prepared(chosen, seed, index, folder)
@@ -165,7 +165,7 @@ def _prepared(chosen: tuple[Source, ...], seed: int, index: int, folder: Path) -
 
 
 def _peak_bytes(*, reset: bool = False) -> int:
-    """Most memory that this process held since the last reset; 0 where the system does not tell."""
+    """Most memory that this process held since the last reset; 0 if the system does not report it."""
     try:
         if reset:
             Path("/proc/self/clear_refs").write_text("5")
@@ -176,7 +176,7 @@ def _peak_bytes(*, reset: bool = False) -> int:
 
 
 def _show(seed: int, index: int, wanted: str) -> dict[str, Any]:
-    """Read one input; whatever it raises is shown with its traceback."""
+    """Read one input; an error is printed with its traceback."""
     with tempfile.TemporaryDirectory() as folder:
         source, path = _prepared(_chosen(Path(folder), wanted), seed, index, Path(folder))
         data = path.read_bytes()

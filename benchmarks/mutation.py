@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mutants drawn at random in palette, volume, board and relight: how many do the rooms' own tests catch?
+"""Mutants drawn at random in palette, volume, board and relight: share that the tests of each room detect.
 
 A mutant changes one place of one file: an operator, a comparison, a constant, a condition, or a statement that is left
 out. Each is tried in a copy of the tree with the tests of its room, until one fails. Arguments: how many mutants in
@@ -186,7 +186,7 @@ class Callers:
 
 
 def _function_lines(path: Path, line: int) -> tuple[int, int]:
-    """First and last line of the innermost function around a line; the whole file's where there is none."""
+    """First and last line of the innermost function around a line; the whole file's if there is none."""
     text = (ROOT / path).read_text("utf-8")
     around = [
         (min([node.lineno, *(each.lineno for each in node.decorator_list)]), node.end_lineno or node.lineno)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Palettes made to break solvers: nothing may be called solved that is not.
+"""Palettes that are difficult for solvers: no wrong answer may be called solved.
 
 2,400 generated problems (60 with ``--quick``; extra numbers set another first seed and another count). Every solution
 that is called solved or a compromise is checked by a statement of its own (``_palette_hard_check``): bounds, exact

@@ -3,7 +3,7 @@
 
 A room of two lamps at 960×540 (240×135 with ``--quick``), recorded in 31 bands; one lamp is designed for the color that
 white paper has under it. Each drag sets another wanted color, as the color picker does, and ends when Blender's image
-holds the new picture; the redraw of the window comes on top (``tests/live/palette_drive.py`` times it in a window).
+holds the new picture; the redraw of the window comes on top (``viewport-latency`` times it in a window).
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Past the thesis: Figure 5.2 and random 9×9 palettes with the default rounds instead of one.
+"""Beyond the thesis: Figure 5.2 and random 9×9 palettes with the default rounds instead of one.
 
 All settings but the requests are the defaults of ``PaletteProblem``. Then what counting errors in CIELAB gains.
 """

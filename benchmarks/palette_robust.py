@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Metamers that hold for more eyes than one: Figure 5.2 redesigned over the four CIE observers.
+"""Metamers for several observers: Figure 5.2 redesigned for the four CIE observers.
 
 The D65 metamers as printed fall apart for other observers. Here all four observers ask for equal colors in the D65
 column, softly or as a worst case; the targets under the split lights stay those of the standard observer.

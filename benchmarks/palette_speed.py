@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A whole re-solve after one edit of a live palette, against the same problem stated anew in cvxpy.
+"""Time of a solve after one edit of a live palette, relative to the same problem in cvxpy.
 
 Coupled palettes: all reflectances metameric under D65 with a free common color, random colors under the other lights.
 Edits drag colors, drag the weights of cells from 1 to 1000 and back, make cells exact and soft again, and conflict now

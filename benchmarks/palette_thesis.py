@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figures 5.1 to 5.4 of the thesis again: its printed spectra, its design, its errors by palette size.
+"""Figures 5.1 to 5.4 of the thesis: its printed spectra, its design, its errors by palette size.
 
 ``--quick`` runs few seeds and sizes. Pictures go to the output folder where matplotlib is installed.
 """

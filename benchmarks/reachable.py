@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reachable colors of cells: extents against linear programs on random cells, time of a click, the color in the way."""
+"""Reachable colors of cells: extents against linear programs on random cells, time of a click, the blocking color."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recipes of lamps against colour-science, of paints against Kubelka-Munk written out again, and dosage noise."""
+"""Recipes of lamps against colour-science, of paints against an independent Kubelka-Munk, and dosage noise."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bands against color error against time: relit from 31, 61 and 121 bands, by lamp, on measured and designed surfaces.
+"""Color error and time by number of bands: relit from 31, 61 and 121 bands, by lamp, on measured and designed surfaces.
 
 Colors are computed at 1 nm without noise: the product of a path's reflectances, and its approximation by bands.
 A path that meets two surfaces has the product of their reflectances. One rendered scene checks the computation.

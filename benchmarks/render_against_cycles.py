@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Time to the same error as Cycles, RGB, on the same machine in one run, for ten kinds of scenes.
+"""Time to the same error as Cycles, RGB, on the same machine in one run, for ten types of scenes.
 
 Each engine renders each scene at one number of samples, after a render that warms it, and its error is the relative
 mean square error against its own converged picture: (x - r)² / (r² + (mean r / 10)²), the worst 0.1 % of pixels left

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files from elsewhere (.glb, .gltf, .blend) against Cycles: mean color difference at matched noise, side by side.
+"""Files of other programs (.glb, .gltf, .blend) against Cycles: mean color difference at matched noise, side by side.
 
 Arguments: files and folders, which are searched for such files; ``--most N`` takes N of them, evenly spread. Without
 arguments small files are written, one per glTF extension that Blender imports; the repository carries no foreign files.

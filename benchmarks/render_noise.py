@@ -33,7 +33,7 @@ from spectral_core.scene import (
 from spectral_core.spectra import catalogue
 
 SMOOTH, LINES = ("D65", "A", "E"), ("HP1", "FL11", "FL2")
-"""Lamps of the catalogue by the kind of their spectra."""
+"""Lamps of the catalogue by the type of their spectra."""
 
 
 def run(options: Options) -> dict[str, Any]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hard cases of node trees: extreme numbers through every Math and Vector Math operation, and scenes that break trees.
+"""Hard cases of node trees: extreme numbers through every Math and Vector Math operation, and unusual node trees.
 
 Each operation reads three attributes that hold zeros, ones, negative, huge, tiny and broken numbers in all pairs; its
 values are compared with what Cycles renders of the same faces, number for number. A value that is no finite number

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Drivers and workers of a sweep killed with -9 at random moments: nothing lost, nothing half-written, little twice.
+"""Drivers and workers of a sweep killed with -9 at random moments: no loss, few points computed twice.
 
 The driver holds the ledger, so that its death is the ledger's. ``starts`` counts how often a point was begun: each
 kill of a worker costs the point at hand, which must be begun again. ``completed`` counts how often it was computed to

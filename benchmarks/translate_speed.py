@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From Blender's evaluated scene to scene data: a million triangles of each kind of shading, and many instances."""
+"""From Blender's evaluated scene to scene data: a million triangles of each type of shading, and many instances."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One picture with pins: exactness, pins, far colors, smoothness against tetrahedra, Jakob-Hanika's way beside it."""
+"""One picture with pins: exactness, pins, far colors, smoothness against tetrahedra and Jakob-Hanika."""
 
 from __future__ import annotations
 

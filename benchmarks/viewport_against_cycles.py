@@ -1,57 +1,37 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rendered mode against Cycles' viewport: time from an edit to the same error, five scenes, in a window of Blender.
 
-SPECTRAL_REAL_BLENDER is a command that runs Blender with a window when its arguments follow, SPECTRAL_PATHS holds
-folders for its Python with Mitsuba, Dr.Jit, SciPy and OpenEXR (an installed extension's site-packages). Both engines
-show the same view with the same samples after a number of a material was changed, in turn, after a first edit of each
-that compiles. Work is processor time of all threads that trace and prepare: of our render process, and of Blender
-without its main thread and without software OpenGL, which only Cycles' figure is freed of. Error is the relative mean
-square error of F12 with the same samples against a converged picture of the same engine: both viewports trace the
-samples of F12 (Cycles' with its pattern set to the same one). As error falls as one over time, the ratio at equal
-error is (our work · our error) / (its work · its error). Nothing is denoised or clamped, and pixels are of full size.
+SPECTRAL_REAL_BLENDER and SPECTRAL_PATHS as in ``_window``. Both engines show the same view with the same samples
+after a number of a material was changed, in turn, after a first edit of each that compiles. Work is processor time of
+all threads that trace and prepare: of our render process, and of Blender without its main thread and without software
+OpenGL, which only Cycles' figure is freed of. Error is the relative mean square error of F12 with the same samples
+against a converged picture of the same engine: both viewports trace the samples of F12 (Cycles' with its pattern set
+to the same one). As error falls as one over time, the ratio at equal error is (our work · our error) / (its work ·
+its error). Nothing is denoised or clamped, and pixels are of full size.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import shlex
-import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks import Options
-from spectral_core.errors import UnknownNameError
+from benchmarks import Options, _window
 
 SCENES = ("Cornell box", "interior, window", "glass", "HDRI", "sun and sky")
 LIMIT = 1.2
-ROOT = Path(__file__).resolve().parents[1]
 
 
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
-    command = os.environ.get("SPECTRAL_REAL_BLENDER", "")
-    if not command:
-        print("nothing is measured: SPECTRAL_REAL_BLENDER names no Blender with a window", file=sys.stderr)
+    if not _window.has_window():
+        print(f"nothing is measured: {_window.MISSING}", file=sys.stderr)
         return {"holds": {}}
     names = options.extra or list(SCENES)[: 1 if options.quick else None]
     settings = {"scenes": names, "samples": 4, "rounds": 1, "many": 128} if options.quick else {}
     settings = settings or {"scenes": names, "samples": 16, "rounds": 2, "many": 512}
-    done = subprocess.run(
-        [*shlex.split(command), "--factory-startup", "-p", "0", "0", "420", "320", "--python",
-         str(ROOT / "benchmarks" / "_viewport_rivals.py")],
-        env={**os.environ, "SPECTRAL_PATHS": os.pathsep.join([str(ROOT), os.environ.get("SPECTRAL_PATHS", "")]),
-             "SPECTRAL_SETTINGS": json.dumps(settings)},
-        cwd=options.out, stdout=subprocess.PIPE, text=True, check=False,
-    )  # fmt: skip
-    lines = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
-    if not lines:
-        raise UnknownNameError(f"Blender told no result; its output ends with: {done.stdout[-1500:]}")
-    told = json.loads(lines[-1].removeprefix("RESULT "))
-    return _figures(told)
+    return _figures(_window.told_by("_viewport_rivals.py", settings, options, (420, 320)))
 
 
 def _figures(told: dict[str, Any]) -> dict[str, Any]:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Rendered view through random edits, undos, files, mode switches and kills: is it ever stale, does it recover?
+"""A Rendered view through random edits, undos, files, mode switches and kills: outdated pictures, and recovery.
 
 A plane, a ball and a lamp at 96×64 in Blender without a window; the session is the one of a 3D view, with its own
 render process. After each change the view has to settle (``--changes N``, 1000; ``--kills N``, 30 spread over them).
 Changes are deletes, renames, new objects, materials and nodes, numbers, meshes, an undo or redo of any of them, another
 file or the same one loaded, data appended, the mode switched, the camera turned, a wanted color dragged. Every few
 changes the picture is compared with that of another process which loads the whole scene afresh, sample for sample.
-``--kill-each N`` instead kills the process N times during each kind of change that is limited in time, at a random
+``--kill-each N`` instead kills the process N times during each type of change that is limited in time, at a random
 moment. ``--minutes N`` ends a run earlier, ``--seed N`` repeats one. Hours on two cores: new nodes compile kernels.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Is the error stated before rendering true? Estimate against measured SNR, per volume, function, view and quality.
+"""The error stated before rendering against the measured SNR, per volume, function, view and quality.
 
 The estimate comes from 4096 pilot rays; the SNR is that of the whole picture against a fine reference. Counted is
 the share within 3 dB. Arguments: names of volumes.

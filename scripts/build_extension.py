@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Builds the extension zip: blender_addon, spectral_core as a wheel, and every wheel it needs, for offline use.
 
-``make extension`` writes dist/spectral_scene-VERSION.zip with wheels for the Pythons of Blender 4.2 to 5.2 and has
-Blender's own validator check it. ``--python 3.11`` keeps one Python only: a smaller zip, for a quick try.
+``make extension`` writes dist/spectral_scene-VERSION.zip with wheels for the Pythons of Blender 4.3 to 5.2; Blender's
+validator checks it. ``--python 3.11`` keeps one Python only: a smaller zip, for quick tests.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 STAGE, CACHE, DIST = ROOT / "build" / "extension", ROOT / "wheels", ROOT / "dist"
 PYTHONS = ("3.11", "3.13", "3.14")
-"""Blender 4.2 to 5.0 carry 3.11, 5.1 and 5.2 carry 3.13, Debian's 5.2 carries 3.14."""
+"""Blender 4.3 to 5.0 have 3.11, 5.1 and 5.2 have 3.13, Debian's 5.2 has 3.14."""
 PLATFORM_TAGS = {
     "linux-x64": ["manylinux_2_28_x86_64", "manylinux_2_27_x86_64", "manylinux_2_17_x86_64", "manylinux2014_x86_64"],
     "windows-x64": ["win_amd64"],
@@ -32,7 +32,7 @@ BUNDLED = [
     *("mitsuba", "drjit", "scipy", "daqp", "piqp", "threadpoolctl", "OpenEXR"),
     *("pynrrd", "nibabel", "tifffile", "mido", "python-osc"),
     *("importlib_resources", "typing_extensions", "packaging"),
-    "colour-science",  # what lamp recipes measure color rendering by; without imageio, which reads no picture there
+    "colour-science",  # for the color rendering index of lamp recipes; without imageio, which is not used there
 ]
 """Never numpy: Blender has its own. What these need beyond numpy is listed here too."""
 
@@ -51,7 +51,7 @@ def locked() -> list[str]:
     found = []
     for package in BUNDLED:
         pinned, *hashes = by_name[package.lower().replace("_", "-")].split("--hash")
-        # without the marker, which speaks of the Python that runs this and not of the one that is fetched for
+        # without the marker, which is for the running Python, not for the one of the wheels
         found.append(" ".join([pinned.split(";")[0].strip(), *(f"--hash{each.strip()}" for each in hashes)]))
     return found
 
@@ -81,8 +81,8 @@ def download(platform: str, pythons: list[str]) -> list[Path]:
 def core_wheel() -> Path:
     """spectral_core alone as a wheel: the extension itself is the other half of the distribution.
 
-    Its version ends in a hash of its files: Blender takes a wheel of an unchanged version for installed, and would go
-    on with yesterday's core under today's panels.
+    Its version ends in a hash of its files: Blender skips a wheel of an installed version, and would combine an
+    older core with newer panels.
     """
     source = ROOT / "build" / "core"
     shutil.rmtree(source, ignore_errors=True)
@@ -113,7 +113,7 @@ def isolated(wheel: Path) -> Path:
     from spectral_core.files.elf import made_to_call_itself
 
     version = wheel.name.split("-")[1]
-    mark = f"{version}+isolated"  # Blender takes a wheel of a version that is installed for the same
+    mark = f"{version}+isolated"  # Blender skips a wheel of a version that is installed
     made = ROOT / "build" / "isolated" / wheel.name.replace(version, mark, 1)
     made.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(wheel) as original:
@@ -135,12 +135,12 @@ def isolated(wheel: Path) -> Path:
 
 
 def _digest(data: bytes) -> str:
-    """SHA-256 as a wheel's RECORD has it."""
+    """SHA-256 in the form of a wheel's RECORD."""
     return base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
 
 
 def stage(wheels: list[Path], platform: str) -> None:
-    """The extension's folder as Blender's builder wants it."""
+    """The extension's folder in the layout for Blender's builder."""
     shutil.rmtree(STAGE, ignore_errors=True)
     shutil.copytree(ROOT / "blender_addon", STAGE, ignore=shutil.ignore_patterns("__pycache__", ".keep"))
     shutil.copy(ROOT / "LICENSE", STAGE / "LICENSE")
@@ -167,7 +167,7 @@ def bundle_llvm(folder: Path) -> str:
 
     found = find_llvm()
     if found is None:
-        return "no LLVM: none from 17 on is installed here (apt install libllvm19), so the artist must bring one"
+        return "no LLVM: none from 17 on is installed here (apt install libllvm19), so the artist must install one"
     library = Path(found[0]).resolve()
     needed = re.findall(r"^\s*(\S+) => (/\S+)", run("ldd", str(library)), re.MULTILINE)
     (folder / "licenses").mkdir(parents=True)
@@ -177,7 +177,7 @@ def bundle_llvm(folder: Path) -> str:
         shutil.copyfile(Path(path).resolve(), folder / name)
         license = _license(Path(path))
         if license is None:
-            sys.exit(f"extension: the license of {path} was not found; it cannot be carried without")
+            sys.exit(f"extension: the license of {path} was not found; the library cannot be included without it")
         shutil.copyfile(license[1], folder / "licenses" / f"{license[0]}.txt")
     size = sum(path.stat().st_size for path in folder.iterdir() if path.is_file()) / 1e6
     return f"LLVM {found[1]} from {library.name} with {len(list(folder.glob('*.so*'))) - 1} libraries, {size:.0f} MB"
@@ -212,7 +212,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", action="append", choices=PYTHONS, help="only for this Python (may be repeated)")
     parser.add_argument("--platform", default="linux-x64", choices=PLATFORM_TAGS)
-    parser.add_argument("--without-llvm", action="store_true", help="leave the LLVM library out, for a quick try")
+    parser.add_argument("--without-llvm", action="store_true", help="omit the LLVM library, for quick tests")
     parser.add_argument("--name", default="spectral_scene", help="start of the zip's name")
     given = parser.parse_args()
     wheels = [core_wheel(), *map(isolated, download(given.platform, given.python or list(PYTHONS)))]

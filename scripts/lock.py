@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes requirements.lock: every package of constraints.txt with the hashes of its files, for any platform.
 
-Run it after a change of pyproject.toml or constraints.txt: ``python scripts/lock.py``. It uses uv, in an environment
-of its own that is thrown away.
+Run it after a change of pyproject.toml or constraints.txt: ``python scripts/lock.py``. It uses uv in a temporary
+environment.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def main() -> None:
         line += ["--generate-hashes", "--constraint", "constraints.txt", "--python-version", "3.11"]
         line += ["--no-header", "--no-annotate", "--output-file", str(out)]
         if subprocess.run(line, cwd=ROOT).returncode:
-            sys.exit("lock: uv found no set of versions; its words are above")
+            sys.exit("lock: uv found no set of versions; its output is above")
         text = out.read_text("utf-8")
     (ROOT / "requirements.lock").write_text(HEAD + text, "utf-8")
     print(f"lock: {text.count('==')} packages, {text.count('--hash')} hashes")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes spectral_core/spectra/data/*.csv from colour-science, so that no start of the program has to import it."""
+"""Writes spectral_core/spectra/data/*.csv from colour-science, so that the program does not import it at its start."""
 
 from __future__ import annotations
 

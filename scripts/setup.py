@@ -2,8 +2,8 @@
 """Sets this checkout up: system libraries, .venv, packages. Safe to run twice; the second time it only checks.
 
 Imports the standard library only: nothing is installed yet. With root or sudo the few system libraries that bpy and
-drjit need come from the distribution; without, the one command to run is printed. Without LLVM the scalar renderer
-still works, slower.
+drjit need come from the distribution; without, the one command to run is printed. Without LLVM everything except
+rendering works.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def loads(library: str) -> bool:
 
 
 def has_llvm() -> bool:
-    """True if an LLVM that drjit can use lies where its loader looks."""
+    """True if drjit's loader finds an LLVM that it can use."""
     if os.environ.get("DRJIT_LIBLLVM_PATH"):
         return True
     folders = [Path("/usr/lib"), Path("/usr/lib64"), Path("/usr/local/lib"), *Path("/usr/lib").glob("*-linux-gnu")]
@@ -87,7 +87,7 @@ def system_libraries() -> None:
         return
     if not shutil.which("apt-get"):
         needed = ", ".join([*missing, *([f"LLVM {OLDEST_LLVM} or newer (libLLVM.so)"] if llvm_missing else [])])
-        say(f"no apt-get here; install by your own means: {needed}")
+        say(f"there is no apt-get here; install these yourself: {needed}")
         if missing:
             sys.exit(1)
         return
@@ -100,7 +100,7 @@ def system_libraries() -> None:
         )
         if missing:
             sys.exit(1)
-        say("only LLVM is missing: going on with the scalar renderer, which is many times slower")
+        say("only LLVM is missing: set-up continues without it, but rendering needs it")
         return
     environment = dict(os.environ, DEBIAN_FRONTEND="noninteractive")
     say("reading the distribution's package lists")
@@ -111,7 +111,7 @@ def system_libraries() -> None:
     done = subprocess.run([*before, *quiet, *packages], env=environment, capture_output=True, text=True)
     if done.returncode:
         print(done.stdout[-2000:], done.stderr[-2000:], file=sys.stderr)
-        say("the distribution's package manager failed; its words are above")
+        say("the distribution's package manager failed; its output is above")
         sys.exit(1)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from benchmarks._features.stage import Stage
 
 FAMILIES = ("lamps", "world", "closures", "closure_sockets", "color_nodes", "textures", "inputs", "images", "camera",
-            "film", "objects", "normals", "volumes", "mixed", "mixed_light")  # fmt: skip
+            "film", "objects", "hair", "normals", "volumes", "mixed", "mixed_light")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ _found: dict[str, Feature] = {}
 
 
 def feature(name: str, build: Callable[[Stage], object], samples: int = 1) -> None:
-    """Enter a scene under ``family/name``; every name must be new."""
+    """Register a scene as ``family/name``; every name must be new."""
     if name in _found:
         raise ValueError(f"two feature scenes are named {name!r}")
     _found[name] = Feature(name, build, samples)

@@ -78,7 +78,7 @@ feature("closures/specular node", _shader("ShaderNodeEeveeSpecular", Base_Color=
 
 
 def _copper(stage: Stage) -> None:
-    """Measured indices of refraction; their sockets are there for the physical model alone."""
+    """Measured indices of refraction; only the physical model has sockets for them."""
     node = stage.shader("ShaderNodeBsdfMetallic", Roughness=0.2)
     node.fresnel_type = "PHYSICAL_CONDUCTOR"
     node.inputs["IOR"].default_value, node.inputs["Extinction"].default_value = (0.25, 0.9, 1.2), (3.6, 2.6, 2.5)

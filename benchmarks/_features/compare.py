@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two pictures of one scene: how far apart they are, robust to fireflies, on the ball and on the whole."""
+"""Difference of two pictures of one scene, robust to fireflies, on the ball and in all."""
 
 from __future__ import annotations
 

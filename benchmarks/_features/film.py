@@ -59,29 +59,24 @@ def _panes(stage: Stage) -> None:
         stage.plane(2.5, film, (0, -1.5 - 0.1 * k, 1.2), (1.5708, 0, 0))
 
 
+def _through(material: Callable[[Stage], object]) -> Callable[[Stage], None]:
+    """A material whose glass the transparent film is seen through."""
+    return _then(material, _render(film_transparent=True), _cycles(film_transparent_glass=True))
+
+
 feature("film/stage", lambda s: None)
 feature("film/exposure", _cycles(film_exposure=2.0))
 feature("film/view exposure", lambda s: setattr(s.scene.view_settings, "exposure", 1.0))
 feature("film/transparent", _render(film_transparent=True))
-feature(
-    "film/transparent glass", _then(_glass, _render(film_transparent=True), _cycles(film_transparent_glass=True)), 2
-)
+feature("film/transparent glass", _through(_glass), 2)
 feature(
     "film/transparent glass of Principled",
-    _then(
-        lambda s: s.shader("ShaderNodeBsdfPrincipled", Roughness=0.0, Transmission_Weight=1.0),
-        _render(film_transparent=True),
-        _cycles(film_transparent_glass=True),
-    ),
+    _through(lambda s: s.shader("ShaderNodeBsdfPrincipled", Roughness=0.0, Transmission_Weight=1.0)),
     2,
 )
 feature(
     "film/transparent glass, rough",
-    _then(
-        lambda s: s.shader("ShaderNodeBsdfGlass", Roughness=0.4, IOR=1.45),
-        _render(film_transparent=True),
-        _cycles(film_transparent_glass=True),
-    ),
+    _through(lambda s: s.shader("ShaderNodeBsdfGlass", Roughness=0.4, IOR=1.45)),
     2,
 )
 feature("film/transparent behind glass", _then(_glass, _render(film_transparent=True)), 2)

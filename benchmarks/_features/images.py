@@ -152,6 +152,22 @@ def _udim(numbers: tuple[int, ...], sizes: tuple[int, ...] = (16,)) -> Callable[
     return build
 
 
+def _missing(stage: Stage) -> None:
+    image = _textured()(stage).image
+    image.unpack(method="REMOVE")
+    image.source, image.filepath = "FILE", "/nowhere/lost.png"
+
+
+def _missing_sky(stage: Stage) -> None:
+    texture = stage.node("ShaderNodeTexEnvironment", stage.world)
+    stage.link(texture.outputs["Color"], stage.tree(stage.world).nodes["Background"].inputs["Color"])
+
+
+feature("images/missing file", _missing)
+feature("images/no image", lambda s: setattr(_textured()(s), "image", None))
+feature("images/environment without image", _missing_sky)
+
+
 ALL_TILES = (1001, 1002, 1003, 1011, 1012, 1013)
 feature("images/udim", _udim(ALL_TILES))
 feature("images/udim of several sizes", _udim(ALL_TILES, (16, 32)))

@@ -15,7 +15,7 @@ from benchmarks._features.stage import Stage
 # --- light ---------------------------------------------------------------------------------------------------------
 
 
-def _glowing(kind: str) -> Callable[[Stage], None]:
+def _emissive(kind: str) -> Callable[[Stage], None]:
     """The ball lights the floor with a pattern."""
 
     def build(stage: Stage) -> None:
@@ -51,7 +51,7 @@ def _glowing(kind: str) -> Callable[[Stage], None]:
 
 
 for _kind in ("image", "generated", "attribute", "noise", "facing", "back faces", "blackbody"):
-    feature(f"mixed/glow by {_kind}", _glowing(_kind), 2)
+    feature(f"mixed/emission by {_kind}", _emissive(_kind), 2)
 
 
 def _many_lamps(stage: Stage) -> None:

@@ -46,7 +46,7 @@ def _cup(smooth: bool, shader: str = "") -> Callable[[Stage], None]:
     return build
 
 
-def _glowing(kind: str, smooth: bool) -> Callable[[Stage], None]:
+def _emissive(kind: str, smooth: bool) -> Callable[[Stage], None]:
     """A mesh that illuminates the floor."""
 
     def build(stage: Stage) -> None:
@@ -65,10 +65,10 @@ def _glowing(kind: str, smooth: bool) -> Callable[[Stage], None]:
 for _smooth in (False, True):
     _how = "smooth" if _smooth else "flat"
     feature(f"normals/cup {_how}", _cup(_smooth))
-    feature(f"normals/glowing torus {_how}", _glowing("torus", _smooth))
-    feature(f"normals/glowing cylinder {_how}", _glowing("cylinder", _smooth))
-    feature(f"normals/glowing ball {_how}", _glowing("uv_sphere", _smooth))
-feature("normals/glowing cube smooth", _glowing("cube", True))
+    feature(f"normals/emissive torus {_how}", _emissive("torus", _smooth))
+    feature(f"normals/emissive cylinder {_how}", _emissive("cylinder", _smooth))
+    feature(f"normals/emissive ball {_how}", _emissive("uv_sphere", _smooth))
+feature("normals/emissive cube smooth", _emissive("cube", True))
 feature("normals/cup smooth glossy", _cup(True, "ShaderNodeBsdfAnisotropic"))
 feature("normals/cup smooth principled", _cup(True, "ShaderNodeBsdfPrincipled"))
 feature("normals/cup smooth glass", _cup(True, "ShaderNodeBsdfGlass"), 4)

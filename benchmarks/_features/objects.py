@@ -95,7 +95,7 @@ feature(
     2,
 )
 feature(
-    "objects/shadow catcher beside a glowing ball",
+    "objects/shadow catcher beside an emissive ball",
     lambda s: (
         setattr(s.floor, "is_shadow_catcher", True),
         setattr(s.scene.render, "film_transparent", True),

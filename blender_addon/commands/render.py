@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render a .blend file as F12 does, without a window: PNG through the file's view transform, or EXR."""
+"""Render a .blend file as F12 does, without a window: PNG through the file's view transform, or EXR; or write it as a
+scene for Mitsuba.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +18,7 @@ from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
 from spectral_core.files.whole import whole_file
 
 from . import _blend
+from .plan import translated_scene
 
 FORMATS = {".png": "PNG", ".exr": "OPEN_EXR", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
 
@@ -46,6 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="for an .exr: passes to make beside those that are ticked, by Cycles' names ('Depth', 'Diffuse Direct', "
         "'CryptoObject' …); makes it multilayer",
     )  # fmt: skip
+    parser.add_argument(
+        "--write-mitsuba", type=Path, metavar="DIR",
+        help="instead of a picture: a folder with scene.xml that Mitsuba 3 loads without this package, its meshes, "
+        "images and spectra, and export.json, which names the parts of the scene that Mitsuba has no counterpart for",
+    )  # fmt: skip
     frames = parser.add_mutually_exclusive_group()
     frames.add_argument("--frame", type=int, metavar="N", help="frame to render; default the file's current one")
     frames.add_argument("--animation", action="store_true", help="render every frame of the file's range")
@@ -53,6 +61,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Render; exit status 0 if every frame was finished."""
+    if arguments.write_mitsuba is not None:
+        return _write_mitsuba(arguments, arguments.write_mitsuba)
     start = time.perf_counter()
     out = arguments.out or Path(arguments.scene.with_suffix(".png").name)
     if out.suffix.lower() not in FORMATS:
@@ -94,6 +104,27 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"note: {note}")
     if arguments.json:
         print(json.dumps(report))
+    return 0
+
+
+def _write_mitsuba(arguments: argparse.Namespace, folder: Path) -> int:
+    """Write the scene for Mitsuba instead of a picture."""
+    from spectral_core.render.mitsuba_export import write_mitsuba
+
+    for name in ("out", "bands", "multilayer", "passes", "animation"):
+        if getattr(arguments, name):
+            raise InvalidInputError(f"--write-mitsuba writes a scene and no picture; leave out --{name}")
+    with _blend.chatter_to_stderr():
+        scene = _blend.open_scene(arguments)
+        if arguments.frame is not None:
+            scene.frame_set(arguments.frame)
+        made = write_mitsuba(translated_scene(arguments), folder)
+    notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in made.notes)]
+    print(f"{made.scene}: {len(made.files)} files; load it by mitsuba.load_file")
+    for note in notes:
+        print(f"note: {note}")
+    if arguments.json:
+        print(json.dumps({"scene": str(made.scene), "files": list(made.files), "notes": notes}))
     return 0
 
 

@@ -22,7 +22,7 @@ class Canvas:
     def __init__(self) -> None:
         self._texture: Any = None
         self._shown: Any = None
-        self._size = (1, 1)
+        self._corner, self._size = (0, 0), (1, 1)
 
     def show(self, shown: Shown, working_from_rgb: NDArray[np.float64] | None, *, transparent: bool) -> None:
         """Copy a picture to the graphics card."""
@@ -40,6 +40,7 @@ class Canvas:
         data = gpu.types.Buffer("FLOAT", pixels.size, np.ascontiguousarray(pixels).ravel())
         self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=data)
         self._shown, self._size = key, (width * shown.frame.level, height * shown.frame.level)
+        self._corner = shown.frame.corner
 
     def draw(self, engine: Any, scene: Any, clip: tuple[int, int, int, int] | None = None) -> None:
         """Draw the picture over the region. ``clip``: left, bottom, width, height of what is drawn, None for all."""
@@ -53,7 +54,7 @@ class Canvas:
             gpu.state.scissor_test_set(True)
             gpu.state.scissor_set(*clip)
         engine.bind_display_space_shader(scene)
-        draw_texture_2d(self._texture, (0, 0), *self._size)
+        draw_texture_2d(self._texture, self._corner, *self._size)
         engine.unbind_display_space_shader()
         if clip is not None:
             gpu.state.scissor_test_set(False)

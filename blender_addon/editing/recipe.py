@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
@@ -21,36 +23,58 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 from ..translate.spectra.stored import spectrum_of, store_spectrum
 
 
-def find(scene: Scene) -> bool:
-    """Find and store the recipe that the panel requests; True if all requirements are met. Raises InvalidInputError."""
+@dataclass(frozen=True)
+class Found:
+    """A recipe: its ``text``, its ``spectrum``, if all requirements are ``met``, and the ``kind`` of what it makes."""
+
+    text: str
+    spectrum: Spectrum
+    met: bool
+    kind: str
+
+
+def search(scene: Scene) -> Callable[[], Found]:
+    """The search for the recipe that the panel requests, which reads nothing from Blender any more.
+
+    The previous result is removed, even if this one fails. Raises InvalidInputError.
+    """
     recipe = scene.spectral.recipe
-    recipe.text, recipe.spectrum = "", ""  # the previous result is removed, even if this one fails
-    spectra = _library(recipe)
-    made: Spectrum
-    if recipe.kind == "LAMP":
-        quality = LampQuality(
-            recipe.cri if recipe.use_cri else None,
-            recipe.fidelity if recipe.use_fidelity else None,
-            (recipe.gamut_low, recipe.gamut_high) if recipe.use_gamut else None,
-        )
-        channels = [Illuminant(each.name, each.grid, each.values) for each in spectra]
-        if recipe.most < 3:
-            raise InvalidInputError(f"a white takes three channels or more; At Most is {recipe.most}, make it 3")
-        lamp = lamp_recipe(
-            channels, recipe.cct, duv=recipe.duv, quality=quality, most_channels=min(recipe.most, len(channels))
-        )
-        # The library's channels have one watt each; those of a file are as bright as the file says.
-        full = "one watt of radiation" if recipe.library == "BUILTIN" else "the channel as in the file"
-        recipe.text, recipe.met, made = f"{lamp.text()}\n100 % is {full}", lamp.met, lamp.lamp
-    else:
-        colorants = _colorants(recipe, spectra)
-        found = material_recipe(colorants, _wanted(scene), _lights(scene), most_colorants=recipe.most)
-        recipe.text, recipe.met, made = found.text(recipe.grams), True, found.reflectance
-    recipe.found_kind = recipe.kind
+    recipe.text, recipe.spectrum = "", ""
+    spectra, kind, most = _library(recipe), recipe.kind, recipe.most
+    if kind != "LAMP":
+        colorants, wanted, lights, grams = _colorants(recipe, spectra), _wanted(scene), _lights(scene), recipe.grams
+
+        def mixed() -> Found:
+            found = material_recipe(colorants, wanted, lights, most_colorants=most)
+            return Found(found.text(grams), found.reflectance, True, kind)
+
+        return mixed
+    quality = LampQuality(
+        recipe.cri if recipe.use_cri else None,
+        recipe.fidelity if recipe.use_fidelity else None,
+        (recipe.gamut_low, recipe.gamut_high) if recipe.use_gamut else None,
+    )
+    channels = [Illuminant(each.name, each.grid, each.values) for each in spectra]
+    if most < 3:
+        raise InvalidInputError(f"a white takes three channels or more; At Most is {most}, make it 3")
+    cct, duv = recipe.cct, recipe.duv
+    # The library's channels have one watt each; those of a file are as bright as the file says.
+    full = "one watt of radiation" if recipe.library == "BUILTIN" else "the channel as in the file"
+
+    def driven() -> Found:
+        lamp = lamp_recipe(channels, cct, duv=duv, quality=quality, most_channels=min(most, len(channels)))
+        return Found(f"{lamp.text()}\n100 % is {full}", lamp.lamp, bool(lamp.met), kind)
+
+    return driven
+
+
+def store(scene: Scene, found: Found) -> None:
+    """Store a recipe for the panel."""
+    recipe, made = scene.spectral.recipe, found.spectrum
+    recipe.text, recipe.met, recipe.found_kind = found.text, found.met, found.kind
     recipe.spectrum = json.dumps(
         {"name": made.name, "nm": made.grid.wavelengths_nm.tolist(), "values": made.values.tolist()}
     )
-    return bool(recipe.met)
 
 
 def _library(recipe: PropertyGroup) -> list[Spectrum]:

@@ -2,12 +2,13 @@
 """Functions that several operators share."""
 
 import functools
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.types import Context, Operator, PropertyGroup
+from bpy.types import Context, Event, Operator, PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError, SpectralError
 
@@ -16,6 +17,8 @@ from ..editing.board.paths import full_path
 Execute = Callable[[Any, Context], set[str] | None]
 """``execute`` of an operator; returns None if it finished."""
 UNDOABLE = {"REGISTER", "UNDO"}
+LOOK_AGAIN_S = 0.1
+"""Time between two looks whether the work of an operator is done."""
 
 
 def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:
@@ -97,3 +100,87 @@ def chosen_path(filepath: str) -> Path:
     if not filepath.strip():
         raise InvalidInputError("no file is chosen; give its path as filepath=…")
     return Path(bpy.path.abspath(filepath))
+
+
+class Waiting:
+    """Base of operators whose work takes longer than a moment: in a window a thread does it, and the artist goes on.
+
+    Without a window, and for scripts that call them, the work is done at once.
+    """
+
+    _thread: threading.Thread
+    _timer: Any
+    _scene: int
+
+    def begin(self, context: Context) -> Callable[[], Any]:
+        """Read what the work needs from Blender, and return the work, which reads nothing. May raise SpectralError."""
+        raise NotImplementedError
+
+    def end(self, scene: Scene, answer: Any) -> None:
+        """Store the answer. May raise SpectralError."""
+        raise NotImplementedError
+
+    def failed(self, scene: Scene) -> None:
+        """Take back what ``begin`` has changed."""
+
+    def execute(self, context: Context) -> set[str]:
+        """Do the work now."""
+        try:
+            work = self.begin(context)
+        except (SpectralError, OSError) as error:
+            return self._refused(error)
+        return self._ended(context.scene, _answer_of(work))
+
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        """Start the work on a thread."""
+        try:
+            work = self.begin(context)
+        except (SpectralError, OSError) as error:
+            return self._refused(error)
+        answers: list[Any] = []
+        self._answers, self._scene = answers, context.scene.session_uid
+        self._thread = threading.Thread(target=lambda: answers.append(_answer_of(work)), daemon=True)
+        self._thread.start()
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(LOOK_AGAIN_S, window=context.window)
+        manager.modal_handler_add(self)
+        context.workspace.status_text_set(f"{self.bl_label} …")  # type: ignore[attr-defined]
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Context, event: Event) -> set[str]:
+        """Store the answer when the thread has it."""
+        if event.type != "TIMER" or self._thread.is_alive():
+            return {"PASS_THROUGH"}
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+        scene = next((each for each in bpy.data.scenes if each.session_uid == self._scene), None)
+        if scene is None:
+            return {"CANCELLED"}  # deleted in the meantime
+        found = self._ended(scene, self._answers[0])
+        for area in context.screen.areas if context.screen else ():
+            area.tag_redraw()
+        return found
+
+    def _ended(self, scene: Scene, answer: Any) -> set[str]:
+        if not isinstance(answer, Exception):
+            try:
+                self.end(scene, answer)
+                return {"FINISHED"}
+            except (SpectralError, OSError) as error:
+                answer = error
+        self.failed(scene)
+        if not isinstance(answer, (SpectralError, OSError)):
+            raise answer
+        return self._refused(answer)
+
+    def _refused(self, error: Exception) -> set[str]:
+        self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
+        return {"CANCELLED"}
+
+
+def _answer_of(work: Callable[[], Any]) -> Any:
+    """The answer, or the error in its place, which a thread cannot pass on."""
+    try:
+        return work()
+    except Exception as error:  # noqa: BLE001 - the caller raises it
+        return error

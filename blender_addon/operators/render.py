@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The plan of the renderer: make it, override a decision, release it; and the cost of accuracy."""
 
-import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Event, PropertyGroup
 
-from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.errors import InvalidInputError
 
 from .. import jobs
 from ..translate.settings import overrides_of
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, Waiting, chosen_path, reporting
 
 if TYPE_CHECKING:
     from spectral_core.render import CostCurve
@@ -41,23 +41,26 @@ def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
         line.is_artists = decision.source == "artist"
 
 
-def _make_plan(context: Context) -> None:
-    store_plan(context.scene.spectral.render, jobs.process.plan(_translated(context)))
+class _Planning(Waiting):
+    """Plans the scene in the renderer's process, which may have to start, or to end a render first."""
+
+    def begin(self, context: Context) -> Callable[[], "EffectPlan"]:
+        scene = _translated(context)
+        return lambda: jobs.process.plan(scene)
+
+    def end(self, scene: bpy.types.Scene, answer: "EffectPlan") -> None:
+        store_plan(scene.spectral.render, answer)
 
 
-class SPECTRAL_OT_plan(bpy.types.Operator):
+class SPECTRAL_OT_plan(_Planning, bpy.types.Operator):
     """Examine the scene and decide which effects must be simulated"""
 
     bl_idname = "spectral.plan"
     bl_label = "Plan the Render"
     bl_options = UNDOABLE
 
-    @reporting
-    def execute(self, context: Context) -> None:
-        _make_plan(context)
 
-
-class SPECTRAL_OT_plan_override(bpy.types.Operator):
+class SPECTRAL_OT_plan_override(_Planning, bpy.types.Operator):
     """Override the plan's decision"""
 
     bl_idname = "spectral.plan_override"
@@ -66,24 +69,26 @@ class SPECTRAL_OT_plan_override(bpy.types.Operator):
     effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
     value: StringProperty(name="Value", description="What to simulate, such as 'spectral', 'off' or '4'")
 
-    def invoke(self, context: Context, _event: Event) -> set[str]:
+    def invoke(self, context: Context, event: Event) -> set[str]:
         line = context.scene.spectral.render.plan.get(self.effect)
         if line is not None and line.choices:
-            return self.execute(context)
+            return super().invoke(context, event)
         return context.window_manager.invoke_props_dialog(self)
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    def begin(self, context: Context) -> Callable[[], "EffectPlan"]:
         settings = context.scene.spectral.render
         if not self.effect or not self.value:
             raise InvalidInputError("name the effect and the value to override it with")
-        before = overrides_of(settings)
+        self._before = overrides_of(settings)
         _set_override(settings, self.effect, self.value)
         try:
-            _make_plan(context)
+            return super().begin(context)
         except Exception:
-            _set_override(settings, self.effect, before.get(self.effect))
+            self.failed(context.scene)
             raise
+
+    def failed(self, scene: bpy.types.Scene) -> None:
+        _set_override(scene.spectral.render, self.effect, self._before.get(self.effect))
 
 
 def _set_override(settings: PropertyGroup, effect: str, value: str | None) -> None:
@@ -105,7 +110,7 @@ def _transport(value: str | None) -> str:
     return "AUTO" if value is None else value.upper()
 
 
-class SPECTRAL_OT_plan_release(bpy.types.Operator):
+class SPECTRAL_OT_plan_release(_Planning, bpy.types.Operator):
     """Leave this decision to the plan again"""
 
     bl_idname = "spectral.plan_release"
@@ -113,13 +118,9 @@ class SPECTRAL_OT_plan_release(bpy.types.Operator):
     bl_options = UNDOABLE
     effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    def begin(self, context: Context) -> Callable[[], "EffectPlan"]:
         _set_override(context.scene.spectral.render, self.effect, None)
-        _make_plan(context)
-
-
-LOOK_AGAIN_S = 0.25
+        return super().begin(context)
 
 
 def store_curve(settings: PropertyGroup, curve: "CostCurve") -> None:
@@ -136,57 +137,72 @@ def store_curve(settings: PropertyGroup, curve: "CostCurve") -> None:
     )
 
 
-class SPECTRAL_OT_cost(bpy.types.Operator):
+class SPECTRAL_OT_cost(Waiting, bpy.types.Operator):
     """Measure error against time on some of the picture's pixels, and predict both for the whole picture"""
 
     bl_idname = "spectral.cost"
     bl_label = "Measure Cost"
     bl_options = UNDOABLE
 
-    _thread: threading.Thread | None = None
-    _timer: Any = None
+    def begin(self, context: Context) -> Callable[[], "CostCurve"]:
+        scene = _translated(context)
+        context.scene.spectral.render.cost_summary = "Measuring…"
+        return lambda: jobs.process.cost_curve(scene)
+
+    def end(self, scene: bpy.types.Scene, answer: "CostCurve") -> None:
+        store_curve(scene.spectral.render, answer)
+
+    def failed(self, scene: bpy.types.Scene) -> None:
+        scene.spectral.render.cost_summary = ""
+
+
+class SPECTRAL_OT_write_mitsuba(bpy.types.Operator):
+    """Write the scene as a folder that Mitsuba 3 loads without this extension"""
+
+    bl_idname = "spectral.write_mitsuba"
+    bl_label = "Mitsuba 3 (Folder)"
+    directory: StringProperty(
+        name="Folder",
+        description="Folder to write to; an unchanged earlier export in it is replaced",
+        subtype="DIR_PATH",
+    )
+
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
 
     @reporting
     def execute(self, context: Context) -> None:
-        store_curve(context.scene.spectral.render, jobs.process.cost_curve(_translated(context)))
+        from spectral_core.render.mitsuba_export import write_mitsuba
 
-    def invoke(self, context: Context, _event: Event) -> set[str]:
-        try:
-            scene = _translated(context)
-        except SpectralError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self._answer: list[Any] = []
-
-        def measure() -> None:
-            try:
-                self._answer.append(jobs.process.cost_curve(scene))
-            except SpectralError as error:
-                self._answer.append(error)
-
-        self._thread = threading.Thread(target=measure, daemon=True)
-        self._thread.start()
-        self._timer = context.window_manager.event_timer_add(LOOK_AGAIN_S, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        context.scene.spectral.render.cost_summary = "Measuring…"
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context: Context, event: Event) -> set[str]:
-        if event.type != "TIMER" or (self._thread is not None and self._thread.is_alive()):
-            return {"PASS_THROUGH"}
-        context.window_manager.event_timer_remove(self._timer)
-        settings = context.scene.spectral.render
-        settings.cost_summary = ""
-        answer = self._answer[0] if self._answer else None
-        for area in context.screen.areas if context.screen else ():
-            area.tag_redraw()
-        if answer is None or isinstance(answer, SpectralError):
-            self.report({"ERROR"}, str(answer or "the measurement ended without an answer"))
-            return {"CANCELLED"}
-        store_curve(settings, answer)
-        return {"FINISHED"}
+        made = write_mitsuba(_translated(context), chosen_path(self.directory))
+        for note in made.notes:
+            self.report({"WARNING"}, f"{note.subject}: {note.message}")
+        self.report({"INFO"}, f"{made.scene}: {len(made.files)} files")
 
 
-register, unregister = bpy.utils.register_classes_factory(
-    (SPECTRAL_OT_plan, SPECTRAL_OT_plan_override, SPECTRAL_OT_plan_release, SPECTRAL_OT_cost)
+def _draw_export(menu: bpy.types.Menu, _context: Context) -> None:
+    menu.layout.operator("spectral.write_mitsuba")
+
+
+_register, _unregister = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_OT_plan,
+        SPECTRAL_OT_plan_override,
+        SPECTRAL_OT_plan_release,
+        SPECTRAL_OT_cost,
+        SPECTRAL_OT_write_mitsuba,
+    )
 )
+
+
+def register() -> None:
+    """Register the operators, and the entry in File > Export."""
+    _register()
+    bpy.types.TOPBAR_MT_file_export.append(_draw_export)
+
+
+def unregister() -> None:
+    """Remove them."""
+    bpy.types.TOPBAR_MT_file_export.remove(_draw_export)
+    _unregister()

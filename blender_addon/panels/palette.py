@@ -73,7 +73,9 @@ def _draw_faults(layout: UILayout, context: Context, palette: PropertyGroup) -> 
 
 def _draw_welcome(layout: UILayout, context: Context) -> None:
     wrapped(
-        layout, context, "Say what color each material should show under each light. The palette finds the spectra."
+        layout,
+        context,
+        "State the color that each material should show under each light. The palette finds the spectra.",
     )
     layout.separator()
     layout.label(text="Start from an idea:")
@@ -217,7 +219,7 @@ PARTS = [
     ("weights", "Design", draw_weights),
     ("alternatives", "Alternatives", draw_alternatives),
     ("paint", "Paint and Fluorescence", draw_paint),
-    ("robustness", "Other Eyes and Lamps", draw_robustness),
+    ("robustness", "Other Observers and Lamps", draw_robustness),
     ("files", "Files", draw_files),
 ]
 """Sub-panels: name, label, draw function. All but the first are closed initially."""

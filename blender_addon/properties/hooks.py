@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Callbacks of properties: declarations announce a change or request names, and ``editing`` responds while it listens.
 
-So declarations do not depend on spectra, solvers and devices.
+Declarations therefore do not depend on spectra, solvers and devices.
 """
 
 from collections.abc import Callable, Iterator

@@ -18,6 +18,22 @@ READS_UV = frozenset(("uv", "tangent", "bitangent"))
 """Inputs of shading programs that need the UV map of the render."""
 
 
+def object_mesh(name: str, obj: Any, reads: frozenset[str] = frozenset()) -> Mesh | None:
+    """Mesh of an evaluated object, as ``translate_mesh``.
+
+    In Edit Mode Blender keeps the vertices in its editor, and the object's own data are empty: a copy contains them.
+    """
+    undeformed = getattr(obj.original, "data", None) if obj.original.type == "MESH" else None
+    if undeformed is not None and undeformed.is_editmode:
+        undeformed = None
+    if not obj.data.is_editmode:
+        return translate_mesh(name, obj.data, reads, undeformed)
+    try:
+        return translate_mesh(name, obj.to_mesh(), reads, undeformed)
+    finally:
+        obj.to_mesh_clear()
+
+
 def translate_mesh(name: str, source: Any, reads: frozenset[str] = frozenset(), undeformed: Any = None) -> Mesh | None:
     """Mesh of a ``bpy.types.Mesh``, None if it has no faces.
 

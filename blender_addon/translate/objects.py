@@ -19,7 +19,7 @@ from .. import compat
 from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
-from .meshes import READS_UV, translate_mesh, uv_layer
+from .meshes import READS_UV, object_mesh, uv_layer
 from .shading.attributes import hashed_pair, object_attributes
 from .shading.materials import TranslatedMaterial, translate_material
 from .strands.placed import place_hair, place_strands
@@ -195,6 +195,10 @@ def _instance(
     materials = materials + [materials[-1]] * (highest + 1 - len(materials))
     _note_missing(found, obj, reads)
     note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
+    if obj.mode == "SCULPT" and any(each.type == "MULTIRES" for each in obj.modifiers):
+        found.translation.note(
+            obj.name, "its multiresolution levels are shown after Sculpt Mode; here the base mesh is"
+        )
     if obj.is_shadow_catcher and not found.is_render:
         message = "it is a shadow catcher in renders of F12 and spectral-scene, a plain object in the viewport"
         found.translation.note(obj.name, message)
@@ -251,7 +255,7 @@ def _note_missing(found: Collected, obj: Any, reads: frozenset[str]) -> None:
         found.translation.note(obj.name, "it has no UV map for the images on it; they show their corner pixel")
     undeformed = getattr(obj.original, "data", None)
     count = len(getattr(undeformed, "vertices", ())) if obj.original.type == "MESH" else len(obj.data.vertices)
-    if "generated" in reads and count != len(obj.data.vertices):
+    if "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
         found.translation.note(obj.name, "its generated coordinates are those of the mesh after its modifiers")
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
@@ -264,9 +268,9 @@ def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> M
     reads = frozenset(name for name in reads if name in READS_UV or name.startswith(("generated", "attribute")))
     key = (obj.data.as_pointer(), reads)
     if key not in found.meshes:
-        undeformed = getattr(obj.original, "data", None) if obj.original.type == "MESH" else None
-        name = found.unique("mesh", obj.data.name_full)
-        make = partial(translate_mesh, name, obj.data, reads, undeformed)
+        data = obj.original.data if obj.data.is_editmode else obj.data  # without a name of its own in Edit Mode
+        name = found.unique("mesh", data.name_full)
+        make = partial(object_mesh, name, obj, reads)
         if found.kept is None:
             found.meshes[key] = make()
         else:

@@ -42,4 +42,4 @@ def _contrast(lamps: tuple[tuple[bytes, bytes], ...], floor: float) -> str:
         reach = reachable_contrast(lights, floor)
     except SpectralError as error:
         return str(error)
-    return f"These lamps let unrelated pictures have a contrast of {reach.contrast:.2g}:1 where black is {floor:g}."
+    return f"With these lamps, unrelated pictures can have a contrast of {reach.contrast:.2g}:1 if black is {floor:g}."

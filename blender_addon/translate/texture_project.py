@@ -111,14 +111,16 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
     """The core's figures as text for an artist."""
     lines = []
     if "allowed_contrast" in figures:
-        lines.append(f"These lights let unrelated pictures have a contrast of {figures['allowed_contrast']:.2g}:1.")
+        lines.append(
+            f"With these lights, unrelated pictures can have a contrast of {figures['allowed_contrast']:.2g}:1."
+        )
     for number, loss in enumerate(figures["pictures"], 1):
         text = (
             f"Picture {number}: ΔE {loss['mean_delta_e']:.2f} in the mean, at most {loss['p99_delta_e']:.1f} "
             "at 99 % of the texels"
         )
         if len(figures["pictures"]) > 1:
-            text += f"; {100 * loss['ghost']:.1f} % of the other picture shows"
+            text += f"; {100 * loss['ghost']:.1f} % of the other picture is visible"
         lines.append(text + ".")
     if figures["compressed_share"] > 0:
         lines.append(f"{100 * figures['compressed_share']:.1f} % of the texels show the nearest possible color.")

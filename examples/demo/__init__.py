@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demo: a still life whose painted branch hides in daylight and shows under a sodium street lamp (thesis 5.4.3)."""
+"""The demo: a still life whose painted branch appears only under a sodium street lamp (thesis 5.4.3)."""

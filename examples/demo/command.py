@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
     report = write_report(demo)
     seconds = round(time.perf_counter() - start, 1)
     for rendered in demo.rendered:
-        print(f"under {rendered.light.name:4} the mark differs from its surroundings by ΔE2000 "
+        print(f"under {rendered.light.name:4} the mark differs from the ground by ΔE2000 "
               f"{rendered.contrast.mean:.2f}: {rendered.picture}")  # fmt: skip
     print(f"report: {report} ({seconds:.0f} s in all)")
     if arguments.json:

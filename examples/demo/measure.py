@@ -78,7 +78,7 @@ def mark_contrast(
                 colors.append(fitted[0])
                 steps.append(fitted[1])
     if not colors:
-        raise InvalidInputError("nowhere in the picture do mark and ground lie side by side; render it larger")
+        raise InvalidInputError("mark and ground are side by side nowhere in the picture; render it larger")
     ground_rgb, mark_rgb = np.array(colors), np.array(colors) + np.array(steps)
     delta_e = delta_e_2000(lab_from_linear_rgb(mark_rgb), lab_from_linear_rgb(ground_rgb))
     return MarkContrast(

@@ -40,7 +40,7 @@ def _head(demo: DemoResult) -> str:
     figures = "".join(_figure(rendered) for rendered in demo.rendered)
     return (
         "<h1>The hidden branch</h1><p class='lead'>The vase has two glazes. In daylight they have one color, so the "
-        "branch between them cannot be seen. Under a street lamp the same two glazes part. Only the light was changed."
+        "branch between them cannot be seen. Under a street lamp the glazes differ. Only the light was changed."
         f"</p><div class='pair'>{figures}</div>"
     )
 

@@ -45,7 +45,7 @@ LIGHTS = (DemoLight("D65", "daylight", 1.0), DemoLight("HP1", "high-pressure sod
 
 @dataclass(frozen=True, eq=False)
 class Rendered:
-    """One light's picture and how plain the mark is in it."""
+    """One light's picture, and the visibility of the mark in it."""
 
     light: DemoLight
     picture: Path
@@ -56,7 +56,7 @@ class Rendered:
 
 @dataclass(frozen=True, eq=False)
 class DemoResult:
-    """All that the demo made. ``seconds`` by stage."""
+    """Results of the demo. ``seconds`` by stage."""
 
     out: Path
     solution: PaletteSolution
@@ -113,18 +113,20 @@ def _blender() -> Any:
 
 
 def _design(bpy: Any, out: Path) -> PaletteSolution:
-    """Solve for the glazes, give them to the vase, and write palette, spectra and swatches."""
+    """Solve for the glazes, assign them to the vase, and write palette, spectra and swatches."""
     from blender_addon.translate.spectra.stored import store_spectrum
 
     problem = hidden_mark(conceal=LIGHTS[0].name, reveal=LIGHTS[1].name, color=GLAZE_COLOR, contrast=CONTRAST)
-    # The preset's brighter paint is its mark; on this vase the branch is the dark one, and the files must say so.
+    # The preset's brighter paint is its mark; on this vase the branch is the dark one, so the names are exchanged.
     problem = replace(problem, reflectances=(PaletteReflectance("ground"), PaletteReflectance("mark")))
     solution = solve_palette(problem)
     ground, mark = solution.reflectances
     nodes = bpy.data.materials[materials.VASE].node_tree.nodes
     store_spectrum(nodes[materials.GROUND].spectral, ground)
     store_spectrum(nodes[materials.MARK].spectral, mark)
-    write_palette(out / "palette.toml", problem, comment="The demo's palette: equal in daylight, apart under sodium")
+    write_palette(
+        out / "palette.toml", problem, comment="The demo's palette: equal in daylight, different under sodium light"
+    )
     write_spectra(out / "glazes.csv", solution.reflectances)
     for suffix in ("ase", "gpl"):
         write_swatches(out / f"swatches.{suffix}", swatches_of(solution), clip=True)
@@ -141,7 +143,7 @@ def _prepare(bpy: Any, samples: int, percentage: int) -> None:
     # cost several times the whole render.
     choice = scene.spectral.render.overrides.add()
     choice.name, choice.value = "transparency", "off"
-    scene.view_settings.view_transform = "Standard"  # AgX would move the very colors that are compared
+    scene.view_settings.view_transform = "Standard"  # AgX would change the compared colors
 
 
 def _switch_on(bpy: Any, light: DemoLight) -> None:
@@ -158,7 +160,7 @@ def _switch_on(bpy: Any, light: DemoLight) -> None:
 
 
 def _render(bpy: Any, picture: Path) -> tuple[RenderResult, Scene]:
-    """F12 as a script presses it; the translated scene and the linear pixels are kept beside the PNG."""
+    """F12 from a script; the translated scene and the linear pixels are kept beside the PNG."""
     from blender_addon import jobs
 
     seen: list[Scene] = []

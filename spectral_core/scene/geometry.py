@@ -36,7 +36,8 @@ class Mesh:
 
     ``positions``: (v, 3) float32. ``triangles``: (t, 3) uint32. ``normals``: (v, 3) float32 unit shading normals or
     None for flat faces. ``uvs``: (v, 2) float32 or None. ``material_indices``: (t,) uint16, or None for all 0.
-    ``attributes``: data per vertex for shading programs. Corners that differ in any of these are separate vertices.
+    ``attributes``: data per vertex for shading programs. ``is_strands``: tubes of hair, whose walls no ray meets from
+    within. Corners that differ in any of these are separate vertices.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Mesh:
     uvs: NDArray[np.float32] | None = None
     material_indices: NDArray[np.uint16] | None = None
     attributes: tuple[Attribute, ...] = ()
+    is_strands: bool = False
 
     def __post_init__(self) -> None:
         # asarray, not a copy: every frame passes a million triangles through here

@@ -10,6 +10,7 @@ import numpy as np
 
 from spectral_core.checks import require_range
 from spectral_core.scene.fluorescent import Fluorescent
+from spectral_core.scene.hair import Hair, HairLobe
 from spectral_core.scene.paint import Color, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.spectrum import Spectrum
@@ -238,6 +239,8 @@ Closure = (
     | Principled
     | Subsurface
     | Fluorescent
+    | Hair
+    | HairLobe
 )
 Surface = Closure | MixSurface | AddSurface
 

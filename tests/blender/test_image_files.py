@@ -82,3 +82,20 @@ def test_frame_numbers_follow_blender(frame, settings, file):
 
     usual = {"frame_duration": 10, "frame_start": 1, "frame_offset": 0, "use_cyclic": False, "use_auto_refresh": True}
     assert frame_of(SimpleNamespace(**(usual | settings)), frame) == file
+
+
+@pytest.mark.parametrize("path", ["", "/nowhere/lost.png", None])
+def test_a_missing_picture_is_magenta_with_a_note(build, translate, path):
+    """As Cycles shows it, whether the file or the image is missing; its alpha is 1."""
+    image = bpy.data.images.new("lost", 4, 4)
+    if path is not None:
+        image.source, image.filepath = "FILE", path
+    node = textured(build, image)
+    if path is None:
+        node.image = None
+    scene = translate()
+    np.testing.assert_array_equal(scene.materials[0].surface.color.linear_rgb, (1, 0, 1))
+    assert [note.message.endswith("it is magenta, as in Cycles") for note in scene.notes] == [True]
+    tree = bpy.data.materials[0].node_tree
+    tree.links.new(node.outputs["Alpha"], tree.nodes["shader"].inputs["Color"])
+    np.testing.assert_array_equal(translate().materials[0].surface.color.linear_rgb, (1, 1, 1))

@@ -72,6 +72,7 @@ def stage(blender, monkeypatch):
         window_matrix=projection, view_matrix=np.eye(4), is_perspective=True, view_perspective="PERSP"
     )
     own = {"local_view": None, "use_local_collections": False, "camera": None, "use_local_camera": False}
+    own["use_render_border"] = False
     space = SimpleNamespace(**own, clip_start=0.1, clip_end=100.0)
     context = SimpleNamespace(space_data=space, region=SimpleNamespace(width=90, height=60), region_data=region_data)
     session = ViewSession(lambda: None)

@@ -17,9 +17,7 @@ pytest.importorskip("mitsuba")
 
 from spectral_core.render import plan_effects
 from spectral_core.render.job import Measure, RenderJob
-from spectral_core.render.live.link import LiveLink
-from spectral_core.render.live.picture import ViewPicture
-from spectral_core.render.live.stage import Stage
+from spectral_core.render.live.link import LiveLink, Shown
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import (
     Aperture,
@@ -173,14 +171,17 @@ class Looker:
         self.link.show(stage, scene)
         seen = Viewpoint.of_camera(scene.camera, scene.film)
         request = ViewRequest(stage, seen, WIDTH, HEIGHT, SAMPLES, 0)
-        generation = self.link.look(view, request, self.told.set)
+        return self.picture_of(self.link.look(view, request, self.told.set), view).pixels
+
+    def picture_of(self, generation: int, view: str = "view") -> Shown:
+        """The finished picture of a request."""
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             self.link.wait(view, generation, 1.0)
             shown = self.link.latest(view)
             if shown is not None and shown.frame.is_done and shown.frame.generation == generation:
                 self.how = shown.frame.how
-                return shown.pixels
+                return shown
             self.told.wait(0.05)
             self.told.clear()
         raise AssertionError(f"the view never settled: {self.link.trouble(view)}")
@@ -243,23 +244,11 @@ def test_a_scene_that_cannot_be_rendered_gives_a_reason_and_the_next_one_is_show
     assert np.abs(looker.settled(scene) - fresh(scene)).mean() < 1e-4
 
 
-def test_edits_of_meshes_record_once_more_at_most(scene: Scene) -> None:
-    stage = Stage()
-    stage.show(scene)
-    stage.activate()
-
-    def trace(seen: Scene) -> None:
-        request = ViewRequest("stage", Viewpoint.of_camera(seen.camera, seen.film), WIDTH, HEIGHT, SAMPLES, 0)
-        stage.look_from(request.viewpoint)
-        ViewPicture(stage.launcher, request, 4).step()
-
-    trace(scene)
-    before = stage.launcher.recordings
-    assert stage.launcher.is_recorded, "launches are made anew each time, which takes many times as long"
-    assert before == 1
-    for name in ("two", "one"):
-        scene = with_stretch(scene, name, (1.0, 1.0, 1.6))
-        stage.show(scene)
-        assert stage.how == "meshes"
-        trace(scene)
-    assert stage.launcher.recordings <= before + 1
+def test_a_border_shows_its_part_of_the_picture(looker: Looker, scene: Scene) -> None:
+    whole = looker.settled(scene)
+    viewpoint = Viewpoint.of_camera(scene.camera, scene.film)
+    request = ViewRequest("stage", viewpoint, WIDTH, HEIGHT, SAMPLES, 0, border=(11, 3, 21, 14))
+    generation = looker.link.look("view", request, looker.told.set)
+    shown = looker.picture_of(generation)
+    assert shown.frame.corner == (11, 3)
+    np.testing.assert_allclose(shown.pixels, whole[3:17, 11:32], atol=1e-5)

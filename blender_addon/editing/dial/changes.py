@@ -15,6 +15,7 @@ from spectral_core.errors import SpectralError
 
 from ...translate.scene import translate_scene
 from ..deferred import Deferred
+from ..viewport.stages import Stage
 from .live import redraw_dial
 
 REST_SECONDS = 1.0
@@ -33,6 +34,10 @@ SHOWN = (
 """Data-blocks that a picture depends on. The dial itself is stored on the scene, which is not among them."""
 
 _slow: set[int] = set()
+_stages: dict[int, Stage] = {}
+"""By scene the parts of its last translation, in a session with a window: only edited parts are translated again."""
+_hashes: dict[int, dict[int, tuple[Any, str]]] = {}
+"""By scene and identity of a part: the part, and its hash."""
 
 
 HIDDEN = "hidden"
@@ -49,7 +54,10 @@ def parts_of(scene: Scene) -> dict[str, str]:
 
     view_layer = scene.view_layers[0] if bpy.context.scene != scene else bpy.context.view_layer
     depsgraph = view_layer.depsgraph
+    stage = None if bpy.app.background else _stages.setdefault(scene.session_uid, Stage())
     depsgraph.update()
+    if stage is not None:
+        stage.keep_up(depsgraph)
     rendered = {each.session_uid: each for each in _rendered(view_layer.layer_collection)}
     own = {each.session_uid for each in view_layer.objects}
 
@@ -57,13 +65,17 @@ def parts_of(scene: Scene) -> dict[str, str]:
         owner = (instance.parent if instance.is_instance else instance.object).original.session_uid
         return owner in rendered or owner not in own
 
-    translated = translate_scene(depsgraph, shows=shows)
+    translated = translate_scene(depsgraph, shows=shows, kept=None if stage is None else stage.kept)
     parts = {"the camera": translated.camera, "the size of the picture": translated.film.size}
     parts["the world"] = translated.world
     for kind in ("lights", "meshes", "materials", "instances", "volumes"):
         singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
         parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
-    hashes = {name: scene_hash(part)[:DIGITS] for name, part in parts.items()}
+    known = _hashes.get(scene.session_uid, {})
+    made = {id(part): known.get(id(part)) or (part, scene_hash(part)[:DIGITS]) for part in parts.values()}
+    if stage is not None:
+        _hashes[scene.session_uid] = made
+    hashes = {name: made[id(part)][1] for name, part in parts.items()}
     for obj in rendered.values():
         if not obj.visible_get(view_layer=view_layer):
             hashes = dict.fromkeys(_names(obj), HIDDEN) | hashes
@@ -151,6 +163,8 @@ LIVE = Deferred(lambda _scene: None, _compare_and_show, delay_seconds=REST_SECON
 def _after_update(scene: Scene, depsgraph: Depsgraph) -> None:
     """Blender has evaluated an edit."""
     dial = scene.spectral.dial
+    if scene.session_uid in _stages:
+        _stages[scene.session_uid].keep_up(depsgraph)
     if bpy.app.background or not dial.scene_hash or not any(isinstance(each.id, SHOWN) for each in depsgraph.updates):
         return
     if scene.session_uid not in _slow:
@@ -168,4 +182,5 @@ def unregister() -> None:
     """Stop watching the scene."""
     bpy.app.handlers.depsgraph_update_post.remove(_after_update)
     LIVE.cancel()
-    _slow.clear()
+    for kept in (_slow, _stages, _hashes):
+        kept.clear()

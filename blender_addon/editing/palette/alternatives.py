@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette.alternatives import alternatives
+from spectral_core.palette.alternatives import Alternative, alternatives
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import display_rgb_from_linear
 from spectral_core.spectra.observer import linear_rgb_from_product, normalized
@@ -20,13 +22,19 @@ from ...translate.spectra.stored import spectrum_of, store_spectrum
 from .possible import solved_state
 from .solve import forget_solutions
 
+Found = list[dict[str, Any]]
+"""Values of ``palette.alternatives``, one dict for each."""
 
-def find(scene: Scene, seed: int = 0) -> int:
-    """Find and store alternative solutions; returns their number. Raises InvalidInputError if nothing is free."""
+
+def search(scene: Scene, seed: int = 0) -> Callable[[], Found]:
+    """The search for alternative solutions, which reads nothing from Blender any more.
+
+    Raises InvalidInputError if nothing is free.
+    """
     palette = scene.spectral.palette
     if palette.use_tints or any(len(material.dyes) for material in palette.materials):
         raise InvalidInputError("alternatives do not support tints and dyes; switch them off")
-    problem = palette_problem(palette)
+    problem, count = palette_problem(palette), palette.alternative_count
     locked = {}
     for row, material in enumerate(palette.materials):
         if material.locked and material.design == "DESIGNED":
@@ -34,28 +42,34 @@ def find(scene: Scene, seed: int = 0) -> int:
             if kept is None:
                 raise InvalidInputError(f"{material.name!r} is locked but was never solved; solve the palette first")
             locked[row] = Reflectance(material.name, kept.grid, kept.values)
-    found = alternatives(problem, count=palette.alternative_count, locked=locked, seed=seed)
-    palette.alternatives.clear()
-    for each in found:
-        entry = palette.alternatives.add()
-        entry.apart = each.apart
-        items = each.solution.reflectances
-        entry.spectra = json.dumps(
-            {
-                str(material.uid): {
-                    "nm": item.grid.wavelengths_nm.tolist(),
-                    "values": np.round(item.values, 6).tolist(),
-                }
-                for material, item in zip(palette.materials, items, strict=True)
-                if material.design == "DESIGNED"
-            }
-        )
-        lamps = {light.name: Illuminant(light.name, light.grid, light.values) for light in each.solution.illuminants}
-        lights = [lamps[name] if name in lamps else normalized(illuminant(name)) for name in each.seen_under]
-        colors = [[linear_rgb_from_product(light, item.grid) @ item.values for light in lights] for item in items]
-        entry.colors = json.dumps(np.clip(display_rgb_from_linear(np.array(colors)), 0, 1).round(4).tolist())
-        entry.lamps = ", ".join(each.seen_under)
-    return len(found)
+    designed = [material.uid if material.design == "DESIGNED" else None for material in palette.materials]
+    return lambda: [_told(each, designed) for each in alternatives(problem, count=count, locked=locked, seed=seed)]
+
+
+def _told(found: Alternative, designed: list[int | None]) -> dict[str, Any]:
+    """The values to store. ``designed``: numbers of the materials, None for those that are given."""
+    items = found.solution.reflectances
+    spectra = {
+        str(uid): {"nm": item.grid.wavelengths_nm.tolist(), "values": np.round(item.values, 6).tolist()}
+        for uid, item in zip(designed, items, strict=True)
+        if uid is not None
+    }
+    lamps = {light.name: Illuminant(light.name, light.grid, light.values) for light in found.solution.illuminants}
+    lights = [lamps[name] if name in lamps else normalized(illuminant(name)) for name in found.seen_under]
+    colors = [[linear_rgb_from_product(light, item.grid) @ item.values for light in lights] for item in items]
+    shown = np.clip(display_rgb_from_linear(np.array(colors)), 0, 1).round(4).tolist()
+    lamp_names = ", ".join(found.seen_under)
+    return {"apart": found.apart, "spectra": json.dumps(spectra), "colors": json.dumps(shown), "lamps": lamp_names}
+
+
+def store(scene: Scene, found: Found) -> None:
+    """Store what a search has found."""
+    entries = scene.spectral.palette.alternatives
+    entries.clear()
+    for values in found:
+        entry = entries.add()
+        for name, value in values.items():
+            setattr(entry, name, value)
 
 
 def take(scene: Scene, index: int) -> None:

@@ -52,11 +52,6 @@ class Answer:
     picture: NDArray[np.float32]
 
 
-def ask(scene: Scene) -> PropertyGroup:
-    """Answer for the selected cell, and store the answer. Raises InvalidInputError if there is none."""
-    return _keep(scene, answered(question_of(scene.spectral.palette)))
-
-
 def question_of(palette: PropertyGroup) -> Question:
     """Question for the selected cell. Raises InvalidInputError for a table that cannot be solved."""
     row, column = palette.active_row, palette.active_column
@@ -76,7 +71,7 @@ def answered(question: Question) -> Answer:
     return Answer(question, found, words, _picture(colors, question.wanted, found))
 
 
-def _keep(scene: Scene, known: Answer) -> PropertyGroup:
+def keep(scene: Scene, known: Answer) -> PropertyGroup:
     """Store an answer for the panel."""
     answer = scene.spectral.palette.possible
     answer.material_uid, answer.light_uid = known.question.uids
@@ -131,7 +126,7 @@ def _collect() -> float | None:
     if scene is None:
         return None
     if asked.answer.exception() is None:
-        _keep(scene, asked.answer.result())
+        keep(scene, asked.answer.result())
         redraw("VIEW_3D", "PROPERTIES")
     else:
         scene.spectral.palette.possible.words = ""

@@ -20,15 +20,15 @@ from spectral_core.scene import Camera, Film, Scene
 from spectral_core.scene.look import Look
 
 from ... import jobs
-from ...compat import working_space
 from ...properties.hooks import Topic, ignore, listen
 from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
-from ...translate.viewport.kept import Kept
 from ...translate.viewport.look import look_of
-from ...translate.viewport.viewpoint import viewpoint_of
+from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..palette.picture import shown_in
+from . import stages
+from .stages import Stage
 
 FIRST_WAIT_S = 0.08
 """Largest wait of a redraw for the first picture of a change, minus the time of the change itself: a later picture
@@ -37,34 +37,7 @@ needs another redraw, but the interface must not block for 100 ms.
 _names = itertools.count(1)
 
 
-@dataclass
-class _Stage:
-    """Data that several views of one scene share.
-
-    ``users``: names of the views. ``moment``, ``designed``: frame and palette of ``kept``.
-    """
-
-    kept: Kept = field(default_factory=Kept)
-    users: set[str] = field(default_factory=set)
-    moment: Any = None
-    designed: dict[int, Any] = field(default_factory=dict)
-
-    def keep_up(self, depsgraph: Any) -> None:
-        """Drop the parts that edits have changed, and all parts if Blender does not report the changes."""
-        source = depsgraph.scene
-        moment = (_epochs[0], source.frame_current, source.frame_subframe, working_space(bpy.data))
-        if moment != self.moment:
-            self.kept.clear()
-            self.moment = moment
-        self.kept.forget(depsgraph.updates)
-        before, self.designed = self.designed, shown_in(source)
-        keys = before.keys() | self.designed.keys()
-        self.kept.drop({key for key in keys if before.get(key) is not self.designed.get(key)})
-
-
-_stages: dict[str, _Stage] = {}
-_epochs = [0]
-"""Number of complete exchanges of data, by an undo or by loading a file."""
+_stages: dict[str, Stage] = {}
 
 
 @dataclass(frozen=True)
@@ -112,7 +85,7 @@ class ViewSession:
         """Send the changes of an edit. Called on the main thread, the only one that may read the depsgraph."""
         stage = self._enter(context, depsgraph)
         self._began = time.monotonic()
-        _stages[stage].keep_up(depsgraph)
+        _stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene))
         settings = depsgraph.scene.spectral.viewport
         try:
             scene = self._translated(context, depsgraph, _stages[stage])
@@ -146,10 +119,10 @@ class ViewSession:
         if stage != self._stage:
             self.leave()
             self._stage = stage
-            _stages.setdefault(stage, _Stage()).users.add(self.name)
+            _stages.setdefault(stage, Stage()).users.add(self.name)
         return stage
 
-    def _translated(self, context: Any, depsgraph: Any, stage: _Stage) -> Scene:
+    def _translated(self, context: Any, depsgraph: Any, stage: Stage) -> Scene:
         space, source = context.space_data, depsgraph.scene_eval
         is_local = space.local_view is not None or space.use_local_collections
 
@@ -195,10 +168,13 @@ class ViewSession:
         viewpoint = viewpoint_of(context.region_data, space, seen, depsgraph.scene_eval)
         exposure = float(cycles_settings(depsgraph.scene_eval, "film_exposure", 1.0))
         samples, stage = depsgraph.scene.spectral.viewport.samples, self._stage_of(side)
-        key = (region.width, region.height, samples, exposure, stage)
+        size = region.width, region.height
+        border = border_of(context.region_data, space, seen, depsgraph.scene)  # the original knows it at once
+        part = None if border is None else pixels_of(border, size)
+        key = (*size, samples, exposure, stage, part)
         if key == side.key and viewpoint.same_as(side.viewpoint) and not side.is_changed:
             return False
-        request = ViewRequest(stage, viewpoint, region.width, region.height, samples, 0, exposure)
+        request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
         side.key, side.viewpoint, side.is_changed = key, viewpoint, False
         return True
@@ -222,27 +198,16 @@ class ViewSession:
         self._stage, self._sides = "", []
 
 
-@bpy.app.handlers.persistent
-def _exchanged(*_: object) -> None:
-    """An undo or a file gives other data the same session numbers, without reporting an edit."""
-    _epochs[0] += 1
-
-
-EXCHANGES = ("undo_pre", "undo_post", "redo_pre", "redo_post", "load_pre", "load_post")
-
-
 def register() -> None:
     """Start listening to the viewport's settings, and to undo."""
     listen(Topic.VIEWPORT, redraw_all)
-    for name in EXCHANGES:
-        getattr(bpy.app.handlers, name).append(_exchanged)
+    stages.register()
 
 
 def unregister() -> None:
     """Stop listening."""
     ignore(Topic.VIEWPORT)
-    for name in EXCHANGES:
-        getattr(bpy.app.handlers, name).remove(_exchanged)
+    stages.unregister()
     _stages.clear()
 
 

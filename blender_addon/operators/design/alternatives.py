@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find alternative solutions of the palette, and select one of them."""
 
+from collections.abc import Callable
+
 import bpy
 from bpy.props import IntProperty
-from bpy.types import Context
+from bpy.types import Context, Scene
 
 from ...editing.palette import alternatives, live
-from ..common import UNDOABLE, reporting
+from ..common import UNDOABLE, Waiting, reporting
 
 
-class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
+class SPECTRAL_OT_palette_alternatives(Waiting, bpy.types.Operator):
     """Find solutions that meet all requests and differ as much as possible elsewhere. Takes some seconds"""
 
     bl_idname = "spectral.palette_alternatives"
@@ -17,13 +19,15 @@ class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
     bl_options = UNDOABLE
     seed: IntProperty(name="Seed", default=0, min=0, description="Another number gives other solutions")
 
-    @reporting
-    def execute(self, context: Context) -> None:
-        count = alternatives.find(context.scene, self.seed)
-        if count < 2:
+    def begin(self, context: Context) -> Callable[[], alternatives.Found]:
+        return alternatives.search(context.scene, self.seed)
+
+    def end(self, scene: Scene, answer: alternatives.Found) -> None:
+        alternatives.store(scene, answer)
+        if len(answer) < 2:
             self.report({"WARNING"}, "the targets allow only one solution; ignore a cell or unlock a material for more")
         else:
-            self.report({"INFO"}, f"{count} different answers")
+            self.report({"INFO"}, f"{len(answer)} different answers")
 
 
 class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):

@@ -1,29 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the colors that the selected cell can show, and use the nearest one."""
 
+from collections.abc import Callable
+from functools import partial
+
 import bpy
-from bpy.types import Context
+from bpy.types import Context, Scene
 
 from spectral_core.errors import InvalidInputError
 
 from ...editing.palette import possible
 from ...translate.palette.table import active_cell
-from ..common import UNDOABLE, palette_in, reporting
+from ..common import UNDOABLE, Waiting, palette_in, reporting
 
 
-class SPECTRAL_OT_palette_possible(bpy.types.Operator):
+class SPECTRAL_OT_palette_possible(Waiting, bpy.types.Operator):
     """Test if the selected cell can show its color beside the exact cells of its row, and draw its possible colors"""
 
     bl_idname = "spectral.palette_possible"
     bl_label = "Possible?"
     bl_options: set[str] = set()
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    def begin(self, context: Context) -> Callable[[], possible.Answer]:
         if active_cell(palette_in(context)) is None:
             raise InvalidInputError("no cell is selected; add a light and a material first")
-        answer = possible.ask(context.scene)
-        self.report({"INFO"}, answer.words.splitlines()[0])
+        return partial(possible.answered, possible.question_of(palette_in(context)))
+
+    def end(self, scene: Scene, answer: possible.Answer) -> None:
+        self.report({"INFO"}, possible.keep(scene, answer).words.splitlines()[0])
 
 
 class SPECTRAL_OT_palette_take_nearest(bpy.types.Operator):

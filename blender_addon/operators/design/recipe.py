@@ -1,25 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find a recipe, copy it, use its spectrum."""
 
+from collections.abc import Callable
+
 import bpy
-from bpy.types import Context
+from bpy.types import Context, Scene
 
 from spectral_core.errors import InvalidInputError
 
 from ...editing import recipe
-from ..common import UNDOABLE, reporting
+from ..common import UNDOABLE, Waiting, reporting
 
 
-class SPECTRAL_OT_recipe_find(bpy.types.Operator):
+class SPECTRAL_OT_recipe_find(Waiting, bpy.types.Operator):
     """Find amounts of real emitters, paints or films: drive levels, grams, coverages or thicknesses"""
 
     bl_idname = "spectral.recipe_find"
     bl_label = "Find Recipe"
     bl_options = UNDOABLE
 
-    @reporting
-    def execute(self, context: Context) -> None:
-        if not recipe.find(context.scene):
+    def begin(self, context: Context) -> Callable[[], recipe.Found]:
+        return recipe.search(context.scene)
+
+    def end(self, scene: Scene, answer: recipe.Found) -> None:
+        recipe.store(scene, answer)
+        if not answer.met:
             self.report({"WARNING"}, "not all requirements can be reached; this is the nearest recipe")
 
 

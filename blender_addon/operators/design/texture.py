@@ -18,7 +18,7 @@ from ..common import UNDOABLE, add_or_remove, reporting
 
 
 class SPECTRAL_OT_texture_design(bpy.types.Operator):
-    """Find the reflectance of every texel, in the background; Blender stays free"""
+    """Find the reflectance of every texel in the background; Blender stays responsive"""
 
     bl_idname = "spectral.texture_design"
     bl_label = "Design Texture"
@@ -40,7 +40,7 @@ class SPECTRAL_OT_texture_design(bpy.types.Operator):
 
 
 class SPECTRAL_OT_texture_cancel(bpy.types.Operator):
-    """End the design; the texture that was designed before stays"""
+    """Stop the design and keep the earlier texture"""
 
     bl_idname = "spectral.texture_cancel"
     bl_label = "Cancel Texture"
@@ -65,7 +65,7 @@ class SPECTRAL_OT_texture_wanted_color(bpy.types.Operator):
 
 
 class SPECTRAL_OT_texture_material(bpy.types.Operator):
-    """Make a material with the designed texture, and give it to the selected object"""
+    """Make a material with the designed texture, and assign it to the selected object"""
 
     bl_idname = "spectral.texture_material"
     bl_label = "Make Material"
@@ -87,10 +87,10 @@ class SPECTRAL_OT_texture_material(bpy.types.Operator):
         tree.links.new(shader.outputs[0], end.inputs["Surface"])
         target = context.object
         if target is None or target.type != "MESH":
-            self.report({"INFO"}, f"made material {material.name!r}; no mesh is selected to give it to")
+            self.report({"INFO"}, f"made material {material.name!r}; no mesh is selected that could use it")
             return
         if not len(target.data.uv_layers):
-            self.report({"WARNING"}, f"{target.name!r} has no UV map, so the texture cannot be laid on it; unwrap it")
+            self.report({"WARNING"}, f"{target.name!r} has no UV map, so the texture cannot be applied; unwrap it")
         if target.material_slots:
             target.material_slots[target.active_material_index].material = material
         else:
@@ -98,7 +98,7 @@ class SPECTRAL_OT_texture_material(bpy.types.Operator):
 
 
 class SPECTRAL_OT_texture_lights(bpy.types.Operator):
-    """Give the spectra of both lights to the lamps that are chosen"""
+    """Assign the spectra of both lights to the chosen lamps"""
 
     bl_idname = "spectral.texture_lights"
     bl_label = "Give Lights to Lamps"

@@ -17,6 +17,7 @@ from ..context import Translation
 from ..ledger import note_changed, note_nodes
 from ..shading import surfaces  # noqa: F401  (importing surfaces registers the evaluators)
 from ..shading.fields import mean_color
+from ..shading.image_files import MISSING
 from ..shading.images import image_of_node
 from ..shading.media import medium_of
 from ..shading.reader import Reader
@@ -118,7 +119,7 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
         return Term(spectrum, strength * spectra.strength_of(reader.translation, source.node))
     place = source.input("Color")
     image = linked(place)
-    color: Paint = gray(0.5)
+    color: Paint = Color(np.array(MISSING))
     if image is not None and image.node.type == "TEX_ENVIRONMENT":
         texture = image_of_node(reader.translation, image.node, reader.owner, image.socket.name)
         color = color if texture is None else replace(texture, extension="repeat")

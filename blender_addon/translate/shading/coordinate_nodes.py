@@ -179,7 +179,7 @@ def _info(reader: Reader, output: Output) -> Any:
 
 @evaluator("VOLUME_INFO")
 def _not_read(reader: Reader, output: Output) -> Any:
-    reader.note(f"{output.label!r}: grids of smoke are not read; 0 was used, which is right where there is none")
+    reader.note(f"{output.label!r}: grids of smoke are not read; 0 was used, which is right if there is none")
     return np.zeros(3) if output.socket.type in ("RGBA", "VECTOR") else 0.0
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender images as pixels with a stated color space; a missing image gives a Note, not magenta."""
+"""Blender images as pixels with a stated color space; a missing image gives a Note and, as in Cycles, magenta."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     """
     image = node.image
     if image is None:
-        translation.note(owner, f"{node.name!r} has no image; a neutral gray replaces it")
+        translation.note(owner, f"{node.name!r} has no image; it is magenta, as in Cycles")
         return None
     if image.source == "SEQUENCE":
         texture = _frame(translation, node, channel)
@@ -65,7 +65,7 @@ def _frame(translation: Translation, node: Any, channel: str) -> ImageTexture | 
         with frame_image(image, number) as found:
             if found is None:
                 where = f"{image.filepath}, file {number}"
-                translation.note(image.name, f"the image could not be read ({where}); a neutral gray replaces it")
+                translation.note(image.name, f"the image could not be read ({where}); it is magenta, as in Cycles")
             texture = None if found is None else _read(translation, found, channel, alpha_is_read(node))
         translation.images[key] = texture
     return translation.images[key]
@@ -128,7 +128,7 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     width, height = image.size
     if width == 0 or height == 0 or len(image.pixels) == 0:
         where = image.filepath or "no file"
-        translation.note(image.name, f"the image could not be read ({where}); a neutral gray replaces it")
+        translation.note(image.name, f"the image could not be read ({where}); it is magenta, as in Cycles")
         return None
     note_changed(translation, image.name, image)
     if image.source in ("SEQUENCE", "MOVIE"):

@@ -11,8 +11,9 @@ import numpy as np
 from spectral_core.scene import ImageTexture
 from spectral_core.scene.atmosphere import Atmosphere
 
+from .image_files import MISSING
 from .images import image_of_node
-from .reader import NEUTRAL, Reader, evaluator
+from .reader import Reader, evaluator
 from .texture_nodes import place_of
 from .tree import Output
 
@@ -31,7 +32,7 @@ def _environment(reader: Reader, output: Output) -> Any:
     node = output.node
     texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
     if texture is None:
-        return np.full(3, NEUTRAL)
+        return np.array(MISSING)
     if node.projection == "MIRROR_BALL":
         reader.note(f"{output.label!r}: a mirror ball among other nodes is read as an equirectangular image")
     place = reader.emit("sphere_place", place_of(reader, output, "position"))

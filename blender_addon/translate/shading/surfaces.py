@@ -29,6 +29,7 @@ from spectral_core.scene import (
 from .. import spectra
 from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (importing the node modules registers their evaluators)
 from .fields import scalar_of
+from .hair import hair_lobe, principled_hair
 from .principled import principled
 from .reader import Reader
 from .shader_inputs import (
@@ -223,8 +224,8 @@ SURFACES: dict[str, Callable[[Reader, Output], Surface]] = {
     "BSDF_SHEEN": _sheen,
     "BSDF_VELVET": _velvet,
     "BSDF_TOON": _toon,
-    "BSDF_HAIR": _diffuse_like("hair shading is not simulated"),
-    "BSDF_HAIR_PRINCIPLED": _diffuse_like("hair shading is not simulated"),
+    "BSDF_HAIR": hair_lobe,
+    "BSDF_HAIR_PRINCIPLED": principled_hair,
     "BSDF_RAY_PORTAL": _diffuse_like("portals are not simulated"),
     "EMISSION": _emission,
     "BACKGROUND": _emission,

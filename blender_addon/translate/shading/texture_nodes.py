@@ -12,6 +12,7 @@ from spectral_core.errors import SpectralError
 
 from ...properties.texture import NODE
 from .fields import Value
+from .image_files import MISSING
 from .images import alpha_is_read, image_of_node, tiles_of_node
 from .reader import NEUTRAL, Reader, evaluator
 from .texture import spectral_image_of
@@ -77,7 +78,7 @@ def _image(reader: Reader, output: Output) -> Any:
         return _tiled(reader, output)
     texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
     if texture is None:
-        return 1.0 if is_alpha else np.full(3, NEUTRAL)
+        return 1.0 if is_alpha else np.array(MISSING)
     unassociates = alpha_is_read(node) and texture.pixels.shape[2] == 4
     if node.projection == "BOX":
         place = place_of(reader, output, "generated")
@@ -101,7 +102,9 @@ def _tiled(reader: Reader, output: Output) -> Any:
     groups = tiles_of_node(reader.translation, node, output.socket.name)
     known = tuple(number for numbers, _ in groups for number in numbers)
     outside = reader.emit("outside_tiles", place, settings=known)
-    total = reader.emit("vector_math", np.array((1.0, is_alpha, 1.0)), outside, 0.0, 0.0, settings=("MULTIPLY",))
+    total = reader.emit(
+        "vector_math", np.array((1.0, 1.0, 1.0) if is_alpha else MISSING), outside, 0.0, 0.0, settings=("MULTIPLY",)
+    )
     for numbers, texture in groups:
         unassociates = alpha_is_read(node) and texture.pixels.shape[2] == 4
         part = reader.emit("image_tiles", place, settings=(unassociates, *numbers), data=texture)

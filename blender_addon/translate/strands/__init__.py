@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import Mesh
+from spectral_core.scene import STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
 from spectral_core.scene.geometry import Attribute
+
+from ..shading.attributes import hashed_pair
 
 Array = NDArray[np.float64]
 
-SIDES = 6
-"""Sides of a tube."""
+SIDES = STRAND_SIDES
 BETWEEN = 3
 """Added points between two points of a strand, along a smooth curve through them."""
 MOST_TRIANGLES = 6_000_000
@@ -26,8 +27,8 @@ DEFAULT_RADIUS = 0.01
 """Blender's default radius of a point."""
 
 
-def curves_mesh(name: str, curves: Any) -> Mesh | None:
-    """Tubes of a ``bpy.types.Curves``, in the object's space; None if it has none."""
+def curves_mesh(name: str, curves: Any, reads: frozenset[str] = frozenset()) -> Mesh | None:
+    """Tubes of a ``bpy.types.Curves``, in the object's space; None if it has none. ``reads``: see ``tubes``."""
     count = len(curves.points)
     if count == 0:
         return None
@@ -36,13 +37,15 @@ def curves_mesh(name: str, curves: Any) -> Mesh | None:
     radii = _radii(curves, count)
     lengths = np.empty(len(curves.curves), np.int32)
     curves.curves.foreach_get("points_length", lengths)
-    return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths)
+    return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths, reads)
 
 
-def particle_mesh(name: str, obj: Any, system: Any, *, is_render: bool) -> Mesh | None:
+def particle_mesh(
+    name: str, obj: Any, system: Any, *, is_render: bool, reads: frozenset[str] = frozenset()
+) -> Mesh | None:
     """Tubes of a hair system of an evaluated object, in world space; None if it grows none.
 
-    ``is_render``: True if it was evaluated for a render, whose steps differ.
+    ``reads``: see ``tubes``. ``is_render``: True if it was evaluated for a render, whose steps differ.
     """
     settings = system.settings
     count = len(system.particles) + len(system.child_particles)
@@ -55,7 +58,7 @@ def particle_mesh(name: str, obj: Any, system: Any, *, is_render: bool) -> Mesh 
     lengths = np.array([len(strand) for strand in strands])
     along = np.concatenate([_ways(strand) for strand in strands])
     radii = _thickness(along, settings)
-    return tubes(name, np.concatenate(strands), radii, lengths)
+    return tubes(name, np.concatenate(strands), radii, lengths, reads)
 
 
 def _strand(system: Any, obj: Any, number: int, steps: int) -> Array:
@@ -83,11 +86,17 @@ def _thickness(along: Array, settings: Any) -> Array:
     return np.where(along >= 1.0, 0.0, radii) if settings.use_close_tip else np.asarray(radii)
 
 
-def tubes(name: str, points: Array, radii: Array, lengths: NDArray[Any]) -> Mesh | None:
-    """Tubes around strands: points (n, 3), radii (n,), and the number of points of each strand, one after another."""
+def tubes(
+    name: str, points: Array, radii: Array, lengths: NDArray[Any], reads: frozenset[str] = frozenset()
+) -> Mesh | None:
+    """Tubes around strands: points (n, 3), radii (n,), and the number of points of each strand, one after another.
+
+    ``reads``: inputs that materials read, of which strands have their direction and a random number.
+    """
     between = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
     vertices, normals, triangles, start = [], [], [], 0
-    for strand, thickness in _by_length(points, radii, lengths):
+    read: dict[str, list[Array]] = {name: [] for name in (STRAND_TANGENT, STRAND_RANDOM) if name in reads}
+    for numbers, strand, thickness in _by_length(points, radii, lengths):
         if between and strand.shape[1] > 2:
             strand, thickness = _smooth(strand, between), _smooth(thickness[..., None], between)[..., 0]
         around = _circles(strand)
@@ -95,6 +104,11 @@ def tubes(name: str, points: Array, radii: Array, lengths: NDArray[Any]) -> Mesh
         count, rings = strand.shape[:2]
         vertices.append(made.reshape(-1, 3))
         normals.append(around.reshape(-1, 3))
+        if STRAND_TANGENT in read:
+            read[STRAND_TANGENT].append(_spread(_tangents(strand), around))
+        if STRAND_RANDOM in read:
+            chance = np.array([hashed_pair(int(number), 0) / 0xFFFFFFFF for number in numbers])
+            read[STRAND_RANDOM].append(_spread(chance[:, None, None] * np.ones((*strand.shape[:2], 3)), around))
         triangles.append(_faces(count, rings) + start)
         start += count * rings * SIDES
     if not vertices:
@@ -104,16 +118,28 @@ def tubes(name: str, points: Array, radii: Array, lengths: NDArray[Any]) -> Mesh
     faces = np.concatenate(triangles)
     faces = faces[keep[faces].all(axis=1)]
     positions, directions = np.nan_to_num(positions), np.nan_to_num(np.concatenate(normals))
-    return Mesh(name, positions.astype(np.float32), faces.astype(np.uint32), normals=directions.astype(np.float32))
+    return Mesh(
+        name,
+        positions.astype(np.float32),
+        faces.astype(np.uint32),
+        normals=directions.astype(np.float32),
+        attributes=tuple(Attribute(key, np.nan_to_num(np.concatenate(values))) for key, values in read.items()),
+        is_strands=True,
+    )
 
 
-def _by_length(points: Array, radii: Array, lengths: NDArray[Any]) -> Iterator[tuple[Array, Array]]:
-    """Strands grouped by their number of points: (count, k, 3) and (count, k)."""
+def _spread(values: Array, around: Array) -> Array:
+    """Values at the points of strands (count, k, 3) at every vertex of their rings."""
+    return np.broadcast_to(values[:, :, None], around.shape).reshape(-1, 3)
+
+
+def _by_length(points: Array, radii: Array, lengths: NDArray[Any]) -> Iterator[tuple[NDArray[Any], Array, Array]]:
+    """Strands grouped by their number of points: their numbers, (count, k, 3) and (count, k)."""
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(int)
     for length in np.unique(lengths):
         if length > 1:
             rows = starts[lengths == length][:, None] + np.arange(length)
-            yield points[rows], radii[rows]
+            yield np.flatnonzero(lengths == length), points[rows], radii[rows]
 
 
 def _smooth(values: Array, between: int) -> Array:
@@ -129,8 +155,7 @@ def _smooth(values: Array, between: int) -> Array:
 
 def _circles(strand: Array) -> Array:
     """Unit vectors (count, k, SIDES, 3) around each point, perpendicular to the strand, transported without twist."""
-    tangent = np.gradient(strand, axis=1)
-    tangent /= np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-30)
+    tangent = _tangents(strand)
     start = tangent[:, 0]
     axis = np.where(np.abs(start[:, 2:3]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
     across = np.cross(start, axis)
@@ -142,6 +167,12 @@ def _circles(strand: Array) -> Array:
         other = np.cross(tangent[:, k], across)
         result[:, k] = across[:, None] * np.cos(angle)[:, None] + other[:, None] * np.sin(angle)[:, None]
     return result
+
+
+def _tangents(strand: Array) -> Array:
+    """Unit directions (count, k, 3) of strands at their points."""
+    tangent = np.gradient(strand, axis=1)
+    return np.asarray(tangent / np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-30))
 
 
 def _faces(count: int, rings: int) -> NDArray[np.int64]:

@@ -25,7 +25,7 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
     if key not in found.meshes:
         name = found.unique("mesh", obj.data.name_full)
         is_hair = obj.type == "CURVES"
-        found.meshes[key] = curves_mesh(name, obj.data) if is_hair else points_mesh(name, obj.data, reads)
+        found.meshes[key] = curves_mesh(name, obj.data, reads) if is_hair else points_mesh(name, obj.data, reads)
     mesh = found.meshes[key]
     if mesh is not None:
         _note_unread(found, obj, reads, mesh)
@@ -47,11 +47,12 @@ def place_hair(found: Any, obj: Any, materials_of: Callable[[Any], list[Translat
             translation.note(obj.name, "particle hair is in renders of F12 and spectral-scene, not in the viewport")
             continue
         name = f"{obj.name_full} {system.name}"
-        mesh = particle_mesh(found.unique("mesh", name), obj, system, is_render=translation.depsgraph.mode == "RENDER")
-        if mesh is None:
-            continue
         materials = materials_of(obj)
         material = materials[min(max(settings.material - 1, 0), len(materials) - 1)]
+        in_render = translation.depsgraph.mode == "RENDER"
+        mesh = particle_mesh(found.unique("mesh", name), obj, system, is_render=in_render, reads=material.reads)
+        if mesh is None:
+            continue
         found.meshes[name] = mesh
         _note_unread(found, obj, material.reads, mesh)
         _enter(found, obj, name, mesh, [material], np.eye(4))

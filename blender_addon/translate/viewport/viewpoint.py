@@ -41,13 +41,50 @@ def viewpoint_of(region_data: Any, space: Any, camera: Any, scene: Any) -> Viewp
     return Viewpoint(placed, low, high, is_perspective, near, far, radius, focus, aperture, panorama)
 
 
+def border_of(region_data: Any, space: Any, camera: Any, scene: Any) -> Array | None:
+    """(2, 2) low and high corner of the render border (Ctrl-B) as shares of the view; None without one.
+
+    In a camera view it is the border of the scene's renders, in others one of the view's own. ``camera``, ``scene``:
+    evaluated.
+    """
+    through_camera = region_data.view_perspective == "CAMERA" and camera is not None and camera.type == "CAMERA"
+    owner = scene.render if through_camera else space
+    if not (owner.use_border if through_camera else owner.use_render_border):
+        return None
+    names = ("border_min", "border_max") if through_camera else ("render_border_min", "render_border_max")
+    border = np.array([[getattr(owner, f"{name}_{axis}") for axis in "xy"] for name in names], dtype=np.float64)
+    if not through_camera:
+        return border
+    projection = np.array(region_data.window_matrix, dtype=np.float64)
+    low, high = window_of(projection, is_perspective=bool(region_data.is_perspective))
+    frame_low, frame_high = frame_of(camera.data, scene, is_perspective=bool(region_data.is_perspective))
+    place = frame_low + border * (frame_high - frame_low)
+    return (place - low) / (high - low)
+
+
+def pixels_of(border: Array, size: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Left, bottom, width and height of a border in a view of ``size`` pixels, cut off at its sides; at least one
+    pixel.
+    """
+    low, high = np.clip(np.rint(border * size), 0, size).astype(int)
+    low = np.minimum(low, np.array(size) - 1)
+    width, height = np.maximum(high - low, 1)
+    return int(low[0]), int(low[1]), int(width), int(height)
+
+
+def frame_of(lens: Any, scene: Any, *, is_perspective: bool) -> tuple[Array, Array]:
+    """Lower left and upper right corner of a camera's frame, at distance 1 or in world units; with its shift."""
+    corners = np.array(lens.view_frame(scene=scene), dtype=np.float64)
+    flat = corners[:, :2] / (-corners[:, 2:] if is_perspective else 1.0)
+    return flat.min(axis=0), flat.max(axis=0)
+
+
 def shares_of_picture(lens: Any, scene: Any, place: Array) -> Array:
     """The position, in the picture of a camera that Blender draws there, of a point of the view at distance 1.
 
     Blender draws a panoramic camera's frame as that of a camera in perspective with the same lens and shift.
     """
-    corners = np.array([(corner[0] / -corner[2], corner[1] / -corner[2]) for corner in lens.view_frame(scene=scene)])
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = frame_of(lens, scene, is_perspective=True)
     shares: Array = (place - low) / (high - low) + np.array([lens.shift_x, lens.shift_y])
     return shares
 

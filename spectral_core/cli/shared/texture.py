@@ -92,7 +92,7 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
             f"{max(designed.white_delta_e):.3f}"
         )
         others = ", ".join(f"{each['observer']} {each['to_daylight_delta_e']:.1f}" for each in figures["whites"][1:])
-        print(f"for other observers the whites part from D65 by ΔE2000: {others}")
+        print(f"for other observers the whites differ from D65 by ΔE2000: {others}")
     elif outcome.allowed is not None:
         print(
             f"these lights allow unrelated pictures a contrast of {outcome.allowed.contrast:.2g}:1 at floor "

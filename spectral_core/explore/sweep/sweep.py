@@ -100,7 +100,7 @@ class Sweep:
         lines = [f"{len(keys)} points over {', '.join(project.space.names)} ({project.design.kind})", *notes,
                  f"{new} to compute, {reused} done already", *describe(self.node)]  # fmt: skip
         if budget is not None and len(keys) > budget:
-            lines.append(f"the folder holds {len(keys)} points already, and a budget of {budget} takes none away; "
+            lines.append(f"the folder holds {len(keys)} points already, and a budget of {budget} removes none; "
                          "name another folder for fewer")  # fmt: skip
         if each is not None and new:
             lines.append(f"about {each * new:.0f} s with one worker ({each:.2f} s per point so far)")
@@ -127,7 +127,7 @@ class Sweep:
         Parameters
         ----------
         plan : of ``plan()``.
-        executor : who computes; ``workers`` warm processes by default.
+        executor : computes the points; ``workers`` warm processes by default.
         workers : how many.
         on_progress, should_stop : as for ``run_sweep``.
         options : passed on to ``run_sweep``.

@@ -102,7 +102,7 @@ class VoronoiCell:
 
     @functools.cached_property
     def second_moment(self) -> float:
-        """Normalised second moment ∫|x|² dx / (n V^(1 + 2/n)), exact: a sum over simplices of the hull."""
+        """Normalized second moment ∫|x|² dx / (n V^(1 + 2/n)), exact: a sum over simplices of the hull."""
         n = self.relevant.shape[1]
         if n == 1:
             return 1.0 / 12.0

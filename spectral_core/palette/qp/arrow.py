@@ -77,7 +77,7 @@ def squared(block: Block, unit: float, cap: float) -> Spectrum:
     hessian.flat[:: len(hessian) + 1] += RIDGE * max(float(hessian.trace()) / len(hessian), 1e-12)
     tied = weights[:, None] * block.ties
     with np.errstate(divide="ignore"):
-        # Two springs side by side: the stiffness cap in H and ω − cap in the border make ω.
+        # The weight cap in H and the weight ω − cap of the border row add up to ω.
         compliance = np.where(exact, 0.0, 1.0 / (relative - weights))[in_border]
     return Spectrum(
         hessian,

@@ -38,7 +38,7 @@ def held(roots: list[Any], mitsuba: Any) -> list[Any]:
         seen.add(id(item))
         if isinstance(item, mitsuba.Object):
             continue
-        if dr.is_array_v(item) or type(item).__module__.startswith("drjit"):
+        if dr.is_array_v(item) or type(item).__module__.startswith(("drjit", "mitsuba")):
             found.append(item)
         elif isinstance(item, dict):
             waiting += list(item.values())

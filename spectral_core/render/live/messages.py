@@ -22,20 +22,23 @@ class Frame:
     """A picture in the view's area.
 
     ``generation``: number of the request. ``level``: distance of two rendered pixels in the view, 1 for a full picture.
+    ``corner``: its lower left pixel in the view, (0, 0) without a border.
     ``samples``: per pixel of a full picture. ``seconds``: since the request was received. ``memory``: bytes of the
-    process. ``how``: how the last change of the scene was made.
+    process. ``how``: how the last change of the scene was made. ``recordings``: of launches since the scene was loaded.
     """
 
     view: str
     generation: int
     place: Place
     level: int
+    corner: tuple[int, int]
     samples: int
     is_done: bool
     seconds: float
     memory: int
     how: str
     is_spectral: bool
+    recordings: int
     notes: tuple[Note, ...] = ()
 
 

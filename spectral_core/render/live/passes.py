@@ -62,12 +62,14 @@ class Launcher(Accumulator):
     def refresh(self) -> None:
         """Collect the arrays of the scene's objects again; call it after each change of the scene."""
         mi, parts = self._mi, self._loaded.scene.parts
+        # made here: an array made within a recording would end it, and one made after it would need another
+        placements = parts.context.tables.buffer()
         lay_open(parts.context.made, mi)
         plugins = [*parts.context.made, self._loaded.first_hit.background, self._loaded.scene.rules.camera_world]
         plugins = [plugin for plugin in plugins if isinstance(plugin, mi.Object)]
         own = [self._offsets, *(vars(self).get(name) for name in ("_draw", "_cell_start", "_cell_width"))]
         own += [*vars(self).get("_starts", ()), *vars(self).get("_ends", ())]
-        own.append([parts.context.tables.buffer()])  # made here: an array made within a recording would end it
+        own.append([placements])
         ours = held([own, self._loaded.first_hit.rules, vars(self._loaded.integrator)], mi)
         self._inputs = (ours, plugins, self._loaded.scene.scene, self._loaded.integrator)
 

@@ -30,7 +30,7 @@ class ViewPicture:
         mi = launcher._mi
         self._launcher, self.request, self.stride = launcher, request, stride
         self._order = block_order(stride)
-        self.columns, self.rows = -(-request.width // stride), -(-request.height // stride)
+        self.columns, self.rows = -(-request.part[2] // stride), -(-request.part[3] // stride)
         count = self.columns * self.rows
         self._lane = dr.arange(mi.UInt32, count)
         self._blank = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3))), dr.opaque(mi.Float, 0.0, count)
@@ -67,9 +67,11 @@ class ViewPicture:
         mi, place, before = self._launcher._mi, self._order[self._next], self.level
         first = self._counts.get(place, 0)
         last = min(first + self._sweep, self.request.samples)
-        width, height = self.request.width, self.request.height
+        left, bottom, *_ = self.request.part
+        corner = place[0] + left, place[1] + bottom
+        size = self.request.width, self.request.height
         seed = (self._launcher.film.seed * 2654435761 + 1) & 0xFFFFFFFF
-        numbers = mi.UInt32([self.columns, self.stride, *place, first, last, seed, width, height])
+        numbers = mi.UInt32([self.columns, self.stride, *corner, first, last, seed, *size])
         start = time.perf_counter()
         sums = self._launcher.trace(
             self._camera, numbers, self._lane, self._sums.get(place, self._blank), self.request.viewpoint.kind
@@ -108,5 +110,5 @@ class ViewPicture:
             part /= self._counts[x, y]
             shown[y // step :: blocks, x // step :: blocks] = part.reshape(self.rows, self.columns, 4)
         shown[..., :3] *= np.float32(self.request.exposure)
-        height, width = -(-self.request.height // step), -(-self.request.width // step)
+        width, height = (-(-size // step) for size in self.request.part[2:])
         return shown[:height, :width]

@@ -162,17 +162,18 @@ class Server:
         kept.seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
         if shows_more:
             place = view.area.write(picture.pixels())
-            spent = time.monotonic() - view.started
+            spent, corner = time.monotonic() - view.started, request.part[:2]
             self._tell(("frame", Frame(
-                name, request.generation, place, picture.level, picture.samples, picture.is_done, spent,
-                memory_bytes(), stage.how, stage.plan.is_spectral, stage.notes if picture.launches == 1 else (),
+                name, request.generation, place, picture.level, corner, picture.samples, picture.is_done, spent,
+                memory_bytes(), stage.how, stage.plan.is_spectral, stage.launcher.recordings,
+                stage.notes if picture.launches == 1 else (),
             )))  # fmt: skip
 
     def _stride(self, request: ViewRequest, kept: _Kept) -> int:
         """Step of the first picture, chosen so that it is fast."""
         if kept.seconds is None:
             return STRIDES[0]
-        pixels = request.width * request.height
+        pixels = request.part[2] * request.part[3]
         return next((s for s in STRIDES if kept.seconds * pixels / s**2 < FIRST_PICTURE_S), STRIDES[-1])
 
 

@@ -111,6 +111,7 @@ class ViewRequest:
 
     ``stage``: the scene's stage. ``width``, ``height`` in pixels. ``samples``: per pixel, after which the view is
     complete. ``generation``: number of the request, returned with the pictures. ``exposure``: factor on the picture.
+    ``border``: left, bottom, width and height in pixels of the part that is traced; None for all.
     """
 
     stage: str
@@ -120,6 +121,7 @@ class ViewRequest:
     samples: int
     generation: int
     exposure: float = 1.0
+    border: tuple[int, int, int, int] | None = None
 
     def __post_init__(self) -> None:
         require_range("view width", self.width, 1, 65536, " pixels")
@@ -127,3 +129,14 @@ class ViewRequest:
         require_range("view pixels", self.width * self.height, 1, MOST_PIXELS)
         require_range("view samples", self.samples, 1, 1 << 24)
         require_range("view exposure", self.exposure, 0.0, 1e30)
+        low, size = np.array(self.part[:2]), np.array(self.part[2:])
+        if low.min() < 0 or size.min() < 1 or np.any(low + size > (self.width, self.height)):
+            raise InvalidInputError(
+                f"the border {self.border} is outside of a view of {self.width} × {self.height} pixels; "
+                "expected left, bottom, width and height within it"
+            )
+
+    @property
+    def part(self) -> tuple[int, int, int, int]:
+        """Left, bottom, width and height in pixels of the part that is traced."""
+        return self.border or (0, 0, self.width, self.height)

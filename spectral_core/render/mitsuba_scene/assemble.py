@@ -19,7 +19,7 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
 from spectral_core.render.mitsuba_scene.medium import medium_around
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
-from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
+from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, STRAND, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
@@ -102,12 +102,16 @@ def load_scene(
     shapes = Shapes(context, scene, parts, movable=movable)
     placements: dict[str, list[Any]] = {}
     lamps: dict[str, list[light.LightObject]] = {}
-    rules, bits = RayRules(), _link_bits(context, scene)
+    rules, bits, strands = RayRules(), _link_bits(context, scene), {m.name for m in scene.meshes if m.is_strands}
     for number, instance in enumerate(scene.instances):
         placed = placements[instance.name] = shapes.of(instance)
         for shape_number, shape in enumerate(placed):
             description[f"shape_{number:06d}_{shape_number:03d}"] = shape
-        hidden_bits = int(instance.hidden_from) | (HOLDOUT if instance.is_holdout else 0)
+        hidden_bits = (
+            int(instance.hidden_from)
+            | (HOLDOUT if instance.is_holdout else 0)
+            | (STRAND if instance.mesh in strands else 0)
+        )
         unlit, clear = (sum({bits.get(name, 0) for name in names}) for names in (instance.unlit_by, instance.clear_for))
         rules.add_shapes(placed, hidden_bits, unlit, clear)
     for number, group in enumerate(shapes.groups):  # a Mitsuba scene must contain the shape groups of its instances

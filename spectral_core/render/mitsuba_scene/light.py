@@ -40,7 +40,7 @@ smaller ones.
 """
 SUN_DISTANCE = 2e3
 """Distance of a sun's disk in radii of the scene: its parallax over the scene stays below 0.03 degrees."""
-_ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """Mitsuba's environment has +y up and -z at its left edge; Blender's +z up and -x there."""
 
 
@@ -242,7 +242,7 @@ def world_emitter(context: Context, world: World) -> Any | None:
     return world_emitter(context, first)
 
 
-def _rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
+def rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
     """The same image with its first and last row at the poles, as Mitsuba reads it.
 
     An image's rows are centers of equal bands. Twice as many rows and one hold a linear interpolation between them
@@ -267,7 +267,7 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
         return None
     if pixels.shape[2] == 1:
         pixels = np.repeat(pixels, 3, axis=2)
-    rows_from_top = _rows_from_pole_to_pole(pixels[::-1])
+    rows_from_top = rows_from_pole_to_pole(pixels[::-1])
     # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
     unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
     scale = float(world.strength) * unit
@@ -276,7 +276,7 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
             "type": "envmap",
             "bitmap": mi.Bitmap(rows_from_top),
             "scale": scale,
-            "to_world": mi.ScalarTransform4f(world.world_from_environment @ _ENVIRONMENT_AXES),
+            "to_world": mi.ScalarTransform4f(world.world_from_environment @ ENVIRONMENT_AXES),
         }
     )
     if context.switches is not None:

@@ -20,14 +20,16 @@ MOST_LINKED_LIGHTS = 32
 """Most lights with light or shadow linking: one bit each."""
 HOLDOUT = 1 << 8
 """Bit of a holdout's shape; above the bits of the types of rays."""
+STRAND = 1 << 9
+"""Bit of the shape of hair: no ray meets its walls from within, because its closures lead light through it."""
 
 
 @dataclass
 class RayRules:
     """Exceptions from "every ray hits everything", by Mitsuba object.
 
-    ``shapes``: bits of ``Rays`` that pass through a shape, and ``HOLDOUT``. ``lights``: bits of ``Rays`` that an
-    emitter does not illuminate. ``light_bounces``: largest number of bounces at which an emitter illuminates.
+    ``shapes``: bits of ``Rays`` that pass through a shape, ``HOLDOUT``, ``STRAND``. ``lights``: bits of ``Rays`` that
+    an emitter does not illuminate. ``light_bounces``: largest number of bounces at which an emitter illuminates.
     ``shadowless``: emitters whose light nothing occludes. ``links``: emitter to its number among the linked lights;
     ``unlit``, ``clear``: by shape the linked lights that do not illuminate it, and those for which it casts no shadow.
     ``camera_world``: the emitter that the camera sees in place of the environment.
@@ -88,7 +90,9 @@ class Tables:
             self.media = Media(mitsuba, rules.media, self._table(shape, rules.inside), *rules.around)
         self.reradiation = rules.reradiation
         self.has_even_lobes = rules.subsurface or rules.reradiation is not None
-        self.blocks_selectively = self.clear is not None or any(bits & Rays.SHADOW for _, bits in rules.shapes)
+        self.has_strands = any(bits & STRAND for _, bits in rules.shapes)
+        shadows = int(Rays.SHADOW) | STRAND
+        self.blocks_selectively = self.clear is not None or any(bits & shadows for _, bits in rules.shapes)
 
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:
         if not rows:
@@ -135,6 +139,14 @@ class Tables:
         if self.shapes is None:
             return self._mi.Bool(False)
         return (self.look_up(self.shapes, shape) & kind) != 0
+
+    def from_within(self, shape: Any, si: Any, direction: Any) -> Any:
+        """True if a ray hits the wall of a strand from within."""
+        import drjit as dr
+
+        if not self.has_strands:
+            return self._mi.Bool(False)
+        return ((self.look_up(self.shapes, shape) & STRAND) != 0) & (dr.dot(si.n, direction) > 0.0)
 
     def lights_it(self, emitter: Any, kind: Any, bounces: Any, receiver: Any) -> Any:
         """True if an emitter illuminates a receiver (a shape's number) along a type of ray, after a number of

@@ -38,9 +38,13 @@ from spectral_core.scene import (
     Weight,
     weighted_leaves,
 )
+from spectral_core.scene.shading.program import Instruction, Program
 from spectral_core.scene.surface import Closure
 
 __all__ = ["emission", "is_dark", "leaves_of"]
+
+NOWHERE = Program((Instruction("vector", values=(0.0, 0.0, 0.0)),))
+"""A direction that is not given."""
 
 
 def leaves_of(context: Context, surface: Surface | None, subject: str) -> list[Leaf]:
@@ -110,6 +114,8 @@ def _lobe_of_fields(context: Context, closure: Closure, subject: str) -> Lobe:
             inputs[entry.name] = paint.color(context, value, subject)
         elif entry.type == "Scalar":
             inputs[entry.name] = paint.number(context, value, subject)
+        elif entry.name == "tangent":
+            inputs[entry.name] = paint.vector(NOWHERE if value is None else value.program)
         elif entry.name != "normal":  # ``_scattering`` bends every closure that has one
             inputs[entry.name] = value
     return Lobe(f"blender_{type(closure).__name__.lower()}", inputs)

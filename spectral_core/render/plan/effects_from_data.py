@@ -226,6 +226,9 @@ def _bounces(found: Found) -> Effect:
         return Effect("bounces", (Level("0"),), "there is no surface to bounce from")
     if inventory.media:
         return Effect("bounces", (Level("64"),), "light scatters many times inside a medium", "dark media", "not known")
+    if inventory.strands:
+        reason = f"light passes many strands of {names(inventory.strands)}"
+        return Effect("bounces", (Level("64"),), reason, "dark hair", "not known")
     if inventory.refractive:
         reason = f"light enters and leaves {names(inventory.refractive)}, some of it after inner reflections"
         return Effect("bounces", (Level("24"),), reason, "black spots in glass", "not known")

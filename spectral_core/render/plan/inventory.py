@@ -18,6 +18,8 @@ from spectral_core.scene import (
     Fluorescent,
     Glass,
     Glossy,
+    Hair,
+    HairLobe,
     ImageTexture,
     Material,
     Mesh,
@@ -53,6 +55,7 @@ class Inventory:
     transparent: tuple[str, ...]
     refractive: tuple[str, ...]
     glossy: tuple[str, ...]
+    strands: tuple[str, ...]
     images: tuple[str, ...]
     light_bodies: tuple[str, ...]
     source_count: int
@@ -94,6 +97,7 @@ def take_inventory(scene: Scene) -> Inventory:
         transparent=which(lambda m: m.name not in borders and _is_transparent(m)),
         refractive=which(lambda m: any(_refracts(c) for c in leaves(m.surface))),
         glossy=which(lambda m: any(isinstance(c, (Glossy, Metal, Principled)) for c in leaves(m.surface))),
+        strands=which(lambda m: any(isinstance(c, (Hair, HairLobe)) for c in leaves(m.surface))),
         images=which(lambda m: any(isinstance(p, _IMAGES) for v in _values(m) for p in paint_parts(v))),
         light_bodies=bodies,
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),

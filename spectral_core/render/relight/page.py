@@ -45,13 +45,13 @@ def write_page(
     path
         The .html file.
     transport
-        What was recorded, 2 to 64 light groups.
+        The recording, with 2 to 64 light groups.
     title
         Heading and name of the page.
     lights, mix
         Spectra and intensities by group, as ``relight`` takes them; the dial starts from these.
     bulbs
-        Places (groups, 2) of the bulbs; a regular polygon where None.
+        Positions (groups, 2) of the bulbs; a regular polygon if None.
 
     Raises
     ------

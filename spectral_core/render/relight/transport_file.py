@@ -36,7 +36,7 @@ def write_transport(path: Path, transport: Transport, *, only_over_transports: b
     Parameters
     ----------
     path : the .exr file.
-    transport : what was recorded.
+    transport : the recording.
     only_over_transports : replace only an earlier transport file. For a path that comes from a .blend.
 
     Raises

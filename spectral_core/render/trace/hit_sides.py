@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.hair import FIBER
 from spectral_core.scene import Rays
 
 
@@ -38,7 +39,8 @@ def leaves_as_drawn(_self: Any, si: Any, bs: Any, outward: Any) -> Any:
     import mitsuba as mi
 
     same_side = dr.dot(si.n, outward) * dr.dot(si.n, mi.Vector3f(si.dn_du)) > 0.0
-    return same_side == mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
+    of_strand = (mi.UInt32(bs.sampled_type) & FIBER) != 0
+    return of_strand | (same_side == mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection))
 
 
 def seen_side(_self: Any, si: Any, direction: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.hair import FIBER
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.scene import Rays
@@ -18,6 +19,7 @@ def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:
     cut = mi.Bool(False)
     flags = bsdf.flags()
     diffuse = mi.has_flag(flags, mi.BSDFFlags.Diffuse) | mi.has_flag(flags, mi.BSDFFlags.Null)
+    diffuse |= (mi.UInt32(flags) & FIBER) != 0
     bends = mi.has_flag(flags, mi.BSDFFlags.Transmission)
     if not limits.reflective_caustics:
         cut |= ~bends
@@ -27,7 +29,7 @@ def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:
 
 
 def count(limits: Any, path: Any, bs: Any, scatters: Any) -> None:
-    """Count a bounce by its kind, as Cycles does, and see whether it was the last (``limits``: counts by kind)."""
+    """Count a bounce by its type, as in Cycles, and set ``path.last`` at a limit (``limits``: most bounces by type)."""
     import drjit as dr
     import mitsuba as mi
 
@@ -94,7 +96,8 @@ def shone_through(
         si = tables.intersect(scene, ray, active)
         si.dn_dv = marks
         met = active & si.is_valid()
-        blocks = met & tables.casts_shadow(tables.shape_number(si), emitter)
+        shape = tables.shape_number(si)
+        blocks = met & tables.casts_shadow(shape, emitter) & ~tables.from_within(shape, si, ray.d)
         clear = dr.select(blocks, clear * tables.surface(si).eval_null_transmission(si, blocks), clear)
         counts = blocks
         if fills is not None:

@@ -176,7 +176,7 @@ class Reradiation:
 
 
 def even_lobe(integrator: Any, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
-    """True where light leaves diffusely whatever the closure is, and a direction on the side on which it leaves.
+    """True if light leaves diffusely for any closure, and a direction on the side on which it leaves.
 
     This holds for light from below the surface, and for the emission of a dye: the path then continues at the
     wavelengths that excite the dye.

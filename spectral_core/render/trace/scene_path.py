@@ -3,7 +3,7 @@
 
 Unidirectional path tracing with multiple importance sampling (Veach 1997, power heuristic), as in Mitsuba's ``path``,
 with these additions: objects and lights that only some rays hit, light and shadow linking, transparent shadows, limits
-by kind of bounce, clamping, and sides by the geometric normal.
+by type of bounce, clamping, and sides by the geometric normal.
 """
 
 from __future__ import annotations
@@ -97,7 +97,8 @@ def scene_path_class(variant: str) -> Any:
             """One ray to the next hit: emission along it, direct light at the hit, and the continuation of the path."""
             si = self.tables.intersect(scene, path.ray, path.active, path.depth == 0)
             shape = self.tables.shape_number(si)
-            unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
+            passes = self.tables.passes(shape, path.kind) | self.tables.from_within(shape, si, path.ray.d)
+            unseen = path.active & si.is_valid() & passes
             si.dn_du = -path.ray.d  # the viewer's direction for closures, see plugins.closures.upright
             si.dn_dv = ray_marks(mi, dr, path)
             si.wi = self.upright(si)
@@ -190,7 +191,7 @@ def scene_path_class(variant: str) -> Any:
             return flight.scatters, place
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
-            """Count a bounce by its kind, as Cycles does; True if it was the last."""
+            """Count a bounce by its type, as in Cycles, and mark the last one of the path."""
             path_limits.count(self, path, bs, scatters)
 
         def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:

@@ -117,7 +117,7 @@ def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:
     wavelengths = np.array(column.wavelengths) * NM_PER_UNIT[wavelength_unit]
     values = np.array(column.values) * FRACTION_PER_UNIT[value_unit]
     lines = list(column.lines)
-    if wavelengths[0] > wavelengths[-1]:  # some spectrometers write from red to blue; reversing the order loses nothing
+    if wavelengths[0] > wavelengths[-1]:  # some spectrometers write from red to blue, so the order is reversed
         wavelengths, values, lines = wavelengths[::-1], values[::-1], lines[::-1]
     _require_wavelengths(path, lines, wavelengths, wavelength_unit)
     _require_values(path, column.name, lines, values, kind)

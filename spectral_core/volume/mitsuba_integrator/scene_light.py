@@ -61,7 +61,7 @@ class Lit:
 
 
 def facing_light(volume: Placed, point: Any, toward: Any) -> Any:
-    """|n·l|/π with n the field's gradient at a world ``point``, or 1/4π where there is none."""
+    """|n·l|/π with n the field's gradient at a world ``point``, or 1/4π if there is none."""
     import drjit as dr
 
     field, vector = volume.data.volume, volume.data.volume.types.Array3f
@@ -89,7 +89,7 @@ def surface_light(
     fields.
 
     A path tracer with light sampling and BSDF sampling joined by the balance heuristic. The first segment is the
-    caller's, who has marched it already. Later segments lose light in the fields and gain none of theirs.
+    caller's, which has marched it already. Later segments lose light in the fields and gain none of theirs.
     """
     import drjit as dr
     import mitsuba as mi

@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 
 MISSING = (1.0, 0.0, 1.0)
-"""The color that Cycles shows where a tile is missing."""
+"""The color that Cycles shows where a picture or a tile is missing; its alpha is 1."""
 
 
 def tiles_of(image: Any) -> list[int]:
@@ -24,7 +24,7 @@ def tiles_of(image: Any) -> list[int]:
 
 @contextmanager
 def tile_image(image: Any, number: int) -> Iterator[Any]:
-    """An image of one tile's file alone, None where it has none; gone afterward."""
+    """An image of one tile's file alone, None if it has none; gone afterward."""
     packed = next((each for each in image.packed_files if f"{number}" in Path(each.filepath).name), None)
     if packed is not None:
         handle, path = tempfile.mkstemp(suffix=Path(packed.filepath).suffix)
@@ -57,7 +57,7 @@ def frame_of(user: Any, frame: int) -> int:
 
 @contextmanager
 def frame_image(image: Any, number: int) -> Iterator[Any]:
-    """An image of one file of a sequence, None where there is none; gone afterward."""
+    """An image of one file of a sequence, None without one; gone afterward."""
     path = bpy.path.abspath(image.filepath, library=image.library)
     digits = list(re.finditer(r"\d+", Path(path).name))
     if not digits:

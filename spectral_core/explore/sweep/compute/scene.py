@@ -99,7 +99,7 @@ class SceneNode:
 
     def describe(self) -> list[str]:
         """Sentences for the plan of a run."""
-        lines = ["renders in workers that stay: the scene is built once"]
+        lines = ["renders in workers that keep the scene loaded"]
         if self.relights:
             lines.append("only powers of lights are swept: a worker records them once and re-lights each point")
         elif any(path.startswith("lights[") for _, path in self.paths):

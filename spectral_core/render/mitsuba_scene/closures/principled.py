@@ -32,7 +32,7 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
     if closure.alpha != 1.0:
         yield weight.times(closure.alpha, complement=True), Lobe("clear", {})
     base = paint.color(context, closure.base_color, subject)
-    ior = _specular_ior(closure)
+    ior = specular_ior(closure)
     if closure.transmission != 0:
         through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
         # light passes two surfaces on its way through a body, so each applies half of the color
@@ -80,7 +80,7 @@ def _is_white(color: Any) -> bool:
     return isinstance(color, Color) and bool(np.all(color.linear_rgb == 1))
 
 
-def _specular_ior(closure: Principled) -> float:
+def specular_ior(closure: Principled) -> float:
     """Index of refraction with the reflectance of the specular level: F0 times twice the level (Blender 4)."""
     ior = closure.ior if isinstance(closure.ior, float | int) else float(closure.ior.at(589.3)) or 1.5
     if closure.specular_level == 0.5:

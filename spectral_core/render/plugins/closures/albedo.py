@@ -151,7 +151,7 @@ def _reflected() -> tuple[Array, Array, Array, Array]:
 
 
 def _refracted(relative_ior: float) -> tuple[Array, Array]:
-    """Cosine of the refracted direction to the mean surface (negative: below), and where there is none."""
+    """Cosine of the refracted direction to the mean surface (negative: below); True without one (total reflection)."""
     cosine, facing, _, _ = _reflected()
     normal_z = _visible_normals()[4].astype(np.float32)
     inside_squared = 1 - (1 - facing**2) / relative_ior**2

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How long the extension holds up Blender's main thread: each of its calls, and the gaps of a timer.
+
+Python reports every call of a function of the extension and its return (``sys.monitoring``). What Blender calls on its
+main thread - panels, operators, handlers, timers, callbacks of properties, the engine - is timed from there to its
+return, on the clock and in processor time of the thread. A timer that ticks at ``TICK_S`` gives a trace of what the
+artist feels, Blender's own work included.
+"""
+
+import sys
+import threading
+import time
+from collections import defaultdict
+
+import bpy
+
+TICK_S = 0.01
+step = ["start"]
+"""What the script does now."""
+
+
+class Trace:
+    """Outermost calls of the extension on the main thread: by function milliseconds, of which processor time."""
+
+    def __init__(self):
+        self.calls = defaultdict(list)
+        self.within = 0.0
+        self._main, self._depth, self._start = threading.get_ident(), 0, (0.0, 0.0)
+        events = sys.monitoring.events
+        pairs = {
+            "PY_START": self._enter, "PY_RESUME": self._enter, "PY_RETURN": self._leave, "PY_YIELD": self._leave,
+            "PY_UNWIND": self._unwind, "PY_THROW": self._thrown,
+        }  # fmt: skip
+        self._tool = sys.monitoring.PROFILER_ID
+        sys.monitoring.use_tool_id(self._tool, "stalls")
+        for name, call in pairs.items():
+            sys.monitoring.register_callback(self._tool, getattr(events, name), call)
+        sys.monitoring.set_events(self._tool, sum(getattr(events, name) for name in pairs))
+
+    def _enter(self, code, _place):
+        if "blender_addon" not in code.co_filename:
+            return sys.monitoring.DISABLE
+        if threading.get_ident() == self._main:
+            if not self._depth:
+                self._start = time.perf_counter(), time.thread_time()
+            self._depth += 1
+        return None
+
+    def _leave(self, code, _place, _value):
+        if "blender_addon" not in code.co_filename:
+            return sys.monitoring.DISABLE
+        if threading.get_ident() == self._main and self._depth:
+            self._depth -= 1
+            if not self._depth:
+                clock = 1e3 * (time.perf_counter() - self._start[0])
+                work = 1e3 * (time.thread_time() - self._start[1])
+                self.within += clock
+                name = f"{code.co_filename.rpartition('blender_addon/')[2]}: {code.co_qualname}"
+                self.calls[name].append((clock, work, step[0]))
+        return None
+
+    def _unwind(self, code, place, error):
+        if "blender_addon" in code.co_filename:
+            self._leave(code, place, error)
+
+    def _thrown(self, code, place, _error):
+        if "blender_addon" in code.co_filename:
+            self._enter(code, place)
+
+
+class Ticks:
+    """A timer's trace: for each gap between two calls its milliseconds, those of the extension in it, and the step."""
+
+    def __init__(self, trace):
+        self.gaps, self._trace, self._last, self._within = [], trace, None, 0.0
+        bpy.app.timers.register(self.tick, persistent=True)
+
+    def tick(self):
+        now, within = time.perf_counter(), self._trace.within
+        if self._last is not None:
+            self.gaps.append((1e3 * (now - self._last), within - self._within, step[0]))
+        self._last, self._within = now, within
+        return TICK_S

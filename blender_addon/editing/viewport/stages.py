@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parts of a scene's translation that stay from edit to edit, until Blender reports or exchanges their data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import bpy
+
+from ...compat import working_space
+from ...translate.viewport.kept import Kept
+
+NOTHING: Mapping[int, Any] = MappingProxyType({})
+EXCHANGES = ("undo_pre", "undo_post", "redo_pre", "redo_post", "load_pre", "load_post")
+_epochs = [0]
+"""Number of complete exchanges of data, by an undo or by loading a file."""
+
+
+@dataclass
+class Stage:
+    """Data that all translations of one scene share.
+
+    ``users``: names of the views. ``moment``, ``designed``: frame and palette of ``kept``.
+    """
+
+    kept: Kept = field(default_factory=Kept)
+    users: set[str] = field(default_factory=set)
+    moment: Any = None
+    designed: Mapping[int, Any] = field(default_factory=dict)
+
+    def keep_up(self, depsgraph: Any, designed: Mapping[int, Any] = NOTHING) -> None:
+        """Drop the parts that edits have changed, and all parts if Blender does not report the changes.
+
+        ``designed``: spectra of the palette that are shown before they are applied, by session number. Call it for
+        each evaluation of the depsgraph.
+        """
+        source = depsgraph.scene
+        moment = (_epochs[0], source.frame_current, source.frame_subframe, working_space(bpy.data))
+        if moment != self.moment:
+            self.kept.clear()
+            self.moment = moment
+        self.kept.forget(depsgraph.updates)
+        before, self.designed = self.designed, designed
+        keys = before.keys() | designed.keys()
+        self.kept.drop({key for key in keys if before.get(key) is not designed.get(key)})
+
+
+@bpy.app.handlers.persistent
+def _exchanged(*_: object) -> None:
+    """An undo or a file gives other data the same session numbers, without reporting an edit."""
+    _epochs[0] += 1
+
+
+def register() -> None:
+    """Start listening to undo and files."""
+    for name in EXCHANGES:
+        getattr(bpy.app.handlers, name).append(_exchanged)
+
+
+def unregister() -> None:
+    """Stop listening."""
+    for name in EXCHANGES:
+        getattr(bpy.app.handlers, name).remove(_exchanged)

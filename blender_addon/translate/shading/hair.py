@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shader nodes of hair: Principled Hair BSDF and Hair BSDF."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from math import e
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import STRAND_RANDOM, STRAND_TANGENT, Color, Computed, Hair, HairLobe, Surface
+
+from .fields import Value, scalar_of
+from .reader import Reader
+from .shader_inputs import direction_at, main_color
+from .tree import Output, linked
+
+EUMELANIN = np.array((0.506, 0.841, 1.653))
+PHEOMELANIN = np.array((0.343, 0.733, 1.924))
+"""Absorption of pigments at concentration 1, linear sRGB (d'Eon et al. 2011)."""
+FUR = (0.245, 5.574, -10.73, 2.532, -0.215, 5.969)
+"""Coefficients, highest power first, of the polynomial in the radial roughness by which the color of a coat of fibers
+determines their absorption (Chiang et al. 2016, equation 9).
+"""
+DEPTH = 4.0
+"""Depth at which the transmittance of a varying absorption is stored."""
+
+
+def principled_hair(reader: Reader, output: Output) -> Surface:
+    """Principled Hair BSDF by Chiang's model."""
+    node = output.node
+    if getattr(node, "model", "CHIANG") == "HUANG":
+        reader.note(f"{output.label!r}: Huang's model is shown by Chiang's, with a circular cross-section")
+    random = reader.read(output, "Random")
+    if linked(output.input("Random")) is None:
+        random = reader.emit("component", reader.point(STRAND_RANDOM), settings=(0,))
+    factor = partial(_randomized, reader, random)
+    along = factor(reader.read(output, "Roughness", 0.3), reader.read(output, "Random Roughness"))
+    around = factor(reader.read(output, "Radial Roughness", 0.3), reader.read(output, "Random Roughness"))
+    if getattr(node, "model", "CHIANG") == "HUANG":
+        around = along
+    inputs: dict[str, Any] = {
+        "roughness": scalar_of(along),
+        "radial_roughness": scalar_of(around),
+        "coat": reader.scalar(output.input("Coat"), 0.0),
+        "ior": reader.scalar(output.input("IOR"), 1.55),
+        "offset_rad": reader.scalar(output.input("Offset"), 0.0349),
+        "tangent": _tangent(reader),
+    }
+    if node.parametrization == "COLOR":
+        return Hair(main_color(reader, output, 0.5), **inputs)
+    if node.parametrization == "ABSORPTION":
+        absorption = reader.read(output, "Absorption Coefficient", np.zeros(3))
+    else:
+        absorption = _melanin(reader, output, factor, around)
+    known = absorption.constant
+    if known is not None:
+        known = np.maximum(np.broadcast_to(known, (3,)), 0.0)
+        depth = max(float(known.max()), 1e-3)
+        return Hair(Color(np.exp(-known / depth)), False, depth, **inputs)
+    color = _each(reader, absorption, lambda part: _exp(reader, _math(reader, "DIVIDE", part, -DEPTH)))
+    return Hair(Computed(color.program(3)), False, DEPTH, **inputs)
+
+
+def hair_lobe(reader: Reader, output: Output) -> Surface:
+    """Hair BSDF."""
+    along, around, offset = (
+        reader.scalar(output.input(name), fallback)
+        for name, fallback in (("RoughnessU", 0.1), ("RoughnessV", 1.0), ("Offset", 0.0))
+    )
+    tangent = direction_at(reader, output, "Tangent") or _tangent(reader)
+    transmits = output.node.component == "Transmission"
+    return HairLobe(main_color(reader, output, 0.8), transmits, along, around, offset, tangent)
+
+
+def _tangent(reader: Reader) -> Computed:
+    """Direction of the strand in the world; 0 on surfaces without strands."""
+    along = reader.emit("transformed", reader.point(STRAND_TANGENT), settings=("VECTOR", "OBJECT", "WORLD"))
+    return Computed(along.program(3))
+
+
+def _math(reader: Reader, mode: str, a: Any, b: Any = 0.0) -> Value:
+    return reader.emit("math", a, b, 0.0, settings=(mode,))
+
+
+def _exp(reader: Reader, value: Value) -> Value:
+    return _math(reader, "EXPONENT", value)
+
+
+def _log(reader: Reader, value: Any) -> Value:
+    return _math(reader, "LOGARITHM", _math(reader, "MAXIMUM", value, 1e-8), e)
+
+
+def _each(reader: Reader, color: Value, change: Callable[[Value], Value]) -> Value:
+    parts = [change(reader.emit("component", color, settings=(k,))) for k in range(3)]
+    return reader.emit("joined", *parts)
+
+
+def _randomized(reader: Reader, random: Value, value: Value, amount: Value) -> Value:
+    """``value · (1 + 2 (random - 0.5) amount)``."""
+    if amount.constant is not None and not np.any(amount.constant):
+        return value
+    around = _math(reader, "MULTIPLY", _math(reader, "SUBTRACT", random, 0.5), 2.0)
+    return _math(reader, "MULTIPLY", value, _math(reader, "ADD", _math(reader, "MULTIPLY", around, amount), 1.0))
+
+
+def _melanin(reader: Reader, output: Output, factor: Callable[[Value, Value], Value], radial: Value) -> Value:
+    """Absorption by pigments of a share ``Melanin``, on a scale that looks even, and by the tint."""
+    chance = reader.emit("clamp", reader.read(output, "Random Color"), 0.0, 1.0, settings=("MINMAX",))
+    share = factor(reader.read(output, "Melanin", 0.8), chance)
+    left = _math(reader, "MAXIMUM", _math(reader, "SUBTRACT", 1.0, share), 1e-4)
+    amount = _math(reader, "MULTIPLY", _log(reader, left), -1.0)
+    redness = reader.read(output, "Melanin Redness", 1.0)
+    red = _math(reader, "MULTIPLY", amount, redness)
+    dark = _math(reader, "SUBTRACT", amount, red)
+    fit: Any = 0.0
+    for coefficient in FUR:
+        fit = _math(reader, "ADD", _math(reader, "MULTIPLY", fit, radial), coefficient)
+    tint = reader.read(output, "Tint", np.ones(3))
+    parts = []
+    for k in range(3):
+        logarithm = _math(reader, "DIVIDE", _log(reader, reader.emit("component", tint, settings=(k,))), fit)
+        pigments = _math(
+            reader, "ADD", _math(reader, "MULTIPLY", dark, EUMELANIN[k]), _math(reader, "MULTIPLY", red, PHEOMELANIN[k])
+        )
+        parts.append(_math(reader, "ADD", pigments, _math(reader, "MULTIPLY", logarithm, logarithm)))
+    return reader.emit("joined", *parts)

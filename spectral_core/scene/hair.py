@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How strands of hair scatter light, seen from so far that each is a line: closures about a strand's tangent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from spectral_core.scene.paint import Paint, Scalar, gray
+from spectral_core.scene.shading.program import Computed
+
+STRAND_SIDES = 6
+"""Sides of the tubes that strands are made of, with normals that point away from the strand's axis."""
+STRAND_TANGENT = "attribute_strand_tangent"
+"""Attribute of strands: their direction, in object space."""
+STRAND_RANDOM = "attribute_strand_random"
+"""Attribute of strands: a random number in [0, 1] for each, three times."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hair:
+    """A fiber that reflects, transmits, and reflects inside (Chiang et al. 2016, "A practical and controllable hair and
+    fur model for production path tracing").
+
+    ``color``: with ``is_fur``, that of a coat of many fibers; else the transmittance of a depth of one radius, for an
+    absorption coefficient of -ln(color) · ``depth``. ``roughness`` along the strand, ``radial_roughness`` around it;
+    ``coat``: share by which the first reflection is less rough; ``offset_rad``: tilt of the cuticle's scales.
+    ``tangent``: direction of the strand in the world.
+    """
+
+    color: Paint = field(default_factory=lambda: gray(0.5))
+    is_fur: bool = True
+    depth: Scalar = 1.0
+    roughness: Scalar = 0.3
+    radial_roughness: Scalar = 0.3
+    coat: Scalar = 0.0
+    ior: Scalar = 1.55
+    offset_rad: Scalar = 0.0349
+    tangent: Computed | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HairLobe:
+    """One lobe of a strand, around its mirrored direction or, ``transmits``, its continued one.
+
+    ``roughness_along`` and ``roughness_around`` the strand, ``offset_rad`` and ``tangent`` as in ``Hair``.
+    """
+
+    color: Paint = field(default_factory=lambda: gray(0.8))
+    transmits: bool = False
+    roughness_along: Scalar = 0.1
+    roughness_around: Scalar = 1.0
+    offset_rad: Scalar = 0.0
+    tangent: Computed | None = None
