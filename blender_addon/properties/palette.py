@@ -116,7 +116,7 @@ class SpectralPaletteLamp(bpy.types.PropertyGroup):
 
     SPECTRUM_KIND = "illuminant"
     spectral: PointerProperty(type=SpectralSpectrum)
-    amount: FloatProperty(name="Amount", default=0.0, description="How much of this lamp the design uses")
+    amount: FloatProperty(name="Amount", default=0.0, description="Amount of this lamp in the design")
 
 
 class SpectralPaletteLight(bpy.types.PropertyGroup):
@@ -131,7 +131,7 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
     result: PointerProperty(type=SpectralSpectrum, description="The spectrum as the palette has it now")
     intensity: FloatProperty(
         name="Brightness", default=1.0, min=0.001, soft_max=4.0, update=edited,
-        description="How bright this light is beside the others",
+        description="Brightness of this light relative to the others",
     )  # fmt: skip
     keeps_luminance: BoolProperty(
         name="Keep Brightness", default=False, update=edited, description="A design may not brighten or dim this light"
@@ -224,7 +224,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
     )
     brightness: FloatProperty(
         name="Light Level", default=3.0, min=0.01, soft_max=10.0, update=edited,
-        description="How bright all lights are. At 1, white needs a surface that reflects everything; more light "
+        description="Brightness of all lights. At 1, white needs a surface that reflects everything; more light "
         "leaves room for saturated colors",
     )  # fmt: skip
     level_to: EnumProperty(

@@ -141,6 +141,11 @@ def test_errors_for_unknown_names_list_the_known_ones(scene: Scene) -> None:
 
     with pytest.raises(UnknownNameError, match="no light group of this transport is named 'Kay'; did you mean 'Key'"):
         relight(transport, mix={"Kay": 1.0})
+    unnamed = replace(transport, groups=("",), channels=transport.channels[:1], lights=transport.lights[:1])
+    with pytest.raises(
+        UnknownNameError, match="'Key': all lights are in one group without a name; record one group per"
+    ):
+        relight(unnamed, mix={"Key": 1.0})
     with pytest.raises(InvalidInputError, match="a light cannot absorb light"):
         relight(transport, mix={"Key": -1.0})
     with pytest.raises(InvalidInputError, match="a 'dial' transport holds no spectra"):

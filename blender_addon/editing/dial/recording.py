@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A transport render of a Blender scene: its input, and the lights that must be rendered anew."""
+"""A transport render of a Blender scene: its input, and the lights that must be rendered again."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def _fluorescent(palette: PropertyGroup, dyed: dict[int, PropertyGroup]) -> Solv
         least = min(dye.excitation_nm for group in dyed.values() for dye in group)
         if problem.grid.wavelengths_nm[0] > least - 10:
             raise InvalidInputError(
-                f"a dye takes in light around {least:.0f} nm, but the table designs from "
+                f"a dye absorbs light around {least:.0f} nm, but the table designs from "
                 f"{problem.grid.wavelengths_nm[0]:.0f} nm on; under Design, begin at {least - 20:.0f} nm"
             )
         found = solve_fluorescent(problem, dyes)

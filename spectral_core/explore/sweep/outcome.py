@@ -25,7 +25,7 @@ class Outcome:
 
     ``values``: numbers and texts by column name. ``pictures``: linear sRGB (height, width, 3 or 4), row 0 on top, by
     name; "" is the main one. ``files``: ready file contents by ending, such as {".png": bytes}, where the picture is
-    not known as numbers. ``shown``: a PNG for eyes in place of the plain sRGB one, by the name of its picture, where
+    not known as numbers. ``shown``: a PNG for display in place of the plain sRGB one, by the name of its picture, where
     the scene has a view transform.
     """
 

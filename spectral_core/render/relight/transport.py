@@ -70,6 +70,11 @@ class Transport:
 
     def index_of(self, group: str) -> int:
         """Index of a group in ``groups``. Raises UnknownNameError."""
+        if group and tuple(self.groups) == ("",):
+            raise UnknownNameError(
+                f"no light group of this transport is named {group!r}: all lights are in one group without a name; "
+                "record one group per light (--one-per-light), or put the lights into light groups"
+            )
         if group not in self.groups:
             raise UnknownNameError.among("light group of this transport", group, self.groups)
         return self.groups.index(group)

@@ -89,7 +89,7 @@ def surface_light(
     fields.
 
     A path tracer with light sampling and BSDF sampling joined by the balance heuristic. The first segment is the
-    caller's, who has marched it already. Later segments lose light in the fields and gain none of theirs.
+    caller's, which has marched it already. Later segments lose light in the fields and gain none of theirs.
     """
     import drjit as dr
     import mitsuba as mi
