@@ -4,7 +4,7 @@
 from spectral_core.scene.camera import Aperture, Camera, Film, Panorama
 from spectral_core.scene.fluorescent import Fluorescent
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
-from spectral_core.scene.hair import STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Hair, HairLobe
+from spectral_core.scene.hair import STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Hair, HairLobe
 from spectral_core.scene.leaves import (
     Weight,
     has_holes,
@@ -59,6 +59,7 @@ __all__ = [
     "FILM_THICKNESS_NM",
     "IOR",
     "LARGEST",
+    "STRAND_PLACE",
     "STRAND_RANDOM",
     "STRAND_SIDES",
     "STRAND_TANGENT",

@@ -15,6 +15,9 @@ STRAND_TANGENT = "attribute_strand_tangent"
 STRAND_RANDOM = "attribute_strand_random"
 """Attribute of strands: a random number in [0, 1] for each, three times."""
 
+STRAND_PLACE = "attribute_strand_place"
+"""Attribute of strands: the share of the strand before a point, the strand's length, its thickness at the point."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hair:
