@@ -131,7 +131,7 @@ def _works(made: RenderResult) -> tuple[float, float]:
 def _line(name: str, row: dict[str, Any]) -> str:
     pair = lambda what, digits=2: "{:.{d}f}, {:.{d}f}".format(*row[what], d=digits)  # noqa: E731
     text = (
-        f"{name:17} plain ΔE {pair('error')}; {pair('work')} s ({pair('seconds')} on the wall) | "
+        f"{name:17} plain ΔE {pair('error', 3)}; {pair('work')} s ({pair('seconds')} on the wall) | "
         f"ΔE {ASKED:g} asked {pair('asked_error')}; {pair('asked_work')} s, {row['samples']} samples | "
         f"{pair('budget', 1)} s, ΔE {pair('budget_error', 3)}"
     )

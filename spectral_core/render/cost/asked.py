@@ -96,7 +96,7 @@ def render_asked(
     wanted, budget = settings.target_error, settings.time_budget_s
     probe = Probe(job)
     model = measured_model(
-        probe, least=4, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
+        probe, least=16, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
     )
     spent = meter.read()
     if wanted is not None:
