@@ -26,16 +26,23 @@ from spectral_core.scene.lights import (
     World,
 )
 from spectral_core.scene.motion import Moment
-from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
+from spectral_core.scene.paint import (
+    FILM_THICKNESS_NM,
+    IOR,
+    LARGEST,
+    Color,
+    ImageTexture,
+    MixedPaint,
+    Paint,
+    Scalar,
+    gray,
+)
 from spectral_core.scene.passes import Mist, Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
-    FILM_THICKNESS_NM,
-    IOR,
-    LARGEST,
     AddSurface,
     Diffuse,
     Emission,

@@ -10,12 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import STRAND_PLACE, STRAND_RANDOM, STRAND_TANGENT, Color, Computed, Hair, HairLobe, Surface
+from spectral_core.scene import (
+    IOR,
+    STRAND_PLACE,
+    STRAND_RANDOM,
+    STRAND_TANGENT,
+    Color,
+    Computed,
+    Hair,
+    HairLobe,
+    Surface,
+)
 
 from .coordinate_nodes import info
 from .fields import Value, scalar_of
 from .reader import Reader, evaluator
-from .shader_inputs import direction_at, main_color
+from .shader_inputs import direction_at, held, main_color
 from .tree import Output, linked
 
 EUMELANIN = np.array((0.506, 0.841, 1.653))
@@ -51,7 +61,7 @@ def principled_hair(reader: Reader, output: Output) -> Surface:
         "roughness": scalar_of(along),
         "radial_roughness": scalar_of(around),
         "coat": reader.scalar(output.input("Coat"), 0.0),
-        "ior": reader.scalar(output.input("IOR"), 1.55),
+        "ior": held(reader.scalar(output.input("IOR"), 1.55), IOR),
         "offset_rad": reader.scalar(output.input("Offset"), 0.0349),
         "tangent": _tangent(reader),
     }
