@@ -9,8 +9,11 @@ further arguments from ``options.extra``.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+
+from spectral_core.errors import UnknownNameError
 
 
 @dataclass(frozen=True)
@@ -23,3 +26,21 @@ class Options:
     """Folder of pictures and tables."""
     extra: list[str] = field(default_factory=list)
     """Arguments that the benchmark itself understands."""
+
+    def only(self, names: Iterable[str]) -> list[str]:
+        """The ``names`` that ``--only`` chooses, all without it.
+
+        Its words are separated by commas; each chooses the name that it equals, or else the names that contain it.
+        Raises UnknownNameError for a word that chooses nothing.
+        """
+        known = list(names)
+        if self.extra[:1] != ["--only"]:
+            return known
+        wanted: set[str] = set()
+        for word in " ".join(self.extra[1:]).split(","):
+            each = word.strip()
+            found = [each] if each in known else [name for name in known if each in name]
+            if not found:
+                raise UnknownNameError.among("case", each, known)
+            wanted.update(found)
+        return [name for name in known if name in wanted]

@@ -117,7 +117,7 @@ def build():
     scene.camera = bpy.context.object
     bpy.ops.object.select_all(action="DESELECT")
     bpy.ops.spectral.palette_preset(preset="METAMER_PAIR")
-    scene.spectral.palette.materials[0].material = bpy.data.materials["Paint 4"]
+    scene.spectral.palette.materials[0].material = bpy.data.materials["Paint 9"]
 
 
 def one(kind):
@@ -162,7 +162,8 @@ def with_node():
 
 
 def numbered(name, *values):
-    shader(one("Paint"))[name].default_value = values if len(values) > 1 else values[0]
+    # the last material shows the palette's spectrum, whatever its color
+    shader(f"Paint {int(rng.integers(9))}")[name].default_value = values if len(values) > 1 else values[0]
 
 
 KINDS = {

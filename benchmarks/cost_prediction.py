@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Predicted against true time and error: a plain render, a requested error, a requested time, on 16 different scenes.
 
-True errors are mean ΔE2000 against a converged picture with other random numbers and all effects;
-its own noise is subtracted. Times are compared in seconds of the processor (work), which other programs on
-the machine do not change; elapsed times are printed beside. ``--only WORD``: scenes whose name has it.
+True errors are mean ΔE2000 over 2048 random pixels against a picture with other random numbers and all effects, traced
+until its own noise is a third of the error; that noise is subtracted in quadrature. Times are compared
+in seconds of the processor (work), which other programs on the machine change little; those on the wall are printed
+beside. A time budget counts on the wall. Two samples for each pixel are the least: a scene that is better than asked
+after them is asked for a quarter of what it then has, too. ``--only WORDS``: scenes of these names, or whose name has
+the word, separated by commas.
 """
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +20,7 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks._plan_scenes import SINGLE, staged
-from spectral_core.render import cost_curve, render_scene
+from spectral_core.render import RenderResult, cost_curve, render_scene
 from spectral_core.render.cost.errors import pixel_errors
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.effects import plan_from_data
@@ -28,75 +32,149 @@ NAMES = (
     "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "emissive", "curtain",
     "ball lamp", "lamp before lamp", "mirror", "mirror caustic", "glass caustic", "leaf",
 )  # fmt: skip
-ASKED = 1.0
+ASKED, FINER = 1.0, 0.25
+"""The requested ΔE2000; and, as a part of what the fewest samples reach, the request where they reach more."""
+REACHED, NEAR, FAR, KEPT = (0.7, 1.1), 1.25, 2.0, 0.1
+"""Limits: reached over requested error, ratio of prediction and outcome in most and in all scenes, time budget."""
+COMPARED = 2048
+"""Pixels whose true error is found."""
+NOISE_SHARE = 0.35
+"""Largest noise of the converged picture, as a part of the error that is compared with it."""
+REPEATS, SHORT_S = 3, 3.0
+"""Times are medians of as many predictions and renders in turn: other programs change processor time, too.
+Renders of more than ``SHORT_S`` are not repeated."""
 
 
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
-    size, samples, converged = ((24, 18), 8, 128) if options.quick else ((160, 120), 32, 2048)
-    budget = 4.0 if options.quick else 20.0
-    wanted = options.extra[1] if options.extra[:1] == ["--only"] else ""
-    names = [name for name in NAMES if wanted in name][: 2 if options.quick else None]
-    print(
-        f"{'scene':18} {'plain: predicted, true; work':>32} {'':22} {'ΔE 1 asked: said, true; work':>32} "
-        f"{'asked s':>8} {'taken':>7}"
-    )
-    rows = {name: _row(name, staged(SINGLE[name], size, 1.0)[0], (samples, converged, budget)) for name in names}
-    ratio = lambda row, what: max(row[what][0] / row[what][1], row[what][1] / row[what][0])  # noqa: E731
-    worst = [max(ratio(row, "error"), ratio(row, "work")) for row in rows.values()]
-    near = sum(each <= 1.25 for each in worst)
+    size, samples, most, budget = ((24, 18), 8, 128, 4.0) if options.quick else ((128, 96), 64, 1 << 15, 10.0)
+    names = options.only(NAMES)[: 2 if options.quick else None]
+    rows = {}
+    print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; each pair: predicted, true")
+    for name in names:
+        scene = staged(SINGLE[name], size, 1.0)[0]
+        rows[name] = _row(replace(scene, film=replace(scene.film, samples=samples)), most, budget)
+        print(_line(name, rows[name]), flush=True)
+    figures: dict[str, Any] = {"scenes": rows, "holds": holds(rows)}
+    for claim, true in figures["holds"].items():
+        print(f"{'holds' if true else 'FAILS':6} {claim}")
+    return figures
+
+
+def holds(rows: dict[str, dict[str, Any]]) -> dict[str, bool]:
+    """Acceptance, over the scenes that ran."""
+    plain = [max(_ratio(row["error"]), _ratio(row["work"])) for row in rows.values()]
+    asked = [max(_ratio(row["asked_error"]), _ratio(row["asked_work"])) for row in rows.values()]
+    needed = np.ceil(13 / 16 * len(rows))
+    low, high = REACHED
     return {
-        "scenes": rows,
-        "holds": {
-            "time and error within 25 % in 13 of 16": near >= np.ceil(13 / 16 * len(rows)),
-            "none off by more than a factor of 2": max(worst) <= 2,
-            "ΔE 1 asked: 0.7 to 1.1": all(0.7 <= row["asked_error"][1] <= 1.1 for row in rows.values()),
-            "time budget within 10 %": all(abs(row["budget_s"] / budget - 1) <= 0.1 for row in rows.values()),
-        },
+        "plain render: time and error within 25 % in 13 of 16": sum(each <= NEAR for each in plain) >= needed,
+        "plain render: none off by more than a factor of 2": max(plain) <= FAR,
+        "requested error: time and error within 25 % in 13 of 16": sum(each <= NEAR for each in asked) >= needed,
+        "requested error: none off by more than a factor of 2": max(asked) <= FAR,
+        "requested error: 0.7 to 1.1 of it, or less after the fewest samples": all(
+            low <= row["reached"] <= high or (row["samples"] <= 2 and row["reached"] < low) for row in rows.values()
+        ),
+        "a finer one, where the fewest samples do: 0.7 to 1.1 of it": all(
+            low <= row["finer_reached"] <= high for row in rows.values() if "finer_reached" in row
+        ),
+        "time budget within 10 %": all(abs(row["budget"][1] / row["budget"][0] - 1) <= KEPT for row in rows.values()),
     }
 
 
-def _row(name: str, scene: Scene, amounts: tuple[int, int, float]) -> dict[str, Any]:
-    samples, converged, budget = amounts
-    scene = replace(scene, film=replace(scene.film, samples=samples))
-    halves = _converged(scene, converged)
+def _ratio(pair: tuple[float, float]) -> float:
+    return max(pair[0] / max(pair[1], 1e-9), pair[1] / max(pair[0], 1e-9))
+
+
+def _row(scene: Scene, most: int, budget: float) -> dict[str, Any]:
+    truth = _Truth(scene, most)
     asked = lambda **what: replace(scene, settings=replace(scene.settings, **what))  # noqa: E731
-    said = cost_curve(scene).now
-    plain = render_scene(scene)
+    pairs = [(cost_curve(scene).now, render_scene(scene)) for _ in range(REPEATS)]
+    said, plain = pairs[0]
     by_error = render_scene(asked(target_error=ASKED))
+    repeats = REPEATS - 1 if by_error.work < SHORT_S else 0
+    again = [render_scene(asked(target_error=ASKED)) for _ in range(repeats)]
     by_time = render_scene(asked(time_budget_s=budget))
-    row = {
-        "error": (said.delta_e, _error(plain.pixels, halves)),
-        "seconds": (said.seconds, plain.seconds),
-        "work": (said.work, plain.work),
-        "asked_error": (by_error.outcome.delta_e if by_error.outcome else 0.0, _error(by_error.pixels, halves)),
-        "asked_work": (by_error.prediction.work if by_error.prediction else 0.0, by_error.work),
+    reached = truth.error(by_error)
+    row: dict[str, Any] = {
+        "error": (said.delta_e, truth.error(plain)),
+        "seconds": _medians([(said.seconds, made.seconds) for said, made in pairs]),
+        "work": _medians([(said.work, made.work) for said, made in pairs]),
+        "asked_error": (_estimated(by_error), reached),
+        "asked_work": _medians([_works(each) for each in (by_error, *again)]),
+        "reached": reached / ASKED,
         "samples": by_error.samples,
-        "budget_s": by_time.seconds,
+        "budget": (budget, by_time.seconds),
+        "budget_error": (_estimated(by_time), truth.error(by_time, refined=False)),
     }
-    pair = lambda what, unit: f"{row[what][0]:6.2f}, {row[what][1]:6.2f}{unit}"  # noqa: E731
-    print(
-        f"{name:18} {'ΔE ' + pair('error', '') + '; ' + pair('work', ' s'):>32} ({pair('seconds', ' s')} wall) "
-        f"{pair('asked_error', ''):>14} ({pair('asked_work', ' s')}) {budget:8.1f} {by_time.seconds:7.1f}",
-        flush=True,
-    )
+    if by_error.samples <= 2 and reached < REACHED[0] * ASKED:
+        finer = max(0.02, FINER * reached)
+        found = render_scene(asked(target_error=finer))
+        row |= {"finer": finer, "finer_reached": truth.error(found) / finer, "finer_work": _works(found)}
+        row |= {"finer_samples": found.samples}
     return row
 
 
-def _converged(scene: Scene, samples: int) -> NDArray[np.float64]:
-    """(2, pixels, 3): two halves of a picture with all effects."""
-    far = replace(scene.settings, overrides=(*scene.settings.overrides, ("bounces", "64")))
-    full = replace(scene, settings=far, film=replace(scene.film, seed=4711))
-    width, height = scene.film.size
-    numbers = np.arange(width * height)
-    tracer = RenderJob(full, plan_from_data(full, 0.0)).chosen_pixels()
-    none, more = np.zeros_like(numbers), np.full_like(numbers, samples)
-    return np.stack([tracer.trace(numbers, none, more, half).colors / samples for half in (0, 1)])
+def _estimated(made: RenderResult) -> float:
+    return made.outcome.delta_e if made.outcome else 0.0
 
 
-def _error(pixels: NDArray[np.float32], halves: NDArray[np.float64]) -> float:
-    """Mean ΔE2000 relative to the limit; the noise of the converged picture is subtracted in quadrature."""
-    seen = pixels[..., :3].reshape(-1, 3).astype(np.float64)
-    lab = [lab_from_linear_rgb(np.maximum(each, 0.0)) for each in (seen, halves.mean(axis=0))]
-    noise = pixel_errors(halves[0], halves[1])
-    return float(np.sqrt(max(0.0, float(delta_e_2000(*lab).mean()) ** 2 - float(noise.mean()) ** 2)))
+def _medians(pairs: list[tuple[float, float]]) -> tuple[float, float]:
+    first, second = np.median(np.array(pairs), axis=0)
+    return float(first), float(second)
+
+
+def _works(made: RenderResult) -> tuple[float, float]:
+    return (made.prediction.work if made.prediction else 0.0, made.work)
+
+
+def _line(name: str, row: dict[str, Any]) -> str:
+    pair = lambda what, digits=2: "{:.{d}f}, {:.{d}f}".format(*row[what], d=digits)  # noqa: E731
+    text = (
+        f"{name:17} plain ΔE {pair('error', 3)}; {pair('work')} s ({pair('seconds')} on the wall) | "
+        f"ΔE {ASKED:g} asked {pair('asked_error')}; {pair('asked_work')} s, {row['samples']} samples | "
+        f"{pair('budget', 1)} s, ΔE {pair('budget_error', 3)}"
+    )
+    if "finer" in row:
+        text += (
+            f" | ΔE {row['finer']:.3f} asked: {row['finer_reached']:.2f} of it; {pair('finer_work')} s, "
+            f"{row['finer_samples']} samples"
+        )
+    return text
+
+
+class _Truth:
+    """A picture with all effects, at some pixels, in two halves that are traced further on demand."""
+
+    def __init__(self, scene: Scene, most: int) -> None:
+        far = replace(scene.settings, overrides=(*scene.settings.overrides, ("bounces", "64")))
+        full = replace(scene, settings=far, film=replace(scene.film, seed=4711))
+        width, height = scene.film.size
+        count = min(COMPARED, width * height)
+        self._numbers = np.sort(np.random.default_rng(4711).choice(width * height, count, replace=False))
+        self._tracer = RenderJob(full, plan_from_data(full, 0.0)).chosen_pixels()
+        self._most, self._samples, self._sums = most, 0, np.zeros((2, count, 3))
+        self._trace(most >> 5)  # where light is rare, the noise of few samples is underestimated
+
+    def _trace(self, samples: int) -> None:
+        none = np.zeros_like(self._numbers)
+        for half in (0, 1):
+            self._sums[half] += self._tracer.trace(self._numbers, none + self._samples, none + samples, half).colors
+        self._samples += samples
+
+    def error(self, made: RenderResult, *, refined: bool = True) -> float:
+        """Mean ΔE2000 of a picture relative to the limit; the noise of the converged picture is subtracted in
+        quadrature. Without ``refined`` that picture is not traced further, whatever its noise.
+        """
+        while True:
+            found, noise = self._compared(made.pixels)
+            if not refined or noise <= NOISE_SHARE * found or 2 * self._samples > self._most:
+                return found
+            self._trace(self._samples)
+
+    def _compared(self, pixels: NDArray[np.float32]) -> tuple[float, float]:
+        halves = self._sums / self._samples
+        seen = pixels[..., :3].reshape(-1, 3)[self._numbers].astype(np.float64)
+        lab = [lab_from_linear_rgb(np.maximum(each, 0.0)) for each in (seen, halves.mean(axis=0))]
+        noise = float(pixel_errors(halves[0], halves[1]).mean())
+        return float(np.sqrt(max(0.0, float(delta_e_2000(*lab).mean()) ** 2 - noise**2))), noise

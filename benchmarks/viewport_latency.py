@@ -87,6 +87,8 @@ def _counts(options: Options, figures: dict[str, Any]) -> None:
             if kind in LIMITS_MS:
                 is_bare = counts.first == counts.later == (0, 0) and "loaded" not in hows
                 figures["holds"][f"{name}: nothing is recorded, compiled or loaded"] = is_bare
+            if kind == "object added":
+                figures["holds"][f"{name}: no kernel is compiled"] = counts.later[1] == 0
 
 
 def _in_window(options: Options, figures: dict[str, Any]) -> None:

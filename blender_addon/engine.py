@@ -63,11 +63,6 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         self.viewport = self.viewport or Viewport(self)
         self.viewport.draw(self, context, depsgraph)
 
-    def __del__(self) -> None:
-        viewport = getattr(self, "viewport", None)
-        if viewport is not None:
-            viewport.leave()
-
     def render(self, depsgraph: Any) -> None:
         """Called once per view layer, on a thread of Blender's: nothing here may write to the file's data.
 

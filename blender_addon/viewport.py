@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import traceback
+import weakref
 from typing import Any
 
 import bpy
@@ -19,11 +20,18 @@ class Viewport:
     """The view of one engine, which Blender creates anew for each 3D view and each change of its shading."""
 
     def __init__(self, engine: Any) -> None:
+        # weak: Blender frees the engine of a view that is closed, which must not live on as its renderer's listener
+        known = weakref.ref(engine)
+
         def redraw() -> None:
-            with contextlib.suppress(ReferenceError):  # the engine is gone, and its last pictures arrive too late
-                engine.tag_redraw()
+            alive = known()
+            if alive is not None:
+                with contextlib.suppress(ReferenceError):  # its last pictures arrive too late
+                    alive.tag_redraw()
 
         self._session = ViewSession(redraw)
+        # not in the engine's __del__: a freed engine refuses to be asked for its viewport
+        weakref.finalize(engine, self._session.leave).atexit = False
         self._canvases = [Canvas(), Canvas()]
 
     def update(self, engine: Any, context: Any, depsgraph: Any) -> None:
@@ -54,10 +62,6 @@ class Viewport:
         trouble = next((picture.trouble for picture in pictures if picture.trouble), "")
         if trouble:
             draw_message(trouble, region, scale)
-
-    def leave(self) -> None:
-        """Stop tracing the view."""
-        self._session.leave()
 
 
 def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:

@@ -95,3 +95,17 @@ def _particles(stage: Stage) -> None:
 
 
 feature("hair/particle hair", _with(_particles, PRINCIPLED, Color=BLOND), 2)
+
+
+def _told(output: str) -> Callable[[Stage], None]:
+    """Strands that show an output of Curves Info."""
+
+    def build(stage: Stage) -> None:
+        stage.glow(stage.node("ShaderNodeHairInfo").outputs[output])
+        _tuft(stage)
+
+    return build
+
+
+for _output in ("Is Strand", "Intercept", "Length", "Thickness", "Random"):
+    feature(f"hair/curves info {_output}", _told(_output))

@@ -21,6 +21,7 @@ from spectral_core.render.denoise import denoise, denoise_planes, denoiser_name,
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.moving import render_moving
 from spectral_core.render.plan.effects import EffectPlan, pilot_pays, plan_effects
+from spectral_core.render.steps import pass_sizes
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
@@ -109,7 +110,7 @@ def render_scene(
     groups: bool | tuple[str, ...] = False,
     sampling_lights: Sequence[Spectrum] | None = None,
 ) -> RenderResult:
-    """Render ``scene`` in this process, with a picture after 1, 4, 16, 64, … samples.
+    """Render ``scene`` in this process, with a picture after 1, 4, 16, 64, … samples; a small one in two passes.
 
     ``on_progress`` receives the picture after each pass; ``should_stop`` is called between kernel launches; ``Measure``
     explains the others. Raises InvalidInputError for a scene that cannot be rendered, RenderError if Mitsuba fails,
@@ -174,7 +175,7 @@ def _traced(
         return _finished(_asked(job, scene, meter, on_progress, should_stop, bands), job, start)
     status: Literal["done", "cancelled"] = "done"
     affordable = scene.film.samples
-    left = pass_sizes(scene.film.samples)
+    left = pass_sizes(scene)
     while left:
         samples = min(left[0], affordable)
         left[:1] = [left[0] - samples] if left[0] > samples else []
@@ -279,19 +280,3 @@ def _asked(
         outcome=made.outcome,
         sample_counts=made.sample_counts,
     )
-
-
-def pass_sizes(samples: int, largest: int = 128) -> list[int]:
-    """1, 3, 12, 48, … samples up to ``largest`` per pass, ``samples`` in total: an early picture, few passes in all.
-
-    Each pass records its kernel, a second or two with many materials; a last pass of less than half the previous one is
-    merged with it.
-    """
-    sizes, done = [1], 1
-    while done < samples:
-        size = min(3 * done, largest, samples - done)
-        if samples - done - size < size / 2:
-            size = samples - done
-        sizes.append(size)
-        done += size
-    return sizes

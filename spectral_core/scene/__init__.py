@@ -4,7 +4,7 @@
 from spectral_core.scene.camera import Aperture, Camera, Film, Panorama
 from spectral_core.scene.fluorescent import Fluorescent
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
-from spectral_core.scene.hair import STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Hair, HairLobe
+from spectral_core.scene.hair import STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Hair, HairLobe
 from spectral_core.scene.leaves import (
     Weight,
     has_holes,
@@ -26,16 +26,23 @@ from spectral_core.scene.lights import (
     World,
 )
 from spectral_core.scene.motion import Moment
-from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
+from spectral_core.scene.paint import (
+    FILM_THICKNESS_NM,
+    IOR,
+    LARGEST,
+    Color,
+    ImageTexture,
+    MixedPaint,
+    Paint,
+    Scalar,
+    gray,
+)
 from spectral_core.scene.passes import Mist, Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
-    FILM_THICKNESS_NM,
-    IOR,
-    LARGEST,
     AddSurface,
     Diffuse,
     Emission,
@@ -59,6 +66,7 @@ __all__ = [
     "FILM_THICKNESS_NM",
     "IOR",
     "LARGEST",
+    "STRAND_PLACE",
     "STRAND_RANDOM",
     "STRAND_SIDES",
     "STRAND_TANGENT",

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from spectral_core.scene.paint import Paint, Scalar, gray
+from spectral_core.scene.paint import Numbers, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed
 
 STRAND_SIDES = 6
@@ -15,9 +15,12 @@ STRAND_TANGENT = "attribute_strand_tangent"
 STRAND_RANDOM = "attribute_strand_random"
 """Attribute of strands: a random number in [0, 1] for each, three times."""
 
+STRAND_PLACE = "attribute_strand_place"
+"""Attribute of strands: the share of the strand before a point, the strand's length, its thickness at the point."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hair:
+class Hair(Numbers):
     """A fiber that reflects, transmits, and reflects inside (Chiang et al. 2016, "A practical and controllable hair and
     fur model for production path tracing").
 
@@ -39,7 +42,7 @@ class Hair:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class HairLobe:
+class HairLobe(Numbers):
     """One lobe of a strand, around its mirrored direction or, ``transmits``, its continued one.
 
     ``roughness_along`` and ``roughness_around`` the strand, ``offset_rad`` and ``tangent`` as in ``Hair``.

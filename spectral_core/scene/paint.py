@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Values of a socket: a color, a spectrum, an image, or a mix of two of them."""
+"""Values of a socket: a color, a spectrum, an image, or a mix of two of them; and limits of numbers."""
 
 from __future__ import annotations
 
@@ -9,11 +9,41 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_finite
+from spectral_core.checks import frozen_array, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.spectra.spectrum import Spectrum
+
+LARGEST = 1e38
+"""Largest number of a closure; larger ones have no precision left in 32 bits."""
+IOR = (1e-3, 1000.0)
+"""Range of the index of refraction of a dielectric."""
+FILM_THICKNESS_NM = (0.0, 1e6)
+"""Range of the thickness of a thin film."""
+_LIMITS = {
+    "ior": IOR,
+    "coat_ior": IOR,
+    "thin_film_ior": IOR,
+    "thin_film_thickness": FILM_THICKNESS_NM,
+}
+
+
+class Numbers:
+    """Closures and media: plain numbers in them are finite."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError that names the first number that is NaN, infinite, or outside the range of an
+        index.
+        """
+        names: tuple[str, ...] = type(self).__slots__
+        for name in names:
+            value = getattr(self, name)
+            if isinstance(value, (int, float, np.number)):
+                least, most = _LIMITS.get(name, (-LARGEST, LARGEST))
+                require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,48 +6,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-import numpy as np
-
 from spectral_core.checks import require_range
 from spectral_core.scene.fluorescent import Fluorescent
 from spectral_core.scene.hair import Hair, HairLobe
-from spectral_core.scene.paint import Color, Paint, Scalar, gray
+from spectral_core.scene.paint import LARGEST, Color, Numbers, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.spectrum import Spectrum
 
-LARGEST = 1e38
-"""Largest number of a closure; larger ones have no precision left in 32 bits."""
-IOR = (1e-3, 1000.0)
-"""Range of the index of refraction of a dielectric."""
-FILM_THICKNESS_NM = (0.0, 1e6)
-"""Range of the thickness of a thin film."""
-_LIMITS = {
-    "ior": IOR,
-    "coat_ior": IOR,
-    "thin_film_ior": IOR,
-    "thin_film_thickness": FILM_THICKNESS_NM,
-}
-
-
-class _Numbers:
-    """Closures and media: plain numbers in them are finite."""
-
-    __slots__ = ()
-
-    def __post_init__(self) -> None:
-        """Raise InvalidInputError that names the first number that is NaN, infinite, or outside the range of an
-        index.
-        """
-        names: tuple[str, ...] = type(self).__slots__
-        for name in names:
-            value = getattr(self, name)
-            if isinstance(value, (int, float, np.number)):
-                least, most = _LIMITS.get(name, (-LARGEST, LARGEST))
-                require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Diffuse(_Numbers):
+class Diffuse(Numbers):
     """Lambertian; Oren-Nayar if ``roughness`` is above 0."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -56,7 +24,7 @@ class Diffuse(_Numbers):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glossy(_Numbers):
+class Glossy(Numbers):
     """Microfacet mirror (GGX, ``alpha = roughness²``) that reflects ``color`` at every angle.
 
     ``multiple_scattering``: True to keep light that bounces between facets (Blender's Multiscatter GGX). The
@@ -74,7 +42,7 @@ class Glossy(_Numbers):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glass(_Numbers):
+class Glass(Numbers):
     """Dielectric that reflects and refracts by Fresnel; ``ior`` is a number, or a spectrum for dispersion.
 
     ``thin_film_thickness`` (nm; 0 for none) and ``thin_film_ior``: of a thin film on the surface, as in other closures.
@@ -100,7 +68,7 @@ class Translucent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Toon(_Numbers):
+class Toon(Numbers):
     """A lobe with a hard or soft edge around the normal or, ``glossy``, around the mirrored direction."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -111,7 +79,7 @@ class Toon(_Numbers):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Metal(_Numbers):
+class Metal(Numbers):
     """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021).
 
     ``physical``: Fresnel's equations in place of that model, with the index of refraction and extinction that ``color``
@@ -140,7 +108,7 @@ class Transparent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sheen(_Numbers):
+class Sheen(Numbers):
     """Fibers or dust that reflect toward grazing angles; ``microfiber``: Blender's own model, else Ashikhmin's."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -155,7 +123,7 @@ class Holdout:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Emission(_Numbers):
+class Emission(Numbers):
     """Emits ``color · strength`` as radiance: (1, 1, 1) · 1 is a white pixel of value 1 seen directly."""
 
     color: Paint = field(default_factory=lambda: gray(1.0))
@@ -163,7 +131,7 @@ class Emission(_Numbers):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Subsurface(_Numbers):
+class Subsurface(Numbers):
     """Subsurface scattering: mean free paths are proportional to ``radius`` (of red, green, blue) times ``scale``."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -174,7 +142,7 @@ class Subsurface(_Numbers):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Principled(_Numbers):
+class Principled(Numbers):
     """Blender's Principled BSDF with the inputs that are supported; the names are those of its sockets."""
 
     base_color: Paint = field(default_factory=lambda: gray(0.8))
@@ -209,7 +177,7 @@ class Principled(_Numbers):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MixSurface(_Numbers):
+class MixSurface(Numbers):
     """``first`` with probability 1 - factor, ``second`` with probability factor."""
 
     factor: Scalar
@@ -246,7 +214,7 @@ Surface = Closure | MixSurface | AddSurface
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ScatteringMedium(_Numbers):
+class ScatteringMedium(Numbers):
     """Homogeneous participating medium inside a closed mesh, per scene unit of length.
 
     ``density · extinction``: extinction 1/length, per wavelength where ``extinction`` is a color or spectrum;
@@ -264,7 +232,7 @@ class ScatteringMedium(_Numbers):
     lobes: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        _Numbers.__post_init__(self)  # slots create another class, which super() would not know
+        Numbers.__post_init__(self)  # slots create another class, which super() would not know
         require_range("ScatteringMedium density", self.density, 0.0, LARGEST)
         require_range("ScatteringMedium anisotropy", self.anisotropy, -1.0, 1.0)
         require_range("ScatteringMedium emission strength", self.emission_strength, 0.0, LARGEST)

@@ -144,3 +144,20 @@ def test_without_bpy_the_message_names_the_package_to_install(saved, capfd, monk
     monkeypatch.setitem(__import__("sys").modules, "bpy", None)
     status, _, error = call(capfd, "render", saved)
     assert status == 1 and "pip install 'spectral-scene[blender]'" in error
+
+
+def test_render_writes_a_scene_for_mitsuba(saved, tmp_path, capfd):
+    folder = tmp_path / "out" / "scene"
+    status, text, _ = call(capfd, "render", saved, "--write-mitsuba", folder, "--json")
+    report = json.loads(text.splitlines()[-1])
+    assert status == 0 and report["scene"] == str(folder / "scene.xml")
+    assert sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()) == sorted(
+        report["files"]
+    )
+    assert "meshes/Plane.ply" in report["files"] and any(note.startswith("Film: ") for note in report["notes"])
+    status, _, error = call(capfd, "render", saved, "--write-mitsuba", tmp_path)
+    assert status != 0 and "scene.blend" in error and not (tmp_path / "scene.xml").exists()
+    status, _, error = call(capfd, "render", saved, "--write-mitsuba", folder, "--out", tmp_path / "a.png")
+    assert status != 0 and "--out" in error
+    assert bpy.ops.spectral.write_mitsuba(directory=str(tmp_path / "button")) == {"FINISHED"}
+    assert (tmp_path / "button" / "scene.xml").is_file()

@@ -92,3 +92,58 @@ def test_particle_hair_follows_the_position_of_its_object(build, translate):
     hair = next(mesh for mesh in scene.meshes if mesh.name.startswith("Plane P"))
     assert len(scene.instances) == 2 and 8.9 < hair.positions[:, 0].min() < hair.positions[:, 0].max() < 11.1
     assert 0.5 < np.ptp(hair.positions[:, 2]) < 1.5 and not scene.notes
+
+
+def test_strands_have_the_attributes_that_materials_read():
+    from blender_addon.translate.shading.attributes import hashed_pair
+    from blender_addon.translate.strands import SIDES, tubes
+    from spectral_core.scene import STRAND_PLACE, STRAND_RANDOM, STRAND_TANGENT
+
+    points = np.array([[0, 0, 0], [0, 0, 1], [0, 0, 2.0], [5, 0, 0], [7, 0, 0]])
+    reads = frozenset((STRAND_PLACE, STRAND_RANDOM, STRAND_TANGENT))
+    mesh = tubes("hair", points, np.full(5, 0.1), np.array([3, 2]), reads)
+    found = {attribute.name: attribute.values for attribute in mesh.attributes}
+    second = slice(0, 2 * SIDES)  # strands of fewer points come first
+    assert mesh.is_strands and np.allclose(found[STRAND_TANGENT][second], (1, 0, 0))
+    assert np.allclose(found[STRAND_TANGENT][2 * SIDES :], (0, 0, 1), atol=1e-6)
+    assert np.allclose(found[STRAND_PLACE][second], np.repeat([(0, 2, 0.2), (1, 2, 0.2)], SIDES, axis=0))
+    assert np.allclose(found[STRAND_RANDOM][second], hashed_pair(1, 0) / 0xFFFFFFFF)
+    assert tubes("hair", points, np.full(5, 0.1), np.array([3, 2])).attributes == ()
+
+
+@pytest.mark.parametrize("melanin", [0.2, 0.9])
+def test_melanin_is_absorption_by_two_pigments(build, translate, melanin):
+    material = build.material(shader="ShaderNodeBsdfHairPrincipled")
+    node = material.node_tree.nodes["shader"]
+    node.parametrization = "MELANIN"
+    node.inputs["Melanin"].default_value, node.inputs["Melanin Redness"].default_value = melanin, 0.25
+    node.inputs["Tint"].default_value = (0.5, 1, 1, 1)
+    build.plane(material=material)
+    scene = translate()
+    hair = scene.materials[0].surface
+    amount = -np.log(1 - melanin)
+    fit = np.polyval((0.245, 5.574, -10.73, 2.532, -0.215, 5.969), 0.3)
+    pigments = 0.75 * np.array((0.506, 0.841, 1.653)) + 0.25 * np.array((0.343, 0.733, 1.924))
+    expected = amount * pigments + np.array([(np.log(0.5) / fit) ** 2, 0, 0])
+    assert not hair.is_fur and np.allclose(-np.log(hair.color.linear_rgb) * hair.depth, expected, rtol=1e-4)
+    assert [note.message for note in scene.notes] == [
+        "it is no hair; a hair shader on it has another direction than in Cycles"
+    ]
+
+
+def test_random_color_varies_from_strand_to_strand(build, translate):
+    from spectral_core.scene import STRAND_RANDOM, Computed
+
+    material = build.material(shader="ShaderNodeBsdfHairPrincipled")
+    node = material.node_tree.nodes["shader"]
+    node.parametrization = "MELANIN"
+    node.inputs["Random Color"].default_value = 0.8
+    build.plane(material=material)
+    hair = translate().materials[0].surface
+    assert isinstance(hair.color, Computed) and hair.color.program.inputs == {STRAND_RANDOM}
+    melanin, redness = node.inputs["Melanin"].default_value, node.inputs["Melanin Redness"].default_value
+    for random in (0.1, 0.9):
+        amount = -np.log(1 - min(melanin * (1 + 2 * (random - 0.5) * 0.8), 1 - 1e-4))
+        pigments = (1 - redness) * np.array((0.506, 0.841, 1.653)) + redness * np.array((0.343, 0.733, 1.924))
+        found = hair.color.program.evaluate(lambda *_, random=random: (np.full(1, random),) * 3)
+        assert np.allclose(-np.log(found[0]) * hair.depth, amount * pigments, rtol=1e-3)

@@ -76,7 +76,7 @@ def test_each_operator_exists_has_a_tooltip_and_is_tested(registered, name):
     rna = operator.get_rna_type()
     assert len(rna.description) > 15
     cls = getattr(registered.types, operator.idname())
-    assert "execute" in vars(cls)
+    assert callable(getattr(cls, "execute", None)), "or a base class"
     assert re.search(rf"spectral\.{name.removeprefix('spectral.')}\b", text_of_tests()), f"no test calls {name!r}"
 
 

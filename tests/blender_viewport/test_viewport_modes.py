@@ -123,3 +123,22 @@ def test_an_empty_scene_is_shown(stage):
     assert known(stage).instances == ()
     assert known(stage).lights == ()
     assert not stage.session._trouble
+
+
+def test_a_view_ends_with_its_engine(stage):
+    """Blender frees the engine of a view that is closed or switched; nothing may keep it alive."""
+    from blender_addon.viewport import Viewport
+
+    class Engine:
+        def tag_redraw(self):
+            pass
+
+    engine = Engine()
+    engine.viewport = Viewport(engine)
+    engine.viewport.update(engine, stage.context, bpy.context.evaluated_depsgraph_get())
+    engine.viewport._session.look(stage.context, bpy.context.evaluated_depsgraph_get())
+    kept, name = engine.viewport._session._redraw, engine.viewport._session.name
+    assert stage.link.closed == []
+    del engine
+    assert stage.link.closed == [f"{name}.0"]
+    kept()  # a picture that arrives too late

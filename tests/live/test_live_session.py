@@ -9,7 +9,6 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 import pytest
@@ -19,8 +18,6 @@ pytest.importorskip("mitsuba")
 from spectral_core.render import plan_effects
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.live.link import LiveLink, Shown
-from spectral_core.render.live.picture import ViewPicture
-from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import (
     Aperture,
@@ -255,27 +252,3 @@ def test_a_border_shows_its_part_of_the_picture(looker: Looker, scene: Scene) ->
     shown = looker.picture_of(generation)
     assert shown.frame.corner == (11, 3)
     np.testing.assert_allclose(shown.pixels, whole[3:17, 11:32], atol=1e-5)
-
-
-@pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_edits_of_meshes_record_nothing(scene: Scene, transport: Literal["rgb", "spectral"]) -> None:
-    scene = replace(scene, settings=RenderSettings(transport=transport))
-    stage = Stage()
-    stage.show(scene)
-    stage.activate()
-
-    def trace(seen: Scene) -> None:
-        request = ViewRequest("stage", Viewpoint.of_camera(seen.camera, seen.film), WIDTH, HEIGHT, SAMPLES, 0)
-        stage.look_from(request.viewpoint)
-        ViewPicture(stage.launcher, request, 4).step()
-
-    trace(scene)
-    before = stage.launcher.recordings
-    assert stage.launcher.is_recorded, "launches are made anew each time, which takes many times as long"
-    assert before == 1
-    for name in ("two", "one"):
-        scene = with_stretch(scene, name, (1.0, 1.0, 1.6))
-        stage.show(scene)
-        assert stage.how == "meshes"
-        trace(scene)
-    assert stage.launcher.recordings == before

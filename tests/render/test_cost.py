@@ -89,6 +89,17 @@ def test_the_curve_predicts_the_error_of_a_plain_render(tmp_path):
         write_figure(tmp_path / "cost.txt", curve)
 
 
+def test_the_cost_of_a_border_is_that_of_its_render():
+    """A border that a smaller picture would not hold, under the plan of the render: without a pilot here."""
+    scene = replace(noisy(), film=Film(120, 90, samples=8, crop=(90, 70, 24, 16)))
+    curve = cost_curve(scene)
+    made = render_scene(scene)
+    assert curve.probe_pixels == 24 * 16
+    assert [(each.name, each.value) for each in curve.plan.decisions] == [
+        (each.name, each.value) for each in made.plan.decisions
+    ]
+
+
 def test_the_difference_of_two_halves_estimates_the_error_of_their_mean(rng):
     light = np.full((4096, 3), 0.3)
     halves = light + rng.normal(0, 0.02, (2, 4096, 3))
@@ -97,14 +108,40 @@ def test_the_difference_of_two_halves_estimates_the_error_of_their_mean(rng):
     assert found.delta_e == pytest.approx(true, rel=0.05) and abs(found.delta_e - true) < 4 * found.spread
 
 
+def _rare(rng, samples):
+    """(2, samples, 4096, 3): light of which three of a hundred paths carry eleven times as much as the others."""
+    return 0.2 + 2.0 * (rng.random((2, samples, 4096, 1)) < 0.03) * np.ones(3)
+
+
 def test_light_on_rare_paths_is_distinguished_from_common_noise(rng):
     """At first most pixels have no bright path, so that two pictures agree and both are too dark."""
-    drawn = 0.2 + 2.0 * (rng.random((2, 64, 2048, 1)) < 0.01) * np.ones(3)
-    early, late = drawn[:, :8].mean(axis=1), drawn.mean(axis=1)
-    rare = rarity(early, late, np.full(2048, 8), np.full(2048, 64))
-    common = 0.2 + rng.normal(0, 0.05, (2, 64, 2048, 3))
-    early, late = common[:, :8].mean(axis=1), common.mean(axis=1)
-    assert 1.0 <= rarity(early, late, np.full(2048, 8), np.full(2048, 64)) < 1.05 < rare < 2.0
+    drawn, counts = _rare(rng, 64), (np.full(4096, 8), np.full(4096, 64))
+    rare = rarity(drawn[:, :8].mean(axis=1), drawn.mean(axis=1), *counts)
+    common = 0.2 + rng.normal(0, 0.05, (2, 64, 4096, 1)) * np.ones(3)
+    assert 1.0 <= rarity(common[:, :8].mean(axis=1), common.mean(axis=1), *counts) < 1.05 < rare
+
+
+@pytest.mark.parametrize("of_half", [False, True])
+def test_rarity_is_the_ratio_of_the_true_error_to_that_of_two_halves(rng, of_half):
+    """The error of a picture of few samples against the exact limit, and the estimate from its halves."""
+    drawn = _rare(rng, 64)
+    early, late = drawn[:, :4].mean(axis=1), drawn.mean(axis=1)
+    limit = lab_from_linear_rgb(np.full((4096, 3), 0.26))
+    seen = early[0] if of_half else early.mean(axis=0)
+    true = delta_e_2000(lab_from_linear_rgb(seen), limit).mean()
+    estimated = estimate(*early, of_half=of_half).delta_e
+    assert true > 1.15 * estimated
+    found = rarity(early, late, np.full(4096, 4), np.full(4096, 64), of_half=of_half)
+    assert found * estimated == pytest.approx(true, rel=0.1)
+
+
+def test_pixels_without_new_samples_do_not_hide_rare_light(rng):
+    drawn = _rare(rng, 64)
+    counts = np.where(np.arange(4096) < 2048, 64, 8)
+    late = np.where(counts[:, None] == 64, drawn.mean(axis=1), drawn[:, :8].mean(axis=1))
+    early = drawn[:, :8].mean(axis=1)
+    every = rarity(early, drawn.mean(axis=1), np.full(4096, 8), np.full(4096, 64))
+    assert rarity(early, late, np.full(4096, 8), counts) == pytest.approx(every, rel=0.15)
 
 
 def test_pixels_with_the_largest_gain_get_more_samples():

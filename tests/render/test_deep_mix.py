@@ -20,6 +20,7 @@ from spectral_core.scene import (
     Material,
     MixSurface,
     PointLight,
+    Translucent,
     Transparent,
     World,
 )
@@ -97,6 +98,9 @@ def test_more_leaves_of_equal_structure_need_no_new_kernel():
     assert all(kernel["cache_hit"] for kernel in traced)
 
 
+CLOSURES = (Diffuse, lambda paint: Glossy(paint, 0.4), Translucent)
+
+
 def _programs(count):
     """Programs of different structures: coordinates, numbers, a ramp and a vector in arithmetic."""
     made = []
@@ -114,9 +118,9 @@ def _programs(count):
     return made
 
 
-def _scene_of(paints, transport):
+def _scene_of(paints, transport, closures=(Diffuse,)):
     plain = lit_plane(PointLight(name="lamp", world_from_light=matrix((1, 0, 2)), power_w=100.0), transport=transport)
-    materials = tuple(Material(f"m{k}", Diffuse(paint)) for k, paint in enumerate(paints))
+    materials = tuple(Material(f"m{k}", closures[k % len(closures)](paint)) for k, paint in enumerate(paints))
     width = 2.0 / len(paints)
     scale, mesh = np.diag([0.5 * width, 1.0, 1.0, 1.0]), plain.meshes[0].name
     placed = tuple(
@@ -126,16 +130,34 @@ def _scene_of(paints, transport):
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_interpreted_programs_equal_their_compiled_code(monkeypatch, transport):
+@pytest.mark.parametrize("closures", [(Diffuse,), CLOSURES])
+def test_interpreted_programs_equal_their_compiled_code(monkeypatch, transport, closures):
     from spectral_core.render.plugins.surfaces import slots
 
-    scene = _scene_of(_programs(9), transport)
+    scene = _scene_of(_programs(9), transport, closures)
     pictures = []
     for most in (0, 1000):
         monkeypatch.setattr(slots, "MOST_PROGRAMS", most)
         pictures.append(render_scene(scene).pixels)
     assert pictures[0][..., :3].std() > 0.01
     np.testing.assert_allclose(pictures[0], pictures[1], rtol=1e-4, atol=1e-5)
+
+
+def test_the_kernel_holds_the_interpreter_once_for_all_types_of_closures(monkeypatch):
+    """Each use of a surface runs it before the kernel branches by type, not once in each branch."""
+    from spectral_core.render.plugins.paints.interpreter import Interpreter
+    from spectral_core.render.plugins.surfaces import slots
+
+    monkeypatch.setattr(slots, "MOST_PROGRAMS", 0)
+    run, runs = Interpreter.run, []
+    monkeypatch.setattr(Interpreter, "run", lambda *given: runs.append(1) or run(*given))
+
+    def count(closures):
+        runs.clear()
+        render_scene(_scene_of(_programs(9), "rgb", closures))
+        return len(runs)
+
+    assert 0 < count(CLOSURES) <= count((Diffuse,))
 
 
 def test_more_programs_of_the_same_operations_add_no_code():

@@ -96,7 +96,7 @@ def test_passes_do_not_change_the_pixels(monkeypatch):
 
     scene = _many_lights()
     whole = render_scene(scene).pixels
-    monkeypatch.setattr(still, "pass_sizes", lambda samples: [7, samples - 7])
+    monkeypatch.setattr(still, "pass_sizes", lambda scene: [7, scene.film.samples - 7])
     np.testing.assert_allclose(render_scene(scene).pixels, whole, rtol=1e-6, atol=1e-7)
 
 

@@ -54,7 +54,7 @@ def parts_of(scene: Scene) -> dict[str, str]:
 
     view_layer = scene.view_layers[0] if bpy.context.scene != scene else bpy.context.view_layer
     depsgraph = view_layer.depsgraph
-    stage = None if bpy.app.background else _stages.setdefault(scene.session_uid, Stage())
+    stage = _stage_of(scene)
     depsgraph.update()
     if stage is not None:
         stage.keep_up(depsgraph)
@@ -80,6 +80,11 @@ def parts_of(scene: Scene) -> dict[str, str]:
         if not obj.visible_get(view_layer=view_layer):
             hashes = dict.fromkeys(_names(obj), HIDDEN) | hashes
     return hashes
+
+
+def _stage_of(scene: Scene) -> Stage | None:
+    """What stays of a scene's translation; nothing without a window, where nobody edits between two comparisons."""
+    return None if bpy.app.background else _stages.setdefault(scene.session_uid, Stage())
 
 
 def _rendered(layer: LayerCollection) -> Iterator[Object]:

@@ -11,7 +11,7 @@ from ..deferred import Deferred, redraw
 from . import possible
 from .solve import finish_live, forget_solutions, solve_live
 
-DELAY_SECONDS = 0.02
+DELAY_SECONDS = 0.005
 """Time from an edit to its solution; further edits in this time are solved together."""
 REST_SECONDS = 0.3
 """Time without a further edit after which the solution is finished: all rounds, and the conflicts."""

@@ -74,7 +74,7 @@ class ViewSession:
         self._stage = ""
         self._sides: list[_Side] = []
         self._trouble = ""
-        self._began = 0.0
+        self._spent = 0.0
 
     @property
     def link(self) -> LiveLink:
@@ -84,7 +84,8 @@ class ViewSession:
     def update(self, context: Any, depsgraph: Any) -> None:
         """Send the changes of an edit. Called on the main thread, the only one that may read the depsgraph."""
         stage = self._enter(context, depsgraph)
-        self._began = time.monotonic()
+        self._spent = 0.0
+        began = time.monotonic()
         _stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene))
         settings = depsgraph.scene.spectral.viewport
         try:
@@ -105,6 +106,7 @@ class ViewSession:
             side = self._sides[number]
             side.look = look
             side.is_changed |= self.link.show(self._stage_of(side), look.on(scene))
+        self._spent = time.monotonic() - began
 
     def _stage_of(self, side: _Side) -> str:
         """The left sides of all views show one scene, the right sides another."""
@@ -149,8 +151,9 @@ class ViewSession:
         settings = depsgraph.scene.spectral.viewport
         if not settings.is_paused:
             asked = [side for side in self._sides if self._ask(side, context, depsgraph)]
-            end = (self._began or time.monotonic()) + FIRST_WAIT_S
-            self._began = 0.0
+            # less the time of the update itself: Blender's own work between the two is not this extension's
+            end = time.monotonic() + FIRST_WAIT_S - self._spent
+            self._spent = 0.0
             for side in asked:
                 self.link.wait(side.name, side.generation, max(0.0, end - time.monotonic()))
         return [self._picture(side) for side in self._sides]

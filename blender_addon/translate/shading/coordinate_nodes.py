@@ -170,8 +170,8 @@ def _wireframe(reader: Reader, output: Output) -> Any:
     return reader.emit("wireframe", reader.read(output, "Size", 0.01), settings=settings)
 
 
-@evaluator("PARTICLE_INFO", "HAIR_INFO", "POINT_INFO")
-def _info(reader: Reader, output: Output) -> Any:
+@evaluator("PARTICLE_INFO", "POINT_INFO")
+def info(reader: Reader, output: Output) -> Any:
     kind = output.node.type.partition("_")[0]
     value = reader.point(f"object_attribute:{kind}:{output.socket.name}")
     return value if output.socket.type in ("RGBA", "VECTOR") else reader.emit("component", value, settings=(0,))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shader nodes of hair: Principled Hair BSDF and Hair BSDF."""
+"""The nodes of hair: Principled Hair BSDF, Hair BSDF and Curves Info."""
 
 from __future__ import annotations
 
@@ -10,11 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import STRAND_RANDOM, STRAND_TANGENT, Color, Computed, Hair, HairLobe, Surface
+from spectral_core.scene import (
+    IOR,
+    STRAND_PLACE,
+    STRAND_RANDOM,
+    STRAND_TANGENT,
+    Color,
+    Computed,
+    Hair,
+    HairLobe,
+    Surface,
+)
 
+from .coordinate_nodes import info
 from .fields import Value, scalar_of
-from .reader import Reader
-from .shader_inputs import direction_at, main_color
+from .reader import Reader, evaluator
+from .shader_inputs import direction_at, held, main_color
 from .tree import Output, linked
 
 EUMELANIN = np.array((0.506, 0.841, 1.653))
@@ -26,6 +37,11 @@ determines their absorption (Chiang et al. 2016, equation 9).
 """
 DEPTH = 4.0
 """Depth at which the transmittance of a varying absorption is stored."""
+OF_HAIR = {
+    "Intercept": (STRAND_PLACE, 0), "Length": (STRAND_PLACE, 1), "Thickness": (STRAND_PLACE, 2),
+    "Random": (STRAND_RANDOM, 0),
+}  # fmt: skip
+"""Outputs of Curves Info: the attribute of strands, and its component."""
 
 
 def principled_hair(reader: Reader, output: Output) -> Surface:
@@ -45,7 +61,7 @@ def principled_hair(reader: Reader, output: Output) -> Surface:
         "roughness": scalar_of(along),
         "radial_roughness": scalar_of(around),
         "coat": reader.scalar(output.input("Coat"), 0.0),
-        "ior": reader.scalar(output.input("IOR"), 1.55),
+        "ior": held(reader.scalar(output.input("IOR"), 1.55), IOR),
         "offset_rad": reader.scalar(output.input("Offset"), 0.0349),
         "tangent": _tangent(reader),
     }
@@ -127,3 +143,15 @@ def _melanin(reader: Reader, output: Output, factor: Callable[[Value, Value], Va
         )
         parts.append(_math(reader, "ADD", pigments, _math(reader, "MULTIPLY", logarithm, logarithm)))
     return reader.emit("joined", *parts)
+
+
+@evaluator("HAIR_INFO")
+def _hair_info(reader: Reader, output: Output) -> Any:
+    name = output.socket.name
+    if name == "Is Strand":
+        length = reader.emit("component", reader.point(STRAND_PLACE), settings=(1,))
+        return reader.emit("math", length, 0.0, 0.0, settings=("GREATER_THAN",))
+    if name not in OF_HAIR:
+        return info(reader, output)
+    attribute, component = OF_HAIR[name]
+    return reader.emit("component", reader.point(attribute), settings=(component,))

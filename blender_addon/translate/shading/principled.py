@@ -5,13 +5,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.scene import Computed, Paint, Principled, Surface, gray
+from spectral_core.scene import Color, Computed, Paint, Principled, Surface, gray
 from spectral_core.spectra.spectrum import Spectrum
 
 from .fields import Value, paint_of
 from .reader import Reader
 from .shader_inputs import direction_at, ior, lobe_tangent, main_color, note_model, radius_of, thin_film
 from .tree import Output, linked
+
+
+def _is_white(paint: Paint) -> bool:
+    return isinstance(paint, Color) and bool(np.all(paint.linear_rgb == 1))
 
 
 def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint:
@@ -56,8 +60,9 @@ def principled(reader: Reader, output: Output) -> Surface:
     strength = scalar("Emission Strength", 0.0)
     lit = isinstance(strength, Computed) or strength != 0
     index, transmission = ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
-    if coat_weight != 0 and transmission != 0:
-        reader.note(f"{output.label!r}: its coat does not cover the transmitted light; it is brighter in Cycles")
+    coat_tint = reader.paint(output.input("Coat Tint"), gray(1.0))
+    if coat_weight != 0 and transmission != 0 and not _is_white(coat_tint):
+        reader.note(f"{output.label!r}: its coat does not tint the transmitted light")
     if index < 1 and transmission != 1:
         reader.note(f"{output.label!r}: an index of refraction below 1 reflects less at grazing angles than in Cycles")
     return Principled(
@@ -75,7 +80,7 @@ def principled(reader: Reader, output: Output) -> Surface:
         coat_weight=coat_weight,
         coat_roughness=scalar("Coat Roughness", 0.03),
         coat_ior=ior(reader, output.input("Coat IOR"), 1.5),
-        coat_tint=reader.paint(output.input("Coat Tint"), gray(1.0)),
+        coat_tint=coat_tint,
         diffuse_roughness=scalar("Diffuse Roughness", 0.0),
         multiple_scattering=getattr(output.node, "distribution", "") == "MULTI_GGX",
         sheen_weight=reader.factor(output.input("Sheen Weight"), 0.0),

@@ -61,11 +61,11 @@ def thin_film(reader: Reader, output: Output) -> dict[str, Scalar]:
     if isinstance(thickness, float) and thickness <= 0:
         return {}
     index = reader.scalar(output.input("Thin Film IOR"), 1.33)
-    held = (_held(value, limits) for value, limits in ((thickness, FILM_THICKNESS_NM), (index, IOR)))
+    held = (held(value, limits) for value, limits in ((thickness, FILM_THICKNESS_NM), (index, IOR)))
     return dict(zip(("thin_film_thickness", "thin_film_ior"), held, strict=True))
 
 
-def _held(value: Scalar, limits: tuple[float, float]) -> Scalar:
+def held(value: Scalar, limits: tuple[float, float]) -> Scalar:
     """A number within the limits that Blender's socket has as well; a texture is held at the hit."""
     return min(max(value, limits[0]), limits[1]) if isinstance(value, float) else value
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
+from spectral_core.scene import STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
 from spectral_core.scene.geometry import Attribute
 
 from ..shading.attributes import hashed_pair
@@ -91,11 +91,11 @@ def tubes(
 ) -> Mesh | None:
     """Tubes around strands: points (n, 3), radii (n,), and the number of points of each strand, one after another.
 
-    ``reads``: inputs that materials read, of which strands have their direction and a random number.
+    ``reads``: inputs that materials read, of which strands have their direction, their place and a random number.
     """
     between = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
     vertices, normals, triangles, start = [], [], [], 0
-    read: dict[str, list[Array]] = {name: [] for name in (STRAND_TANGENT, STRAND_RANDOM) if name in reads}
+    read: dict[str, list[Array]] = {name: [] for name in (STRAND_TANGENT, STRAND_RANDOM, STRAND_PLACE) if name in reads}
     for numbers, strand, thickness in _by_length(points, radii, lengths):
         if between and strand.shape[1] > 2:
             strand, thickness = _smooth(strand, between), _smooth(thickness[..., None], between)[..., 0]
@@ -104,6 +104,8 @@ def tubes(
         count, rings = strand.shape[:2]
         vertices.append(made.reshape(-1, 3))
         normals.append(around.reshape(-1, 3))
+        if STRAND_PLACE in read:
+            read[STRAND_PLACE].append(_spread(_places(strand, thickness), around))
         if STRAND_TANGENT in read:
             read[STRAND_TANGENT].append(_spread(_tangents(strand), around))
         if STRAND_RANDOM in read:
@@ -126,6 +128,14 @@ def tubes(
         attributes=tuple(Attribute(key, np.nan_to_num(np.concatenate(values))) for key, values in read.items()),
         is_strands=True,
     )
+
+
+def _places(strand: Array, thickness: Array) -> Array:
+    """Share of a strand before each point, the strand's length, and the thickness: (count, k, 3)."""
+    steps = np.linalg.norm(np.diff(strand, axis=1), axis=-1)
+    way = np.pad(np.cumsum(steps, axis=1), ((0, 0), (1, 0)))
+    length = way[:, -1:]
+    return np.stack(np.broadcast_arrays(way / np.maximum(length, 1e-30), length, 2 * thickness), axis=-1)
 
 
 def _spread(values: Array, around: Array) -> Array:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.active_set import ActiveSet
+from spectral_core.palette.qp.active_set import WALK_STEPS, ActiveSet
 from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import KeptSpectrum
 from spectral_core.palette.qp.held_bounds import SLACK
@@ -30,6 +30,8 @@ OVERSHOT = 0.5
 """Slope of the objective after a step, relative to its slope before, from which the step was too long."""
 NEWTON_STEPS = 6
 """Most steps; one or two are usual."""
+CONFLICT_STEPS = 150
+"""Most breakpoints of a walk after Newton's method failed beside exact rows: a longer one shows that these conflict."""
 
 
 class ColorNewton(ActiveSet):
@@ -73,7 +75,8 @@ class ColorNewton(ActiveSet):
                     break
             values = self._at_colors(colors)
             self.x = np.where(self.free, np.minimum(np.maximum(values, self.lower), self.upper), self.x)
-        return self.walk(self.x, self.free)
+        in_doubt = self._worthwhile and self.arrow.problem.has_equalities
+        return self.walk(self.x, self.free, CONFLICT_STEPS if in_doubt else WALK_STEPS)
 
     def _step(self, goal: Array, past: NDArray[np.intp], colors: Array) -> bool:
         """Move to the optimum of the present piece, or stay where that is too far; False if the walk is to go on.

@@ -32,6 +32,10 @@ WATCHED = 16384
 _GROWTH = 4.0
 """Largest growth of a tile's samples in one round, before its error is estimated again."""
 LONGEST_LAUNCH_S = 4.0
+_BUDGET_STEP = 0.05
+"""Longest launch as a part of a time budget: other programs may slow a launch down, and nothing ends it early."""
+_LAUNCH_STEP = 10.0
+"""Shortest such part, in launches without paths, so that these take little of the time."""
 _BUDGET_END = 0.02
 """Part of a time budget that stays unused, so that the render does not overrun it."""
 
@@ -48,9 +52,13 @@ class Outcome:
 
 
 class AdaptivePicture:
-    """The two halves of a picture, its tiles, and how many samples each pixel has in each half."""
+    """The two halves of a picture, its tiles, and how many samples each pixel has in each half.
 
-    def __init__(self, job: RenderJob) -> None:
+    ``usual_rarity``: factor for light on rare paths by the samples of a half, until the picture has enough rounds.
+    """
+
+    def __init__(self, job: RenderJob, usual_rarity: Callable[[float], float] = lambda _: 1.0) -> None:
+        self._usual_rarity = usual_rarity
         self._tracer = job.chosen_pixels()
         self.film = job.scene.film
         width, height = self.film.size
@@ -71,31 +79,45 @@ class AdaptivePicture:
         self.seconds_per_path = 0.0
         self.launch_s = 0.05
 
-    def add(self, more: NDArray[np.int64], should_stop: Callable[[], bool] | None = None) -> bool:
-        """Trace ``more`` samples of each pixel in each half; False if ``should_stop`` ended it early."""
+    def add(self, more: NDArray[np.int64], end: float = np.inf, longest_s: float = LONGEST_LAUNCH_S) -> bool:
+        """Trace ``more`` samples of each pixel in each half, in launches of at most about ``longest_s``.
+
+        False if they would not be done at ``end`` (of ``time.perf_counter``): those that fit in were traced.
+        """
         left = more.copy()
         while np.any(left > 0):
-            chosen = np.flatnonzero(left > 0)
-            paths = 2 * float(left[chosen].sum())
-            parts = max(1.0, paths * self.seconds_per_path / LONGEST_LAUNCH_S)
-            step = np.maximum(1, np.ceil(left[chosen] / parts)).astype(np.int64)
-            start = time.perf_counter()
-            for half in (0, 1):
-                if should_stop is not None and should_stop():
-                    return False
-                sums = self._tracer.trace(chosen, self.counts[chosen], step, half)
-                self._sums[half, chosen] += sums.colors
-                self._covered[chosen] += sums.covered
-                if self._bands is not None and sums.bands is not None:
-                    self._bands[chosen] += sums.bands
-                self.lost += sums.lost
-            spent = time.perf_counter() - start
-            traced = 2 * float(step.sum())
-            if traced * max(self.seconds_per_path, 1e-9) > self.launch_s or self.seconds_per_path == 0:
-                self.seconds_per_path = max(spent - 2 * self.launch_s, 0.2 * spent) / traced
-            self.counts[chosen] += step
-            left[chosen] -= step
+            paths = 2 * float(left[left > 0].sum())
+            parts = max(1.0, paths * self.seconds_per_path / longest_s)
+            step = np.ceil(np.maximum(left, 0) / parts).astype(np.int64)
+            time_left = end - time.perf_counter() - 2 * self.launch_s
+            fits = time_left / max(2 * float(step.sum()) * self.seconds_per_path, 1e-9)
+            if fits < 1:
+                step = np.floor(step * max(fits, 0.0)).astype(np.int64)
+            if not step.any():
+                return False
+            self._trace(step)
+            left -= step
+            if fits < 1:
+                return False
         return True
+
+    def _trace(self, step: NDArray[np.int64]) -> None:
+        """Trace ``step`` samples of each pixel in each half with one launch for each, and measure the time."""
+        chosen = np.flatnonzero(step > 0)
+        more = step[chosen]
+        start = time.perf_counter()
+        for half in (0, 1):
+            sums = self._tracer.trace(chosen, self.counts[chosen], more, half)
+            self._sums[half, chosen] += sums.colors
+            self._covered[chosen] += sums.covered
+            if self._bands is not None and sums.bands is not None:
+                self._bands[chosen] += sums.bands
+            self.lost += sums.lost
+        spent = time.perf_counter() - start
+        traced = 2 * float(more.sum())
+        if traced * max(self.seconds_per_path, 1e-9) > self.launch_s or self.seconds_per_path == 0:
+            self.seconds_per_path = max(spent - 2 * self.launch_s, 0.2 * spent) / traced
+        self.counts[chosen] += more
 
     def halves(self) -> Array:
         """(2, pixels, 3): the halves' means so far."""
@@ -111,10 +133,10 @@ class AdaptivePicture:
         now = self.counts[self._watched].astype(np.float64)
         past = [each for each in self._earlier if 3.9 * each[0].mean() <= now.mean()]
         if not past:
-            return 1.0
+            return self._usual_rarity(float(now.mean()))
         counts, early = past[-1]
         factor = rarity(early, self.halves()[:, self._watched], counts, now)
-        return rarity_after(factor, float(counts.mean()), 2 * float(now.mean()))
+        return rarity_after(factor, float(counts.mean()), float(now.mean()))
 
     def estimate(self) -> Estimate:
         """Error of the picture so far."""
@@ -179,11 +201,12 @@ def _begin(picture: AdaptivePicture, first: int) -> None:
 
 
 def until_error(
-    picture: AdaptivePicture, wanted: float, first: int, after_round: Callable[[Estimate], bool]
+    picture: AdaptivePicture, wanted: float, first: int, after_round: Callable[[Estimate], bool], slope: float = -0.5
 ) -> Estimate:
     """Trace until the mean error is ``wanted``; ``first``: samples of each half to begin with everywhere.
 
-    ``after_round`` receives each estimate and returns True to stop.
+    ``after_round`` receives each estimate and returns True to stop. ``slope``: exponent of the error as a function of
+    equal samples, which evenly spread numbers make steeper than -1/2.
     """
     _begin(picture, first)
     while True:
@@ -194,7 +217,7 @@ def until_error(
         counts = picture.tile_counts()
         # a later round adds the samples that this round lacks; a last remainder that the model misses goes to all tiles
         goal = for_error(picture.tile_errors(), counts, AIM * wanted, picture.tile_pixels)
-        more = picture.more_by_tile(goal)
+        more = picture.more_by_tile(counts * (goal / counts) ** (-0.5 / min(slope, -0.5)))
         if not more.any():
             if counts.min() >= MOST_SAMPLES / 2:
                 return found
@@ -206,20 +229,25 @@ def until_error(
 def until_time(picture: AdaptivePicture, end: float, first: int, after_round: Callable[[Estimate], bool]) -> Estimate:
     """Trace until ``end`` (of ``time.perf_counter``), where it helps most; ``first``: as for ``until_error``."""
     whole = end - time.perf_counter()
+    longest = min(LONGEST_LAUNCH_S, max(_BUDGET_STEP * whole, _LAUNCH_STEP * picture.launch_s))
     _begin(picture, first)
     while True:
+        start = time.perf_counter()
         found = picture.estimate()
         picture.remember()
-        left = end - time.perf_counter() - _BUDGET_END * whole
+        errors = picture.tile_errors()
+        # a round ends with such a comparison
+        last = end - _BUDGET_END * whole - (time.perf_counter() - start)
+        left = last - time.perf_counter()
         affordable = (left - 2 * picture.launch_s) / max(2 * picture.seconds_per_path, 1e-12)
         counts, weights = picture.tile_counts(), picture.tile_pixels
         if after_round(found) or affordable < 0.02 * float(weights @ counts) or affordable < len(weights):
             return found
         # every round but the last leaves time for another estimate
-        share = 0.6 if affordable > 0.3 * float(weights @ counts) else 0.9
-        goal = for_samples(picture.tile_errors(), counts, float(weights @ counts) + share * affordable, weights)
+        share = 0.6 if affordable > 0.3 * float(weights @ counts) else 0.95
+        goal = for_samples(errors, counts, float(weights @ counts) + share * affordable, weights)
         more = picture.more_by_tile(goal)
         if not more.any():
             more = np.full(len(picture.counts), 1, np.int64) if affordable >= weights.sum() else more
-        if not more.any() or not picture.add(more):
+        if not more.any() or not picture.add(more, last, longest):
             return picture.estimate()

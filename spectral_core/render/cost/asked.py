@@ -24,11 +24,17 @@ Array = NDArray[np.float64]
 
 PLAN_SHARE = 0.25
 """Part of a requested error that the plan may use; the rest is the target for the noise."""
-_FIRST_SHARE = 0.3
-"""Part of the expected samples that is spread over the whole picture before tiles are treated differently."""
-_ROUNDS = 4
-"""Rounds of adaptive sampling that a prediction assumes."""
-_LOOKS = 4
+_FIRST_SHARE, _FIRST_SHARE_OF_FEW, _FEW = 0.3, 0.7, 16.0
+"""Part of the expected samples that is spread over the whole picture before tiles are treated differently: more of it
+up to a few samples of each half, where the error falls by leaps and tiles cannot be told apart.
+"""
+_ROUNDS = 2
+"""Rounds of adaptive sampling after the first samples that a prediction assumes."""
+_NEAR = 8.0
+"""Samples, over those of the probe, up to which the slope that it measured last holds."""
+_LOOKED_AT = 16384
+"""Pixels at which the time of a comparison is measured."""
+_LOOKS = 6
 """Comparisons of the two halves in each round: error of the picture, errors of its tiles, rare light."""
 
 
@@ -90,15 +96,15 @@ def render_asked(
     wanted, budget = settings.target_error, settings.time_budget_s
     probe = Probe(job)
     model = measured_model(
-        probe, least=4, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
+        probe, least=16, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
     )
     spent = meter.read()
     if wanted is not None:
         prediction = predicted_error(probe, model, spent, wanted)
     else:
         prediction = predicted_time(probe, model, spent.wall, budget or 0.0)
-    first = max(1, round(_FIRST_SHARE * prediction.samples / 2))
-    picture = AdaptivePicture(job)
+    first = _first_samples(prediction.samples)
+    picture = AdaptivePicture(job, lambda samples: probe.rarity(samples, of_half=False))
     picture.launch_s = probe.launch_s * probe.slowness
     picture.seconds_per_path = probe.seconds_per_path * probe.slowness
     stopped = False
@@ -111,7 +117,7 @@ def render_asked(
         return stopped
 
     if wanted is not None:
-        found = until_error(picture, wanted, first, after_round)
+        found = until_error(picture, wanted, first, after_round, model.last_slope)
         reached = found.delta_e <= wanted
     else:
         found = until_time(picture, meter.started + (budget or 0.0), first, after_round)
@@ -132,10 +138,7 @@ def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float)
     """Samples and time to reach an error by adaptive sampling, predicted from the law of each run of the probe's
     pixels; ``spent``: time before it.
     """
-    meter = Meter()
     errors, counts = _runs(probe)
-    width, height = probe.film.size
-    looking = _LOOKS * meter.read().work * width * height / len(probe.pixels)
     weights = np.ones(len(errors))
     total = 2 * float(for_error(errors, counts, AIM * wanted, weights).mean())
     if total <= 2.01 * float(counts.mean()):  # fewer samples than the probe took: the law of equal samples holds
@@ -146,16 +149,42 @@ def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float)
         # The allocation assumes independent random numbers; the Sobol points are more evenly spread and need fewer
         # samples.
         traced = 2 * float(counts.mean())
-        total = traced * (total / traced) ** (-0.5 / min(model.slope, -0.5))
+        slope = model.last_slope if total < _NEAR * traced else model.slope
+        total = traced * (total / traced) ** (-0.5 / min(slope, -0.5))
         reached = AIM * wanted
-    work = _ROUNDS * (2 * probe.launch_s + looking) + model.seconds_per_sample * total
+    work = _beside_paths(probe, total, _looking(probe)) + model.seconds_per_sample * total
     return Prediction(total, spent.wall + model.slowness * work, reached, spent.work + work)
+
+
+def _first_samples(total: float) -> int:
+    """Samples of each half that begin everywhere: a power of two, where the random numbers are most even."""
+    half = total / 2
+    share = _FIRST_SHARE if half > _FEW else _FIRST_SHARE_OF_FEW
+    return int(2 ** round(np.log2(max(1.0, share * half))))
+
+
+def _looking(probe: Probe) -> float:
+    """Work of a comparison of the two halves of the picture."""
+    first, second = (np.resize(half, (_LOOKED_AT, 3)) for half in probe.halves())
+    meter = Meter()
+    pixel_errors(first, second)
+    width, height = probe.film.size
+    return meter.read().work * width * height / _LOOKED_AT
+
+
+def _beside_paths(probe: Probe, total: float, looking: float) -> float:
+    """Work of adaptive sampling beside ``total`` samples: launches, and comparisons of ``looking`` seconds."""
+    first = _first_samples(total)
+    begun = 2 if first == 1 else 4  # launches: all at once, or a quarter and the rest
+    if total <= 2 * first:
+        return begun * probe.launch_s + looking
+    return (begun + 2 * _ROUNDS) * probe.launch_s + _ROUNDS * _LOOKS * looking
 
 
 def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> Prediction:
     """The error that adaptive sampling reaches in a time."""
     errors, counts = _runs(probe)
-    left = (0.97 * budget_s - spent_s) / model.slowness - _ROUNDS * 2 * probe.launch_s
+    left = (0.97 * budget_s - spent_s) / model.slowness - (_ROUNDS + 2) * 2 * probe.launch_s
     total = max(2.0, left / max(model.seconds_per_sample, 1e-12))
     weights = np.ones(len(errors))
     if total / 2 <= float(counts.mean()):
@@ -167,7 +196,7 @@ def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: flo
 def _runs(probe: Probe) -> tuple[Array, Array]:
     """ΔE2000 of each run of the probe's two halves together, and their samples in each half."""
     first, second = probe.halves()
-    errors = pixel_errors(first, second) * probe.rarity(2 * probe.samples)
+    errors = pixel_errors(first, second) * probe.rarity(probe.samples, of_half=False)
     runs = errors[: len(errors) // RUN * RUN].reshape(-1, RUN).mean(axis=1) if len(errors) >= RUN else errors
     return runs, np.full(len(runs), float(max(1, probe.samples)))
 

@@ -14,18 +14,18 @@ import numpy as np
 
 from spectral_core.render.cost.asked import predicted_error, predicted_time
 from spectral_core.render.cost.errors import bias, relative_errors
+from spectral_core.render.cost.fixed import fixed_work, plan_of_render
 from spectral_core.render.cost.model import CostModel, Prediction, measured_model
 from spectral_core.render.cost.probe import Probe
-from spectral_core.render.cost.work import Meter, Spent
+from spectral_core.render.cost.work import Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.decision import EffectPlan
-from spectral_core.render.plan.effects import pilot_pays, plan_effects
 from spectral_core.scene import Scene
 
 _BIAS_SAMPLES = 16
 """Samples of each half where a bias is measured."""
-_COMPILED = (64, 48)
-"""Size of a picture that compiles the kernels of a render."""
+_TIMED_S = 0.4
+"""Processor time of the paths whose time is measured: shorter, other programs would disturb it."""
 _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
 
 
@@ -73,24 +73,11 @@ def cost_curve(scene: Scene) -> CostCurve:
 
     Raises the same errors as ``render_scene``.
     """
-    from spectral_core.render.still import pass_sizes
-
     start = time.perf_counter()
-    plan = plan_effects(scene)
+    plan = plan_of_render(scene)
     probe = Probe(RenderJob(scene, plan))
-    few = replace(scene.film, width=min(_COMPILED[0], scene.film.width), height=min(_COMPILED[1], scene.film.height))
-    RenderJob(replace(scene, film=few), plan).trace(1)
-    # from here on kernels are compiled: a render pays for loading, a pilot and passes
-    planning = Meter()
-    if pilot_pays(scene):
-        plan_effects(scene)
-    planned = planning.read().work
-    loading = Meter()
-    RenderJob(scene, plan)
-    fixed = planned + loading.read().work
-    model = measured_model(probe, least=16, most=256, share=0.02, fixed_s=fixed, asked=0.5)
-    fixed += len(pass_sizes(scene.film.samples)) * probe.launch_s
-    model = replace(model, fixed_s=fixed)
+    fixed = fixed_work(scene, plan)
+    model = measured_model(probe, least=64, most=256, share=0.02, fixed_s=fixed, asked=0.5, timed_s=_TIMED_S)
     points = list(_noise_points(probe, model))
     points += _bias_points(scene, plan, probe, model)
     spent = Spent(fixed, fixed * model.slowness)

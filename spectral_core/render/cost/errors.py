@@ -22,6 +22,10 @@ DARK_SHARE = 0.05
 RARITY_POWER = 0.25
 """Power of the number of samples by which the factor for light on rare paths decreases."""
 
+MOST_RARITY = 3.0
+LEAST_SHARE = 0.1
+"""Least share of pixels that must have twice their early samples for a factor."""
+
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
@@ -60,19 +64,27 @@ def estimate(first: Array, second: Array, run: int = 16, *, of_half: bool = Fals
     return Estimate(float(errors.mean()), spread, float(kept.mean()))
 
 
-def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array) -> float:
-    """Ratio of a picture's difference from its limit to the difference of two such pictures, from 1 to 2.
+def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array, *, of_half: bool = False) -> float:
+    """Ratio of the true error of an early picture to the error estimated from its halves, from 1 to ``MOST_RARITY``.
 
     If much of the light comes on rare paths, most pixels have met none of them: both halves are too dark by the same
-    amount, and their difference underestimates the error. Comparing an early picture of one half with the late picture
-    of the other half reveals this. ``early``, ``late``: (2, n, 3) means of the halves; counts (n,) of their samples.
+    amount, and their difference underestimates the error. Comparing the early picture with samples that were traced
+    later reveals this. ``early``, ``late``: (2, n, 3) means of the halves; counts (n,) of their samples; a late half
+    begins with the samples of the early one. ``of_half``: of one half as a picture, else of both.
     """
-    grow = np.sqrt(1 + early_counts / np.maximum(late_counts, 1))[:, None]
-    limit = late.mean(axis=0)
-    seen = sum(delta_e_2000(_lab(early[k]), _lab(late[1 - k])) for k in (0, 1)) / 2
-    away = grow * (early[0] - early[1]) / np.sqrt(2.0)
-    alike = (delta_e_2000(_lab(limit + away), _lab(limit)) + delta_e_2000(_lab(limit - away), _lab(limit))) / 2
-    return float(np.clip(np.mean(seen) / max(float(np.mean(alike)), 1e-9), 1.0, 2.0))
+    more = late_counts - early_counts
+    some = more >= early_counts  # the others have too few new samples
+    if np.count_nonzero(some) < LEAST_SHARE * len(some):
+        return 1.0
+    early, late, first, last, more = early[:, some], late[:, some], early_counts[some], late_counts[some], more[some]
+    if of_half:
+        pairs, ratio = [(early[k], late[1 - k]) for k in (0, 1)], first / last
+    else:
+        rest = (late * last[:, None] - early * first[:, None]) / more[:, None]
+        pairs, ratio = [(early.mean(axis=0), rest.mean(axis=0))], first / more
+    seen = np.mean([delta_e_2000(_lab(a), _lab(b)) for a, b in pairs], axis=0) / np.sqrt(1 + ratio)
+    estimated = pixel_errors(early[0], early[1], of_half=of_half)
+    return float(np.clip(np.mean(seen) / max(float(np.mean(estimated)), 1e-9), 1.0, MOST_RARITY))
 
 
 def rarity_after(factor: float, early: float, late: float) -> float:

@@ -55,12 +55,17 @@ class CostModel:
     @property
     def slope(self) -> float:
         """Exponent of the error as a function of samples, beyond the measured range: -1/2 for independent numbers."""
+        return float(np.clip(self.last_slope, *self.SLOPES))
+
+    @property
+    def last_slope(self) -> float:
+        """The measured exponent at the end of the measured range, at most as steep as that of a grid of numbers."""
         if len(self.counts) < 2:
             return -0.5
         measured = np.log(max(self.errors[-1], 1e-6) / max(self.errors[-2], 1e-6)) / np.log(
             self.counts[-1] / self.counts[-2]
         )
-        return float(np.clip(measured, *self.SLOPES))
+        return float(np.clip(measured, -1.0, self.SLOPES[1]))
 
     def work(self, samples: float) -> float:
         """Seconds of the processor of a whole render with ``samples`` per pixel."""
@@ -88,8 +93,17 @@ class CostModel:
         return self.for_samples(float(np.clip(samples, 1.0, MOST_SAMPLES)))
 
 
-def measured_model(probe: object, *, share: float = 0.05, least: int = 16, most: int = 256, fixed_s: float = 0.0,
-                   asked: float | None = None, budget_s: float | None = None) -> CostModel:  # fmt: skip
+def measured_model(
+    probe: object,
+    *,
+    share: float = 0.05,
+    least: int = 16,
+    most: int = 256,
+    fixed_s: float = 0.0,
+    asked: float | None = None,
+    budget_s: float | None = None,
+    timed_s: float = 0.0,
+) -> CostModel:
     """Trace a probe further until its law covers the request, within a ``share`` of the render's time.
 
     Parameters
@@ -108,6 +122,8 @@ def measured_model(probe: object, *, share: float = 0.05, least: int = 16, most:
         The requested error.
     budget_s
         The requested time.
+    timed_s
+        Least processor time of the paths from which the time of a path is measured.
     """
     from spectral_core.render.cost.probe import Probe
 
@@ -126,7 +142,7 @@ def measured_model(probe: object, *, share: float = 0.05, least: int = 16, most:
         model = CostModel(tuple(counts), known, rate, fixed_s, probe.slowness)
         if count >= most:
             return model
-        if count >= least:
+        if count >= least and spent >= timed_s:
             wanted = model.for_error(asked) if asked is not None else None
             wanted = model.for_time(budget_s) if budget_s is not None else wanted
             enough = wanted is not None and (count >= wanted.samples or spent > share * wanted.work)

@@ -19,6 +19,8 @@ from spectral_core.scene import Film
 RUN = 16
 """Neighboring pixels in a run, which the processor traces together."""
 PIXELS = 4096
+_MANY = 8
+"""Samples of a step whose time is that of its paths."""
 
 
 def probe_pixels(film: Film, count: int = PIXELS) -> NDArray[np.int64]:
@@ -95,22 +97,22 @@ class Probe:
         return estimate(first, second, RUN, of_half=True)
 
     def _fit(self) -> None:
-        """Time of a path, and of a launch beside its paths: the line through the steps so far."""
+        """Time of a path: of the steps of many samples, once there are any, since a launch of few is mostly start."""
         steps, work = np.array(self._timed, dtype=np.float64).T
-        last = work[-1] / steps[-1]
-        slope = float(np.polyfit(steps, work, 1, w=1 / np.maximum(work, 1e-9))[0]) if np.ptp(steps) > 0 else last
-        slope = float(np.clip(slope, 0.2 * last, last))
-        self.seconds_per_path = slope / (2 * len(self.pixels))
-        self.launch_s = max(float(np.min(work - slope * steps)), 0.0) / 2
+        some = steps >= max(1.0, min(_MANY, steps.max()))
+        own = np.maximum(work[some] - 2 * self.launch_s, 0.2 * work[some])
+        self.seconds_per_path = float(own.sum() / steps[some].sum()) / (2 * len(self.pixels))
 
-    def rarity(self, samples: float) -> float:
-        """Factor on the error of a picture with ``samples`` for light on rare paths; see ``errors.rarity``."""
+    def rarity(self, samples: float, *, of_half: bool = True) -> float:
+        """Factor on the error of a picture for light on rare paths, see ``errors.rarity``: a picture of ``samples``, or
+        without ``of_half`` one of two halves with as many each.
+        """
         counts = [count for count, _ in self._earlier if 4 * count <= self.samples]
         if not counts:
             return 1.0
         early = next(halves for count, halves in self._earlier if count == counts[-1])
         same = np.ones(len(self.pixels))
-        factor = rarity(early, self.halves(), same * counts[-1], same * self.samples)
+        factor = rarity(early, self.halves(), same * counts[-1], same * self.samples, of_half=of_half)
         return rarity_after(factor, counts[-1], samples)
 
     def halves(self) -> NDArray[np.float64]:

@@ -48,6 +48,7 @@ class Stage:
         self._plan: EffectPlan | None = None
         self._job: RenderJob | None = None
         self._launcher: Launcher | None = None
+        self._spare: list[Any] = []
         self._seen_from: Viewpoint | None = None
 
     @property
@@ -81,6 +82,7 @@ class Stage:
     def forget(self) -> None:
         """Free the loaded scene."""
         self.scene = self._simulated = self._plan = self._job = self._launcher = self._seen_from = None
+        self._spare = []
         # Mitsuba's objects and our plugins refer to each other in cycles. Freeing them releases their numbers in
         # Mitsuba's registry to the next scene; its kernels are then equal and need not be compiled again.
         gc.collect()
@@ -116,6 +118,7 @@ class Stage:
     def _load(self, scene: Scene, simulated: Scene, plan: EffectPlan) -> None:
         self.forget()
         self._job = RenderJob(scene, plan, Measure(movable=True))
+        self._spare = self._job.loaded.scene.parts.context.meshes.spare_shapes()
         if sum(len(mesh.triangles) for mesh in simulated.meshes) <= MOST_WARMED:
             edits.Edit(self._job.loaded, simulated, simulated).warm()
         self._launcher = Launcher(self._job.loaded, scene.film)

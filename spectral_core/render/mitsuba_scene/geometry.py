@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.numbers import aligned, own_copy
 from spectral_core.render.plugins.paints.tables import attribute_name
+from spectral_core.render.plugins.placing import cofactors, crossed
 from spectral_core.scene.geometry import Attribute, Mesh
 
 
@@ -54,20 +55,16 @@ def transformed(part: Part, matrix: NDArray[np.float64]) -> Part:
     """The part in world space. A mirroring matrix reverses the order of corners, so that the front stays the front."""
     linear = matrix[:3, :3]
     positions = (part.positions.astype(np.float64) @ linear.T + matrix[:3, 3]).astype(np.float32)
-    mirrored = np.linalg.det(linear) < 0
+    turning, determinant = cofactors(linear)
+    mirrored = determinant < 0
     triangles = np.ascontiguousarray(part.triangles[:, ::-1]) if mirrored else part.triangles
     normals = part.normals
     if normals is not None:
         # normals are transformed by the cofactors: the inverse transpose times the determinant, finite even if it is 0
-        turned = normals.astype(np.float64) @ _cofactors(linear).T * (-1.0 if mirrored else 1.0)
+        turned = normals.astype(np.float64) @ turning.T * (-1.0 if mirrored else 1.0)
         lengths = np.linalg.norm(turned, axis=1, keepdims=True)
         normals = np.divide(turned, lengths, out=np.zeros_like(turned), where=lengths > 0).astype(np.float32)
     return Part(part.name, positions, triangles, normals, part.uvs, part.attributes)
-
-
-def _cofactors(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    a, b, c = linear.T
-    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
 
 
 def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
@@ -138,4 +135,4 @@ def area_of(part: Part) -> float:
 def _doubled_areas(positions: NDArray[np.float32], triangles: NDArray[np.uint32]) -> NDArray[np.float64]:
     """Normals (t, 3) of triangles, as long as twice their areas."""
     first, second, third = (positions[triangles[:, corner]].astype(np.float64) for corner in range(3))
-    return np.asarray(np.cross(second - first, third - first)).reshape(-1, 3)
+    return crossed(second - first, third - first)

@@ -163,6 +163,13 @@ def _listed(numbers: Array) -> str:
     return ",".join(f"{number:.9g}" for number in numbers)
 
 
+def typical_number(value: Scalar) -> float:
+    """A number, or the mean of one that varies."""
+    if isinstance(value, Computed):
+        return float(np.mean(value.typical))
+    return float(color_pixels(value).mean()) if isinstance(value, ImageTexture) else float(value)
+
+
 @dataclass(frozen=True, eq=False)
 class Made:
     """An existing texture in place of a number or an image."""

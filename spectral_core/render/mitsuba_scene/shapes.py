@@ -13,6 +13,7 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.lamp_rows import add_glow, constant_glow, emitted_by
 from spectral_core.render.mitsuba_scene.medium import medium_row
 from spectral_core.render.plugins.lamps.light_points import Triangles
+from spectral_core.render.plugins.placing import is_regular
 from spectral_core.render.trace.media import ONLY_BORDER, MediumRow
 from spectral_core.scene import Diffuse, Instance, Material, ScatteringMedium, Scene
 
@@ -43,7 +44,7 @@ class Shapes:
     def of(self, instance: Instance) -> list[Any]:
         """Mitsuba shapes of one instance; none if no ray can see it."""
         matrix, parts = instance.world_from_object, self.parts[instance.mesh]
-        if np.linalg.matrix_rank(matrix[:3, :3]) < 2:
+        if not is_regular(matrix[:3, :3]) and np.linalg.matrix_rank(matrix[:3, :3]) < 2:
             self.context.note(instance.name, "is scaled to a line or a point, so nothing of it can be seen")
             return []
         if self._is_shared(instance):
@@ -102,7 +103,7 @@ class Shapes:
         """Mitsuba mesh of a part; its material is entered in the tables."""
         shape, name = geometry.mesh_shape(self.context, part, children), self._material(instance, index).name
         self.context.bsdf.surfaces.assign(shape, name)
-        self.context.meshes.add(shape)
+        self.context.meshes.add_mesh(shape, part.positions, part.triangles, part.normals, part.uvs)
         self.context.material_of_shape.append((shape, name))
         if name in self.context.dyed:
             self.context.dyed[name].shapes.append(shape)

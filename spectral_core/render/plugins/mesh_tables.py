@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from spectral_core.render.plugins.numbers import aligned, own_copy
 from spectral_core.render.plugins.paints.tables import SceneTables
 
+REGISTRY_STEP = 16
 NONE = 0xFFFFFFFF
 """Value in place of an index for missing data."""
 COLUMNS = 4
@@ -58,9 +59,30 @@ class MeshTables:
             uvs.reshape(-1, 2) if uvs.size else None,
         )
 
+    def add_mesh(self, shape: Any, positions: Any, triangles: Any, normals: Any, uvs: Any) -> None:
+        """Add a mesh of Mitsuba by the arrays that it was made of: reading them back takes as long as making it."""
+        self._meshes[self._number(shape)] = _Triangles(positions, triangles, normals, uvs)
+
     def add_instance(self, placed: Any, shapes: list[Any]) -> None:
         """Add an instance of a group of meshes, in the order of the group."""
         self._parts[self._number(placed)] = [self._number(shape) for shape in shapes]
+
+    @property
+    def last(self) -> int:
+        """Highest number of a shape of the scene."""
+        return max((*self._meshes, *self._balls, *self._parts), default=0)
+
+    def spare_shapes(self) -> list[Any]:
+        """Meshes beside the scene that fill Mitsuba's registry up to a multiple of ``REGISTRY_STEP``.
+
+        Keep them as long as the scene. Kernels contain the size of tables with a row for each registered shape. Filled
+        up, a few more objects do not change it, and no kernel is compiled for them.
+        """
+        spare, number = [], 0
+        while number <= self.last or number % REGISTRY_STEP:
+            spare.append(self.mi.Mesh("spare", vertex_count=3, face_count=1))
+            number = self._number(spare[-1])
+        return spare
 
     def _number(self, shape: Any) -> int:
         return int(self.dr.reinterpret_array(self.mi.UInt32, self.mi.ShapePtr(shape))[0])
@@ -68,8 +90,7 @@ class MeshTables:
     def seal(self) -> None:
         """Write everything to the device."""
         mi, meshes = self.mi, self._meshes
-        last = max((*meshes, *self._balls, *self._parts), default=0)
-        rows = np.full((last + 1, COLUMNS), NONE, np.uint32)
+        rows = np.full((self.last + 1, COLUMNS), NONE, np.uint32)
         starts = np.zeros(COLUMNS, np.uint32)
         for number, mesh in meshes.items():
             has = [True, True, mesh.normals is not None, mesh.uvs is not None]

@@ -10,6 +10,7 @@ import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.closures.dielectric import (
+    coat_at_view,
     coat_inputs,
     facet_inputs,
     film_inputs,
@@ -38,7 +39,10 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
         # light passes two surfaces on its way through a body, so each applies half of the color
         tint = None if _is_white(closure.specular_tint) else paint.color(context, closure.specular_tint, subject)
         colors = (Tint(np.ones(3)), base)
-        yield through, glass(context, colors, closure, closure.ior, subject, halves=True, specular_tint=tint)
+        made = glass(context, colors, closure, closure.ior, subject, halves=True, specular_tint=tint)
+        yield from ((part, made) for part in _below_coat(closure, through))
+        if closure.coat_weight != 0:
+            yield through.times(closure.coat_weight), _coat_alone(context, closure, subject)
     # metal keeps its full share; transmission replaces a share of the rest
     kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
     reflecting = {
@@ -74,6 +78,35 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
     if closure.transmission != 0 and closure.metallic != 0:
         metal = opaque.times(closure.transmission).times(closure.metallic)
         yield metal, Lobe("blender_principled", {**reflecting, "metallic": Number(1.0)})
+
+
+def _below_coat(closure: Principled, weight: Weight) -> Iterator[Weight]:
+    """Weights of what has no coat, and of what is below one."""
+    if closure.coat_weight != 1.0:
+        yield weight.times(closure.coat_weight, complement=True)
+    if closure.coat_weight != 0:
+        rough = closure.coat_roughness
+        typical = paint.typical_number(rough)
+        reflected = coat_at_view(round(float(closure.coat_ior), 6), typical)
+        yield weight.times(closure.coat_weight).times(reflected, complement=True)
+
+
+def _coat_alone(context: Context, closure: Principled, subject: str) -> Lobe:
+    """The reflection of a full coat, over nothing."""
+    nothing = {
+        "base_color": Tint(np.zeros(3)),
+        "metallic": Number(0.0),
+        "roughness": Number(1.0),
+        "keeps_energy": True,
+        **facet_inputs(),
+        **specular_inputs(1.0 + 1e-4, True),
+    }
+    coat = {
+        "coat_weight": Number(1.0),
+        "coat_roughness": paint.number(context, closure.coat_roughness, subject),
+        **coat_inputs(float(closure.coat_ior)),
+    }
+    return Lobe("blender_principled", nothing | coat)
 
 
 def _is_white(color: Any) -> bool:

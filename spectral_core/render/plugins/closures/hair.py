@@ -218,7 +218,8 @@ def register(mi: Any, dr: Any) -> None:
             ends = [dr.atan(((0.5 * (side * pi / 2 + view)) - offset) / along) for side in (-1.0, 1.0)]
             return fiber, along, around, offset, view, ends
 
-        def density(self, prepared: Any, si: Any, outward: Any) -> Any:
+        def density(self, prepared: Any, si: Any, outward: Any, *, is_drawn: bool = False) -> Any:
+            """Density of a direction; as in Cycles, one that is not drawn is on the lobe's own side of the normal."""
             fiber, along, around, offset, view, ends = prepared
             light = dr.safe_asin(dr.dot(outward, fiber.along))
             level = [w - fiber.along * dr.dot(w, fiber.along) for w in (outward, fiber.toward)]
@@ -233,10 +234,10 @@ def register(mi: Any, dr: Any) -> None:
             if self.transmits:
                 p = pi - phi
                 azimuth = around / (2.0 * dr.atan(pi / 2 / around) * (p * p + around * around))
-                valid = ~side
+                valid = is_drawn | ~side
             else:
                 azimuth = dr.cos(0.5 * dr.minimum(phi / around, pi)) * 0.25 / around
-                valid = side & (cosine >= 0.0)
+                valid = is_drawn | (side & (cosine >= 0.0))
             return dr.select(valid & (pi / 2 - dr.abs(light) > 1e-3), inclination * azimuth, 0.0)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
@@ -255,7 +256,7 @@ def register(mi: Any, dr: Any) -> None:
                 phi = 2.0 * dr.safe_asin(1.0 - 2.0 * sample2.y) * around
             (sine, cosine), turn = dr.sincos(light), dr.sincos(phi)
             outward = fiber.along * sine + cosine * (fiber.across * turn[0] - fiber.away * turn[1])
-            density = self.density(prepared, si, outward)
+            density = self.density(prepared, si, outward, is_drawn=True)
             value = self.inputs["color"].eval(si, active) * density
             return _drawn(mi, dr, si, outward, mi.Bool(not self.transmits), (value, density), active)
 

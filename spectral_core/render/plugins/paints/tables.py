@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.placing import cofactors, is_regular
+
 ROW = 32
 """Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random, its own."""
 
@@ -19,11 +21,12 @@ def attribute_name(name: str) -> str:
 
 
 def _inverse(matrix: np.ndarray) -> np.ndarray:
-    """Inverse of an affine (4, 4) matrix. LAPACK starts threads for it, which takes 16 ms on a busy machine."""
-    first, second, third = matrix[:3, :3]
-    columns = [np.cross(second, third), np.cross(third, first), np.cross(first, second)]
+    """Inverse of an affine (4, 4) matrix; the pseudoinverse of a singular one."""
+    if not is_regular(matrix[:3, :3]) and np.linalg.matrix_rank(matrix) < 4:
+        return np.linalg.pinv(matrix)
+    turning, determinant = cofactors(matrix[:3, :3])
     result = np.eye(4)
-    result[:3, :3] = np.stack(columns, axis=1) / np.dot(first, columns[0])
+    result[:3, :3] = turning.T / determinant
     result[:3, 3] = -(result[:3, :3] @ matrix[:3, 3])
     return result
 
@@ -63,8 +66,7 @@ class SceneTables:
         """Store the matrix of a shape, or of an instance of shapes."""
         number = int(self.dr.reinterpret_array(self.mi.UInt32, self.mi.ShapePtr(shape))[0])
         matrix = np.asarray(instance.world_from_object, dtype=np.float64)
-        inverse = np.linalg.pinv(matrix) if np.linalg.matrix_rank(matrix) < 4 else _inverse(matrix)
-        parts = (inverse[:3].ravel(), matrix[:3].ravel(), instance.color, (instance.index, instance.random))
+        parts = (_inverse(matrix)[:3].ravel(), matrix[:3].ravel(), instance.color, (instance.index, instance.random))
         row = np.zeros(ROW + 3 * len(instance.attributes))
         row[:30] = np.concatenate([np.ravel(part) for part in parts])
         row[30] = self._owners.setdefault(instance.name, len(self._owners) + 1)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.surfaces.kinds import ClosureKind
+from spectral_core.render.plugins.surfaces.kinds import ClosureKind, computed_inputs
 from spectral_core.render.plugins.surfaces.table import FACTOR, SurfaceTables
 
 
@@ -65,8 +65,8 @@ class SurfaceAt:
         row = dr.gather(mi.UInt32, tables.leaf_row, leaf, active)
 
         def target(kind: ClosureKind) -> Callable[..., Any]:
-            def run(row: Any, si: Any, rest: tuple[Any, ...], active: Any) -> Any:
-                found = call(kind.prepare(tables.buffers, row, si, active), si, rest, active)
+            def run(row: Any, si: Any, rest: tuple[Any, ...], computed: tuple[Any, ...], active: Any) -> Any:
+                found = call(kind.prepare(tables.buffers, row, si, active, computed), si, rest, active)
                 kind.clear()
                 return found
 
@@ -74,9 +74,10 @@ class SurfaceAt:
 
         targets = [target(kind) for kind in tables.kinds]
         if len(targets) == 1:
-            return targets[0](row, si, rest, active)
+            return targets[0](row, si, rest, (), active)
         kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, active)
-        return dr.switch(kind, targets, row, si, rest, active, label="closure")
+        computed = computed_inputs(tables.kinds, tables.buffers, (kind, row), si, active)
+        return dr.switch(kind, targets, row, si, rest, computed, active, label="closure")
 
     def _over_leaves(self, state: tuple[Any, ...], body: Callable[..., Any], leaves: tuple[Any, Any, Any]) -> Any:
         """``state`` after ``body(leaf, *state)`` for each leaf."""

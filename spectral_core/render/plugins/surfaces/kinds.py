@@ -12,7 +12,7 @@ import numpy as np
 from spectral_core.render.plugins.closures.lobe import classes
 from spectral_core.render.plugins.paints.loaded import numbers_of
 from spectral_core.render.plugins.paints.tables import SceneTables
-from spectral_core.render.plugins.surfaces.slots import WIDTHS, Slot
+from spectral_core.render.plugins.surfaces.slots import FIRST_TEXTURE, WIDTHS, Slot
 from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number, Programmed, Source, Tint
 
 
@@ -91,8 +91,17 @@ class ClosureKind:
         self.closure = _made(lobe, named, variant)
         self.flags = int(self.closure.flags())
 
-    def prepare(self, buffers: Buffers, row: Any, si: Any, active: Any) -> Any:
-        """The closure with the inputs of a hit; ``row``: index of its first number."""
+    @property
+    def interpreted(self) -> list[Slot]:
+        """Inputs whose programs the interpreter runs."""
+        return [slot for slot in self.slots if slot.first_program is not None]
+
+    def prepare(self, buffers: Buffers, row: Any, si: Any, active: Any, computed: tuple[Any, ...] = ()) -> Any:
+        """The closure with the inputs of a hit; ``row``: index of its first number; ``computed``: of
+        ``computed_inputs``.
+        """
+        for slot, found in zip(self.interpreted, computed, strict=False):
+            slot.computed = found
         for slot in self.slots:
             slot.read(buffers, row, si, active)
         return self.closure
@@ -100,11 +109,39 @@ class ClosureKind:
     def clear(self) -> None:
         """Clear the inputs, which are variables of the call that has read them."""
         for slot in self.slots:
-            slot.value = None
+            slot.value = slot.computed = None
 
     def pairs(self, lobe: Lobe) -> Iterator[tuple[Slot, Source]]:
         """Each slot with the source of that input in a closure of this type."""
         return zip(self.slots, lobe.sources, strict=True)
+
+
+def computed_inputs(kinds: list[ClosureKind], buffers: Buffers, at: tuple[Any, Any], si: Any, active: Any) -> Any:
+    """Results of the interpreter for the first interpreted input of a closure, the second, …; ``at``: the closure's
+    type and the index of its first number.
+
+    They are computed before the kernel branches by type: the interpreter, which is long, is then there once instead of
+    once for each type.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    kind, row = at
+    found = []
+    for number in range(max(len(each.interpreted) for each in kinds)):
+        offset, first, mine = mi.UInt32(0), mi.UInt32(0), mi.Bool(False)
+        for place, each in enumerate(kinds):
+            if number < len(each.interpreted):
+                slot = each.interpreted[number]
+                here = kind == place
+                offset, first = dr.select(here, slot.offset, offset), dr.select(here, slot.first_program or 0, first)
+                mine |= here
+        mine &= active
+        code = dr.gather(mi.UInt32, buffers.codes, row + offset, mine)
+        start = dr.gather(mi.UInt32, buffers.codes, row + offset + 1, mine)
+        mine &= (code > 0) & (code < FIRST_TEXTURE)
+        found.append(buffers.interpreter.run(buffers.program_numbers, (code - 1 + first, start), si, mine))
+    return tuple(found)
 
 
 def _made(lobe: Lobe, named: dict[int, Slot], variant: str) -> Any:

@@ -79,6 +79,8 @@ class Slot:
         self.first_program: int | None = None
         """Number of the first of its programs in the interpreter; None if each has its own code."""
         self.value: Any = None
+        self.computed: Any = None
+        """Result of the interpreter for this input, if it ran before the type of the closure was known."""
 
     def enter(self, source: Source, tables: SceneTables) -> int:
         """Entry of a row for the reader of a source; 0 for a plain number."""
@@ -175,7 +177,9 @@ class Slot:
         import drjit as dr
 
         if self.first_program is not None:
-            found = buffers.interpreter.run(buffers.program_numbers, (code + self.first_program, start), si, active)
+            found = self.computed
+            if found is None:
+                found = buffers.interpreter.run(buffers.program_numbers, (code + self.first_program, start), si, active)
             if self.kind == "number":
                 wide = any(read.traced.program.width == 3 for read in self.programs)
                 found = 0.2126 * found.x + 0.7152 * found.y + 0.0722 * found.z if wide else found.x

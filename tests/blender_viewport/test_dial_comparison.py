@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The dial's comparison in a window translates only what was edited: it finds what a whole translation finds."""
+
+from __future__ import annotations
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from tests.blender_viewport.test_viewport_edits import EDITS  # noqa: E402
+
+
+def test_each_edit_is_found_as_by_a_whole_translation(stage, monkeypatch):
+    from blender_addon.editing.dial import changes
+
+    eye = bpy.data.objects.new("Eye", bpy.data.cameras.new("Eye"))
+    stage.scene.collection.objects.link(eye)
+    stage.scene.camera = eye
+    in_a_window = lambda scene: changes._stages.setdefault(scene.session_uid, changes.Stage())  # noqa: E731
+    wrong, same = [], []
+    monkeypatch.setattr(changes, "_stage_of", in_a_window)
+    before = changes.parts_of(stage.scene)
+    try:
+        for name, edit in EDITS.items():
+            edit(stage)
+            bpy.context.view_layer.update()
+            kept = changes.parts_of(stage.scene)
+            monkeypatch.setattr(changes, "_stage_of", lambda _scene: None)
+            if kept != changes.parts_of(stage.scene):
+                wrong.append(name)
+            monkeypatch.setattr(changes, "_stage_of", in_a_window)
+            if kept == before:
+                same.append(name)
+            before = kept
+    finally:
+        changes._stages.clear()
+        changes._hashes.clear()
+    assert wrong == []
+    assert set(same) <= {"film", "hidden"}, "edits that a recording does not depend on"

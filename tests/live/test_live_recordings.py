@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Launches that are recorded and kernels that are compiled for an edit: none, where only numbers or places change."""
+
+from __future__ import annotations
+
+import gc
+from dataclasses import replace
+from typing import Literal
+
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from spectral_core.render.live.picture import ViewPicture
+from spectral_core.render.live.stage import Stage
+from spectral_core.render.live.view import Viewpoint, ViewRequest
+from spectral_core.scene import Instance, RenderSettings, Scene
+from tests.live import test_live_session as session
+from tests.live.test_live_session import HEIGHT, SAMPLES, WIDTH, at, with_stretch
+
+scene = session.scene
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_edits_of_meshes_record_nothing(scene: Scene, transport: Literal["rgb", "spectral"]) -> None:
+    scene = replace(scene, settings=RenderSettings(transport=transport))
+    stage = Stage()
+    stage.show(scene)
+    stage.activate()
+
+    def trace(seen: Scene) -> None:
+        request = ViewRequest("stage", Viewpoint.of_camera(seen.camera, seen.film), WIDTH, HEIGHT, SAMPLES, 0)
+        stage.look_from(request.viewpoint)
+        ViewPicture(stage.launcher, request, 4).step()
+
+    trace(scene)
+    before = stage.launcher.recordings
+    assert stage.launcher.is_recorded, "launches are made anew each time, which takes many times as long"
+    assert before == 1
+    for name in ("two", "one"):
+        scene = with_stretch(scene, name, (1.0, 1.0, 1.6))
+        stage.show(scene)
+        assert stage.how == "meshes"
+        trace(scene)
+    assert stage.launcher.recordings == before
+
+
+def test_another_object_compiles_no_kernel(scene: Scene) -> None:
+    import drjit as dr
+
+    gc.collect()  # scenes of earlier tests occupy numbers of Mitsuba's registry
+    stage = Stage()
+    compiled = []
+    for count in range(3):
+        more = tuple(Instance(f"more {k}", "two", at(k, 1, 2), ("shiny",)) for k in range(count))
+        seen = replace(scene, instances=scene.instances + more)
+        stage.show(seen)
+        assert stage.how == "loaded"
+        viewpoint = Viewpoint.of_camera(seen.camera, seen.film)
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+            dr.kernel_history_clear()
+            stage.look_from(viewpoint)
+            ViewPicture(stage.launcher, ViewRequest("stage", viewpoint, WIDTH, HEIGHT, SAMPLES, 0), 4).step()
+            compiled.append(sum(not each["cache_hit"] for each in dr.kernel_history() if "cache_hit" in each))
+    assert compiled[1:] == [0, 0]
