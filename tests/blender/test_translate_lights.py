@@ -151,13 +151,13 @@ def test_world_color_and_image(build, translate, rng):
     np.testing.assert_allclose(world.world_from_environment[:3, :3] @ turned, np.eye(3), atol=1e-6)
 
 
-def test_no_world_is_black_and_a_missing_sky_image_gets_a_note(build, translate):
+def test_no_world_is_black_and_a_missing_sky_image_is_magenta_with_a_note(build, translate):
     assert translate().world.is_black
     world_with(image=bpy.data.images.new("Gone", 4, 4))
     bpy.data.images["Gone"].source = "FILE"
     bpy.data.images["Gone"].filepath = "//nowhere.exr"
     scene = translate()
-    np.testing.assert_allclose(scene.world.color.linear_rgb, 0.5)
+    np.testing.assert_allclose(scene.world.color.linear_rgb, (1, 0, 1))
     assert [note.subject for note in scene.notes] == ["Gone"] and "nowhere.exr" in scene.notes[0].message
 
 

@@ -117,7 +117,7 @@ def test_every_setting_of_a_recipe_has_an_effect(blender, asked, tmp_path):
 
     def made() -> Any:
         asked.clear()
-        recipes.find(scene)
+        recipes.store(scene, recipes.search(scene)())
         return asked[0], recipe.text
 
     names = set(settings_of(recipe, bpy.types.PropertyGroup)) - AFTER_A_RECIPE

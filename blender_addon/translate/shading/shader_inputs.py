@@ -61,8 +61,7 @@ def thin_film(reader: Reader, output: Output) -> dict[str, Scalar]:
     if isinstance(thickness, float) and thickness <= 0:
         return {}
     index = reader.scalar(output.input("Thin Film IOR"), 1.33)
-    held = (held(value, limits) for value, limits in ((thickness, FILM_THICKNESS_NM), (index, IOR)))
-    return dict(zip(("thin_film_thickness", "thin_film_ior"), held, strict=True))
+    return {"thin_film_thickness": held(thickness, FILM_THICKNESS_NM), "thin_film_ior": held(index, IOR)}
 
 
 def held(value: Scalar, limits: tuple[float, float]) -> Scalar:

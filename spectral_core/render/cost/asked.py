@@ -26,7 +26,7 @@ PLAN_SHARE = 0.25
 """Part of a requested error that the plan may use; the rest is the target for the noise."""
 _FIRST_SHARE, _FIRST_SHARE_OF_FEW, _FEW = 0.3, 0.7, 16.0
 """Part of the expected samples that is spread over the whole picture before tiles are treated differently: more of it
-up to a few samples of each half, where the error falls by leaps and tiles cannot be told apart.
+up to a few samples of each half, where the error falls in steps and tiles cannot be told apart.
 """
 _ROUNDS = 2
 """Rounds of adaptive sampling after the first samples that a prediction assumes."""
