@@ -14,11 +14,29 @@ pytest.importorskip("mitsuba")
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
-from spectral_core.scene import Instance, RenderSettings, Scene
+from spectral_core.scene import (
+    Diffuse,
+    Emission,
+    Glass,
+    Glossy,
+    Instance,
+    Material,
+    Metal,
+    Principled,
+    RenderSettings,
+    Scene,
+    Sheen,
+    Subsurface,
+    Toon,
+    Translucent,
+    Transparent,
+    gray,
+)
 from tests.live import test_live_session as session
 from tests.live.test_live_session import HEIGHT, SAMPLES, WIDTH, at, with_stretch
 
 scene = session.scene
+PALE = gray(0.6)
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
@@ -43,6 +61,30 @@ def test_edits_of_meshes_record_nothing(scene: Scene, transport: Literal["rgb", 
         assert stage.how == "meshes"
         trace(scene)
     assert stage.launcher.recordings == before
+
+
+def test_no_closure_keeps_what_it_computed(scene: Scene) -> None:
+    """A closure that stores a value of the traced loop, such as the hit, ends the recording of the next launch."""
+    kinds = (
+        Diffuse(PALE), Diffuse(PALE, 0.5), Glossy(PALE, 0.3), Metal(PALE, roughness=0.3), Glass(roughness=0.2),
+        Translucent(PALE), Toon(PALE), Transparent(), Sheen(PALE, 0.4), Subsurface(PALE), Emission(PALE),
+        Principled(PALE, roughness=0.4, diffuse_roughness=0.3, coat_weight=0.5, anisotropic=0.5),
+        Principled(PALE, transmission=0.5, sheen_weight=0.5, subsurface_weight=0.2),
+    )  # fmt: skip
+    materials = tuple(Material(f"kind {k}", surface) for k, surface in enumerate(kinds))
+    more = tuple(Instance(f"more {k}", "two", at(k, 1, 2), (f"kind {k}",)) for k in range(len(kinds)))
+    scene = replace(scene, materials=scene.materials + materials, instances=scene.instances + more)
+    stage = Stage()
+    for number in range(3):
+        moved = replace(scene.instances[-1], world_from_object=at(number, 2, 2))
+        seen = replace(scene, instances=(*scene.instances[:-1], moved))
+        stage.show(seen)
+        stage.activate()
+        request = ViewRequest("stage", Viewpoint.of_camera(seen.camera, seen.film), WIDTH, HEIGHT, SAMPLES, 0)
+        stage.look_from(request.viewpoint)
+        ViewPicture(stage.launcher, request, 4).step()
+        assert stage.launcher.is_recorded
+    assert stage.launcher.recordings == 1
 
 
 def test_another_object_compiles_no_kernel(scene: Scene) -> None:

@@ -135,7 +135,7 @@ def register(mi: Any, dr: Any) -> None:
             """Share of the diffuse light that goes below the surface."""
             return dr.clip(self.below_weight.eval_1(si, active), 0.0, 1.0)
 
-        def draw(self, si: Any, wi: Any, samples: Any, active: Any) -> Any:
+        def draw(self, hit: Any, si: Any, wi: Any, samples: Any, active: Any) -> Any:
             _, _, roughness, _, _, chances, _, coat_roughness = self.layers(si, wi, active)
             sample1, sample2 = samples
             in_facets = sample1 < chances[0] + chances[1] + chances[2]
@@ -147,21 +147,21 @@ def register(mi: Any, dr: Any) -> None:
                     stretch = tuple(dr.select(in_coat, 1.0, part) for part in stretch)
             facets = Microfacets(mi, dr, roughness, stretch)
             mirrored, _ = facets.mirrored(wi, sample2)
-            even = self.turned(self.hit, mi.warp.square_to_cosine_hemisphere(sample2))
-            even = self.aligned(self.lobe_axes(si, active), self.turned(si, si.to_local(self.hit.to_world(even))))
+            even = self.turned(hit, mi.warp.square_to_cosine_hemisphere(sample2))
+            even = self.aligned(self.lobe_axes(si, active), self.turned(si, si.to_local(hit.to_world(even))))
             return dr.select(in_facets, mirrored, even)
 
-        def plain(self, si: Any, way: Any, active: Any) -> Any:
+        def plain(self, hit: Any, si: Any, way: Any, active: Any) -> Any:
             """A direction about the given normal, of one about the valid normal: diffuse light knows no mirror image
             that could lie below the surface.
             """
             outward = self.turned(si, self.aligned(self.lobe_axes(si, active), way, back=True))
-            return self.turned(self.hit, self.hit.to_local(si.to_world(outward)))
+            return self.turned(hit, hit.to_local(si.to_world(outward)))
 
-        def reflect(self, si: Any, wi: Any, wo: Any, active: Any) -> Any:
+        def reflect(self, hit: Any, si: Any, wi: Any, wo: Any, active: Any) -> Any:
             found = self.layers(si, wi, active)
             color, metallic, roughness, below_coat, specular, chances, coat_weight, coat_roughness = found
-            toward, away = self.plain(si, wi, active), self.plain(si, wo, active)
+            toward, away = self.plain(hit, si, wi, active), self.plain(hit, si, wo, active)
             lambert = dr.maximum(away.z, 0.0) / dr.pi
             facets = Microfacets(mi, dr, roughness, self.stretch(si, active))
             mirror, mirror_density, facing = facets.reflection(wi, wo)

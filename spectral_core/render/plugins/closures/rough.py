@@ -27,8 +27,6 @@ def both_sides(mi: Any, dr: Any) -> Any:
         diffuse_alone = False
         """True if only the diffuse part is evaluated."""
 
-        hit: Any = None
-        """The hit with its given normal, while the closure is drawn or evaluated."""
         draw: Any
         reflect: Any
 
@@ -77,11 +75,11 @@ def both_sides(mi: Any, dr: Any) -> Any:
             return dr.rcp(aspect), aspect
 
         def sample(self, ctx: Any, hit: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
-            si, self.hit = with_valid_normal(mi, dr, hit), hit
+            si = with_valid_normal(mi, dr, hit)
             axes = self.lobe_axes(si, active)
             wi = self.aligned(axes, self.turned(si, si.wi))
-            wo = self.draw(si, wi, (sample1, sample2), active)
-            value, density = self.reflect(si, wi, wo, active)
+            wo = self.draw(hit, si, wi, (sample1, sample2), active)
+            value, density = self.reflect(hit, si, wi, wo, active)
             valid = active & (density > 0.0) & (wi.z > 0.0)
             bs = dr.zeros(mi.BSDFSample3f)
             outward = self.turned(si, self.aligned(axes, wo, back=True))
@@ -91,13 +89,13 @@ def both_sides(mi: Any, dr: Any) -> Any:
             return bs, dr.select(valid, value / dr.maximum(density, 1e-20), 0.0)
 
         def eval_pdf(self, ctx: Any, hit: Any, wo: Any, active: Any = True) -> Any:
-            si, self.hit = with_valid_normal(mi, dr, hit), hit
+            si = with_valid_normal(mi, dr, hit)
             wo = si.to_local(hit.to_world(wo))
             active = active & keeps_side(mi, dr, si, wo)
             axes = self.lobe_axes(si, active)
             wi, wo = (self.aligned(axes, self.turned(si, direction)) for direction in (si.wi, wo))
             self.diffuse_alone = ctx.type_mask == int(mi.BSDFFlags.Diffuse)
-            value, density = self.reflect(si, wi, wo, active)
+            value, density = self.reflect(hit, si, wi, wo, active)
             self.diffuse_alone = False
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 
@@ -136,10 +134,10 @@ def register(mi: Any, dr: Any) -> None:
                 return Phong(mi, dr, self.roughness.eval_1(si, active), self.stretch(si, active))
             return Microfacets(mi, dr, self.roughness.eval_1(si, active), self.stretch(si, active), self.kind)
 
-        def draw(self, si: Any, wi: Any, samples: Any, active: Any) -> Any:
+        def draw(self, hit: Any, si: Any, wi: Any, samples: Any, active: Any) -> Any:
             return self.facets(si, active).mirrored(wi, samples[1])[0]
 
-        def reflect(self, si: Any, wi: Any, wo: Any, active: Any) -> Any:
+        def reflect(self, hit: Any, si: Any, wi: Any, wo: Any, active: Any) -> Any:
             color, facets = self.color.eval(si, active), self.facets(si, active)
             value, density, facing = facets.reflection(wi, wo)
             seen = sees_facets(mi, dr, si)
