@@ -154,8 +154,8 @@ def _require_stated_strips(page: Any, number: int, path: Path) -> None:
     needed, stated = math.prod(page.chunked), len(page.dataoffsets)
     if needed > stated and not page.is_contiguous:
         raise FileFormatError(
-            f"{path.name} is damaged: page {number} of {'×'.join(map(str, page.shape))} needs {needed} strips, the file "
-            f"states {stated}"
+            f"{path.name} is damaged: page {number} of {'×'.join(map(str, page.shape))} needs {needed} strips, "
+            f"the file states {stated}"
         )
 
 
