@@ -58,6 +58,7 @@ def scene_path_class(variant: str) -> Any:
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
             self.diffuse, self.glossy = count(limits.diffuse), count(limits.glossy)
             self.transmission, self.volume = count(limits.transmission), count(limits.volume)
+            self.clamps = path_limits.clamps_of(settings)
             self.met: Any = None
             """Light along the ray, by its origin."""
             self.asked: Any = None
@@ -291,7 +292,7 @@ def scene_path_class(variant: str) -> Any:
 
         def clamped(self, value: Any, indirect: Any) -> Any:
             """A contribution reduced to the limits on a sample's mean."""
-            return path_limits.clamped(self.settings, value, indirect)
+            return path_limits.clamped(self.clamps, value, indirect)
 
         def to_string(self) -> str:
             return "ScenePath"
