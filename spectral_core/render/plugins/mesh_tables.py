@@ -177,7 +177,7 @@ class MeshTables:
         return si
 
     def attribute(self, name: str, si: Any, place: Any, active: Any) -> Any:
-        """An attribute (vector) at a point of the plane of the triangle of a hit, in the space of its mesh; 0 without."""
+        """An attribute (vector) at a point of the plane of a triangle, in the space of its mesh; 0 without it."""
         mi, dr = self.mi, self.dr
         if name not in self.attributes:
             return mi.Vector3f(0.0)
