@@ -52,13 +52,12 @@ def scene_path_class(variant: str) -> Any:
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
             super().__init__(mi.Properties())
             self.tables, self.settings, self.lights = tables, settings, lights
-            limits = settings.limits
+            limits, self.clamps = settings.limits, path_limits.clamps_of(settings)
             count = lambda value: dr.opaque(mi.UInt32, int(value))  # noqa: E731
             # opaque: kernels read the numbers, so that another limit needs no new kernel
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
             self.diffuse, self.glossy = count(limits.diffuse), count(limits.glossy)
             self.transmission, self.volume = count(limits.transmission), count(limits.volume)
-            self.clamps = path_limits.clamps_of(settings)
             self.met: Any = None
             """Light along the ray, by its origin."""
             self.asked: Any = None
