@@ -32,7 +32,11 @@ NODES = {
     "gabor phase isotropic": ("TexGabor", 1, {}, {"Scale": 4, "Anisotropy": 0.3, "Frequency": 0.4}),
     "gabor 3D": ("TexGabor", 2, {"gabor_type": "3D"}, {"Scale": 4, "Orientation": (0.3, -0.5, 0.2)}),
     "gabor 3D isotropic": (
-        "TexGabor", 0, {"gabor_type": "3D"}, {"Scale": 3, "Anisotropy": 0.2, "Orientation": (0.3, -0.5, 0.2)}),
+        "TexGabor",
+        0,
+        {"gabor_type": "3D"},
+        {"Scale": 3, "Anisotropy": 0.2, "Orientation": (0.3, -0.5, 0.2)},
+    ),
     "radial": ("TexGradient", 1, {"gradient_type": "RADIAL"}, {}),
     "checker": ("TexChecker", 0, {}, {}),
     "brick": ("TexBrick", 0, {"squash": 0.7, "squash_frequency": 3}, {"Bias": 0.1, "Mortar Smooth": 0.4}),
