@@ -3,7 +3,7 @@
 
 from spectral_core.scene.camera import Aperture, Camera, Film, Panorama
 from spectral_core.scene.fluorescent import Fluorescent
-from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
+from spectral_core.scene.geometry import Instance, MediumGrid, Mesh, VolumeObject
 from spectral_core.scene.hair import STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Hair, HairLobe
 from spectral_core.scene.leaves import (
     Weight,
@@ -92,6 +92,7 @@ __all__ = [
     "Light",
     "LightPaths",
     "Material",
+    "MediumGrid",
     "Mesh",
     "Metal",
     "Mist",

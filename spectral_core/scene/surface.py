@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from spectral_core.checks import require_range
+from spectral_core.errors import InvalidInputError
 from spectral_core.scene.fluorescent import Fluorescent
+from spectral_core.scene.geometry import MediumGrid
 from spectral_core.scene.hair import Hair, HairLobe
 from spectral_core.scene.paint import LARGEST, Color, Numbers, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed
@@ -215,12 +217,13 @@ Surface = Closure | MixSurface | AddSurface
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScatteringMedium(Numbers):
-    """Homogeneous participating medium inside a closed mesh, per scene unit of length.
+    """Participating medium inside a closed mesh, per scene unit of length; homogeneous without a ``grid``.
 
     ``density · extinction``: extinction 1/length, per wavelength where ``extinction`` is a color or spectrum;
     ``color``: single-scattering albedo; ``anisotropy``: Henyey-Greenstein g; ``emission_color · emission_strength``:
     radiance emitted per unit length. ``lobes``: in place of ``anisotropy``, weight, g and α of phase functions by
-    Draine that add up (α 0 is Henyey and Greenstein's).
+    Draine that add up (α 0 is Henyey and Greenstein's). ``grid``: how the medium varies; its values are at most 1, so
+    that the other fields bound it.
     """
 
     density: float = 1.0
@@ -230,9 +233,12 @@ class ScatteringMedium(Numbers):
     emission_color: Paint = field(default_factory=lambda: gray(1.0))
     emission_strength: float = 0.0
     lobes: tuple[tuple[float, float, float], ...] = ()
+    grid: MediumGrid | None = None
 
     def __post_init__(self) -> None:
         Numbers.__post_init__(self)  # slots create another class, which super() would not know
+        if self.grid is not None and any(values.max() > 1 for values in self.grid.given):
+            raise InvalidInputError("ScatteringMedium has a grid with values above 1; put their scale into its density")
         require_range("ScatteringMedium density", self.density, 0.0, LARGEST)
         require_range("ScatteringMedium anisotropy", self.anisotropy, -1.0, 1.0)
         require_range("ScatteringMedium emission strength", self.emission_strength, 0.0, LARGEST)

@@ -10,7 +10,7 @@ import pytest
 
 from spectral_core.render import plan_effects, render_scene
 from spectral_core.render.job import RenderJob
-from spectral_core.render.trace import in_media
+from spectral_core.render.trace.media import in_media
 from spectral_core.scene import (
     AreaLight,
     Camera,

@@ -23,7 +23,7 @@ from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
-from spectral_core.render.trace.media import FARTHEST, ONLY_BORDER
+from spectral_core.render.trace.media.table import FARTHEST, ONLY_BORDER
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 from spectral_core.scene.geometry import box_of, corners_of
 

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.trace.media import MediumRow
+from spectral_core.render.mitsuba_scene.medium_grid import grid_row, slots_of
+from spectral_core.render.trace.media.table import MediumRow
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
-from spectral_core.scene import Color, Paint, ScatteringMedium
+from spectral_core.scene import Color, Paint, ScatteringMedium, gray
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
@@ -34,11 +35,21 @@ def medium_row(context: Context, medium: ScatteringMedium, subject: str) -> Medi
     table = np.array(lobes, dtype=np.float64)
     table[:, 0] /= table[:, 0].sum()
     table[:, 1] = np.clip(table[:, 1], -0.99, 0.99)
+    absorbed = np.maximum(extinction - scattered, 0.0)
+    emission_color, grid = medium.emission_color, None
+    if medium.grid is not None:
+        colored = [values is not None and values.ndim == 4 for values in slots_of(medium.grid)]
+        # a grid of colors contains the color of a coefficient; the medium has its scale
+        scattered = np.array(medium.density) if colored[0] else scattered
+        absorbed = np.array(medium.density) if colored[1] else absorbed
+        emission_color = gray(1.0) if colored[2] else emission_color
+        tints = tuple(_texture(context, _values(context, Color(one), subject)) for one in np.eye(3))
+        largest = float(np.max(scattered)), float(np.max(absorbed))
+        grid = grid_row(medium.grid, largest, tints if any(colored) else None, glows=bool(glow[0] > 0))
     emitted = None
     if glow[0] > 0:
-        emitted = paint.emission(context, medium.emission_color, medium.emission_strength, subject)
-    scattering, absorption = _texture(context, scattered), _texture(context, np.maximum(extinction - scattered, 0.0))
-    return MediumRow(scattering, absorption, emitted, table)
+        emitted = paint.emission(context, emission_color, medium.emission_strength, subject)
+    return MediumRow(_texture(context, scattered), _texture(context, absorbed), emitted, table, grid)
 
 
 def _values(context: Context, color: Paint, subject: str) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 
 from spectral_core.render.plugins.numbers import Rows
 from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
-from spectral_core.render.trace.media import Media, MediumRow
+from spectral_core.render.trace.media.table import Media, MediumRow
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32

@@ -14,7 +14,7 @@ from spectral_core.render.mitsuba_scene.lamp_rows import add_glow, constant_glow
 from spectral_core.render.mitsuba_scene.medium import medium_row
 from spectral_core.render.plugins.lamps.light_points import Triangles
 from spectral_core.render.plugins.placing import is_regular
-from spectral_core.render.trace.media import ONLY_BORDER, MediumRow
+from spectral_core.render.trace.media.table import ONLY_BORDER, MediumRow
 from spectral_core.scene import Diffuse, Instance, Material, ScatteringMedium, Scene
 
 PLAIN = Material("", Diffuse())

@@ -79,5 +79,7 @@ def _material(material: Material, factor: float) -> Material:
 def _medium(medium: ScatteringMedium | None, factor: float) -> ScatteringMedium | None:
     if medium is None:
         return None
-    strength = medium.emission_strength / factor
-    return replace(medium, density=medium.density / factor, emission_strength=strength)
+    strength, grid = medium.emission_strength / factor, medium.grid
+    if grid is not None:
+        grid = replace(grid, world_from_index=_scaled(grid.world_from_index, factor))
+    return replace(medium, density=medium.density / factor, emission_strength=strength, grid=grid)

@@ -87,7 +87,9 @@ class FirstHit:
             passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
             if self.rules is not None and fills is not None:
                 way = dr.select(si.is_valid(), si.t, dr.inf)
-                passed = dr.select(walking, passed * fills.clear(fog[0], way, ray.wavelengths, walking), passed)
+                piece = mi.Ray3f(ray)
+                piece.o = origin
+                passed = dr.select(walking, passed * fills.clear(fog[0], way, piece, walking), passed)
                 fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met)
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < MOST_LAYERS)
             # a walk that ends at the limit has not reached the environment

@@ -114,7 +114,7 @@ def shone_through(
         counts = blocks
         if fills is not None:
             length = dr.select(si.is_valid(), si.t, ray.maxt)
-            clear = dr.select(active, clear * fills.clear(fog[0], length, ray.wavelengths, active), clear)
+            clear = dr.select(active, clear * fills.clear(fog[0], length, ray, active), clear)
             number = tables.shape_number(si)
             fog = fills.crossed(fog, number, si, (ray.d, ray.d), met)
             counts = blocks & ~fills.is_border(number, met)

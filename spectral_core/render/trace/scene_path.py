@@ -15,7 +15,8 @@ from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
-from spectral_core.render.trace import hit_sides, in_media, path_limits, reradiation
+from spectral_core.render.trace import hit_sides, path_limits, reradiation
+from spectral_core.render.trace.media import in_media
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.render.trace.subsurface import cosine_out, leaving, walk

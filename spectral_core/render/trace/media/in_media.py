@@ -7,11 +7,13 @@ from typing import Any
 
 from spectral_core.render.lights.choice import Chosen, Receiver
 from spectral_core.render.lights.stretch import Stretch
-from spectral_core.render.trace.media import Flight, Media
+from spectral_core.render.trace.media.table import Flight, Media
 from spectral_core.scene import Rays
 
 BY_ANGLE = 0.5
 """Probability of equiangular sampling on a segment where the path scatters; else the scattering point is used."""
+AT_POINT = 1e-3
+"""Length of the segment that stands for a point, relative to its distance."""
 DEEPEST = 4.0
 """Optical depth up to which equiangular sampling is used; light from deeper is dim."""
 
@@ -36,13 +38,17 @@ def stretch_of(flight: Flight, ray: Any) -> Stretch:
     import drjit as dr
 
     deepest = DEEPEST * dr.rcp(dr.maximum(dr.min(flight.extinction), 1e-30))
-    return Stretch(ray.o, ray.d, dr.minimum(flight.reach, deepest))
+    # where the medium varies, a short piece at the scattering point
+    origin = dr.select(flight.varies, ray.o + ray.d * flight.distance, ray.o)
+    length = dr.select(flight.varies, AT_POINT * dr.maximum(flight.distance, 1e-6), dr.minimum(flight.reach, deepest))
+    return Stretch(origin, ray.d, length)
 
 
 def asks_light(flight: Flight, ends: Any, lights: Any) -> Any:
     """True for paths that sample a light on their segment: they scatter on it, or it ends at no surface (``ends``)."""
     flight.ends = ends
-    return flight.inside & (flight.scatters | ~ends) if lights.asked_along_ways else flight.scatters
+    along = flight.inside & ~ends & ~flight.varies
+    return flight.scatters | along if lights.asked_along_ways else flight.scatters
 
 
 def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], sampler: Any, active: Any) -> Any:
@@ -69,11 +75,14 @@ def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], 
     often = dr.select(flight.ends | chosen.far, by_angle * scattered, 1.0 - (1.0 - by_angle) * scattered)
     density = often * view.density(distance) + (1.0 - by_angle) * by_depth
     arrives = flight.scattering * dr.exp(-flight.extinction * distance)
-    asks = active & (density > 0.0) & (flight.scatters | angular)
+    asks = active & (density > 0.0) & (flight.scatters | angular) & ~flight.varies
+    distance = dr.select(flight.varies, flight.distance, distance)
     place = mi.SurfaceInteraction3f(si)  # the path itself continues from its scattering point
     place.p = dr.select(active, ray.o + ray.d * distance, si.p)
     place.n = dr.select(active, mi.Normal3f(0.0), si.n)
-    return place, dr.select(asks, flight.carried * arrives / dr.maximum(density, 1e-30), 0.0)
+    along = dr.select(asks, flight.carried * arrives / dr.maximum(density, 1e-30), 0.0)
+    at_point = dr.select(active & flight.scatters, flight.carried * flight.weight, 0.0)
+    return place, dr.select(flight.varies, at_point, along)
 
 
 def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]) -> Any:

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.trace.media import tracking
+from spectral_core.render.trace.media.grids import GridRow, MediumGrids
 from spectral_core.render.trace.subsurface import scattering
 
 FARTHEST = 1e12
@@ -27,13 +29,14 @@ class MediumRow:
     """One medium: textures of scattering, absorption and emission per unit of length, and its phase function.
 
     ``lobes``: (n, 3) of weight, g and α: the sum of Draine's phase functions, which equal Henyey and Greenstein's at α
-    0.
+    0. ``grid``: factors by which it varies, None for a homogeneous medium.
     """
 
     scattering: Any
     absorption: Any
     glow: Any | None
     lobes: NDArray[np.float64]
+    grid: GridRow | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -43,7 +46,8 @@ class Flight:
 
     ``carried``: throughput before the flight; ``reach``: length of the segment; ``share``: probability of each
     wavelength to draw the distance; ``scattering`` and ``extinction`` coefficients; ``inside``: True in a medium;
-    ``ends``: True if the segment ends at a surface, which samples lights itself.
+    ``ends``: True if the segment ends at a surface, which samples lights itself; ``varies``: True in a medium that
+    varies, where lights are sampled from the scattering point alone.
     """
 
     scatters: Any
@@ -57,6 +61,7 @@ class Flight:
     extinction: Any
     inside: Any
     ends: Any = True
+    varies: Any = False
 
 
 class Media:
@@ -79,12 +84,14 @@ class Media:
             table[number, : len(row.lobes)] = row.lobes
         self._table = mitsuba.Float(np.ascontiguousarray(table.ravel()))
         self.glows = any(row.glow is not None for row in rows)
+        varies = any(row.grid is not None for row in rows)
+        self.grids = MediumGrids(mitsuba, [row.grid for row in rows]) if varies else None
 
     def coefficients(self, medium: Any, wavelengths: Any, active: Any) -> tuple[Any, Any, Any]:
         """Scattering, absorption and emission per unit of length."""
         mi, dr = self._mi, self._dr
         place = dr.zeros(mi.SurfaceInteraction3f)
-        # Media are homogeneous: their textures are read anywhere, at the path's wavelengths.
+        # A medium varies by its grid alone: its textures are read anywhere, at the path's wavelengths.
         place.wavelengths = wavelengths
         scatters, absorbs, glow = mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0)
         for number, row in enumerate(self._rows, 1):
@@ -129,13 +136,45 @@ class Media:
             mean = dr.select(depth > 1e-3, (1.0 - dr.exp(-depth)) / dr.maximum(depth, 1e-9), 1.0 - 0.5 * depth)
             brought = dr.select(inside, glow * reach * mean, 0.0)
         carried = mi.Spectrum(path.throughput)
-        return Flight(collides, distance, weight, brought, carried, reach, share, scatters, extinction, inside)
+        flight = Flight(collides, distance, weight, brought, carried, reach, share, scatters, extinction, inside)
+        flight.varies = mi.Bool(False)
+        if self.grids is not None:
+            self._track(flight, path, (scatters, absorbs, glow), tracking.seed_of(pick, place), inside)
+        return flight
 
-    def clear(self, medium: Any, length: Any, wavelengths: Any, active: Any) -> Any:
-        """Transmittance of a way through a medium."""
+    def _track(self, flight: Flight, path: Any, light: tuple[Any, Any, Any], seed: Any, inside: Any) -> None:
+        """Fly through media that vary."""
+        mi, dr, grids = self._mi, self._dr, self.grids
+        assert grids is not None
+        varies = inside & grids.has(path.medium, inside)
+        way = grids.way(path.medium, path.ray, varies)
+        way.tints = self._tints(path.ray.wavelengths, varies)
+        found = tracking.fly(grids, way, flight.reach, (path.throughput, *light), seed, varies)
+        names = ("scatters", "distance", "weight", "glow")
+        for name, value in zip(names, found, strict=True):
+            setattr(flight, name, dr.select(varies, value, getattr(flight, name)))
+        flight.varies = mi.Bool(varies)
+
+    def _tints(self, wavelengths: Any, active: Any) -> Any:
+        """Red, green and blue at the wavelengths of rays; None if no grid has colors."""
+        if self.grids is None or self.grids.tints is None:
+            return None
+        place = self._dr.zeros(self._mi.SurfaceInteraction3f)
+        place.wavelengths = wavelengths
+        return tuple(tint.eval(place, active) for tint in self.grids.tints)
+
+    def clear(self, medium: Any, length: Any, ray: Any, active: Any) -> Any:
+        """Transmittance of a ray through a medium, up to a distance; estimated where the medium varies."""
         dr = self._dr
-        scatters, absorbs, _ = self.coefficients(medium, wavelengths, active)
-        passes = dr.exp(-(scatters + absorbs) * dr.minimum(length, FARTHEST))
+        scatters, absorbs, _ = self.coefficients(medium, ray.wavelengths, active)
+        length = dr.minimum(length, FARTHEST)
+        passes = dr.exp(-(scatters + absorbs) * length)
+        if self.grids is not None:
+            varies = active & self.grids.has(medium, active)
+            way = self.grids.way(medium, ray, varies)
+            way.tints = self._tints(ray.wavelengths, varies)
+            tracked = tracking.transmittance(self.grids, way, length, (scatters, absorbs), varies)
+            passes = dr.select(varies, tracked, passes)
         return dr.select(active & (medium != 0), passes, 1.0)
 
     def crossed(self, before: tuple[Any, Any], shape: Any, si: Any, ways: tuple[Any, Any], active: Any) -> Any:
