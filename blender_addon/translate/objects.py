@@ -20,12 +20,13 @@ from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
 from .meshes import READS_UV, object_mesh, uv_layer
-from .shading.attributes import hashed_pair, object_attributes
-from .shading.materials import TranslatedMaterial, translate_material
+from .placed_media import grids_read, in_mesh, in_volume
+from .shading.attributes import object_attributes, random_of
+from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
 from .visibility import Linking, hidden_from
-from .volumes import translate_volume
+from .volumes import has_transfer, lattice_of, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces Blender lists as a separate mesh instance."""
@@ -118,13 +119,30 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
     elif obj.type in ("CURVES", "POINTCLOUD"):
         if translation.depsgraph.view_layer_eval.use_strand or obj.type == "POINTCLOUD":
             materials = [_translated(found, material) for material in _materials(obj)]
-            place_strands(found, obj, instance, materials, _random(obj, instance))
+            place_strands(found, obj, instance, materials, random_of(obj, instance))
     elif obj.type == "VOLUME":
         if translation.depsgraph.view_layer_eval.use_volumes:
-            volume = translate_volume(translation, found.unique("volume", obj.name_full), obj, instance)
-            found.volumes += [] if volume is None else [volume]
+            _collect_volume(found, obj, instance)
     elif obj.type not in AS_MESH + UNSEEN:
         translation.note(obj.name, LEFT_OUT.get(obj.type, f"objects of type {obj.type.lower()} are not rendered"))
+
+
+def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
+    """A Volume object: through its transfer function if that is on, else by its material."""
+    if has_transfer(obj.data):
+        volume = translate_volume(found.translation, found.unique("volume", obj.name_full), obj, instance)
+        found.volumes.append(volume)
+        return
+    override = overridden(found.translation.depsgraph, "material_override")
+    item = _translated(found, override or _materials(obj)[0], of_volume=True)
+    if item.filling is None:
+        found.translation.note(obj.name, "its material has no volume shader; nothing of it is visible")
+        return
+    placed = in_volume(found, obj, instance, item, lattice_of(obj.data, grids_read(item.filling.inputs)))
+    if placed is not None:
+        hidden = hidden_from(obj)
+        found.originals.append(obj.original)
+        found.instances.append(replace(placed, hidden_from=hidden) if hidden else placed)
 
 
 def _light(found: Collected, obj: Any, instance: Any) -> Light | None:
@@ -153,6 +171,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
     mesh = _mesh(found, obj, reads | shows_uv, instance)
     if mesh is None:
         return
+    materials = [in_mesh(found, obj, instance, mesh, item, (rows,)) for item in materials]
     name, original = found.unique("instance", obj.name_full), obj.original
     layer = found.translation.depsgraph.view_layer
     is_holdout = bool(obj.is_holdout or original.holdout_get(view_layer=layer))
@@ -203,7 +222,7 @@ def _instance(
         message = "it is a shadow catcher in renders of F12 and spectral-scene, a plain object in the viewport"
         found.translation.note(obj.name, message)
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
-    return Instance(world_from_object=matrix, materials=names, random=_random(obj, instance), **fields)
+    return Instance(world_from_object=matrix, materials=names, random=random_of(obj, instance), **fields)
 
 
 def _root(obj: Any) -> Any:
@@ -213,26 +232,16 @@ def _root(obj: Any) -> Any:
     return obj
 
 
-def _random(obj: Any, instance: Any) -> float:
-    """Random number of an instance as in Blender; of a single object as Cycles derives it from its name."""
-    if instance.is_instance:
-        return float((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
-    word = 0
-    for byte in obj.name.encode():
-        word = (word * 37 + byte) & 0xFFFFFFFF
-    return float(hashed_pair(word, 0) / 0xFFFFFFFF)
-
-
 def _materials(obj: Any) -> list[Any]:
     slots = [slot.material for slot in obj.material_slots]
     return slots or list(getattr(obj.data, "materials", ())) or [None]
 
 
-def _translated(found: Collected, material: Any) -> TranslatedMaterial:
-    key = None if material is None else material.as_pointer()
+def _translated(found: Collected, material: Any, *, of_volume: bool = False) -> TranslatedMaterial:
+    key: Any = material.as_pointer() if material is not None else "volume" if of_volume else None
     if key not in found.translated:
         if material is None:
-            found.translated[key] = translate_material(found.translation, None)
+            found.translated[key] = default_volume() if of_volume else translate_material(found.translation, None)
         else:
             number, make = material.original.session_uid, partial(_material, found.translation, material)
             found.translated[key] = kept_or_made(

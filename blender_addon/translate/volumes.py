@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Volume objects with a transfer function, as sampled volumes of the scene."""
+"""Volume objects: with a transfer function as sampled volumes of the scene, else the grids that their shader reads."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.scene import VolumeObject
@@ -17,19 +20,29 @@ from .context import Translation
 from .volume_looks import transfer as volume_looks
 from .volume_looks.look import look_of
 
-NO_TRANSFER = (
-    "this volume has no spectral transfer function, and its shader's grids are not simulated; it was left out. "
-    "Turn on Transfer Function in its data, or put its shader on a closed mesh"
-)
+MOST_VOXELS = 1 << 28
+"""Voxels of a Volume object that are rendered by its material; larger ones are refused."""
 
 
-def translate_volume(translation: Translation, name: str, obj: Any, instance: Any) -> VolumeObject | None:
-    """The VolumeObject ``name`` of an evaluated Volume object; None, with a Note, if it cannot be rendered."""
-    data = obj.data
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Grids of a Volume object at common voxels, (n,) or (n, 3) by name; ``object_from_index``: to voxel centers."""
+
+    shape: tuple[int, int, int]
+    object_from_index: NDArray[np.float64]
+    grids: dict[str, NDArray[Any]]
+
+
+def has_transfer(data: Any) -> bool:
+    """True if a Volume data-block is rendered through a transfer function."""
     settings = getattr(data, "spectral", None)
-    if settings is None or not settings.enabled:
-        translation.note(obj.name, NO_TRANSFER)
-        return None
+    return settings is not None and bool(settings.enabled)
+
+
+def translate_volume(translation: Translation, name: str, obj: Any, instance: Any) -> VolumeObject:
+    """The VolumeObject ``name`` of an evaluated Volume object. Raises InvalidInputError."""
+    data = obj.data
+    settings = data.spectral
     matrix = np.array(instance.matrix_world, dtype=np.float64)
     try:
         volume = voxels_of(data)
@@ -53,6 +66,84 @@ def voxels_of(data: Any) -> ScalarVolume:
     return _read(path, data.spectral.grid, state.st_mtime_ns, state.st_size)
 
 
+def lattice_of(data: Any, names: list[str]) -> Lattice:
+    """The grids of a Volume data-block, by name, on the voxels of the first one; missing ones are left out.
+
+    One voxel of nothing surrounds them, because they fade out over it. Raises InvalidInputError.
+    """
+    path = file_of(data)
+    try:
+        state = path.stat()
+        return _lattice(path, tuple(names), state.st_mtime_ns, state.st_size)
+    except OSError as error:
+        raise InvalidInputError(
+            f"the file {path} of volume {data.name!r} cannot be opened ({error.strerror})"
+        ) from error
+    except SpectralError as error:
+        raise InvalidInputError(str(error)) from error
+
+
+@lru_cache(maxsize=2)
+def _lattice(path: Path, names: tuple[str, ...], _modified: int, _size: int) -> Lattice:
+    from spectral_core.volume.files.vdb.read import grid_names
+
+    held = grid_names(path)
+    wanted = [name for name in names if name in held] or held[:1]
+    found = {name: _grid(path, name) for name in wanted}
+    first = found[wanted[0]][0]
+    low, high = np.zeros(3), np.array(first.shape) - 1.0
+    for volume, _ in found.values():
+        corners = _corners(volume, first)
+        low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
+    low, high = np.floor(low + 1e-3) - 1, np.ceil(high - 1e-3) + 1
+    shape = tuple(int(n) for n in high - low + 1)
+    if np.prod(shape, dtype=float) > MOST_VOXELS:
+        sizes = "×".join(map(str, shape))
+        raise InvalidInputError(f"{path.name} has {sizes} voxels; at most {MOST_VOXELS:,} are rendered: resample it")
+    matrix = first.world_from_index.copy()
+    matrix[:3, 3] += matrix[:3, :3] @ low
+    grids = {name: _on_lattice(parts, (shape[0], shape[1], shape[2]), matrix) for name, parts in found.items()}
+    return Lattice((shape[0], shape[1], shape[2]), matrix, {name: grids[name] for name in wanted if name in names})
+
+
+def _grid(path: Path, name: str) -> list[ScalarVolume]:
+    """The components of a grid: one, or three of a vector."""
+    from spectral_core.volume.files import read_volume
+
+    try:
+        return [read_volume(path, field=name)]
+    except InvalidInputError:
+        return [read_volume(path, field=name, component=k) for k in range(3)]
+
+
+def _corners(volume: ScalarVolume, first: ScalarVolume) -> NDArray[np.float64]:
+    """The corners of a volume in the voxels of another."""
+    ends = np.array(np.meshgrid(*((0.0, n - 1.0) for n in volume.shape))).reshape(3, 8).T
+    matrix = np.linalg.inv(first.world_from_index) @ volume.world_from_index
+    return np.asarray(ends @ matrix[:3, :3].T + matrix[:3, 3])
+
+
+def _on_lattice(
+    parts: list[ScalarVolume], shape: tuple[int, int, int], object_from_index: NDArray[np.float64]
+) -> NDArray[Any]:
+    """Values of a grid at the voxels of a lattice, 0 outside of it."""
+    from scipy.ndimage import affine_transform
+
+    columns = []
+    for part in parts:
+        matrix = np.linalg.inv(part.world_from_index) @ object_from_index
+        offset = np.round(matrix[:3, 3])
+        data = np.asarray(part.data, np.float32)
+        if np.allclose(matrix[:3, :3], np.eye(3), atol=1e-5) and np.allclose(matrix[:3, 3], offset, atol=1e-3):
+            placed = np.zeros(shape, np.float32)
+            start = (-offset).astype(int)
+            placed[tuple(slice(s, s + n) for s, n in zip(start, data.shape, strict=True))] = data
+        else:
+            placed = affine_transform(data, matrix, output_shape=shape, order=1, mode="constant", cval=0.0)
+        columns.append(placed.ravel())
+    return columns[0] if len(columns) == 1 else np.stack(columns, axis=1)
+
+
 def file_of(data: Any) -> Path:
     """The OpenVDB file of the present frame."""
     import bpy
@@ -65,8 +156,22 @@ def file_of(data: Any) -> Path:
             f"the sequence of volume {data.name!r} has no file for this frame: {data.grids.error_message}"
         )
     if not data.filepath:
-        raise InvalidInputError(f"volume {data.name!r} has no file; volumes that nodes make are not rendered")
+        return _saved(data)
     return Path(bpy.path.abspath(data.filepath, library=data.library))
+
+
+_SAVED = TemporaryDirectory(prefix="spectral_volumes_", ignore_cleanup_errors=True)
+
+
+def _saved(data: Any) -> Path:
+    """A file with the grids that modifiers or nodes have made."""
+    if not len(data.grids):
+        raise InvalidInputError(f"volume {data.name!r} has neither a file nor grids; give it one of them")
+    name = "".join(c if c.isalnum() else "_" for c in data.name_full)
+    path = Path(_SAVED.name) / f"{name}_{data.original.session_uid}.vdb"
+    if not data.grids.save(filepath=str(path)):
+        raise InvalidInputError(f"the grids of volume {data.name!r} cannot be saved: {data.grids.error_message}")
+    return path
 
 
 @lru_cache(maxsize=2)

@@ -72,8 +72,8 @@ def profile(values, z):
 
 def test_single_scattering_is_the_integral_along_the_ray():
     values, density, albedo = layers(), 3.0, 0.7
-    made = ScatteringMedium(density, gray(albedo), grid=grid_of(
-        (3, 2, 40), scattering=np.broadcast_to(values, (3, 2, 40)), absorption=np.broadcast_to(values, (3, 2, 40))))  # fmt: skip
+    level = np.broadcast_to(values, (3, 2, 40))
+    made = ScatteringMedium(density, gray(albedo), grid=grid_of(level.shape, scattering=level, absorption=level))
     pixels = render_scene(column(made)).pixels[..., :3]
     z = np.linspace(-1, 1, 4001)
     extinction = density * profile(values, z)

@@ -19,7 +19,7 @@ from ..shading import surfaces  # noqa: F401  (importing surfaces registers the 
 from ..shading.fields import mean_color
 from ..shading.image_files import MISSING
 from ..shading.images import image_of_node
-from ..shading.media import medium_of
+from ..shading.media import medium_everywhere
 from ..shading.reader import Reader
 from ..shading.texture_nodes import mapping_matrix
 from ..shading.tree import Input, Output, linked, surface_output
@@ -47,7 +47,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     suns: tuple[SunLight, ...] = ()
     output, medium = surface_output(tree, "OUTPUT_WORLD"), None
     if output is not None:
-        medium = medium_of(Reader(translation, world.name), output)
+        medium = medium_everywhere(Reader(translation, world.name, on_surface=True), output)
     if tree is None:
         lights = sees = Term(Color(translation.linear_rgb(world.color)))
     elif needs_directions(output):

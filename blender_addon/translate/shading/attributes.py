@@ -106,6 +106,16 @@ def _numbers(value: Any) -> tuple[float, ...] | None:
     return tuple(float(part) for part in padded)
 
 
+def random_of(obj: Any, instance: Any) -> float:
+    """Random number of an instance as in Blender; of a single object as Cycles derives it from its name."""
+    if instance.is_instance:
+        return float((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
+    word = 0
+    for byte in obj.name.encode():
+        word = (word * 37 + byte) & 0xFFFFFFFF
+    return float(hashed_pair(word, 0) / 0xFFFFFFFF)
+
+
 def hashed_pair(first: int, second: int) -> int:
     """Jenkins' lookup3, its final mix, of two 32-bit words: the source of Cycles' random numbers of objects."""
     start = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF

@@ -246,14 +246,19 @@ def _wavelength(reader: Reader, output: Output) -> Any:
     return reader.emit("ramp_color", place, data=_monochrome())
 
 
+def planckian(reader: Reader, kelvin: Value) -> Value:
+    """Color of a black body of luminance 1, by its temperature."""
+    low, high = KELVIN
+    place = reader.emit("math", kelvin, 1.0 / (high - low), -low / (high - low), settings=("MULTIPLY_ADD",))
+    return reader.emit("ramp_color", place, data=_temperatures())
+
+
 @evaluator("BLACKBODY")
 def _blackbody(reader: Reader, output: Output) -> Any:
     """Planck's law itself, as an illuminant: its users normalize it to the luminance of white."""
     value: Value = reader.read(output, "Temperature")
     if value.constant is None and reader.on_surface:
-        low, high = KELVIN
-        place = reader.emit("math", value, 1.0 / (high - low), -low / (high - low), settings=("MULTIPLY_ADD",))
-        return reader.emit("ramp_color", place, data=_temperatures())
+        return planckian(reader, value)
     kelvin = float(mean_color(value)[0])
     if value.constant is None:
         reader.note(f"{output.label!r}: a temperature that varies is shown with its mean")

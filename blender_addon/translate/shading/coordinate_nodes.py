@@ -178,9 +178,9 @@ def info(reader: Reader, output: Output) -> Any:
 
 
 @evaluator("VOLUME_INFO")
-def _not_read(reader: Reader, output: Output) -> Any:
-    reader.note(f"{output.label!r}: grids of smoke are not read; 0 was used, which is right if there is none")
-    return np.zeros(3) if output.socket.type in ("RGBA", "VECTOR") else 0.0
+def _volume_info(reader: Reader, output: Output) -> Any:
+    value = reader.point(f"attribute:{output.socket.name.lower()}")
+    return value if output.socket.type == "RGBA" else reader.emit("component", value, settings=(0,))
 
 
 @evaluator("TANGENT")

@@ -28,10 +28,19 @@ NO_MATERIAL = Material("No material", Diffuse(gray(0.8)))
 
 @dataclass(frozen=True)
 class TranslatedMaterial:
-    """A material, and its inputs from the mesh: ``"uv"``, ``"generated"``, ``"attribute:…"``."""
+    """A material, and its inputs from the mesh: ``"uv"``, ``"generated"``, ``"attribute:…"``.
+
+    ``filling``: a volume that differs between objects, each of which gets a medium of its own.
+    """
 
     material: Material
     reads: frozenset[str]
+    filling: media.Filling | None = None
+
+
+def default_volume() -> TranslatedMaterial:
+    """Material of a Volume object without one."""
+    return TranslatedMaterial(Material("No volume material", None), frozenset(), media.default_filling())
 
 
 MOST_FRAMES = 50_000
@@ -56,7 +65,8 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     reader.material_index = int(material.pass_index)
     tree = compat.node_tree(material)
     output = surface_output(tree)
-    medium = media.medium_of(reader, output) if output is not None else None
+    filling = media.filling_of(reader, output) if output is not None else None
+    medium = None if filling is None else media.medium_alike(filling)
     surface: Surface | None
     if tree is None:
         surface = Diffuse(Color(translation.linear_rgb(material.diffuse_color)))  # the viewport color
@@ -68,7 +78,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         reader.raised = raised_normal(reader, Input(output.inputs["Displacement"]))
         if reader.raised is not None and material.displacement_method != "BUMP":
             reader.note("displacement does not move the surface; it bends its normals alone")
-        surface = None if medium is not None and linked(place) is None else surface_of(reader, place)
+        surface = None if filling is not None and linked(place) is None else surface_of(reader, place)
     if reader.skies:
         reader.note("a sky on a surface is read by direction alone, without the sun's disk")
     spectrum = spectra.spectrum_of(translation, material)
@@ -83,4 +93,5 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         surface = with_dyes(translation, surface, material, spectrum)
     outputs = aov_outputs(reader, tree)
     made = Material(name, surface, medium, index=int(material.pass_index), outputs=outputs)
-    return TranslatedMaterial(made, mesh_inputs_of(surface) | inputs_of(value for _, value in outputs))
+    reads = mesh_inputs_of(surface) | inputs_of(value for _, value in outputs)
+    return TranslatedMaterial(made, reads, filling)

@@ -185,8 +185,7 @@ def scene_path_class(variant: str) -> Any:
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
             """Through a medium to the next surface: True if the path scatters before it, and the point."""
             flight, place = in_media.fly(self.tables.media, (si, path), sampler, active)
-            glow = mi.Spectrum(dr.select(active, path.throughput * flight.glow, 0.0))
-            path.light = mi.Spectrum(path.light + self.clamped(glow, path.depth > 1))
+            path.light += self.clamped(dr.select(active, path.throughput * flight.glow, 0.0), path.depth > 1)
             path.throughput *= dr.select(active, flight.weight, 1.0)
             self.flight = flight
             return flight.scatters, place

@@ -13,7 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene.shading import arithmetic, colors, gabor, geometry, noise, patterns, pictures, vectors, voronoi  # noqa: F401
+from spectral_core.scene.shading import (  # noqa: F401
+    arithmetic,
+    colors,
+    gabor,
+    geometry,
+    media,
+    noise,
+    patterns,
+    pictures,
+    vectors,
+    voronoi,
+)
 from spectral_core.scene.shading.numpy_backend import NumPy
 from spectral_core.scene.shading.registry import OPERATIONS
 

@@ -163,7 +163,7 @@ class MediumGrids:
                 total += weight * dr.gather(mi.Float, self._values, start + index * stride + channel, wanted)
             return total
 
-        return tuple(self._slot(slot, way, read, active) for slot in range(_SLOTS))  # type: ignore[return-value]
+        return tuple(self._slot(slot, way, read, active) for slot in range(_SLOTS))
 
     def _slot(self, slot: int, way: Way, read: Callable[..., Any], active: Any) -> Any:
         import drjit as dr

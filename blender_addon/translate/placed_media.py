@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Volume shaders that vary, in the objects that have them: meshes, and the grids of Volume objects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import Instance, Material, Mesh, ScatteringMedium
+from spectral_core.scene.geometry import box_of
+
+from .shading.attributes import PREFIX, object_attributes, random_of
+from .shading.materials import TranslatedMaterial
+from .shading.media.regions import TOO_COARSE, Region, medium_in_box
+from .shading.media.shaders import GRID
+from .viewport.kept import kept_or_made
+from .volumes import Lattice
+
+if TYPE_CHECKING:
+    from .objects import Collected
+
+_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+"""Corners (bit 2: x, bit 1: y, bit 0: z) of each side of a cube, counterclockwise from outside."""
+VOLUME_BOX = "box of volumes"
+
+
+def in_mesh(
+    found: Collected, obj: Any, instance: Any, mesh: Mesh, item: TranslatedMaterial, state: tuple[Any, ...]
+) -> TranslatedMaterial:
+    """A material whose volume varies, for one object; ``state``: other data that it depends on."""
+    box = box_of(mesh)
+    if item.filling is None or not len(box):
+        return item
+    corners = np.array([box.min(axis=0), box.max(axis=0)])
+    data = obj.data
+    has_space = hasattr(data, "texspace_location")
+    center, half = (
+        (np.array(data.texspace_location[:]), np.array(data.texspace_size[:])) if has_space
+        else (corners.mean(axis=0), np.ptp(corners, axis=0) / 2)
+    )  # fmt: skip
+    placed = _placed(found, obj, instance, center, half, item.filling.inputs)
+    name = f"{item.material.name} in {obj.name_full}"
+
+    def make() -> TranslatedMaterial:
+        assert item.filling is not None
+        medium, error = medium_in_box(item.filling, corners, placed)
+        if error > TOO_COARSE:
+            found.translation.note(
+                obj.name, f"its volume varies more finely than the grid that it is rendered with; {error:.0%} is lost"
+            )
+        return _specific(item, found.unique("material", name), medium)
+
+    if instance.is_instance:
+        made = make()
+    else:
+        makers = frozenset((obj.original.session_uid, obj.original.data.session_uid))
+        facts = tuple(sorted(placed.facts.items()))
+        key = (f"medium {item.material.name}", obj.original.session_uid)
+        made = kept_or_made(found.kept, found.translation, key, makers, (*state, item, facts, mesh), make)
+    found.translated["medium", made.material.name] = made
+    return made
+
+
+def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMaterial, lattice: Lattice) -> Instance | None:
+    """The box of a Volume object with its shader's medium; None for empty space."""
+    size = np.array(lattice.shape, dtype=np.float64)
+    index_box = np.eye(4)
+    index_box[:3, :3], index_box[:3, 3] = np.diag(size), -0.5
+    world_from_object = np.array(instance.matrix_world, dtype=np.float64)
+    object_box = lattice.object_from_index @ index_box
+    corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
+    assert item.filling is not None
+    placed = _placed(
+        found, obj, instance, corners.mean(axis=0), np.abs(np.ptp(corners, axis=0)) / 2, item.filling.inputs
+    )
+    world_from_index = world_from_object @ lattice.object_from_index
+    region = replace(placed, shape=lattice.shape, world_from_index=world_from_index, grids=lattice.grids)
+    medium = item.filling.inside(region.at_voxels, lattice.shape, world_from_index)
+    if medium is None:
+        return None
+    name = found.unique("instance", obj.name_full)
+    made = _specific(
+        replace(item, material=replace(item.material, surface=None)), found.unique("material", name), medium
+    )
+    found.translated["medium", made.material.name] = made
+    found.meshes[VOLUME_BOX] = BOX
+    return Instance(
+        name, BOX.name, world_from_object @ object_box, (made.material.name,), group=obj.original.lightgroup,
+        index=int(obj.pass_index), shown_as=obj.name,
+    )  # fmt: skip
+
+
+def grids_read(inputs: Iterable[str]) -> list[str]:
+    """Names of the grids that a shader reads, the density first."""
+    names = {name.partition(":")[2] for name in inputs if name.startswith((GRID, "attribute:"))}
+    return sorted(names, key=lambda name: (name != "density", name))
+
+
+def _specific(item: TranslatedMaterial, name: str, medium: ScatteringMedium | None) -> TranslatedMaterial:
+    material: Material = replace(item.material, name=name, medium=medium)
+    return TranslatedMaterial(material, item.reads)
+
+
+def _placed(
+    found: Collected, obj: Any, instance: Any, center: NDArray[Any], half: NDArray[Any], inputs: frozenset[str]
+) -> Region:
+    """Where an object is, and what its nodes read of it."""
+    matrix = np.array(instance.matrix_world, dtype=np.float64)
+    translation = found.translation
+    color = instance.parent.color if instance.is_instance and instance.parent else obj.color
+    reads = frozenset(name for name in inputs if name.startswith(PREFIX))
+    facts = dict(object_attributes(obj, instance, reads, translation.scene.frame_current_final))
+    facts |= {
+        "object_location": tuple(map(float, matrix[:3, 3])), "object_color": tuple(map(float, color[:3])),
+        "object_alpha": (float(color[3]),), "object_index": (float(obj.pass_index),),
+        "object_random": (random_of(obj, instance),),
+    }  # fmt: skip
+    if any(name.startswith("ray:") for name in inputs):
+        translation.note(obj.name, "its volume depends on the type of ray; all rays see what the camera sees")
+    camera = translation.scene.camera
+    viewer = np.eye(4) if camera is None else np.linalg.pinv(np.array(camera.matrix_world, dtype=np.float64))
+    half = np.where(half == 0, 1.0, half)
+    return Region((1, 1, 1), np.eye(4), matrix, np.diag([1.0, 1.0, -1.0, 1.0]) @ viewer, center, half, facts)
+
+
+def _box() -> Mesh:
+    corners = np.array([(bit >> 2 & 1, bit >> 1 & 1, bit & 1) for bit in range(8)], dtype=np.float32)
+    faces = [(a, b, c) for a, b, c, _ in _FACES] + [(a, c, d) for a, _, c, d in _FACES]
+    return Mesh(VOLUME_BOX, corners, np.array(faces, dtype=np.uint32))
+
+
+BOX = _box()

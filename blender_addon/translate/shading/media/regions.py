@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Regions of space in which volume shaders are computed: the box of a mesh, the voxels of a Volume object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import ScatteringMedium
+from spectral_core.scene.shading.program import Program
+
+from .filling import Filling
+from .shaders import GRID
+
+Array = NDArray[Any]
+
+SIZES = (24, 48, 96, 144)
+"""Voxels along the longest side of a mesh's box: the first size at which twice as many change little."""
+COARSE, TOO_COARSE = 0.02, 0.10
+"""Error of linear interpolation at which a size is enough, and at which the largest gets a note: root mean square over
+the mean.
+"""
+PROBES = 4096
+CHUNK = 1 << 18
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """A grid of voxels. ``center`` and ``half``: the object's texture space, for Generated coordinates.
+
+    ``facts``: what Object Info and attributes of the object give, by their names in programs; ``grids``: the values of
+    a Volume object at the voxels, (n,) or (n, 3), by name.
+    """
+
+    shape: tuple[int, int, int]
+    world_from_index: NDArray[np.float64]
+    world_from_object: NDArray[np.float64]
+    camera_from_world: NDArray[np.float64]
+    center: NDArray[np.float64]
+    half: NDArray[np.float64]
+    facts: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    grids: Mapping[str, Array] = field(default_factory=dict)
+
+    def at_voxels(self, program: Program) -> Array:
+        """Values of a program at the voxel centers, (n,) or (n, 3)."""
+        count = int(np.prod(self.shape))
+        parts = []
+        for start in range(0, count, CHUNK):
+            stop = min(start + CHUNK, count)
+            index = np.stack(np.unravel_index(np.arange(start, stop), self.shape), axis=1)
+            grids = {name: values[start:stop] for name, values in self.grids.items()}
+            parts.append(self._values(program, index.astype(np.float64), grids))
+        return np.concatenate(parts)
+
+    def at(self, program: Program, index: Array) -> Array:
+        """Values of a program at positions (n, 3) in voxels; grids do not take part."""
+        return self._values(program, index, {})
+
+    def _values(self, program: Program, index: Array, grids: Mapping[str, Array]) -> Array:
+        world = _moved(self.world_from_index, index)
+        widths = {str(i.settings[0]): i.width for i in program.instructions if i.operation.endswith("_input")}
+
+        def read(name: str, shift: int) -> Any:
+            values = self._quantity(name, world, grids)
+            if widths[name] == 1:
+                return values[:, 0]
+            return tuple(values[:, k] for k in range(3))
+
+        def transform(vector: Any, kind: str, space: str, inverse: bool) -> Any:
+            matrix = self.camera_from_world if space == "CAMERA" else np.linalg.pinv(self.world_from_object)
+            matrix = np.linalg.pinv(matrix) if inverse else matrix
+            if kind == "NORMAL":
+                matrix = np.linalg.pinv(matrix).T
+            moved = tuple(sum(matrix[i, j] * vector[j] for j in range(3)) for i in range(3))
+            return tuple(m + matrix[i, 3] for i, m in enumerate(moved)) if kind == "POINT" else moved
+
+        values = program.evaluate(read, np.float32, transform)
+        return np.asarray(np.broadcast_to(values, (len(index), *values.shape[1:])))
+
+    def _quantity(self, name: str, world: Array, grids: Mapping[str, Array]) -> Array:
+        """A quantity of points, (n, 3)."""
+        if name == "position":
+            return world
+        if name == "generated":
+            local = _moved(np.linalg.pinv(self.world_from_object), world)
+            return np.asarray((local - self.center) / (2 * self.half) + 0.5)
+        for prefix, missing in ((GRID, 1.0), ("attribute:", 0.0)):
+            if name.startswith(prefix):
+                values = grids.get(name.removeprefix(prefix))
+                values = np.full(1, missing) if values is None else values
+                return np.broadcast_to(values if values.ndim == 2 else values[:, None], (len(world), 3))
+        if name == "ray:Is Camera Ray":
+            return np.ones((len(world), 3))
+        fact = self.facts.get(name, (0.0, 0.0, 0.0))
+        wide = fact[:3] if len(fact) >= 3 else (fact[0],) * 3
+        return np.broadcast_to(np.array(wide), (len(world), 3))
+
+
+def _moved(matrix: NDArray[np.float64], points: Array) -> Array:
+    return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
+
+
+def depends_on_place(filling: Filling) -> bool:
+    """True if a shader's values in a mesh, which has no grids, differ between points."""
+    same = ("object_", "ray:", GRID, "attribute:")
+    return any(not name.startswith(same) for name in filling.inputs)
+
+
+def medium_in_box(
+    filling: Filling, box: NDArray[np.float64], placed: Region, seed: int = 0
+) -> tuple[ScatteringMedium | None, float]:
+    """The medium in a mesh's box (2, 3) in object space, and its error of interpolation.
+
+    ``placed``: the mesh's placement; its voxels do not count.
+    """
+    if not depends_on_place(filling):
+        single = _resized(placed, box, (1, 1, 1))
+        return filling.alike(single.at_voxels), 0.0
+    edges = np.linalg.norm(placed.world_from_object[:3, :3], axis=0) * np.maximum(box[1] - box[0], 1e-12)
+    rng = np.random.default_rng(seed)
+    found, error = None, 0.0
+    for size in SIZES:
+        counts = np.maximum(np.ceil(size * edges / edges.max()), 2).astype(int)
+        region = _resized(placed, box, (int(counts[0]), int(counts[1]), int(counts[2])))
+        values = {program: region.at_voxels(program) for program in filling.programs_of}
+        error = max(_error(region, program, values[program], rng) for program in filling.programs_of)
+        if error <= COARSE or size == SIZES[-1]:
+            found = filling.inside(values.__getitem__, region.shape, region.world_from_index)
+            break
+    return found, error
+
+
+def _resized(placed: Region, box: NDArray[np.float64], shape: tuple[int, int, int]) -> Region:
+    """The region with voxels that fill a box in object space."""
+    edge = np.maximum(box[1] - box[0], 1e-12) / shape
+    object_from_index = np.eye(4)
+    object_from_index[:3, :3] = np.diag(edge)
+    object_from_index[:3, 3] = box[0] + edge / 2
+    return Region(
+        shape, placed.world_from_object @ object_from_index, placed.world_from_object, placed.camera_from_world,
+        placed.center, placed.half, placed.facts,
+    )  # fmt: skip
+
+
+def _error(region: Region, program: Program, values: Array, rng: np.random.Generator) -> float:
+    """Error of linear interpolation between voxels at random points: root mean square over the mean value."""
+    from scipy.ndimage import map_coordinates
+
+    place = rng.random((PROBES, 3)) * (np.array(region.shape) - 1)
+    exact = np.nan_to_num(region.at(program, place)).reshape(PROBES, -1)
+    flat = np.nan_to_num(values).reshape(*region.shape, -1)
+    read = [map_coordinates(flat[..., k], place.T, order=1, mode="nearest") for k in range(flat.shape[-1])]
+    size = float(np.abs(exact).mean())
+    return float(np.sqrt(np.mean((np.stack(read, axis=1) - exact) ** 2)) / size) if size > 0 else 0.0

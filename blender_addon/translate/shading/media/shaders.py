@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Volume shaders by Blender's node type: scattering, absorption and emission as values of a material's program."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import ScatteringMedium, gray
+from spectral_core.scene.shading import Builder
+from spectral_core.spectra.spectrum import Spectrum
+
+from ..color_nodes import planckian
+from ..fields import Value, mean_color, paint_of
+from ..reader import Reader
+from ..tree import Input, Output, linked
+from .filling import Filling
+from .phases import Lobes, lobes_of
+
+GRID = "volume_attribute:"
+"""Names of the grids that Principled Volume reads by itself; a missing one counts as 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fill:
+    """Scattering, absorption and emission of a volume shader per unit of length, and its phase functions."""
+
+    scatters: Value
+    absorbs: Value
+    emits: Value
+    lobes: Lobes = ()
+
+    def times(self, reader: Reader, factor: Value) -> Fill:
+        """The same medium, multiplied by a factor."""
+        scaled = [reader.emit("amount_of_color", factor, part) for part in (self.scatters, self.absorbs, self.emits)]
+        return Fill(scaled[0], scaled[1], scaled[2], self.lobes)
+
+
+def nothing(reader: Reader) -> Fill:
+    """Empty space."""
+    zero = reader.as_value(np.zeros(3))
+    return Fill(zero, zero, zero)
+
+
+def fill_of(reader: Reader, source: Output | None) -> Fill:
+    """The medium of a volume shader; empty, with a note, for an unsupported one."""
+    if source is None:
+        return nothing(reader)
+    read = FILLS.get(source.node.type)
+    if read is None:
+        reader.note(f"the volume shader {source.label!r} is not supported; it is left out")
+        return nothing(reader)
+    return read(reader, source)
+
+
+def _scatter(reader: Reader, source: Output) -> Fill:
+    # Cycles scatters density · color and absorbs nothing
+    zero = reader.as_value(np.zeros(3))
+    return Fill(_of_density(reader, source, "Color", 0.8), zero, zero, lobes_of(reader, source))
+
+
+def _of_density(reader: Reader, source: Output, name: str, fallback: float) -> Value:
+    color = reader.read(source, name, np.full(3, fallback))
+    return reader.emit("amount_of_color", reader.read(source, "Density", 1.0), color)
+
+
+def _absorption(reader: Reader, source: Output) -> Fill:
+    zero = reader.as_value(np.zeros(3))
+    density, color = reader.read(source, "Density", 1.0), reader.read(source, "Color", np.full(3, 0.8))
+    return Fill(zero, reader.emit("absorbed_by_color", density, color), zero)
+
+
+def _coefficients(reader: Reader, source: Output) -> Fill:
+    names = (f"{name} Coefficients" for name in ("Scatter", "Absorption", "Emission"))
+    parts = [reader.emit("amount_of_color", 1.0, reader.read(source, name, np.ones(3))) for name in names]
+    return Fill(parts[0], parts[1], parts[2], lobes_of(reader, source))
+
+
+def _emission(reader: Reader, source: Output) -> Fill:
+    zero = reader.as_value(np.zeros(3))
+    strength, color = reader.read(source, "Strength", 1.0), reader.read(source, "Color", np.ones(3))
+    return Fill(zero, zero, reader.emit("amount_of_color", strength, color))
+
+
+def density_of(reader: Reader, source: Output) -> Value:
+    """Density of a Principled Volume, with its grid."""
+    return _times_grid(reader, source, "Density Attribute", "density", reader.read(source, "Density", 1.0))
+
+
+def _times_grid(reader: Reader, source: Output, name: str, default: str, value: Value) -> Value:
+    """A number times a grid of the object, whose name an input states."""
+    grid = str(source.value(name, default) or "")
+    if not grid:
+        return value
+    found = reader.emit("component", reader.point(f"{GRID}{grid}"), settings=(0,))
+    found = reader.emit("math", found, 0.0, 0.0, settings=("MAXIMUM",))
+    return reader.emit("math", value, found, 0.0, settings=("MULTIPLY",))
+
+
+def _principled(reader: Reader, source: Output) -> Fill:
+    density, color = density_of(reader, source), reader.read(source, "Color", np.full(3, 0.5))
+    tint = str(source.value("Color Attribute", "") or "")
+    if tint:
+        color = reader.emit("vector_math", color, reader.point(f"{GRID}{tint}"), 0.0, 0.0, settings=("MULTIPLY",))
+    absorption = reader.read(source, "Absorption Color", np.zeros(3))
+    glow = reader.emit(
+        "amount_of_color",
+        reader.read(source, "Emission Strength", 0.0),
+        reader.read(source, "Emission Color", np.ones(3)),
+    )
+    intensity = reader.read(source, "Blackbody Intensity", 0.0)
+    if intensity.constant is None or intensity.constant[0] > 0:
+        kelvin = reader.read(source, "Temperature", 1000.0)
+        kelvin = _times_grid(reader, source, "Temperature Attribute", "temperature", kelvin)
+        tinted = reader.read(source, "Blackbody Tint", np.ones(3))
+        body = reader.emit("blackbody_glow", kelvin, intensity, tinted, planckian(reader, kelvin))
+        glow = reader.emit("vector_math", glow, body, 0.0, 0.0, settings=("ADD",))
+    return Fill(
+        reader.emit("amount_of_color", density, color),
+        reader.emit("absorbed_by_principled", density, color, absorption),
+        glow, lobes_of(reader, source),
+    )  # fmt: skip
+
+
+def _add(reader: Reader, source: Output) -> Fill:
+    places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]
+    return _sum(reader, [fill_of(reader, linked(place)) for place in places])
+
+
+def _mix(reader: Reader, source: Output) -> Fill:
+    place = source.input("Fac") or source.input("Factor")
+    share = reader.as_value(0.5 if place is None else reader.field(place))
+    share = reader.emit("clamp", share, 0.0, 1.0, settings=("MINMAX",))
+    rest = reader.emit("math", 1.0, share, 0.0, settings=("SUBTRACT",))
+    places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"][:2]
+    parts = [fill_of(reader, linked(place)) for place in places]
+    return _sum(reader, [part.times(reader, weight) for part, weight in zip(parts, (rest, share), strict=True)])
+
+
+def _sum(reader: Reader, parts: list[Fill]) -> Fill:
+    """Media in the same space; each scatters its share."""
+    sizes = [float(np.mean(mean_color(part.scatters))) for part in parts]
+    lobes = tuple(
+        (weight * size, g, alpha) for part, size in zip(parts, sizes, strict=True) for weight, g, alpha in part.lobes
+        if weight * size > 0
+    )  # fmt: skip
+    phases = {tuple((g, alpha) for _, g, alpha in part.lobes) for part in parts if part.lobes}
+    varies = any(part.scatters.constant is None for part in parts)
+    if len(phases) > 1 and varies:
+        reader.note("media of several phase functions vary in one mesh; their shares are the same everywhere")
+    total = parts[0]
+    for part in parts[1:]:
+        pairs = zip(
+            (total.scatters, total.absorbs, total.emits), (part.scatters, part.absorbs, part.emits), strict=True
+        )
+        added = [reader.emit("vector_math", a, b, 0.0, 0.0, settings=("ADD",)) for a, b in pairs]
+        total = Fill(added[0], added[1], added[2])
+    return Fill(total.scatters, total.absorbs, total.emits, lobes)
+
+
+FILLS: dict[str, Callable[[Reader, Output], Fill]] = {
+    "VOLUME_SCATTER": _scatter,
+    "VOLUME_ABSORPTION": _absorption,
+    "VOLUME_COEFFICIENTS": _coefficients,
+    "PRINCIPLED_VOLUME": _principled,
+    "EMISSION": _emission,
+    "ADD_SHADER": _add,
+    "MIX_SHADER": _mix,
+}
+
+
+def default_filling() -> Filling:
+    """The volume of an object without a material: Principled Volume with its defaults."""
+    builder = Builder()
+    grid = Value(builder, builder.add("vector_input", (), f"{GRID}density", 0), "VECTOR").as_width(1)
+    gray_, black = builder.number((0.5, 0.5, 0.5)), builder.number((0.0, 0.0, 0.0))
+    programs = (
+        builder.program(builder.add("amount_of_color", (grid, gray_))),
+        builder.program(builder.add("absorbed_by_principled", (grid, gray_, black))),
+        builder.program(black),
+    )
+    return Filling(programs, ((1.0, 0.0, 0.0),))
+
+
+# with a spectrum as their color, which RGB cannot represent
+
+
+def spectral_filling(reader: Reader, source: Output) -> Filling | None:
+    """The medium of a shader whose color is a spectrum; None for others."""
+    place = source.input("Color")
+    paint: Any = None if place is None or source.node.type not in SPECTRAL else paint_of(reader.field(place))
+    if not isinstance(paint, Spectrum):
+        return None
+    medium, density = SPECTRAL[source.node.type](reader, source, paint)
+    return Filling(spectral=medium, density=density.program(1))
+
+
+def _spectral_scatter(reader: Reader, source: Output, color: Spectrum) -> tuple[ScatteringMedium, Value]:
+    return ScatteringMedium(1.0, gray(1.0), color, lobes=lobes_of(reader, source)), reader.read(source, "Density", 1.0)
+
+
+def _spectral_absorption(reader: Reader, source: Output, color: Spectrum) -> tuple[ScatteringMedium, Value]:
+    absorbed = Spectrum(f"1 - {color.name}", color.grid, np.maximum(1 - color.values, 0))
+    medium = ScatteringMedium(density=1.0, color=gray(0.0), extinction=absorbed)
+    return medium, reader.read(source, "Density", 1.0)
+
+
+def _spectral_principled(reader: Reader, source: Output, color: Spectrum) -> tuple[ScatteringMedium, Value]:
+    for name in ("Emission Strength", "Blackbody Intensity"):
+        if reader.number(source.input(name), 0.0) > 0:
+            reader.note(f"{source.label!r}: {name} is left out beside a spectrum")
+    return ScatteringMedium(1.0, color, lobes=lobes_of(reader, source)), density_of(reader, source)
+
+
+SPECTRAL: dict[str, Callable[[Reader, Output, Spectrum], tuple[ScatteringMedium, Value]]] = {
+    "VOLUME_SCATTER": _spectral_scatter,
+    "VOLUME_ABSORPTION": _spectral_absorption,
+    "PRINCIPLED_VOLUME": _spectral_principled,
+}
