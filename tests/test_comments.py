@@ -47,7 +47,7 @@ def test_the_count_distinguishes_code_comments_and_docstrings() -> None:
 
 @pytest.mark.parametrize("folder", NUMERICS)
 def test_numerics_have_comments(folder: str) -> None:
-    found = {path: counted(path.read_text("utf-8")) for path in sorted((ROOT / folder).glob("*.py"))}
+    found = {path: counted(path.read_text("utf-8")) for path in sorted((ROOT / folder).rglob("*.py"))}
     code, comments = (sum(counts) for counts in zip(*found.values(), strict=True))
     barest = sorted(found, key=lambda path: found[path][0] / (found[path][1] + 1), reverse=True)[:4]
     places = ", ".join(f"{path.name} ({found[path][1]} in {found[path][0]})" for path in barest)

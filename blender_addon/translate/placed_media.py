@@ -82,6 +82,8 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
     medium = item.filling.inside(region.at_voxels, lattice.shape, world_from_index)
     if medium is None:
         return None
+    scale = _density_scale(obj.data, world_from_object)
+    medium = replace(medium, density=medium.density * scale, emission_strength=medium.emission_strength * scale)
     name = found.unique("instance", obj.name_full)
     made = _specific(
         replace(item, material=replace(item.material, surface=None)), found.unique("material", name), medium
@@ -92,6 +94,15 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
         name, BOX.name, world_from_object @ object_box, (made.material.name,), group=obj.original.lightgroup,
         index=int(obj.pass_index), shown_as=obj.name,
     )  # fmt: skip
+
+
+def _density_scale(data: Any, world_from_object: NDArray[np.float64]) -> float:
+    """Factor on densities, which count per unit of length of the object unless the data states the world's."""
+    render = getattr(data, "render", None)
+    if render is not None and render.space == "WORLD":
+        return 1.0
+    length = float(np.linalg.norm(world_from_object[:3, :3] @ np.full(3, 3**-0.5)))
+    return 1.0 / length if length > 0 else 1.0
 
 
 def grids_read(inputs: Iterable[str]) -> list[str]:

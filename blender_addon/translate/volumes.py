@@ -88,12 +88,17 @@ def _lattice(path: Path, names: tuple[str, ...], _modified: int, _size: int) -> 
     from spectral_core.volume.files.vdb.read import grid_names
 
     held = grid_names(path)
-    wanted = [name for name in names if name in held] or held[:1]
+    wanted = [name for name in names if name in held]
+    if not wanted:
+        reads = f"reads {', '.join(map(repr, names))}" if names else "reads no grid"
+        raise InvalidInputError(
+            f"the shader {reads}, and {path.name} holds {', '.join(map(repr, held))}: nothing is seen"
+        )
     found = {name: _grid(path, name) for name in wanted}
     first = found[wanted[0]][0]
     low, high = np.zeros(3), np.array(first.shape) - 1.0
-    for volume, _ in found.values():
-        corners = _corners(volume, first)
+    for parts in found.values():
+        corners = _corners(parts[0], first)
         low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
     low, high = np.floor(low + 1e-3) - 1, np.ceil(high - 1e-3) + 1
     shape = tuple(int(n) for n in high - low + 1)
@@ -103,7 +108,7 @@ def _lattice(path: Path, names: tuple[str, ...], _modified: int, _size: int) -> 
     matrix = first.world_from_index.copy()
     matrix[:3, 3] += matrix[:3, :3] @ low
     grids = {name: _on_lattice(parts, (shape[0], shape[1], shape[2]), matrix) for name, parts in found.items()}
-    return Lattice((shape[0], shape[1], shape[2]), matrix, {name: grids[name] for name in wanted if name in names})
+    return Lattice((shape[0], shape[1], shape[2]), matrix, grids)
 
 
 def _grid(path: Path, name: str) -> list[ScalarVolume]:

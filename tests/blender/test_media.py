@@ -105,8 +105,132 @@ def test_a_world_can_have_a_medium(build, translate):
     assert np.allclose(coefficients(scene.world.medium)[0], 0.2 * 0.8) and not scene.notes
 
 
-def test_a_medium_that_varies_gets_a_note(filled, translate):
-    node, tree, _ = filled("ShaderNodeVolumeScatter")
+def feed(tree, target, scale=2.0):
+    """A pattern into a socket, over the coordinates of the object."""
     noise = tree.nodes.new("ShaderNodeTexNoise")
-    tree.links.new(noise.outputs["Color"], node.inputs["Color"])
-    assert any("Color varies inside a volume" in note.message for note in translate().notes)
+    noise.inputs["Scale"].default_value = scale
+    place = tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(place.outputs["Object"], noise.inputs["Vector"])
+    tree.links.new(noise.outputs["Color" if target.type == "RGBA" else 0], target)
+
+
+def test_a_density_that_varies_is_one_factor_on_a_grid(filled, translate):
+    node, tree, _ = filled("ShaderNodeVolumeScatter")
+    feed(tree, node.inputs["Density"])
+    scene = translate()
+    medium = next(m.medium for m in scene.materials if m.medium is not None and m.medium.grid is not None)
+    assert not scene.notes and medium.grid.scattering is medium.grid.absorption and medium.grid.scattering.ndim == 3
+    assert medium.grid.scattering.max() == 1 and medium.grid.scattering.min() < 0.7
+
+
+def test_a_color_that_varies_is_a_grid_of_colors(filled, translate):
+    node, tree, _ = filled("ShaderNodeVolumePrincipled", Density=2.0, Emission_Strength=0.5)
+    feed(tree, node.inputs["Color"])
+    feed(tree, node.inputs["Emission Color"])
+    scene = translate()
+    medium = next(m.medium for m in scene.materials if m.medium is not None and m.medium.grid is not None)
+    grid = medium.grid
+    assert not scene.notes and [values.ndim for values in grid.given] == [4, 4, 4]
+    assert max(values.max() for values in grid.given) == 1
+    np.testing.assert_allclose(medium.density * (grid.scattering + grid.absorption), 2.0, rtol=1e-4)
+
+
+def test_an_object_reads_its_own_random_number(build, translate, filled):
+    node, tree, _ = filled("ShaderNodeVolumeScatter")
+    tree.links.new(tree.nodes.new("ShaderNodeObjectInfo").outputs["Random"], node.inputs["Density"])
+    build.plane(material=next(m for m in bpy.data.materials if m.node_tree is not None and m.node_tree == tree))
+    media = [m.medium for m in translate().materials if " in " in m.name]
+    sizes = [float(medium.density * medium.extinction.linear_rgb.max()) for medium in media]
+    assert len(set(sizes)) == 2 and all(0 < size < 0.81 for size in sizes)
+
+
+def test_a_pattern_too_fine_for_the_grid_gets_a_note(filled, translate):
+    node, tree, _ = filled("ShaderNodeVolumeScatter")
+    noise = tree.nodes.new("ShaderNodeTexWhiteNoise")
+    tree.links.new(tree.nodes.new("ShaderNodeNewGeometry").outputs["Position"], noise.inputs["Vector"])
+    tree.links.new(noise.outputs["Value"], node.inputs["Density"])
+    assert any("varies more finely than the grid" in note.message for note in translate().notes)
+
+
+def test_fog_of_the_world_that_varies_gets_a_note(build, translate):
+    from blender_addon import compat
+
+    world = bpy.data.worlds.new("World")
+    bpy.context.scene.world = world
+    tree = compat.use_nodes(world)
+    node = tree.nodes.new("ShaderNodeVolumeScatter")
+    feed(tree, node.inputs["Density"])
+    tree.links.new(node.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_WORLD").inputs["Volume"])
+    scene = translate()
+    assert scene.world.medium is not None and scene.world.medium.grid is None
+    assert any("fog without end" in note.message for note in scene.notes)
+
+
+@pytest.fixture
+def smoke(tmp_path):
+    """A Volume object with two grids of different boxes, and its material's node tree."""
+    from blender_addon import compat
+    from spectral_core.volume.files.openvdb_format import find_openvdb
+
+    openvdb = find_openvdb()
+    if openvdb is None:
+        pytest.skip("no OpenVDB module here")
+    grids = []
+    for name, start in (("density", 0), ("heat", 4)):
+        grid = openvdb.FloatGrid()
+        grid.copyFromArray(np.full((6, 5, 4), 0.5 + start, np.float32), ijk=(start, 0, 0))
+        grid.name, grid.transform = name, openvdb.createLinearTransform(0.25)
+        grids.append(grid)
+    openvdb.write(str(tmp_path / "smoke.vdb"), grids=grids)
+    data = bpy.data.volumes.new("Smoke")
+    data.filepath = str(tmp_path / "smoke.vdb")
+    material = bpy.data.materials.new("Smoke")
+    tree = compat.use_nodes(material)
+    tree.nodes.clear()
+    data.materials.append(material)
+    made = bpy.data.objects.new("Smoke", data)
+    bpy.context.scene.collection.objects.link(made)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    return made, tree, output.inputs["Volume"]
+
+
+def test_grids_of_different_boxes_share_their_voxels(build, smoke, translate):
+    build.camera((0, -5, 0))
+    _, tree, socket = smoke
+    node = tree.nodes.new("ShaderNodeVolumePrincipled")
+    node.inputs["Density"].default_value = 4.0
+    heat, glow = tree.nodes.new("ShaderNodeAttribute"), node.inputs["Emission Strength"]
+    heat.attribute_name = "heat"
+    tree.links.new(heat.outputs["Fac"], glow)
+    tree.links.new(node.outputs[0], socket)
+    scene = translate()
+    medium = next(m.medium for m in scene.materials if " #" in m.name or (m.medium and m.medium.grid is not None))
+    grid = medium.grid
+    assert not scene.notes and grid.shape == (12, 7, 6)  # ten by five by four voxels, and one of nothing around them
+    assert medium.density * medium.extinction.linear_rgb.max() == pytest.approx(2.0)
+    assert medium.emission_strength == pytest.approx(4.5)
+    assert np.flatnonzero(grid.scattering[:, 3, 3]).tolist() == [1, 2, 3, 4, 5, 6]
+    assert np.flatnonzero(grid.emission[:, 3, 3]).tolist() == [5, 6, 7, 8, 9, 10]
+    np.testing.assert_allclose(grid.world_from_index[:3, 3], -0.25)
+
+
+def test_a_shader_that_reads_no_grid_of_the_file_shows_nothing_with_a_note(build, smoke, translate):
+    build.camera((0, -5, 0))
+    _, tree, socket = smoke
+    tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], socket)
+    scene = translate()
+    assert not scene.instances
+    assert any("holds 'density', 'heat': nothing is seen" in note.message for note in scene.notes)
+
+
+def test_densities_count_in_the_units_of_the_object(build, smoke, translate):
+    build.camera((0, -5, 0))
+    made, tree, socket = smoke
+    tree.links.new(tree.nodes.new("ShaderNodeVolumePrincipled").outputs[0], socket)
+    made.scale = (2.0, 2.0, 2.0)
+    sizes = []
+    for space in ("OBJECT", "WORLD"):
+        made.data.render.space = space
+        medium = next(m.medium for m in translate().materials if m.medium and m.medium.grid is not None)
+        sizes.append(medium.density)
+    assert sizes[1] == pytest.approx(2 * sizes[0])

@@ -219,12 +219,14 @@ def test_a_sequence_shows_the_file_of_each_frame(blender, tmp_path):
     assert seen == [10.0, 11.0, 13.0]
 
 
-def test_a_volume_without_a_transfer_function_is_omitted_with_a_note(blender, ramp):
-    data = imported(ramp[0]).data
-    data.spectral.enabled = False
+def test_a_volume_without_a_transfer_function_is_rendered_by_its_material(blender, ramp):
+    made = imported(ramp[0])
+    made.data.spectral.enabled = False
     scene = translated()
-    assert scene.volumes == ()
-    assert any("has no spectral transfer function" in note.message for note in scene.notes)
+    assert scene.volumes == () and not scene.notes
+    box = next(item for item in scene.instances if item.shown_as == made.name)
+    medium = next(item.medium for item in scene.materials if item.name == box.materials[0])
+    assert medium.grid.scattering is medium.grid.absorption and medium.grid.scattering.max() == 1
 
 
 def test_a_missing_file_is_reported(blender, ramp, tmp_path):

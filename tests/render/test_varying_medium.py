@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Media that vary on a grid: the integral along a ray, equal pictures of equal media, glow, blocks of the bounds."""
+"""Media that vary on a grid: the integral along a ray, equal pictures of equal media, emission, blocks of the bounds."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_a_grid_of_ones_is_the_homogeneous_medium(transport):
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_colors_of_a_grid_scatter_absorb_and_glow(transport):
+def test_colors_of_a_grid_scatter_absorb_and_emit(transport):
     """Colored grids without variation: the medium that their constant colors make."""
     scatters, absorbs, glows = (np.array(c) for c in ((0.8, 0.5, 0.3), (0.1, 0.1, 0.6), (0.7, 0.3, 0.1)))
     extinction = scatters + absorbs
@@ -128,7 +128,7 @@ def test_the_transparent_film_shows_the_transmittance():
     assert alpha.mean() == pytest.approx(1 - np.exp(-depth), rel=0.01)
 
 
-def test_a_medium_that_only_glows_shows_its_integral():
+def test_a_medium_that_only_emits_shows_its_integral():
     values = layers()
     made = ScatteringMedium(
         0.0, gray(0.0), emission_strength=0.5, grid=grid_of((2, 2, 40), emission=np.broadcast_to(values, (2, 2, 40)))

@@ -45,7 +45,7 @@ def medium_row(context: Context, medium: ScatteringMedium, subject: str) -> Medi
         emission_color = gray(1.0) if colored[2] else emission_color
         tints = tuple(_texture(context, _values(context, Color(one), subject)) for one in np.eye(3))
         largest = float(np.max(scattered)), float(np.max(absorbed))
-        grid = grid_row(medium.grid, largest, tints if any(colored) else None, glows=bool(glow[0] > 0))
+        grid = grid_row(medium.grid, largest, tints if any(colored) else None, emits=bool(glow[0] > 0))
     emitted = None
     if glow[0] > 0:
         emitted = paint.emission(context, emission_color, medium.emission_strength, subject)

@@ -87,6 +87,7 @@ class FirstHit:
             passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
             if self.rules is not None and fills is not None:
                 way = dr.select(si.is_valid(), si.t, dr.inf)
+                # a medium that varies depends on where the piece begins
                 piece = mi.Ray3f(ray)
                 piece.o = origin
                 passed = dr.select(walking, passed * fills.clear(fog[0], way, piece, walking), passed)

@@ -60,6 +60,7 @@ class MediumGrids:
 
     def __init__(self, mitsuba: Any, rows: list[GridRow | None]) -> None:
         self._mi = mitsuba
+        # row 0 is empty space and entry 0 a number that nothing means: lookups of inactive lanes need no case
         headers, matrices = [[0] * _HEADER], [np.zeros(12)]
         values: list[Array] = [np.zeros(1, np.float32)]
         self._end = 1
@@ -77,10 +78,12 @@ class MediumGrids:
     def _entered(self, row: GridRow, values: list[Array]) -> tuple[list[int], Array]:
         """Header and matrix of a row; its numbers are appended."""
         shape = row.bounds.shape
+        # cubes of voxels: small ones follow thin smoke, large ones are crossed in fewer steps
         edge = max(-(-max(shape) // BLOCKS), 1)
         starts: dict[int, int] = {}
         slots = []
         for slot, array in enumerate(row.slots):
+            # density alone varies in most media: scattering and absorption then share one array
             if array is not None and id(array) not in starts:
                 starts[id(array)] = self._append(array, values)
             slots += [_kind(row, slot), 0 if array is None else starts[id(array)]]
@@ -128,6 +131,7 @@ class MediumGrids:
         mi = self._mi
         place = way.origin + way.direction * along
         cell = dr.floor(place)
+        # the nearest of the three planes ahead ends the block
         length = mi.Float(dr.inf)
         for axis in range(3):
             slope = way.direction[axis]
@@ -151,7 +155,9 @@ class MediumGrids:
         place = (way.origin + way.direction * along) * mi.Float(self._header(way.medium, _EDGE_AT, active)) - 0.5
         low, share = [], []
         for axis in range(3):
+            # the outermost half voxel has the value of its center
             held = dr.clip(place[axis], 0.0, mi.Float(shape[axis]) - 1.0)
+            # the last voxel is reached with a share of 1, so that its neighbor exists
             below = dr.minimum(dr.floor(held), dr.maximum(mi.Float(shape[axis]) - 2.0, 0.0))
             low.append(mi.UInt32(below))
             share.append(held - below)
@@ -205,6 +211,7 @@ def _kind(row: GridRow | None, slot: int) -> int:
 def _block_matrix(row: GridRow, edge: int) -> Array:
     """(3, 4) from world space to blocks, the first of which begins at 0."""
     matrix = row.index_from_world[:3].copy()
+    # voxel centers are at whole numbers, their borders half a voxel before
     matrix[:, 3] += 0.5
     return np.asarray(matrix / edge)
 

@@ -65,12 +65,15 @@ def fly(
     def body(along: Any, weight: Any, glow: Any, scatters: Any, seed: Any, active: Any) -> Any:
         there, collides, bound, seed = _next(grids, way, along, seed, active)
         collides &= there < end
+        # without a collision the weight stays: the bound is the same for all wavelengths and cancels
         by = grids.factors(way, there, collides)
         scattered, absorbed = scattering * by[0], absorption * by[1]
         void = dr.maximum(bound - scattered - absorbed, 0.0)
         rate = dr.rcp(dr.maximum(bound, 1e-30))
+        # collisions come at the rate of the bound, so its inverse makes their sum the integral of the emission
         glow = dr.select(collides, glow + weight * emission * by[2] * rate, glow)
         of_scatter, of_void = (dr.mean(dr.abs(carried * weight * part)) for part in (scattered, void))
+        # where all light is absorbed neither goes on
         total = of_scatter + of_void
         chance = dr.select(total > 0.0, of_scatter / dr.maximum(total, 1e-37), 0.0)
         sample, seed = uniform(seed)
@@ -96,6 +99,7 @@ def transmittance(grids: MediumGrids, way: Way, reach: Any, light: tuple[Any, An
 
     scattering, absorption = (mi.Spectrum(part) for part in light)
     end = dr.minimum(reach, way.last)
+    # from the ray's own bits: a shadow ray needs as many numbers as it has collisions, which no sampler can plan for
     seed = seed_of(*way.origin, *way.direction, reach)
 
     def body(along: Any, clear: Any, seed: Any, active: Any) -> Any:
