@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Media that vary on a grid: the integral along a ray, equal pictures of equal media, emission, blocks of the bounds."""
+"""Media that vary on a grid: the integral along a ray, equal pictures of equal media, emission, bounds of blocks."""
 
 from __future__ import annotations
 
