@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -34,9 +36,8 @@ def test_kernels_gather_with_the_processors_instruction():
 
 def _flags() -> list[str]:
     """What the processor can do; none where Linux does not tell, as for processors by ARM."""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            lines = [line for line in file if line.startswith("flags")]
-    except OSError:
+    told = Path("/proc/cpuinfo")
+    if not told.exists():
         pytest.skip("the processor's features are read from /proc/cpuinfo")
+    lines = [line for line in told.read_text("utf-8").splitlines() if line.startswith("flags")]
     return lines[0].split() if lines else []
