@@ -112,7 +112,7 @@ class FluorescentSpectra:
 
     def light_spectra(self) -> tuple[Spectrum, ...]:
         """All lights."""
-        found = []
+        found: list[Spectrum] = []
         for light, values in zip(self.problem.lights, self.lights, strict=True):
             if values is None:
                 found.append(light.spectrum)
