@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
+from benchmarks._cost_scenes import MORE, made
 from benchmarks._plan_scenes import SINGLE, staged
 from spectral_core.render import RenderResult, cost_curve, render_scene
 from spectral_core.render.cost.errors import pixel_errors
@@ -27,7 +28,7 @@ from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.scene import Scene
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
-OPTIONS = ("--only",)
+OPTIONS = ("--only", "--more")
 NAMES = (
     "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "emissive", "curtain",
     "ball lamp", "lamp before lamp", "mirror", "mirror caustic", "glass caustic", "leaf",

@@ -33,6 +33,11 @@ picture is one launch, and the session ends a process that does not react to a c
 """
 
 
+def hashed_seed(seed: int) -> int:
+    """A film's seed as the renderer's 32 bits."""
+    return (seed * 2654435761 + 1) & 0xFFFFFFFF
+
+
 @dataclass
 class _Tile:
     """Pixels that are rendered together and their running sums."""
@@ -141,8 +146,7 @@ class Accumulator:
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
         width = dr.opaque(mi.UInt32, self.film.size[0])
         corner = mi.Point2f(mi.Float(pixel % width) + left, mi.Float(pixel // width) + bottom)
-        seed = dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
-        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
+        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, self._seed(), 6)[0])
         first, total = self._span(samples)
         bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
         tells_apart = getattr(integrator, "book_into", None) if self.keeps_light else None
@@ -174,6 +178,10 @@ class Accumulator:
             tells_apart(None, None, None)
         dr.eval(tile.sums, tile.covered, tile.lost, bands, tile.light)
         dr.sync_thread()
+
+    def _seed(self) -> Any:
+        """Seed of the random numbers, one for all lanes or one for each."""
+        return self._dr.opaque(self._mi.UInt32, hashed_seed(self.film.seed))
 
     def _pixels(self, tile: _Tile) -> Any:
         """Number of each lane's pixel."""
