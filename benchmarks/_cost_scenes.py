@@ -144,7 +144,7 @@ def colored_lamps(stage: Stage) -> None:
 
 
 def moving_ball(stage: Stage) -> None:
-    """A ball that moves while the shutter is open; ``made`` adds the motion."""
+    """A ball that moves while the shutter is open; ``scene_of`` adds the motion."""
     stage.lights = [replace(POINT, radius=0.3)]
     stage.add("ball", "sphere", at(-0.6, 0, 0.6, 0.5), Diffuse(Color(np.array([0.7, 0.2, 0.1]))))
 
@@ -191,7 +191,7 @@ MORE: dict[str, Callable[[Stage], None]] = {
 }  # fmt: skip
 
 
-def made(name: str, size: tuple[int, int]) -> Scene:
+def scene_of(name: str, size: tuple[int, int]) -> Scene:
     """One of these scenes."""
     stage = Stage()
     MORE[name](stage)

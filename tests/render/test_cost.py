@@ -215,7 +215,9 @@ def test_probe_pixels_are_blocks_distributed_over_the_picture():
     pixels = probe_pixels(film)
     assert 7800 < len(pixels) <= 8192 and len(np.unique(pixels)) == len(pixels)
     blocks = pixels.reshape(-1, 2, 16)
-    assert pixels.max() < 1920 * 1080 and np.all(np.diff(blocks, axis=2) == 1) and np.all(np.diff(blocks, axis=1) == 1920)
+    assert (
+        pixels.max() < 1920 * 1080 and np.all(np.diff(blocks, axis=2) == 1) and np.all(np.diff(blocks, axis=1) == 1920)
+    )
     column = np.histogram(pixels % 1920, 8, (0, 1920))[0]
     row = np.histogram(pixels // 1920, 8, (0, 1080))[0]
     assert column.min() > 0.7 * column.mean() and row.min() > 0.7 * row.mean()
