@@ -6,8 +6,7 @@ until its own noise is a third of the error; that noise is subtracted in quadrat
 in seconds of the processor (work), which other programs on the machine change little; those on the wall are printed
 beside. A time budget counts on the wall. Two samples for each pixel are the least: a scene that is better than asked
 after them is asked for a quarter of what it then has, too. ``--only WORDS``: scenes of these names, or whose name has
-the word, separated by commas. ``--more``: twelve others (hair, bottle, fog, blur, many lamps), which no constant was
-chosen with.
+the word, separated by commas. ``--more``: twelve others (hair, a bottle, fog, blur, many lamps).
 """
 
 from __future__ import annotations

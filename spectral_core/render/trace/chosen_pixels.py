@@ -88,8 +88,8 @@ class ChosenPixels(Accumulator):
         self, pixels: NDArray[np.integer[Any]], done: NDArray[np.integer[Any]], more: NDArray[np.integer[Any]]
     ) -> Sums:
         """``trace`` for both halves in one launch: the sums of the first half, then of the second, (2n, …)."""
-        twice = [np.concatenate([each, each]) for each in (pixels, done, more)]
-        return self.trace(*twice, np.repeat([0, 1], len(pixels)))
+        pixels, done, more = (np.concatenate([each, each]) for each in (pixels, done, more))
+        return self.trace(pixels, done, more, np.repeat([0, 1], len(pixels) // 2))
 
     def _seed(self) -> Any:
         return self._seeds
