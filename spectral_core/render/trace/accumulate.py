@@ -20,7 +20,7 @@ from spectral_core.render.lens.panorama import DrJitMath
 from spectral_core.render.lens.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
-from spectral_core.render.trace.path_sampler import path_sampler_class
+from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -31,11 +31,6 @@ TILE_PIXELS = 1 << 21
 """Pixels per kernel launch. Each launch is recorded anew, which takes longer than tracing a small tile; a full HD
 picture is one launch, and the session ends a process that does not react to a cancel.
 """
-
-
-def hashed_seed(seed: int) -> int:
-    """A film's seed as the renderer's 32 bits."""
-    return (seed * 2654435761 + 1) & 0xFFFFFFFF
 
 
 @dataclass
