@@ -80,8 +80,9 @@ class AdaptivePicture:
         self._errors: Array | None = None
         self._rarity: float | None = None
         self.lost = 0
-        self.seconds_per_path = 0.0
-        self.launch_s = 0.05
+        self.seconds_per_path, self.launch_s = 0.0, 0.05
+        self.dearer = 1.0
+        """Time of a path of later rounds over that of the first samples."""
 
     def add(self, more: NDArray[np.int64], end: float = np.inf, longest_s: float = LONGEST_LAUNCH_S) -> bool:
         """Trace ``more`` samples of each pixel in each half, in launches of at most about ``longest_s``.
@@ -211,6 +212,7 @@ def _begin(picture: AdaptivePicture, first: int) -> None:
     picture.remember()
     if first > quarter:
         picture.add((first - quarter) * everywhere)
+    picture.seconds_per_path *= picture.dearer
 
 
 def until_error(

@@ -98,9 +98,9 @@ def render_asked(
     picture.launch_s = probe.launch_s * probe.slowness
     picture.seconds_per_path = probe.seconds_per_path * probe.slowness
     if wanted is not None:
-        prediction = predicted_error(probe, model, meter, wanted)
+        prediction, picture.dearer = predicted_error(probe, model, meter, wanted)
     else:
-        prediction = predicted_time(probe, model, meter.read().wall, budget or 0.0)
+        prediction, picture.dearer = predicted_time(probe, model, meter.read().wall, budget or 0.0)
     first = _first_samples(prediction.samples)
     stopped = False
 
@@ -129,27 +129,29 @@ def render_asked(
     )
 
 
-def predicted_error(probe: Probe, model: CostModel, before: Meter | Spent, wanted: float) -> Prediction:
+def predicted_error(probe: Probe, model: CostModel, before: Meter | Spent, wanted: float) -> tuple[Prediction, float]:
     """Samples and time to reach an error by adaptive sampling, predicted from the law of each run of the probe's
-    pixels; ``before``: time before the samples, or its meter.
+    pixels, and ``Probe.dearer`` for them; ``before``: time before the samples, or its meter.
     """
-    traced = 2.0 * probe.samples
+    traced, dearer = 2.0 * probe.samples, 1.0
     laws = _laws(probe)
     if laws.mean(np.full(len(laws.weights), traced)) <= AIM * wanted:  # fewer samples: the measured law holds
         total = _halved(model).for_error(AIM * wanted).samples
         reached = min(AIM * wanted, _halved(model).error(max(total, 2.0)))
         total = max(total, 2.0)
     else:
-        share, total = laws.weights / laws.weights.sum(), 2.0
+        total = 2.0
         for _ in range(2):  # the first samples are spread everywhere, and their number depends on the total
-            total = float(share @ laws.for_error(AIM * wanted, 2.0 * _first_samples(total)))
+            samples = laws.for_error(AIM * wanted, 2.0 * _first_samples(total))
+            total = float(laws.weights @ samples)
+        dearer = probe.dearer(samples)
         # The laws assume independent random numbers; the Sobol points are more evenly spread and need fewer samples.
         slope = model.last_slope if total < _NEAR * traced else model.slope
         total = traced * max(1.0, total / traced) ** (-0.5 / min(slope, -0.5))
         reached = AIM * wanted
-    work = _beside_paths(probe, total, _looking(probe)) + model.seconds_per_sample * total
+    work = _beside_paths(probe, total, _looking(probe)) + model.seconds_per_sample * dearer * total
     spent = before.read() if isinstance(before, Meter) else before
-    return Prediction(total, spent.wall + model.slowness * work, reached, spent.work + work)
+    return Prediction(total, spent.wall + model.slowness * work, reached, spent.work + work), dearer
 
 
 def _first_samples(total: float) -> int:
@@ -181,18 +183,20 @@ def _beside_paths(probe: Probe, total: float, looking: float) -> float:
     return (begun + _ROUNDS) * probe.launch_s + (looks + _ROUNDS) * looking
 
 
-def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> Prediction:
-    """The error that adaptive sampling reaches in a time."""
+def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> tuple[Prediction, float]:
+    """The error that adaptive sampling reaches in a time, and ``Probe.dearer`` for it."""
     left = (0.97 * budget_s - spent_s) / model.slowness - (_ROUNDS + 2) * probe.launch_s
     total = max(2.0, left / max(model.seconds_per_sample, 1e-12))
-    if total <= 2.0 * probe.samples:
-        return Prediction(total, max(budget_s, spent_s), _halved(model).error(total))
-    laws = _laws(probe)
     traced = 2.0 * probe.samples
+    if total <= traced:
+        return Prediction(total, max(budget_s, spent_s), _halved(model).error(total)), 1.0
+    laws = _laws(probe)
+    dearer = probe.dearer(laws.for_samples(total, 2.0 * _first_samples(total)))
+    total = max(traced, total / dearer)
     slope = model.last_slope if total < _NEAR * traced else model.slope
     even = traced * (total / traced) ** (min(slope, -0.5) / -0.5)  # as many independent numbers as the Sobol points
     reached = laws.mean(laws.for_samples(even, 2.0 * _first_samples(total)))
-    return Prediction(total, max(budget_s, spent_s), reached)
+    return Prediction(total, max(budget_s, spent_s), reached), dearer
 
 
 def _laws(probe: Probe) -> Laws:

@@ -35,6 +35,12 @@ _PARTS = (1, 2, 8, 32, 128)
 """Halves whose samples the drawn pictures have."""
 _DRAWN_PIXELS = 2048
 """Pixels at which they are drawn."""
+_LEAST_HOT, _UNEVEN = 0.02, 0.3
+"""Least share of the blocks with most samples, and least mean deviation of samples from even ones, for another time of
+a path.
+"""
+_HOT_S, _MOST_HOT = 0.05, 64
+"""Work of the launch that measures it, and its most samples."""
 _MANY = 8
 """Samples of a step whose time is that of its paths."""
 
@@ -116,11 +122,38 @@ class Probe:
         return estimated(self.errors(of_half=True), self.halves(), self.blocks, of_half=True)
 
     def _fit(self) -> None:
-        """Time of a path: of the steps of many samples, once there are any, since a launch of few is mostly start."""
+        """Time of a path: of the steps of many samples, once there are any, since a launch of few is mostly start.
+
+        The first launches may take longer than later ones: a launch takes what the quickest short step leaves of it.
+        """
         steps, work = np.array(self._timed, dtype=np.float64).T
-        some = steps >= max(1.0, min(_MANY, steps.max()))
-        own = np.maximum(work[some] - self.launch_s, 0.2 * work[some])
-        self.seconds_per_path = float(own.sum() / steps[some].sum()) / (2 * len(self.pixels))
+        many, few = steps >= max(1.0, min(_MANY, steps.max())), steps < _MANY
+        for _ in range(3):
+            own = np.maximum(work[many] - self.launch_s, 0.2 * work[many])
+            rate = float(own.sum() / steps[many].sum())
+            if steps.max() >= _MANY:
+                self.launch_s = max(float((work - rate * steps)[few].min()), 0.2 * float(work[few].min()))
+        self.seconds_per_path = rate / (2 * len(self.pixels))
+
+    def dearer(self, samples: NDArray[np.float64]) -> float:
+        """Mean time of a path over the usual one if blocks get ``samples`` (blocks,): noisy ones may have longer paths.
+
+        One launch of the blocks with more samples than the mean measures it.
+        """
+        share = samples / float(self.shares @ samples)
+        hot = share > 1.0
+        part = float(self.shares[hot].sum())
+        if not _LEAST_HOT < part < 1 - _LEAST_HOT or float(self.shares @ np.abs(share - 1)) < _UNEVEN:
+            return 1.0
+        pixels = self.pixels[hot[self.blocks]]
+        none = np.zeros(len(pixels), np.int64)
+        more = int(np.clip(np.ceil(_HOT_S / (2 * len(pixels) * self.seconds_per_path)), 1, _MOST_HOT))
+        meter = Meter()
+        self._tracer.trace_halves(pixels, none, none + more)
+        own = max(meter.read().work - self.launch_s, 0.0) / (2 * len(pixels) * more)
+        ratio = float(np.clip(own / self.seconds_per_path, 0.2, 1 / part))
+        rest = (1 - part * ratio) / (1 - part)
+        return float(self.shares @ (share * np.where(hot, ratio, rest)))
 
     @property
     def shares(self) -> NDArray[np.float64]:

@@ -28,9 +28,7 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 LARGEST_SAMPLE = 1e33
 """Larger sums would overflow in 32 bits after some 100,000 samples."""
 TILE_PIXELS = 1 << 21
-"""Pixels per kernel launch. Each launch is recorded anew, which takes longer than tracing a small tile; a full HD
-picture is one launch, and the session ends a process that does not react to a cancel.
-"""
+"""Pixels per kernel launch: recording more launches takes longer, and a longer launch reacts late to a cancel."""
 
 
 @dataclass
@@ -174,8 +172,7 @@ class Accumulator:
         dr.eval(tile.sums, tile.covered, tile.lost, bands, tile.light)
         dr.sync_thread()
 
-    def _seed(self) -> Any:
-        """Seed of the random numbers, one for all lanes or one for each."""
+    def _seed(self) -> Any:  # of all lanes or of each
         return self._dr.opaque(self._mi.UInt32, hashed_seed(self.film.seed))
 
     def _pixels(self, tile: _Tile) -> Any:
