@@ -20,6 +20,8 @@ from spectral_core.render.cost.work import Meter, Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Note, RenderSettings, Scene
 
+MOST_ERROR, LEAST_BUDGET_S = 100.0, 0.1
+"""Largest error and shortest time that can be requested."""
 PLAN_SHARE = 0.25
 """Part of a requested error that the plan may use; the rest is the target for the noise."""
 _FIRST_SHARE, _FIRST_SHARE_OF_FEW, _FEW = 0.3, 0.7, 16.0
@@ -53,9 +55,9 @@ def is_asked(settings: RenderSettings) -> bool:
     error, budget = settings.target_error, settings.time_budget_s
     if error is not None and budget is not None:
         raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are requested; request one of them")
-    if error is not None and not 0.02 <= error <= 100:
-        raise InvalidInputError(f"the requested error is {error:g}; expected ΔE2000 from 0.02 to 100")
-    if budget is not None and not 0.1 <= budget <= 1e7:
+    if error is not None and not 0.02 <= error <= MOST_ERROR:
+        raise InvalidInputError(f"the requested error is {error:g}; expected ΔE2000 from 0.02 to {MOST_ERROR:g}")
+    if budget is not None and not LEAST_BUDGET_S <= budget <= 1e7:
         raise InvalidInputError(f"the time budget is {budget:g} s; expected 0.1 to 10,000,000 s")
     return error is not None or budget is not None
 
