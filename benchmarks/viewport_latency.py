@@ -6,8 +6,8 @@ Ten balls of 10,000 triangles (2,000 with ``--quick``) on a floor, ten materials
 recorded and kernels compiled by kind, which other work on the machine does not change; ``window``, from the change of a
 property to the end of the ``view_draw`` that shows it, in a Blender with a window (SPECTRAL_REAL_BLENDER, see
 ``_window``), and a wanted color that is dragged over a recording, there and without a window (``palette-live``). Each
-kind is tried in turn, so that a busy machine slows all alike. Names of parts as arguments run those alone; ``--count N``
-tries each kind N times (200).
+kind is tried in turn, so that a busy machine slows all alike. Names of parts as arguments run those alone;
+``--count N`` tries each kind N times (200).
 """
 
 from __future__ import annotations
