@@ -14,7 +14,8 @@ SMALLEST_ALPHA = 1e-3
 class Microfacets:
     """Facets of Blender's ``roughness`` at some points; ``mi`` and ``dr`` are the modules of the active variant.
 
-    ``stretch``: alpha along the tangent over alpha across it, as two factors; None if both are alike.
+    ``stretch``: alpha along the tangent over alpha across it, as two factors; None if both are alike. ``least``: alpha
+    that Filter Glossy gives to narrower lobes.
     """
 
     mi: Any
@@ -22,11 +23,13 @@ class Microfacets:
     roughness: Any
     stretch: tuple[Any, Any] | None = None
     kind: str = "ggx"
+    least: Any = 0.0
 
     def __post_init__(self) -> None:
         alpha = self.roughness * self.roughness
         along, across = (alpha, alpha) if self.stretch is None else (alpha * s for s in self.stretch)
-        self.along, self.across = (self.dr.maximum(a, SMALLEST_ALPHA) for a in (along, across))
+        least = self.dr.maximum(self.least, SMALLEST_ALPHA)
+        self.along, self.across = (self.dr.maximum(a, least) for a in (along, across))
         kind = self.mi.MicrofacetType.Beckmann if self.kind == "beckmann" else self.mi.MicrofacetType.GGX
         self.distribution = self.mi.MicrofacetDistribution(kind, self.along, self.across, sample_visible=True)
 
