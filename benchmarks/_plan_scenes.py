@@ -27,6 +27,7 @@ from spectral_core.scene import (
     ImageTexture,
     Instance,
     Material,
+    Mesh,
     Metal,
     PointLight,
     RenderSettings,
@@ -60,6 +61,7 @@ class Stage:
     world: World = field(default_factory=lambda: World(gray(1e-7)))
     aperture: float = 1e-8
     volumes: tuple[VolumeObject, ...] = ()
+    meshes: tuple[Mesh, ...] = MESHES
     expected: set[str] = field(default_factory=set)
 
     def add(self, name: str, mesh: str, place: np.ndarray, surface: Any) -> None:
@@ -80,7 +82,7 @@ class Stage:
             world_from_camera=VIEW, field_of_view_rad=0.75, aperture_radius=self.aperture, focus_distance=7.0
         )
         return Scene(
-            camera=camera, film=Film(*size, samples=64), meshes=MESHES,
+            camera=camera, film=Film(*size, samples=64), meshes=self.meshes,
             materials=(*materials, Material("unused glass", Glass())), instances=instances, lights=tuple(self.lights),
             world=self.world, volumes=self.volumes, settings=RenderSettings(tolerance_delta_e=tolerance),
         )  # fmt: skip

@@ -64,6 +64,10 @@ feature("textures/white noise", _texture("ShaderNodeTexWhiteNoise", "Value"))
 feature("textures/white noise of an index", lambda s: s.glow(
     s.node("ShaderNodeTexWhiteNoise", noise_dimensions="1D", W=4.0).outputs["Color"]))  # fmt: skip
 feature("textures/gabor", _texture("ShaderNodeTexGabor", "Value", Scale=1.5))
+feature("textures/gabor phase", _texture("ShaderNodeTexGabor", "Phase", Scale=1.0, Anisotropy=0.4, Frequency=1.0))
+feature("textures/gabor 3D", _texture("ShaderNodeTexGabor", "Value", Scale=1.0, gabor_type="3D"))
+feature("textures/gabor 3D isotropic",
+        _texture("ShaderNodeTexGabor", "Intensity", Scale=1.0, gabor_type="3D", Anisotropy=0.0))  # fmt: skip
 feature("textures/sky on a surface", _texture("ShaderNodeTexSky", "Color", None, sky_type="PREETHAM"))
 for _coordinate in ("Generated", "UV", "Normal"):
     feature(f"textures/checker over {_coordinate}", _texture("ShaderNodeTexChecker", "Color", _coordinate, Scale=4.0))

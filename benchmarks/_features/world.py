@@ -133,6 +133,16 @@ feature("world/image mirrored", _environment({"Scale": (-1.0, 1.0, 1.0)}))
 feature("world/image stretched", _environment({"Scale": (1.0, 1.0, 2.5)}))
 feature("world/image moved", _environment({"Location": (0.0, 0.0, 0.4)}))
 feature("world/image mirror ball", _environment(projection="MIRROR_BALL"))
+
+
+def _through_panel(stage: Stage) -> None:
+    """The Texture Mapping of the sidebar, which turns and stretches the image."""
+    _environment()(stage)
+    panel = next(n for n in stage.tree(stage.world).nodes if n.type == "TEX_ENVIRONMENT").texture_mapping
+    panel.rotation, panel.scale = (0.3, 0.2, 0.7), (1.0, 1.5, 1.0)
+
+
+feature("world/image through its panel", _through_panel)
 feature("world/image closest", _environment(interpolation="Closest"))
 feature("world/mix of backgrounds", _combined("ShaderNodeMixShader", 0.3))
 feature("world/mix of image and color", _combined("ShaderNodeMixShader", 0.3, image=True))

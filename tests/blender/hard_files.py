@@ -53,7 +53,7 @@ def sun(**values):
 @case
 def unknown_nodes(folder):
     made, tree, shader = material()
-    noise, wave = tree.nodes.new("ShaderNodeTexGabor"), tree.nodes.new("ShaderNodeParticleInfo")
+    noise, wave = tree.nodes.new("ShaderNodeTexIES"), tree.nodes.new("ShaderNodeParticleInfo")
     tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
     tree.links.new(wave.outputs["Random"], shader.inputs["Base Color"])
     tree.links.new(tree.nodes.new("ShaderNodeBevel").outputs[0], shader.inputs["Normal"])

@@ -16,7 +16,7 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 
 HERE = Path(__file__).resolve().parent
 RENDERS = {
-    "unknown_nodes": ["Gabor Texture"],
+    "unknown_nodes": ["IES Texture"],
     "group_without_tree": [],
     "linked_library": [],
     "missing_library": ["gone.blend"],

@@ -54,14 +54,6 @@ def test_a_changed_setting_without_support_gets_its_note(build, translate):
     cycles = bpy.context.scene.cycles
     cycles.use_fast_gi = True
     bpy.context.view_layer.samples = 7
-    tree = material.node_tree
-    rough = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    gabor = tree.nodes.new("ShaderNodeTexGabor")
-    gabor.texture_mapping.translation = (1.0, 0.0, 0.0)
-    tree.links.new(gabor.outputs["Value"], rough.inputs["Roughness"])
-    output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
-    tree.links.new(rough.outputs[0], output.inputs["Surface"])
     notes = {(note.subject, note.message.split(";")[0]) for note in translate().notes}
     assert ("Scene", "Fast GI is not simulated") in notes
     assert any(message == "samples of the view layer are not used" for _, message in notes)
-    assert any("Texture Mapping in its side panel is not supported" in message for _, message in notes)

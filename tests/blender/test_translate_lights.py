@@ -151,6 +151,24 @@ def test_world_color_and_image(build, translate, rng):
     np.testing.assert_allclose(world.world_from_environment[:3, :3] @ turned, np.eye(3), atol=1e-6)
 
 
+def test_the_texture_mapping_panel_of_an_environment_turns_it(build, translate, rng):
+    """A turn in the panel gives the picture of the same turn by a Mapping node, drawn instead of turned."""
+    pixels = np.ones((4, 8, 4))
+    pixels[..., :3] = rng.random((4, 8, 3))
+    world = world_with(image=build.image("Sky", pixels, float_buffer=True))
+    texture = next(node for node in world.node_tree.nodes if node.type == "TEX_ENVIRONMENT")
+    texture.interpolation = "Closest"
+    turned = translate().world
+    plain = turned.strength * turned.color.pixels
+    texture.texture_mapping.rotation = (0.0, 0.0, math.pi / 2)
+    scene = translate()
+    drawn = scene.world.strength * scene.world.color.pixels
+    rows, columns = drawn.shape[:2]
+    coarse = drawn[rows // 8 :: rows // 4, columns // 16 :: columns // 8]
+    assert not scene.notes and coarse.shape == plain.shape == (4, 8, 3)
+    np.testing.assert_allclose(coarse, np.roll(plain, 2, axis=1), rtol=1e-5)
+
+
 def test_no_world_is_black_and_a_missing_sky_image_is_magenta_with_a_note(build, translate):
     assert translate().world.is_black
     world_with(image=bpy.data.images.new("Gone", 4, 4))

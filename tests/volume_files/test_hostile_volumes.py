@@ -145,12 +145,12 @@ def test_a_vdb_that_states_endless_children_never_reaches_openvdb(tmp_path: Path
     from spectral_core.volume.field import ScalarVolume
     from spectral_core.volume.files import write_volume
     from spectral_core.volume.files.vdb.read import descriptors
-    from spectral_core.volume.files.vdb.walk import require_sound
+    from spectral_core.volume.files.vdb.walk import sound_metadata
 
     path = write_volume(
         ScalarVolume("v", np.random.default_rng(1).random((9, 9, 9)).astype(np.float32)), tmp_path / "v.vdb"
     )
-    require_sound(path, "density")
+    sound_metadata(path, "density")
     data = bytearray(path.read_bytes())
     with path.open("rb") as stream:
         ((_, _, start, _),) = descriptors(stream, path)
@@ -158,10 +158,49 @@ def test_a_vdb_that_states_endless_children_never_reaches_openvdb(tmp_path: Path
     for at in range(start, len(data) - 4, 97):
         path.write_bytes(data[:at] + struct.pack("<I", 0x7FFFFFFF) + data[at + 4 :])
         try:
-            require_sound(path, "density")
+            sound_metadata(path, "density")
         except FileFormatError:
             refused += 1
     assert refused > 3
+
+
+@pytest.mark.parametrize("damaged", [b"key of a note", b"text of a note"])
+def test_metadata_of_a_vdb_that_is_not_utf_8_does_not_end_the_process(damaged: bytes, tmp_path: Path) -> None:
+    """OpenVDB's Python module calls abort() for such a text, and Blender would close."""
+    from spectral_core.volume.files.vdb.write import write_grid
+
+    values = np.random.default_rng(1).random((9, 9, 9)).astype(np.float32)
+    path = tmp_path / "v.vdb"
+    write_grid(path, values, np.eye(4), "density", {"key of a note": "text of a note", "spectral_name": "cloud"})
+    data = path.read_bytes()
+    assert data.count(damaged) == 1
+    path.write_bytes(data.replace(damaged, b"\xff\xfe\x80" + damaged[3:]))
+    assert read_volume(path).name == "cloud"
+
+
+def test_a_vdb_whose_grid_has_a_name_that_is_not_utf_8_is_refused_or_read(tmp_path: Path) -> None:
+    from spectral_core.volume.files.vdb.write import write_grid
+
+    path = tmp_path / "v.vdb"
+    write_grid(path, np.ones((9, 9, 9), np.float32), np.eye(4), "density", {})
+    data = path.read_bytes()
+    path.write_bytes(data.replace(b"density", b"dens\xff\xfe\x80"))
+    with pytest.raises(FileFormatError, match="not an OpenVDB file that can be read"):
+        read_volume(path)
+
+
+def test_a_tiff_with_fewer_strips_than_its_size_needs_is_refused_at_once(tmp_path: Path) -> None:
+    tifffile = pytest.importorskip("tifffile")
+    path = tmp_path / "wide.tif"
+    tifffile.imwrite(path, np.zeros((8, 5), np.uint8), compression="zlib", rowsperstrip=4, metadata=None)
+    with tifffile.TiffFile(path) as file:
+        tag = file.pages[0].tags["ImageLength"]
+        place, layout = tag.valueoffset, {"SHORT": "<H", "LONG": "<I"}[tag.dtype.name]
+    data = bytearray(path.read_bytes())
+    struct.pack_into(layout, data, place, 60_000)
+    path.write_bytes(data)
+    with pytest.raises(FileFormatError, match="60000×5 needs 15000 strips, the file states 2"):
+        read_volume(path)
 
 
 def test_a_vdb_of_two_million_tiles_is_read_with_array_operations(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from spectral_core.scene import Color, SunLight
 from ..camera import translate_film
 from ..context import Translation
 from ..shading.reader import Reader
+from ..shading.texture_nodes import is_moved_by_panel
 from ..shading.tree import Input, Output, linked
 from .backgrounds import Term, depends_on_ray_type, directions_of, environment_of
 from .directions import Array, Look, radiance
@@ -51,7 +52,7 @@ def _is_number(place: Input | None) -> bool:
 
 def _is_placed_image(source: Output) -> bool:
     """True if a node is an environment image without a mapping, or with a Mapping of plain numbers."""
-    if source.node.type != "TEX_ENVIRONMENT":
+    if source.node.type != "TEX_ENVIRONMENT" or is_moved_by_panel(source.node):
         return False
     before = linked(source.input("Vector"))
     if before is not None and before.node.type == "MAPPING":

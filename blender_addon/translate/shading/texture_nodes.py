@@ -30,13 +30,24 @@ def place_of(reader: Reader, output: Output, implicit: str) -> Value:
 
 
 def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
-    """The Texture Mapping of the sidebar (Cycles' ``TextureMapping::compute_transform``).
-
-    Its limits have no effect there, so they have none here.
-    """
+    """The Texture Mapping of the sidebar. Its limits have no effect in Cycles, so they have none here."""
     panel = getattr(node, "texture_mapping", None)
     if panel is None:
         return place
+    matrix = _panel_matrix(panel)
+    if not np.array_equal(matrix, np.eye(4)):
+        place = reader.emit("affine", place, *matrix[:3, :3])
+        place = reader.emit("vector_math", place, matrix[:3, 3], 0.0, 0.0, settings=("ADD",))
+    return place
+
+
+def is_moved_by_panel(node: Any) -> bool:
+    """True if the Texture Mapping of the sidebar changes a texture's coordinates."""
+    return not np.array_equal(_panel_matrix(node.texture_mapping), np.eye(4))
+
+
+def _panel_matrix(panel: Any) -> NDArray[np.float64]:
+    """The affine map (4, 4) of a Texture Mapping panel (Cycles' ``TextureMapping::compute_transform``)."""
     scale = np.array(panel.scale[:], dtype=np.float64)
     matrix = np.eye(4)
     matrix[:3, :3] = _rotation(np.array(panel.rotation[:], dtype=np.float64)) @ np.diag(scale)
@@ -51,11 +62,7 @@ def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
         chosen = getattr(panel, name)
         if chosen != "NONE":
             axes[row, "XYZ".index(chosen)] = 1
-    matrix = matrix @ axes
-    if not np.array_equal(matrix, np.eye(4)):
-        place = reader.emit("affine", place, *matrix[:3, :3])
-        place = reader.emit("vector_math", place, matrix[:3, 3], 0.0, 0.0, settings=("ADD",))
-    return place
+    return np.asarray(matrix @ axes)
 
 
 @evaluator("CUSTOM GROUP")
@@ -212,6 +219,19 @@ def _magic(reader: Reader, output: Output) -> Any:
     return color if output.socket.type == "RGBA" else reader.emit("mean", color)
 
 
+GABOR_OUTPUTS = ("Value", "Phase", "Intensity")
+
+
+@evaluator("TEX_GABOR")
+def _gabor(reader: Reader, output: Output) -> Any:
+    names = (("Scale", 5), ("Frequency", 2), ("Anisotropy", 1), ("Orientation 2D", 0.25 * np.pi))
+    values = [reader.read(output, name, float(value)) for name, value in names]
+    direction = reader.read(output, "Orientation 3D", np.array((1.0, 1.0, 0.0)))
+    settings = (2 if output.node.gabor_type == "2D" else 3,)
+    found = reader.emit("gabor", place_of(reader, output, "generated"), *values, direction, settings=settings)
+    return reader.emit("component", found, settings=(GABOR_OUTPUTS.index(output.socket.name),))
+
+
 @evaluator("TEX_GRADIENT")
 def _gradient(reader: Reader, output: Output) -> Any:
     return reader.emit("gradient", place_of(reader, output, "generated"), settings=(output.node.gradient_type,))
@@ -242,7 +262,7 @@ def _brick(reader: Reader, output: Output) -> Any:
     )
 
 
-PATTERNS = ("TEX_MUSGRAVE", "TEX_GABOR", "TEX_IES", "TEX_POINTDENSITY", "SCRIPT")
+PATTERNS = ("TEX_MUSGRAVE", "TEX_IES", "TEX_POINTDENSITY", "SCRIPT")
 
 
 @evaluator(*PATTERNS)

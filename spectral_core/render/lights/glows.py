@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.lights.balls import Drawn
 from spectral_core.render.lights.listing import Glow
-from spectral_core.render.plugins.numbers import table
+from spectral_core.render.plugins.numbers import Rows, table
 
 
 class Glows:
@@ -39,7 +39,7 @@ class Glows:
         for number, glow in zip(numbers, glows, strict=True):
             items[number], sources[number] = first, glow.source + 1
             first += len(glow.corners)
-        self._items, self._sources = table(mi.UInt32, items), table(mi.UInt32, sources)
+        self._items, self._sources = table(mi.UInt32, items), Rows.of(table(mi.UInt32, sources))
 
     def draw(self, slot: Any, place: Any, uv: Any, active: Any) -> Drawn:
         """A point of a triangle, uniformly over its area."""
@@ -80,9 +80,8 @@ class Glows:
 
         mi = self._mi
         number = tables.number(si.shape)
-        known = active & (number < dr.opaque(mi.UInt32, dr.width(self._sources)))
-        source = dr.select(known, dr.gather(mi.UInt32, self._sources, number, known), 0)
-        return dr.gather(mi.UInt32, self._items, number, known) + si.prim_index, source
+        source = self._sources.look_up(number, active=active)
+        return dr.gather(mi.UInt32, self._items, number, source != 0) + si.prim_index, source
 
 
 def geometry(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

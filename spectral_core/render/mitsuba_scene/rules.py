@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.numbers import Rows
 from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
 from spectral_core.render.trace.media import Media, MediumRow
 from spectral_core.scene import Rays
@@ -94,14 +95,14 @@ class Tables:
         shadows = int(Rays.SHADOW) | STRAND
         self.blocks_selectively = self.clear is not None or any(bits & shadows for _, bits in rules.shapes)
 
-    def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:
+    def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Rows | None:
         if not rows:
             return None
         # lights of our tables have their own numbers, Mitsuba's objects those of its registry
         numbers = [item if isinstance(item, int) else int(self.number(pointer(item))[0]) for item, _ in rows]
         table = np.zeros(max(numbers) + 1, np.uint32)
         table[numbers] = [value for _, value in rows]
-        return self._mi.UInt32(table)
+        return Rows.of(self._mi.UInt32(table))
 
     def number(self, pointer: Any) -> Any:
         """Registry number of a Mitsuba pointer, 0 for none."""
@@ -109,15 +110,9 @@ class Tables:
 
         return dr.reinterpret_array(self._mi.UInt32, pointer)
 
-    def look_up(self, table: Any | None, number: Any, missing: int = 0) -> Any:
+    def look_up(self, table: Rows | None, number: Any, missing: int = 0) -> Any:
         """Row of a table; ``missing`` for objects without a row."""
-        import drjit as dr
-
-        mi = self._mi
-        if table is None:
-            return mi.UInt32(missing)
-        known = number < dr.opaque(mi.UInt32, dr.width(table))
-        return dr.select(known, dr.gather(mi.UInt32, table, number, known), missing)
+        return self._mi.UInt32(missing) if table is None else table.look_up(number, missing)
 
     def intersect(self, scene: Any, ray: Any, active: Any, coherent: Any = False) -> Any:
         """The nearest hit of a ray in the scene."""

@@ -110,7 +110,7 @@ class Shapes:
         """Mitsuba mesh of a part; its material is entered in the tables."""
         shape, name = geometry.mesh_shape(self.context, part, children), self._material(instance, index).name
         self.context.bsdf.surfaces.assign(shape, name)
-        self.context.meshes.add_mesh(shape, part.positions, part.triangles, part.normals, part.uvs)
+        self.context.meshes.add_mesh(shape, part)
         self.context.material_of_shape.append((shape, name))
         if name in self.context.dyed:
             self.context.dyed[name].shapes.append(shape)

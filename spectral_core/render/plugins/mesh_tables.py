@@ -7,14 +7,15 @@ hundred instances takes seconds to compile. Read from tables, any number of shap
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plugins.numbers import aligned, own_copy
-from spectral_core.render.plugins.paints.tables import SceneTables
+from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
 
 REGISTRY_STEP = 16
 NONE = 0xFFFFFFFF
@@ -31,6 +32,16 @@ class _Triangles:
     triangles: NDArray[np.uint32]
     normals: NDArray[np.float32] | None
     uvs: NDArray[np.float32] | None
+    attributes: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+
+
+def barycentric(dr: Any, corners: list[Any], place: Any) -> tuple[Any, Any, Any]:
+    """Shares of a triangle's corners at a point of its plane; those of the first corner if it has no area."""
+    whole = dr.cross(corners[1] - corners[0], corners[2] - corners[0])
+    size = dr.maximum(dr.squared_norm(whole), 1e-36)
+    second = dr.dot(dr.cross(place - corners[0], corners[2] - corners[0]), whole) / size
+    third = dr.dot(dr.cross(corners[1] - corners[0], place - corners[0]), whole) / size
+    return 1.0 - second - third, second, third
 
 
 class MeshTables:
@@ -42,6 +53,8 @@ class MeshTables:
         self._balls: dict[int, tuple[float, ...]] = {}
         self._parts: dict[int, list[int]] = {}
         self.faces = self.positions = self.normals = self.uvs = self.rows = self.parts = self.balls = None
+        self.attributes: dict[str, list[Any]] = {}
+        """By the name of an attribute: for each shape the first of its values, and all values."""
 
     def add(self, shape: Any) -> None:
         """Add a mesh or a sphere of Mitsuba, or replace the vertices of one that was added before."""
@@ -52,16 +65,19 @@ class MeshTables:
             return
         names = ("vertex_positions", "faces", "vertex_normals", "vertex_texcoords")
         positions, faces, normals, uvs = (np.array(parameters[name]) for name in names)
+        known = self._meshes[number].attributes if number in self._meshes else ()
         self._meshes[number] = _Triangles(
             positions.reshape(-1, 3),
             faces.reshape(-1, 3),
             normals.reshape(-1, 3) if normals.size else None,
             uvs.reshape(-1, 2) if uvs.size else None,
+            {name: np.array(parameters[attribute_name(name)]).reshape(-1, 3) for name in known},
         )
 
-    def add_mesh(self, shape: Any, positions: Any, triangles: Any, normals: Any, uvs: Any) -> None:
-        """Add a mesh of Mitsuba by the arrays that it was made of: reading them back takes as long as making it."""
-        self._meshes[self._number(shape)] = _Triangles(positions, triangles, normals, uvs)
+    def add_mesh(self, shape: Any, part: Any) -> None:
+        """Add a mesh of Mitsuba by the part that it was made of: reading it back takes as long as making it."""
+        values = {item.name: item.values for item in part.attributes}
+        self._meshes[self._number(shape)] = _Triangles(part.positions, part.triangles, part.normals, part.uvs, values)
 
     def add_instance(self, placed: Any, shapes: list[Any]) -> None:
         """Add an instance of a group of meshes, in the order of the group."""
@@ -106,14 +122,23 @@ class MeshTables:
         self.parts = self._array(mi.UInt32, np.array([k for of in self._parts.values() for k in of] or [0, 0]))
         self.balls = self._array(mi.Float, np.array(list(self._balls.values()) or [(0.0, 0.0)]))
         self.faces = self._joined(mi.UInt32, [mesh.triangles for mesh in meshes.values()])
+        for name in dict.fromkeys(name for mesh in meshes.values() for name in mesh.attributes):
+            first, places = 0, np.full(self.last + 1, NONE, np.uint32)
+            for number, mesh in meshes.items():
+                if name in mesh.attributes:
+                    places[number] = first
+                    first += len(mesh.attributes[name])
+            self.attributes[name] = [self._array(mi.UInt32, places), None]
         self.write_vertices()
 
     def write_vertices(self) -> None:
-        """Write positions, normals and UV maps again."""
+        """Write positions, normals, UV maps and attributes again."""
         mi, meshes = self.mi, list(self._meshes.values())
         self.positions = self._joined(mi.Float, [mesh.positions for mesh in meshes])
         self.normals = self._joined(mi.Float, [mesh.normals for mesh in meshes if mesh.normals is not None])
         self.uvs = self._joined(mi.Float, [mesh.uvs for mesh in meshes if mesh.uvs is not None])
+        for name, kept in self.attributes.items():
+            kept[1] = self._joined(mi.Float, [mesh.attributes[name] for mesh in meshes if name in mesh.attributes])
 
     def _joined(self, kind: Any, arrays: list[Any]) -> Any:
         return self._array(kind, np.concatenate([np.ravel(array) for array in arrays] or [np.zeros(2)]))
@@ -151,15 +176,33 @@ class MeshTables:
         si.wi = dr.select(valid, si.to_local(-ray.d), -ray.d)
         return si
 
-    def corners(self, si: Any, active: Any) -> tuple[list[Any], Any]:
-        """Corners, in the world, of the triangle of a hit, and whether it is one."""
+    def attribute(self, name: str, si: Any, place: Any, active: Any) -> Any:
+        """An attribute (vector) at a point of the plane of a triangle, in the space of its mesh; 0 without it."""
+        mi, dr = self.mi, self.dr
+        if name not in self.attributes:
+            return mi.Vector3f(0.0)
+        starts, values = self.attributes[name]
+        places, corners, known = self._own_corners(si, active)
+        first = dr.gather(mi.UInt32, starts, dr.reinterpret_array(mi.UInt32, si.shape), known)
+        known &= first != NONE
+        shares = barycentric(dr, corners, place)
+        at = [dr.gather(mi.Vector3f, values, first + places[k], known) for k in range(3)]
+        return dr.select(known, at[0] * shares[0] + at[1] * shares[1] + at[2] * shares[2], 0.0)
+
+    def _own_corners(self, si: Any, active: Any) -> tuple[Any, list[Any], Any]:
+        """Indices and positions of the corners of the triangle of a hit, in the mesh's space, and whether it is one."""
         mi, dr = self.mi, self.dr
         number = dr.reinterpret_array(mi.UInt32, si.shape)
         known = active & si.is_valid()
         face, vertex = (dr.gather(mi.UInt32, self.rows, number * COLUMNS + k, known) for k in range(2))
         known &= face != NONE
         places = dr.gather(mi.Vector3u, self.faces, face + si.prim_index, known)
-        corners = [dr.gather(mi.Point3f, self.positions, vertex + places[k], known) for k in range(3)]
+        return places, [dr.gather(mi.Point3f, self.positions, vertex + places[k], known) for k in range(3)], known
+
+    def corners(self, si: Any, active: Any) -> tuple[list[Any], Any]:
+        """Corners, in the world, of the triangle of a hit, and whether it is one."""
+        mi, dr = self.mi, self.dr
+        _, corners, known = self._own_corners(si, active)
         if self._parts:
             placed = dr.reinterpret_array(mi.UInt32, si.instance)
             moved = known & (placed != 0)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,31 @@ def table(kind: Any, values: Any) -> Any:
     given = np.asarray(values)
     wanted = np.float32 if np.issubdtype(given.dtype, np.floating) else np.uint32
     return kind(aligned(given.astype(wanted)))
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """A table by number, and its length, which kernels read too.
+
+    The length is made with the table: a number that is made within a recorded launch may be read after it was freed.
+    """
+
+    values: Any
+    length: Any
+
+    @staticmethod
+    def of(values: Any) -> Rows:
+        """The rows of an array of whole numbers of the renderer."""
+        import drjit as dr
+
+        return Rows(values, dr.opaque(type(values), dr.width(values)))
+
+    def look_up(self, number: Any, missing: int = 0, active: Any = True) -> Any:
+        """A row; ``missing`` past the last, and for inactive lanes."""
+        import drjit as dr
+
+        known = (number < self.length) & active
+        return dr.select(known, dr.gather(type(self.values), self.values, number, known), missing)
 
 
 def channel_mean(dr: Any, value: Any) -> Any:

@@ -49,7 +49,6 @@ class FirstHit:
 
         mi = self.mitsuba
         table = self._table()
-        bounds = dr.opaque(mi.UInt32, MOST_LAYERS)
 
         def body(origin: Any, length: Any, layers: Any, walking: Any) -> Any:
             probe = mi.Ray3f(ray)
@@ -59,7 +58,7 @@ class FirstHit:
             onward = si.spawn_ray(ray.d)
             origin = dr.select(is_hidden, onward.o, origin)
             length = dr.select(is_hidden, length - si.t, length)
-            return origin, length, layers + 1, is_hidden & (layers + 1 < bounds)
+            return origin, length, layers + 1, is_hidden & (layers + 1 < MOST_LAYERS)
 
         start = (mi.Point3f(ray.o), mi.Float(ray.maxt), mi.UInt32(0), mi.Bool(True))
         origin, length, _, _ = dr.while_loop(start, lambda _o, _l, _n, walking: walking, body)
@@ -75,7 +74,6 @@ class FirstHit:
         import drjit as dr
 
         mi = self.mitsuba
-        bounds = dr.opaque(mi.UInt32, MOST_LAYERS)
         fills = None if self.rules is None else self.rules.media
 
         def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, layers: Any, walking: Any) -> Any:
@@ -91,7 +89,7 @@ class FirstHit:
                 way = dr.select(si.is_valid(), si.t, dr.inf)
                 passed = dr.select(walking, passed * fills.clear(fog[0], way, ray.wavelengths, walking), passed)
                 fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met)
-            onward = met & (dr.max(passed) > 0.0) & (layers + 1 < bounds)
+            onward = met & (dr.max(passed) > 0.0) & (layers + 1 < MOST_LAYERS)
             # a walk that ends at the limit has not reached the environment
             passed = dr.select(met & ~onward, 0.0, passed)
             origin = dr.select(onward, si.spawn_ray(ray.d).o, origin)

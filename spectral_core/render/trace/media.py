@@ -165,11 +165,7 @@ class Media:
         return (self._bits(shape, active) & ONLY_BORDER) != 0
 
     def _bits(self, shape: Any, active: Any) -> Any:
-        mi, dr = self._mi, self._dr
-        if self._inside is None:
-            return mi.UInt32(0)
-        known = active & (shape < dr.opaque(mi.UInt32, dr.width(self._inside)))
-        return dr.select(known, dr.gather(mi.UInt32, self._inside, shape, known), 0)
+        return self._mi.UInt32(0) if self._inside is None else self._inside.look_up(shape, active=active)
 
     def _lobe(self, medium: Any, k: int, active: Any) -> tuple[Any, Any, Any]:
         mi, dr = self._mi, self._dr

@@ -91,17 +91,29 @@ def through_glass(met: Any, si: Any, path: Any, active: Any, *, counts: bool) ->
         path.through = dr.select(gone, path.through + channel_mean(dr, path.throughput), path.through)
 
 
-def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:
-    """A contribution reduced to the limits on a sample's mean."""
+def clamps_of(settings: PathSettings) -> tuple[Any, Any] | None:
+    """Largest mean of a sample of direct and of indirect light, as numbers that kernels read; None without limits.
+
+    Make them before a launch is recorded.
+    """
     import drjit as dr
     import mitsuba as mi
 
     limits = settings.limits
     if limits.clamp_direct <= 0 and limits.clamp_indirect <= 0:
-        return value
+        return None
     none = float(dr.largest(mi.Float))
     highest = [limit * settings.white if limit > 0 else none for limit in (limits.clamp_direct, limits.clamp_indirect)]
-    low, high = (dr.opaque(mi.Float, limit) for limit in highest)
+    return dr.opaque(mi.Float, highest[0]), dr.opaque(mi.Float, highest[1])
+
+
+def clamped(clamps: tuple[Any, Any] | None, value: Any, indirect: Any) -> Any:
+    """A contribution reduced to the limits on a sample's mean (``clamps_of``)."""
+    import drjit as dr
+
+    if clamps is None:
+        return value
+    low, high = clamps
     mean = channel_mean(dr, dr.abs(value))
     most = dr.select(indirect, high, low)
     return value * dr.select(mean > most, most / mean, 1.0)

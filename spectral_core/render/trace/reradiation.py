@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.plugins.numbers import table
+from spectral_core.render.plugins.numbers import Rows, table
 from spectral_core.render.trace.wavelengths import cell_edges, share_by_cell
 from spectral_core.scene import Fluorescent
 from spectral_core.scene.fluorescent import EXCITED_NM
@@ -85,7 +85,7 @@ class Reradiation:
         rows = np.zeros(max((number for number, _ in numbers), default=0) + 1, np.uint32)
         for number, row in numbers:
             rows[number] = row
-        self._rows = table(mi.UInt32, rows)
+        self._rows = Rows.of(table(mi.UInt32, rows))
 
     def shift(self, si: Any, sampler: Any, active: Any) -> tuple[Any, Any, Any]:
         """Wavelengths at which a path continues, the factor on its throughput, and True if they differ from those
@@ -95,9 +95,8 @@ class Reradiation:
 
         mi = self._mi
         shape = dr.reinterpret_array(mi.UInt32, si.shape)
-        known = active & (shape < dr.opaque(mi.UInt32, dr.width(self._rows)))
-        row = dr.gather(mi.UInt32, self._rows, shape, known)
-        dyed = known & (row > 0)
+        row = self._rows.look_up(shape, active=active)
+        dyed = active & (row > 0)
         weights = self._weights_at(si, row, dyed)
         index = row - 1
         chance = mi.Float(0.0)

@@ -47,7 +47,7 @@ def scene_path_class(variant: str) -> Any:
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
             super().__init__(mi.Properties())
             self.tables, self.settings, self.lights = tables, settings, lights
-            limits = settings.limits
+            limits, self.clamps = settings.limits, path_limits.clamps_of(settings)
             count = lambda value: dr.opaque(mi.UInt32, int(value))  # noqa: E731
             # opaque: kernels read the numbers, so that another limit needs no new kernel
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
@@ -288,7 +288,7 @@ def scene_path_class(variant: str) -> Any:
 
         def clamped(self, value: Any, indirect: Any) -> Any:
             """A contribution reduced to the limits on a sample's mean."""
-            return path_limits.clamped(self.settings, value, indirect)
+            return path_limits.clamped(self.clamps, value, indirect)
 
         def to_string(self) -> str:
             return "ScenePath"

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene.shading import arithmetic, colors, geometry, noise, patterns, pictures, vectors, voronoi  # noqa: F401
+from spectral_core.scene.shading import arithmetic, colors, gabor, geometry, noise, patterns, pictures, vectors, voronoi  # noqa: F401
 from spectral_core.scene.shading.numpy_backend import NumPy
 from spectral_core.scene.shading.registry import OPERATIONS
 

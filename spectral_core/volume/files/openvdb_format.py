@@ -27,7 +27,7 @@ from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, pick_component
 from spectral_core.volume.files.request import ReadRequest
 from spectral_core.volume.files.vdb.read import grid_names, read_grid
-from spectral_core.volume.files.vdb.walk import require_sound
+from spectral_core.volume.files.vdb.walk import sound_metadata
 from spectral_core.volume.files.vdb.write import write_grid
 from spectral_core.volume.files.vtk_format import choose_array
 
@@ -60,7 +60,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     if array.ndim == 4:
         array = pick_component(array, 3, request.component, path)
     array = _restored(array, str(metadata.get(_TYPE_KEY)))
-    return make_volume(metadata.get(_NAME_KEY) or path.stem, array, world_from_index, path)
+    return make_volume(str(metadata.get(_NAME_KEY) or path.stem), array, world_from_index, path)
 
 
 def write(volume: ScalarVolume, path: Path) -> None:
@@ -119,17 +119,17 @@ def find_openvdb() -> ModuleType | None:
 
 def _read_with_openvdb(path: Path, name: str) -> tuple[NDArray[Any], dict[str, Any], NDArray[np.float64]]:
     openvdb: Any = find_openvdb()
-    require_sound(path, name)
+    metadata = sound_metadata(path, name)  # never grid.metadata, which ends Blender if a text is not UTF-8
     try:
         grid = openvdb.read(str(path), name)
-    except (RuntimeError, OSError, ValueError) as error:
+    except (RuntimeError, OSError, ValueError, KeyError) as error:  # KeyError: a name that is not UTF-8
         raise FileFormatError(
             f"{path.name} is not an OpenVDB file that can be read, or it is truncated: {error}"
         ) from error
     if grid.valueTypeName not in _DTYPES:
         raise FileFormatError(f"grid {name!r} of {path.name} holds {grid.valueTypeName}; expected numbers")
     active = None if grid.activeVoxelCount() == 0 else grid.evalActiveVoxelBoundingBox()
-    low, shape = _box(grid.metadata, active)
+    low, shape = _box(metadata, active)
     components = (3,) if grid.valueTypeName.startswith("vec3") else ()
     _require_holdable(name, (*shape, *components), np.dtype(_DTYPES[grid.valueTypeName]), path)
     array = np.zeros((*shape, *components), _DTYPES[grid.valueTypeName])
@@ -141,7 +141,7 @@ def _read_with_openvdb(path: Path, name: str) -> tuple[NDArray[Any], dict[str, A
     corner = np.array(grid.transform.indexToWorld(low))
     steps = [(*low[:a], low[a] + 1, *low[a + 1 :]) for a in range(3)]
     columns = [np.array(grid.transform.indexToWorld(step)) - corner for step in steps]
-    return array, grid.metadata, affine(np.stack(columns, axis=1), corner)
+    return array, metadata, affine(np.stack(columns, axis=1), corner)
 
 
 def _read_plainly(path: Path, name: str) -> tuple[NDArray[Any], dict[str, Any], NDArray[np.float64]]:

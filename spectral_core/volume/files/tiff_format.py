@@ -8,6 +8,7 @@ resolution tag of a TIFF is a print size without depth, so without those a voxel
 from __future__ import annotations
 
 import logging
+import math
 import re
 import struct
 import zlib
@@ -142,7 +143,20 @@ def _refuse_cut(file: Any, path: Path) -> None:
                 raise FileFormatError(
                     f"{path.name} is truncated: page {number} needs {offset + count} bytes, the file has {size}"
                 )
+        _require_stated_strips(page, number, path)
         _require_honest_strips(page, number, path)
+
+
+def _require_stated_strips(page: Any, number: int, path: Path) -> None:
+    """Raise FileFormatError if a page's size needs more strips than the file states: tifffile makes up the others, one
+    at a time, which takes minutes for a damaged size.
+    """
+    needed, stated = math.prod(page.chunked), len(page.dataoffsets)
+    if needed > stated and not page.is_contiguous:
+        raise FileFormatError(
+            f"{path.name} is damaged: page {number} of {'×'.join(map(str, page.shape))} needs {needed} strips, "
+            f"the file states {stated}"
+        )
 
 
 def _require_honest_strips(page: Any, number: int, path: Path) -> None:

@@ -10,7 +10,9 @@ from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.scene.shading import OPERATIONS, Instruction, Program, step
 
 SHARED = frozenset(
-    name for name in OPERATIONS if name.startswith(("noise", "voronoi", "wave", "brick", "magic", "white_noise"))
+    name
+    for name in OPERATIONS
+    if name.startswith(("noise", "voronoi", "wave", "brick", "magic", "white_noise", "gabor"))
 )
 """Operations with so much code that a kernel contains it once and calls it."""
 

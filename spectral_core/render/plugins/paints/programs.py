@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.mesh_tables import barycentric
 from spectral_core.render.plugins.paints.probes import Probes
 from spectral_core.render.plugins.paints.ray_marks import SINGULAR, read_mark
 from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
@@ -188,16 +189,20 @@ class DrJit:
         return si.uv.x + (g * a - f * b) * scale, si.uv.y + (e * b - f * a) * scale, mi.Float(0.0)
 
     def _attribute(self, name: str, shift: int) -> Any:
-        mi = self.mi
-        moved = mi.SurfaceInteraction3f(self.si)
+        """A value of the mesh; Mitsuba reads it while the scene is not loaded yet."""
+        mi, tables = self.mi, self.tables
         place = self._position(shift)
-        if self.tables.has_instances:  # Mitsuba's position in the triangle is from the mesh's space
+        if tables.has_instances:  # the position in the triangle is from the mesh's space
             is_instance = self._number_of(self.si.instance) != 0
             place = self.dr.select(
                 is_instance, mi.Point3f(*self.transform(self._tuple(place), "POINT", "OBJECT", False)), place
             )
-        moved.p = place
-        found = self.si.shape.eval_attribute_3(attribute_name(name), moved, self.active)
+        if tables.is_live:
+            found = tables.meshes.attribute(name, self.si, place, self.active)
+        else:
+            moved = mi.SurfaceInteraction3f(self.si)
+            moved.p = place
+            found = self.si.shape.eval_attribute_3(attribute_name(name), moved, self.active)
         return found.x, found.y, found.z
 
     def _sided(self, normal: Any) -> Any:
@@ -223,11 +228,7 @@ class DrJit:
         if not self.tables.is_live:
             return si.uv.x, si.uv.y, mi.Float(0.0)
         corners, is_triangle = self.tables.meshes.corners(si, self.active)
-        whole = dr.cross(corners[1] - corners[0], corners[2] - corners[0])
-        size = dr.maximum(dr.squared_norm(whole), 1e-30)
-        second = dr.dot(dr.cross(si.p - corners[0], corners[2] - corners[0]), whole) / size
-        third = dr.dot(dr.cross(corners[1] - corners[0], si.p - corners[0]), whole) / size
-        first = 1.0 - second - third
+        first, second, _ = barycentric(dr, corners, si.p)
         return dr.select(is_triangle, first, 0.0), dr.select(is_triangle, second, 0.0), mi.Float(0.0)
 
     def _tangent(self) -> Any:
@@ -258,8 +259,7 @@ class DrJit:
         if ("row", 0) not in self._read:
             instance = self._number_of(self.si.instance)
             number = dr.select(instance != 0, instance, self._number_of(self.si.shape))
-            last = dr.opaque(mi.UInt32, max(self.tables.rows, default=0))
-            self._read["row", 0] = dr.select(number <= last, number, 0) * self.tables.row_size
+            self._read["row", 0] = self.tables.row_of(number)
         return dr.gather(mi.Float, self.tables.buffer(), self._read["row", 0] + column, self.active)
 
     def _object(self, name: str) -> Any:

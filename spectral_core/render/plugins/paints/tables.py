@@ -55,6 +55,7 @@ class SceneTables:
     _home: Any = None
     _owners: dict[str, int] = field(default_factory=dict)
     _buffer: Any = None
+    _last: Any = None
     _camera: Any = None
     _images: dict[int, Any] = field(default_factory=dict)
     _kept: list[Any] = field(default_factory=list)
@@ -94,6 +95,7 @@ class SceneTables:
                 table[number, : row.size] = row
             # a list, not an array: Dr.Jit would map NumPy's memory, which is another type for a recorded launch
             self._buffer = self.mi.Float(table.ravel().tolist())
+            self._last = self.dr.opaque(self.mi.UInt32, len(table) - 1)
         return self._buffer
 
     def placement(self, number: Any, active: Any) -> list[Any]:
@@ -103,9 +105,12 @@ class SceneTables:
 
     def owner(self, number: Any, active: Any) -> Any:
         """Number of the object to which a shape or instance belongs, whatever its material."""
-        last = self.dr.opaque(self.mi.UInt32, max(self.rows, default=0))
-        known = self.dr.select(number <= last, number, 0)
-        return self.dr.gather(self.mi.Float, self.buffer(), known * self.row_size + 30, active)
+        return self.dr.gather(self.mi.Float, self.buffer(), self.row_of(number) + 30, active)
+
+    def row_of(self, number: Any) -> Any:
+        """Place in the buffer of the row of a shape or instance; the first row for one without."""
+        self.buffer()
+        return self.dr.select(number <= self._last, number, 0) * self.row_size
 
     def live_in(self, home: Any) -> None:
         """Let programs that send rays find the scene, as ``home.scene``.

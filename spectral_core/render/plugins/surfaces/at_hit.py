@@ -22,8 +22,7 @@ class SurfaceAt:
         self.tables, self.mi, self.dr = tables, tables.mi, tables.dr
         mi, dr = self.mi, self.dr
         number = dr.reinterpret_array(mi.UInt32, si.shape)
-        known = number < dr.opaque(mi.UInt32, dr.width(tables.material_of_shape))
-        self.material = dr.gather(mi.UInt32, tables.material_of_shape, number, known)
+        self.material = dr.gather(mi.UInt32, tables.material_of_shape, number, number < tables.shape_count)
         self.is_one = tables.most_leaves <= 1
 
     def flags(self) -> Any:

@@ -57,7 +57,7 @@ class SurfaceTables:
         self._assigned: dict[int, str] = {}
         self._written: dict[str, list[Any]] = {}
         self.leaf_kind = self.leaf_row = self.leaf_constant = self.leaf_factor = self.leaf_factors = None
-        self.first_leaf = self.leaf_count = self.material_flags = self.material_of_shape = None
+        self.first_leaf = self.leaf_count = self.material_flags = self.material_of_shape = self.shape_count = None
 
     def add(self, name: str, leaves: Sequence[Leaf]) -> None:
         """A material by its name."""
@@ -178,6 +178,8 @@ class SurfaceTables:
         places = {name: number for number, name in enumerate(self._materials, 1)}
         last = max(self._assigned, default=0)
         self._put(self, "material_of_shape", [places.get(self._assigned.get(k, ""), 0) for k in range(last + 1)])
+        if self._written.get("shape_count") != [last + 1]:
+            self.shape_count, self._written["shape_count"] = self.dr.opaque(self.mi.UInt32, last + 1), [last + 1]
 
     def _flags_of(self, first: int, count: int) -> int:
         found = 0

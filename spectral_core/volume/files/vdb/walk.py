@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,18 +22,18 @@ from spectral_core.volume.files.vdb.read import (
 from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, NODE_LEAVES, ROOT_NODES, ZIP
 
 
-def require_sound(path: Path, name: str) -> None:
-    """Raise FileFormatError if a grid's nodes and their values do not end where the file states.
+def sound_metadata(path: Path, name: str) -> dict[str, Any]:
+    """The metadata of a grid whose nodes and values end where the file states; raises FileFormatError otherwise.
 
-    OpenVDB itself trusts every count: a damaged one makes it read forever, or allocate any amount of memory.
+    OpenVDB itself trusts every count: a damaged one makes it read forever, or allocate any amount of memory. Its Python
+    module ends the whole process if a key or a text of the metadata is not UTF-8; they are therefore read here.
     """
     try:
         with path.open("rb") as stream:
             for held, kind, start, end in descriptors(stream, path):
                 if held == name:
                     stream.seek(start)
-                    _Walk(stream, path, kind).to(end)
-                    return
+                    return _Walk(stream, path, kind).to(end)
     except (struct.error, KeyError) as error:
         raise FileFormatError(f"{path.name} is truncated or invalid: {error}") from error
     raise FileFormatError(f"{path.name} has no grid {name!r}")
@@ -41,10 +42,10 @@ def require_sound(path: Path, name: str) -> None:
 class _Walk(GridReader):
     """Follows the structure of a grid without its values, and so in any packing."""
 
-    def to(self, end: int) -> None:
-        """Go through the grid to its end. Raises FileFormatError or struct.error."""
+    def to(self, end: int) -> dict[str, Any]:
+        """Go through the grid to its end; returns its metadata. Raises FileFormatError or struct.error."""
         self.flags = read_word(self.stream)
-        read_metadata(self.stream)
+        metadata = read_metadata(self.stream)
         if not np.isfinite(transform_of(self.stream, self.path)).all():
             raise FileFormatError(f"a grid of {self.path.name} has a transform that is not finite")
         read_word(self.stream)
@@ -63,6 +64,7 @@ class _Walk(GridReader):
         self._leaves(leaves)
         if self.stream.tell() != end:
             raise FileFormatError(f"{self.path.name} is invalid: a grid ends at byte {self.stream.tell()}, not {end}")
+        return metadata
 
     def _children(self, count: int) -> int:
         """Pass over a node; returns the number of its children."""

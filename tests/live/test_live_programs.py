@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Data of shading programs in recorded launches: a replay reads what a fresh launch reads, whatever else is loaded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from spectral_core.render.live.passes import Launcher
+from spectral_core.render.live.picture import ViewPicture
+from spectral_core.render.live.stage import Stage
+from spectral_core.render.live.view import Viewpoint, ViewRequest
+from spectral_core.scene import (
+    Computed,
+    Diffuse,
+    Emission,
+    Instance,
+    LightPaths,
+    Material,
+    Rays,
+    ScatteringMedium,
+    Scene,
+    gray,
+)
+from spectral_core.scene.geometry import Attribute
+from spectral_core.scene.shading import Builder
+from tests.live import test_live_session as session
+from tests.live.test_live_session import HEIGHT, WIDTH, at
+
+scene = session.scene
+
+
+def _generated(scene: Scene) -> Scene:
+    """The red balls show their generated coordinates, which are read in the space of the object."""
+    build = Builder()
+    color = Computed(build.program(build.add("vector_input", (), "generated", 0)))
+    materials = [replace(m, surface=Diffuse(color)) if m.name == "red" else m for m in scene.materials]
+    meshes = [replace(m, attributes=(Attribute("generated", (m.positions + 1) / 2),)) for m in scene.meshes]
+    return replace(scene, materials=tuple(materials), meshes=tuple(meshes))
+
+
+def _pictured(stage: Stage, scene: Scene, samples: int = 3) -> np.ndarray:
+    stage.show(scene)
+    stage.activate()
+    viewpoint = Viewpoint.of_camera(scene.camera, scene.film)
+    picture = ViewPicture(stage.launcher, ViewRequest("stage", viewpoint, WIDTH, HEIGHT, samples, 0), 4)
+    stage.look_from(viewpoint)
+    while not picture.is_done:
+        picture.step()
+    return picture.pixels()
+
+
+def test_a_replayed_launch_makes_no_numbers_of_its_own(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A number that a program made within a recorded launch was read after it was freed: another object's data."""
+    import drjit as dr
+
+    made: list[float] = []
+    launch, opaque = Launcher._launch, dr.opaque
+
+    def launched(*arguments: object) -> object:
+        monkeypatch.setattr(dr, "opaque", lambda kind, value=0, *rest: made.append(value) or opaque(kind, value, *rest))
+        try:
+            return launch(*arguments)
+        finally:
+            monkeypatch.setattr(dr, "opaque", opaque)
+
+    monkeypatch.setattr(Launcher, "_launch", launched)
+    plain = _generated(scene)
+    fog = ScatteringMedium(0.2, gray(0.8))
+    special = replace(
+        plain,
+        materials=(
+            *plain.materials,
+            Material("glow", Emission(gray(0.5), 2.0)),
+            Material("fog", Diffuse(gray(0.5)), medium=fog),
+        ),
+        instances=(
+            *(replace(x, unlit_by=("fill",), clear_for=("key",)) for x in plain.instances),
+            Instance("lamp", "two", at(0, 2, 2), ("glow",), hidden_from=Rays.CAMERA),
+            Instance("cloud", "two", at(3, 2, 2), ("fog",)),
+        ),
+        lights=tuple(replace(x, max_bounces=2, hidden_from=Rays.GLOSSY) for x in plain.lights),
+        film=replace(plain.film, transparent=True),
+        settings=replace(plain.settings, light_paths=LightPaths(clamp_direct=5.0, clamp_indirect=3.0)),
+    )
+    for each in (plain, special):
+        _pictured(Stage(), each, 1)
+    assert made == []
+
+
+def test_an_edit_in_place_of_an_attribute_is_visible(scene: Scene) -> None:
+    seen, stage = _generated(scene), Stage()
+    before = _pictured(stage, seen)
+    turned = [
+        replace(m, attributes=(Attribute("generated", m.attributes[0].values[:, ::-1].copy()),)) for m in seen.meshes
+    ]
+    edited = replace(seen, meshes=tuple(turned))
+    after = _pictured(stage, edited)
+    assert stage.how == "meshes"
+    assert np.abs(after - before).max() > 0.05
+    np.testing.assert_allclose(after, _pictured(Stage(), edited), atol=1e-4)
