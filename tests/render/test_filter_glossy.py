@@ -32,15 +32,15 @@ pytest.importorskip("mitsuba")
 
 
 def test_alpha_follows_the_least_density_of_the_bounces_before():
-    from spectral_core.render.plugins.closures import filtered
+    from spectral_core.render.plugins.closures import microfacet
     from spectral_core.render.variant import activate, choose_backend
 
     mi = activate(choose_backend("rgb"))
     import drjit as dr
 
     si = dr.zeros(mi.SurfaceInteraction3f, 4)
-    filtered.mark(si, mi.Float(2.0), mi.Float(np.array([np.inf, 2.0, 1.0, 0.0], np.float32)))
-    np.testing.assert_allclose(np.array(filtered.least_alpha(si)), [0.0, 0.0, 0.5 * 0.5**0.5, 0.5], rtol=1e-6)
+    microfacet.blur(si, mi.Float(2.0), mi.Float(np.array([np.inf, 2.0, 1.0, 0.0], np.float32)))
+    np.testing.assert_allclose(np.array(microfacet.least_alpha(si)), [0.0, 0.0, 0.5 * 0.5**0.5, 0.5], rtol=1e-6)
 
 
 def test_a_negative_strength_is_refused():

@@ -13,7 +13,7 @@ from typing import Any
 
 from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
-from spectral_core.render.plugins.closures import filtered
+from spectral_core.render.plugins.closures import microfacet
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace import hit_sides, in_media, path_limits, reradiation
@@ -53,7 +53,7 @@ def scene_path_class(variant: str) -> Any:
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
             self.diffuse, self.glossy = count(limits.diffuse), count(limits.glossy)
             self.transmission, self.volume = count(limits.transmission), count(limits.volume)
-            self.filter_glossy = filtered.strength_of(limits)
+            self.filter_glossy = microfacet.strength_of(limits)
             self.met: Any = None
             """Light along the ray, by its origin."""
             self.asked: Any = None
@@ -97,7 +97,7 @@ def scene_path_class(variant: str) -> Any:
             unseen = path.active & si.is_valid() & passes
             si.dn_du = -path.ray.d  # the viewer's direction for closures, see plugins.closures.upright
             si.dn_dv = ray_marks(mi, dr, path)
-            filtered.mark(si, self.filter_glossy, path.least_density)
+            microfacet.blur(si, self.filter_glossy, path.least_density)
             si.wi = self.upright(si)
             leaves = path.leaves & path.active
             unseen &= ~leaves

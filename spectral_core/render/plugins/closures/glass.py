@@ -6,9 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.film import film_of
-from spectral_core.render.plugins.closures.filtered import least_alpha
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, kept_of
+from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, kept_of, least_alpha
 from spectral_core.render.plugins.closures.upright import keeps_side
 from spectral_core.render.plugins.numbers import channel_mean
 

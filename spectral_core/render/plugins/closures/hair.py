@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from math import cos, factorial, log, pi
 from typing import Any
 
-from spectral_core.render.plugins.closures.filtered import least_alpha
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+from spectral_core.render.plugins.closures.microfacet import least_alpha
 from spectral_core.render.plugins.closures.upright import toward_viewer
 from spectral_core.scene.hair import STRAND_SIDES
 

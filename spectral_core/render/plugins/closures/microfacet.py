@@ -6,6 +6,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+LARGEST_ALPHA = 0.5
+"""Alpha that Filter Glossy gives behind a bounce in every direction.
+
+After a bounce that scatters widely, a path finds a mirror, and behind it a small light, by chance only; a blurred lobe
+trades the sharp caustic for a smooth one. The path integrator stores the least alpha of a hit in ``duv_dx``, which
+nothing else reads.
+"""
 SMALLEST_ALPHA = 1e-3
 """Least alpha of a lobe: narrower lobes exceed single precision."""
 
@@ -92,3 +99,31 @@ def f82(dr: Any, color: Any, edge_tint: Any, facing: Any) -> tuple[Any, Any]:
     reflectance = color + (1.0 - color) * grazing**5 - b * facing * grazing**6
     mean = color + (1.0 - color) / 21.0 - b / 126.0
     return dr.clip(reflectance, 0.0, 1.0), dr.clip(mean, 0.0, 1.0)
+
+
+def least_alpha(si: Any) -> Any:
+    """Alpha that narrower lobes at a hit get; 0 for camera rays and without Filter Glossy."""
+    return si.duv_dx.x
+
+
+def strength_of(limits: Any) -> Any:
+    """Strength of Filter Glossy, which kernels read from memory; None if it is off."""
+    import drjit as dr
+    import mitsuba as mi
+
+    return dr.opaque(mi.Float, float(limits.filter_glossy)) if limits.filter_glossy > 0 else None
+
+
+def blur(si: Any, strength: Any, least_density: Any) -> None:
+    """Store the alpha for a path whose bounces had at least ``least_density``; ``strength``: of Filter Glossy, None if
+    it is off.
+
+    Cycles: α = √(1 - p / strength) / 2, with the least density p.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    if strength is None:
+        return
+    alpha = LARGEST_ALPHA * dr.safe_sqrt(1.0 - least_density / strength)
+    si.duv_dx = mi.Vector2f(alpha, 0.0)

@@ -8,9 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.film import film_of, metal_reflectance
-from spectral_core.render.plugins.closures.filtered import least_alpha
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy
+from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, least_alpha
 from spectral_core.render.plugins.closures.phong import Phong
 from spectral_core.render.plugins.closures.upright import keeps_side, sees_facets, with_valid_normal
 
