@@ -86,7 +86,9 @@ class View:
         fov = rest.get("fov_deg", 30.0)
         if fov is None:
             rest.setdefault("ortho_width", 2.0 * radius)
-        distance = 4.0 * radius if fov is None else radius / np.sin(np.radians(fov) / 2)
+            distance = 4.0 * radius
+        else:
+            distance = radius / np.sin(np.radians(require_range("fov_deg", fov, 0.01, 170.0, "°")) / 2)
         up = (0.0, 0.0, 1.0) if abs(elevation_deg) < 85 else (0.0, 1.0, 0.0)
         return cls.looking(middle + toward * distance, middle, up, **rest)
 
