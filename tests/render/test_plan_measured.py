@@ -175,7 +175,7 @@ def test_a_medium_that_absorbs_alone_calls_for_no_bounces():
     """The pilot traces it; one that scatters keeps its bounces without a pilot."""
     base = lit_plane(LAMP, film=Film(24, 16, samples=64), settings=FREE)
     ball = replace(
-        base.instances[0], name="ball", mesh="ball", materials=("smoke",), world_from_object=matrix((0, 0, 1))
+        base.instances[0], name="ball", mesh="sphere", materials=("smoke",), world_from_object=matrix((0, 0, 1))
     )
 
     def plan(albedo):
