@@ -19,7 +19,7 @@ from .. import compat
 from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
-from .meshes import READS_UV, object_mesh, uv_layer
+from .meshes import OUTPUTS, READS_UV, object_mesh, uv_layer
 from .shading.attributes import hashed_pair, object_attributes
 from .shading.materials import TranslatedMaterial, translate_material
 from .strands.placed import place_hair, place_strands
@@ -47,6 +47,8 @@ class Collected:
     lights: list[Light] = field(default_factory=list)
     volumes: list[VolumeObject] = field(default_factory=list)
     linking: Linking = field(default_factory=Linking)
+    points: dict[int, Any] = field(default_factory=dict)
+    """The instances of each instancer as points, by its address."""
     originals: list[Any] = field(default_factory=list)
     """The original object of each instance."""
     kept: Kept | None = None
@@ -168,13 +170,16 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         # Cycles gives an instance the color of its instancer
         "color": tuple(instance.parent.color if instance.is_instance and instance.parent else obj.color),
         "index": int(obj.pass_index),
-        "attributes": object_attributes(obj, instance, reads, found.translation.scene.frame_current_final),
+        "attributes": object_attributes(
+            obj, instance, reads, found.translation.scene.frame_current_final, found.points
+        ),
         "shown_as": obj.name,
         "asset": _root(original).name,
         "is_shadow_catcher": obj.is_shadow_catcher,
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.originals.append(original)
+    found.linking.add(name, original)
     if instance.is_instance:
         found.instances.append(make())
         return
@@ -261,7 +266,8 @@ def _note_missing(found: Collected, obj: Any, reads: frozenset[str]) -> None:
         found.translation.note(obj.name, "it is no hair; a hair shader on it has another direction than in Cycles")
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
-        if kind == "attribute" and attribute and attribute not in obj.data.attributes:
+        missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
+        if kind in OUTPUTS and attribute and missing:
             found.translation.note(obj.name, f"it has no UV map or attribute {attribute!r}; its materials read 0")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.closures.upright import toward_viewer
+from spectral_core.render.plugins.closures.upright import softening, toward_viewer
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -16,14 +16,15 @@ def register(mi: Any, dr: Any) -> None:
     class Bent(Closure):
         """``closure`` about ``normal``, world directions that face the viewer.
 
-        ``softens``: True if light fades toward the horizon of the smooth surface, as in Cycles for diffuse scattering
-        (Estevez, Lecocq and Stein 2019, "A microfacet-based shadowing function to solve the bump terminator problem").
+        ``softens``: True if light fades toward the horizon of the smooth surface, as in Cycles for diffuse scattering.
+        A closure that is diffuse in part does that itself.
         """
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.child, self.normal = inputs["closure"], inputs["normal"]
             self.softens = bool(inputs["softens"])
+            self.child.is_bent = True
             self.m_flags = self.child.flags()
 
         def about(self, si: Any, active: Any) -> Any:
@@ -40,6 +41,7 @@ def register(mi: Any, dr: Any) -> None:
             along = dr.select(dr.squared_norm(along) > 1e-20, dr.normalize(along), other)
             bent.sh_frame.n, bent.sh_frame.s = mi.Normal3f(frame), along
             bent.sh_frame.t = dr.cross(frame, along)
+            bent.dp_dv = mi.Vector3f(si.sh_frame.n)  # for ``softening``; programs have read the UV map's axes before
             # seen from behind the bent normal, the side stays that of the surface; reflecting lobes correct the normal
             # further
             local = bent.to_local(toward)
@@ -50,9 +52,7 @@ def register(mi: Any, dr: Any) -> None:
             """Share of the light that reaches the facets of the bent surface."""
             if not self.softens:
                 return mi.Float(1.0)
-            together = dr.abs(dr.dot(si.sh_frame.n, bent.sh_frame.n))
-            share = dr.abs(wo.z) / dr.maximum(dr.abs(inner.z) * together, 1e-9)
-            return dr.select(share >= 1.0, 1.0, share * (1.0 + share - share * share))
+            return softening(dr, wo.z, inner.z, dr.dot(si.sh_frame.n, bent.sh_frame.n))
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             bent = self.about(si, active)

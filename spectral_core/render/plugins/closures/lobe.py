@@ -24,6 +24,8 @@ class Closure:
     """
 
     m_flags = 0
+    is_bent = False
+    """True if it is used about another normal than the surface's."""
 
     def __init__(self, inputs: Any) -> None:
         del inputs
