@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
+from benchmarks._plan_others import OTHERS
 from benchmarks._plan_scenes import PAIRS, SINGLE, staged
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.effects import EffectPlan, everything_on, plan_effects
@@ -33,7 +34,7 @@ BATCHES = 8
 BLOCK, SPLITS = 16, 80
 """Pixels of a block; random halves of the batches that tell the noise."""
 TOLERANCE = 1.0
-SHARP, MOST_LONGER = 0.5, 64
+SHARP, MOST_LONGER = 1.0, 64
 """A test that would find only larger differences, as a part of the tolerance, is repeated with more samples; and how
 many times as many at most.
 """
@@ -44,7 +45,7 @@ Array = NDArray[np.float64]
 def run(options: Options) -> dict[str, Any]:
     """Print the tables and return them."""
     size, samples = ((16, 12), 16) if options.quick else ((48, 36), 24)
-    scenes = {**SINGLE, **PAIRS}
+    scenes = {**SINGLE, **PAIRS, **OTHERS}
     scenes = {name: scenes[name] for name in options.only(scenes)}
     if options.quick and not options.extra:
         scenes = {name: scenes[name] for name in ("nothing", "sodium", "glass ball", "lens + texture")}

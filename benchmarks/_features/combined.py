@@ -34,7 +34,7 @@ def _bump(invert: bool, distance: float, shader: str) -> Callable[[Stage], None]
 
 for _shader in ("BsdfDiffuse", "BsdfPrincipled"):
     feature(f"combined/steep bump of {_shader}", _bump(False, 1.0, f"ShaderNode{_shader}"))
-    feature(f"combined/steep bump of {_shader}, inverted", _bump(True, 8.0, f"ShaderNode{_shader}"))
+    feature(f"combined/steep bump of {_shader}, inverted", _bump(True, 1.0, f"ShaderNode{_shader}"))
 
 
 def _two_maps(stage: Stage) -> None:

@@ -24,7 +24,7 @@ from .shading.attributes import hashed_pair, object_attributes
 from .shading.materials import TranslatedMaterial, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
-from .visibility import Linking, hidden_from
+from .visibility import Linking, hidden_from, terminator_cosine
 from .volumes import translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
@@ -176,6 +176,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         "shown_as": obj.name,
         "asset": _root(original).name,
         "is_shadow_catcher": obj.is_shadow_catcher,
+        "terminator_cosine": terminator_cosine(obj),
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.originals.append(original)

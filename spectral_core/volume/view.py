@@ -42,7 +42,7 @@ class View:
         if self.fov_deg is None:
             require_range("ortho_width", self.ortho_width, 1e-30, 1e30)
         else:
-            require_range("fov_deg", self.fov_deg, 0.01, 170.0, "°")
+            _checked_fov(self.fov_deg)
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -88,7 +88,7 @@ class View:
             rest.setdefault("ortho_width", 2.0 * radius)
             distance = 4.0 * radius
         else:
-            distance = radius / np.sin(np.radians(require_range("fov_deg", fov, 0.01, 170.0, "°")) / 2)
+            distance = radius / np.sin(np.radians(_checked_fov(fov)) / 2)
         up = (0.0, 0.0, 1.0) if abs(elevation_deg) < 85 else (0.0, 1.0, 0.0)
         return cls.looking(middle + toward * distance, middle, up, **rest)
 
@@ -153,3 +153,8 @@ class View:
             }
         matrix[:3, :2] *= self.ortho_width / 2
         return {"type": "orthographic", "to_world": mi.ScalarTransform4f(matrix)}
+
+
+def _checked_fov(fov_deg: float) -> float:
+    """The angle of view in degrees. Raises InvalidInputError outside 0.01 to 170."""
+    return require_range("fov_deg", fov_deg, 0.01, 170.0, "°")

@@ -170,6 +170,18 @@ def test_rarity_is_the_ratio_of_the_true_error_to_the_estimate(rng, of_half):
     assert found * errors.mean() == pytest.approx(true, rel=0.1)
 
 
+def test_noise_at_edges_that_looks_like_rare_light_is_told_from_it(rng):
+    """One pixel in eight is an edge: later samples see far less error than its noise would make in its neighbors."""
+    edge = np.arange(4096)[None, None, :, None] % 8 == 0
+    drawn = 0.3 + edge * rng.normal(0, 0.25, (2, 64, 4096, 1)) * np.ones(3)
+    early, late = drawn[:, :4].mean(axis=1), drawn.mean(axis=1)
+    limit = lab_from_linear_rgb(np.full((4096, 3), 0.3))
+    true = delta_e_2000(lab_from_linear_rgb(np.maximum(early.mean(axis=0), 0)), limit).mean()
+    pooled = expected_errors(early, POOLS)
+    factor = rarity(early, late, np.full(4096, 4), np.full(4096, 64), pooled)
+    assert pooled.mean() > 1.5 * true and 0.8 * true < factor * pooled.mean() < 1.5 * true
+
+
 def test_pixels_without_new_samples_do_not_hide_rare_light(rng):
     drawn = _rare(rng, 64)
     counts = np.where(np.arange(4096) < 2048, 64, 8)

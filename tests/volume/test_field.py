@@ -125,3 +125,5 @@ def test_a_view_around_a_field_has_its_documented_defaults():
 def test_an_impossible_angle_of_view_is_refused(fov):
     with pytest.raises(InvalidInputError, match="fov_deg"):
         View.around(ScalarVolume("v", np.zeros((3, 4, 5), np.uint8)), fov_deg=fov)
+    with pytest.raises(InvalidInputError, match="fov_deg"):
+        View(np.eye(4), fov_deg=fov)

@@ -78,7 +78,8 @@ class Look:
         """Place in the frame of directions in the camera's space."""
         x, y, z = there
         width, height, shift_x, shift_y, perspective = self.window
-        depth = np.maximum(z, 1e-9) if perspective else np.ones_like(z)
+        # behind the camera the frame is mirrored, as in Cycles
+        depth = np.where(z < 0, -1.0, 1.0) * np.maximum(np.abs(z), 1e-3) if perspective else np.ones_like(z)
         return x / (depth * width) + 0.5 - shift_x, y / (depth * height) + 0.5 - shift_y, np.zeros_like(x)
 
     def sees(self, name: str) -> float:

@@ -23,9 +23,9 @@ DARK_SHARE = 0.05
 """Part of the mean luminance that is added to a pixel's luminance where a squared error is divided by it."""
 
 RARITY_POWER = 0.25
-"""Power of the number of samples by which the factor for light on rare paths decreases."""
+"""Power of the number of samples by which the factor for light on rare paths approaches 1."""
 
-MOST_RARITY = 3.0
+MOST_RARITY, LEAST_RARITY, SURELY_LESS = 3.0, 0.2, 0.8
 LEAST_SHARE = 0.1
 """Least share of pixels that must have twice their early samples for a factor."""
 
@@ -94,12 +94,13 @@ def estimated(errors: Array, halves: Array, blocks: Numbers, *, of_half: bool = 
 def rarity(
     early: Array, late: Array, early_counts: Array, late_counts: Array, errors: Array, *, of_half: bool = False
 ) -> float:
-    """Ratio of the true error of an early picture to its estimated ``errors`` (n,), from 1 to ``MOST_RARITY``.
+    """Ratio of the true error of an early picture to its estimated ``errors`` (n,), at most ``MOST_RARITY``.
 
-    Light may be so rare that whole blocks have met none of it: both halves are too dark by the same amount, and their
-    difference underestimates the error. Comparing the early picture with samples that were traced
-    later reveals this. ``early``, ``late``: (2, n, 3) means of the halves; counts (n,) of their samples; a late half
-    begins with the samples of the early one. ``of_half``: of one half as a picture, else of both.
+    Light may be so rare that whole pools have met none of it: both halves are too dark by the same amount, and their
+    difference underestimates the error. Comparing the early picture with samples that were traced later reveals this,
+    and also noise that only looks like rare light, as at the edges of objects. ``early``, ``late``: (2, n, 3) means of
+    the halves; counts (n,) of their samples; a late half begins with the samples of the early one. ``of_half``: of one
+    half as a picture, else of both.
     """
     more = late_counts - early_counts
     some = more >= early_counts  # the others have too few new samples
@@ -112,11 +113,17 @@ def rarity(
         rest = (late * last[:, None] - early * first[:, None]) / more[:, None]
         pairs, ratio = [(early.mean(axis=0), rest.mean(axis=0))], first / more
     seen = np.mean([delta_e_2000(_lab(a), _lab(b)) for a, b in pairs], axis=0) / np.sqrt(1 + ratio)
-    return float(np.clip(np.mean(seen) / max(float(np.mean(errors[some])), 1e-9), 1.0, MOST_RARITY))
+    compared = float(np.mean(seen)) / max(float(np.mean(errors[some])), 1e-9)
+    # later samples may have met little of the rare light, so they lower the estimate only where they see far less
+    if compared < SURELY_LESS:
+        return max(compared / SURELY_LESS, LEAST_RARITY)
+    return min(max(compared, 1.0), MOST_RARITY)
 
 
 def rarity_after(factor: float, early: float, late: float) -> float:
-    """The same factor after more samples: paths that were rare become common slowly."""
+    """The same factor after more samples: paths that were rare become common slowly; edges stay."""
+    if factor < 1:
+        return factor
     return 1 + (factor - 1) * min(1.0, max(early, 1e-9) / max(late, 1e-9)) ** RARITY_POWER
 
 

@@ -138,7 +138,7 @@ class Probe:
     def dearer(self, samples: NDArray[np.float64]) -> float:
         """Mean time of a path over the usual one if blocks get ``samples`` (blocks,): noisy ones may have longer paths.
 
-        One launch of the blocks with more samples than the mean measures it.
+        Two launches of the blocks with more samples than the mean measure it.
         """
         share = samples / float(self.shares @ samples)
         hot = share > 1.0
@@ -148,9 +148,12 @@ class Probe:
         pixels = self.pixels[hot[self.blocks]]
         none = np.zeros(len(pixels), np.int64)
         more = int(np.clip(np.ceil(_HOT_S / (2 * len(pixels) * self.seconds_per_path)), 1, _MOST_HOT))
-        meter = Meter()
-        self._tracer.trace_halves(pixels, none, none + more)
-        own = max(meter.read().work - self.launch_s, 0.0) / (2 * len(pixels) * more)
+        spent = []
+        for _ in range(2):  # other programs may slow one down
+            meter = Meter()
+            self._tracer.trace_halves(pixels, none, none + more)
+            spent.append(meter.read().work)
+        own = max(min(spent) - self.launch_s, 0.0) / (2 * len(pixels) * more)
         ratio = float(np.clip(own / self.seconds_per_path, 0.2, 1 / part))
         rest = (1 - part * ratio) / (1 - part)
         return float(self.shares @ (share * np.where(hot, ratio, rest)))
@@ -174,17 +177,18 @@ class Probe:
         """Factor on the error of a picture for light on rare paths, see ``errors.rarity``: a picture of ``samples``, or
         without ``of_half`` one of two halves with as many each.
         """
-        early = next((each for each in reversed(self._earlier) if 4 * each[0] <= self.samples), None)
-        if early is None:
+        known = [each for each in self._earlier if 4 * each[0] <= self.samples]
+        if not known:
             return 1.0
-        count, halves = early
+        # the comparison of about as few samples as the picture has, where there is one
+        count, halves = next((each for each in reversed(known) if each[0] <= samples), known[0])
 
         def find() -> float:
             same = np.ones(len(self.pixels))
             errors = expected_errors(halves, self.pools, of_half=of_half)
             return rarity(halves, self.halves(), same * count, same * self.samples, errors, of_half=of_half)
 
-        return rarity_after(self._known(("rarity", of_half), find), count, samples)
+        return rarity_after(self._known((f"rarity {count}", of_half), find), count, samples)
 
     def later(self, growth: Sequence[int], *, of_half: bool = False) -> NDArray[np.float64]:
         """(len(growth), blocks): ΔE2000 of each block after ``growth`` times as many samples, drawn from the noise of

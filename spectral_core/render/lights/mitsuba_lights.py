@@ -16,6 +16,7 @@ class MitsubaLights:
 
     is_empty = False
     asked_along_ways = False
+    even_world = 0
     bodies = None
     """Lamps that a ray meets on its way; those of Mitsuba are hit as surfaces are."""
 

@@ -39,7 +39,7 @@ from spectral_core.scene import (
     Weight,
     weighted_leaves,
 )
-from spectral_core.scene.shading.program import Instruction, Program
+from spectral_core.scene.shading.program import Instruction, Program, Raised
 from spectral_core.scene.surface import Closure
 
 __all__ = ["emission", "is_dark", "leaves_of"]
@@ -71,8 +71,10 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
         if normal is not None and made.name not in ("clear", "holdout"):
-            softens = isinstance(closure, (Diffuse, Translucent, Subsurface))
-            made = Lobe("bent", {"closure": made, "normal": paint.vector(normal.program), "softens": softens})
+            fades = not isinstance(normal, Raised)
+            softens = fades and isinstance(closure, (Diffuse, Translucent, Subsurface))
+            bent = {"normal": paint.vector(normal.program), "softens": softens, "fades": fades}
+            made = Lobe("bent", {"closure": made, **bent})
         yield amount, made
 
 

@@ -41,6 +41,7 @@ def scene_path_class(variant: str) -> Any:
 
         State = PathState
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
+        shadow_ray = hit_sides.shadow_ray
         even_lobe = reradiation.even_lobe
         seen_side, lets_through, kind_of = hit_sides.seen_side, hit_sides.lets_through, hit_sides.kind_of
 
@@ -243,8 +244,10 @@ def scene_path_class(variant: str) -> Any:
             wanted &= self.tables.lights_it(drawn.number, kind, path.depth, dr.select(floats, 0, shape))
             # reflecting lobes check the geometry themselves, with a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
-            wanted &= kept | matt | floats
-            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~matt & ~floats)
+            ray, lifted = self.shadow_ray(si, drawn, -path.ray.d)
+            wanted &= kept | matt | floats | lifted
+            place = hit_sides.lifted_place(si, lifted)
+            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), place, wo, wanted & ~matt & ~floats)
             media = mi.UInt32(0), mi.UInt32(0)
             if self.tables.media is not None:
                 hits, ways = (si, shape, path), (path.ray.d, drawn.direction)
@@ -260,7 +263,7 @@ def scene_path_class(variant: str) -> Any:
                 shadowless = self.tables.look_up(self.tables.shadowless, drawn.number) != 0
                 share = dr.select(shadowless, 1.0, share)
             wanted &= dr.any(value * drawn.value != 0.0)
-            ray = si.spawn_ray_to(drawn.point)
+            ray = dr.select(floats, si.spawn_ray_to(drawn.point), ray)
             marks = shadow_marks(mi, si.dn_dv)
             clear = self.clear_way(scene, (ray, media), (drawn.number, path.passed, marks), wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)

@@ -17,15 +17,18 @@ def register(mi: Any, dr: Any) -> None:
         """``closure`` about ``normal``, world directions that face the viewer.
 
         ``softens``: True if light fades toward the horizon of the smooth surface, as in Cycles for diffuse scattering.
-        A closure that is diffuse in part does that itself.
+        A closure that is diffuse in part does that itself if its light ``fades``.
         """
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.child, self.normal = inputs["closure"], inputs["normal"]
             self.softens = bool(inputs["softens"])
-            self.child.is_bent = True
+            self.child.is_bent = bool(inputs["fades"])
             self.m_flags = self.child.flags()
+            glossy = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.GlossyTransmission
+            # reflecting lobes turn the normal, and check sides by that
+            self.corrects = bool(self.m_flags & int(glossy))
 
         def about(self, si: Any, active: Any) -> Any:
             """The hit in the frame of the bent normal."""
@@ -62,7 +65,7 @@ def register(mi: Any, dr: Any) -> None:
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             dives = (bs.sampled_type & DIVES) != 0
             bs.wo = dr.select(dives, inner, bs.wo)
-            valid = active & ((inner.z * bs.wo.z > 0.0) | straight | dives)
+            valid = active & ((inner.z * bs.wo.z > 0.0) | straight | dives | self.corrects)
             bs.pdf = dr.select(valid, bs.pdf, 0.0)
             softened = dr.select(dives, 1.0, self.softened(si, bent, inner, bs.wo))
             return bs, dr.select(valid, weight * softened, 0.0)
@@ -70,7 +73,7 @@ def register(mi: Any, dr: Any) -> None:
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             bent = self.about(si, active)
             inner = bent.to_local(si.to_world(wo))
-            valid = active & (inner.z * wo.z > 0.0)
+            valid = active & ((inner.z * wo.z > 0.0) | self.corrects)
             value, density = self.child.eval_pdf(ctx, bent, inner, valid)
             value *= self.softened(si, bent, inner, wo)
             return dr.select(valid, value, 0.0), dr.select(valid, density, 0.0)

@@ -25,7 +25,7 @@ class Closure:
 
     m_flags = 0
     is_bent = False
-    """True if it is used about another normal than the surface's."""
+    """True if its diffuse light fades toward the horizon of a smooth surface that its normal leans away from."""
 
     def __init__(self, inputs: Any) -> None:
         del inputs
