@@ -92,7 +92,7 @@ class Server:
             view.request, view.picture = request, None
         else:  # after a change of the scene, its picture is begun before the session asks for it
             view.request = request
-            if view.picture.level:
+            if view.picture is not None and view.picture.level:
                 self._show(name, view, kept)
 
     @staticmethod
