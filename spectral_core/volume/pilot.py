@@ -37,7 +37,7 @@ _TUNING: dict[Rule, tuple[float, ...]] = {
     "error": (1.12, 1.26, 1.41),
 }
 _MORE = 1.06  # times the samples of a rival at which a search ends: more than auto asks a rival to save
-_SINGLE = 95.0  # dB: the picture and its reference have the same rounding of single precision
+_SINGLE = 90.0  # dB: the picture and its reference have the same rounding of single precision
 _FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which the steps of every rule are at their limits
 
 

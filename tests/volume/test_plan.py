@@ -215,4 +215,4 @@ def test_an_error_near_that_of_the_reference_is_measured_against_a_better_one():
     exact = exact_amounts(volume, haze, view, 64) @ haze.colors
     image = renderer.render(view, haze, made.stepping)
     measured = snr_db(exact, image.amounts.astype(np.float64) @ haze.colors - exact)
-    assert abs(made.estimate_db - min(measured, 95.0)) < 3.0
+    assert abs(made.estimate_db - min(measured, 90.0)) < 3.0
