@@ -34,7 +34,7 @@ BATCHES = 8
 BLOCK, SPLITS = 16, 80
 """Pixels of a block; random halves of the batches that tell the noise."""
 TOLERANCE = 1.0
-SHARP, MOST_LONGER = 0.5, 64
+SHARP, MOST_LONGER = 1.0, 64
 """A test that would find only larger differences, as a part of the tolerance, is repeated with more samples; and how
 many times as many at most.
 """
