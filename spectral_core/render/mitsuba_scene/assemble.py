@@ -94,9 +94,8 @@ def load_scene(
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
-    context.walks_below = not scene.volumes
-    if own_lights:
-        context.lights, context.filter_glossy = LightList(even=even), scene.settings.light_paths.filter_glossy
+    context.walks_below, context.filter_glossy = not scene.volumes, scene.settings.light_paths.filter_glossy
+    context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     look_through(context.tables, scene.camera, scene.film)
