@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 MOST_SAMPLES = 1 << 17
 LATER = 4
 """Ratio of the numbers of samples of two errors that are drawn from the noise of the measured ones."""
+_PROBE_SHARE, _NEXT_STEP = 0.15, 4.0
+"""Largest part of a time budget that a probe takes, and how many times as long it takes after its next step."""
 DRAWN = 3
 """Number of such errors."""
 
@@ -155,8 +157,11 @@ def measured_model(
         known = tuple(error * probe.rarity(each) for each, error in zip(counts, errors, strict=True))
         rate = probe.seconds_per_path * width * height
         model = CostModel(tuple(counts), known, rate, fixed_s, probe.slowness)
-        if count >= least:
+        hurries = budget_s is not None and _NEXT_STEP * probe.seconds > _PROBE_SHARE * budget_s
+        if count >= least or hurries:
             model = replace(model, later=_later(probe))
+        if hurries:
+            return model
         if count >= most:
             return model
         if count >= least and spent >= timed_s:

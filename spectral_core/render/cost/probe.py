@@ -101,6 +101,11 @@ class Probe:
         """Seconds on the wall per second of the processor, all its cores together, while the probe was traced."""
         return self._spent.slowness
 
+    @property
+    def seconds(self) -> float:
+        """Seconds on the wall of its launches so far."""
+        return self._spent.wall
+
     def _launch(self, done: int, more: int) -> None:
         none = np.zeros(len(self.pixels), np.int64)
         sums = self._tracer.trace_halves(self.pixels, none + done, none + more)
