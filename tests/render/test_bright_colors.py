@@ -48,3 +48,17 @@ def test_bent_diffuse_light_fades_as_in_cycles():
     cosines = (np.cos(light), np.cos(light - bent), np.cos(bent))
     found = softening(dr, *(mi.Float(np.array(c, np.float32)) for c in cosines))
     np.testing.assert_allclose(np.array(found), [case[2] for case in cases], atol=2e-4)
+
+
+@pytest.mark.parametrize("mode", ["EXPONENT", "SINH", "COSH"])
+def test_exponentials_overflow_as_in_cycles_and_pictures_stay_finite(mode):
+    builder = Builder()
+    zero = builder.number(0.0)
+    huge = builder.add("math", (builder.add("number_input", (), "huge", 0), zero, zero), mode)
+    with np.errstate(over="ignore"):
+        found = builder.program(huge).evaluate(lambda *_: np.array([1.0, 1e6], np.float32), np.float32)
+    assert np.isfinite(found[0]) and np.isinf(found[1])
+    constant = builder.add("math", (builder.number(1e6), zero, zero), mode)
+    color = Computed(builder.program(builder.as_width(builder.add("math", (constant, zero, zero), "ADD"), 3)))
+    pixels = render_scene(lit_plane(surface=Diffuse(color), world=World(color=gray(1.0)))).pixels
+    assert np.isfinite(pixels).all()

@@ -72,7 +72,7 @@ def test_a_time_is_divided_among_moments():
     scene = moving()
     made = render_scene(replace(scene, settings=replace(scene.settings, time_budget_s=2.0)))
     assert made.outcome.samples >= 4 and made.outcome.seconds == pytest.approx(made.seconds, rel=0.2)
-    assert not any("not followed" in note.text for note in made.notes)
+    assert not any("not followed" in note.message for note in made.notes)
 
 
 @pytest.mark.parametrize(("samples", "moments"), [(64, 16), (65, 16), (7, 8), (1, 3)])

@@ -187,3 +187,17 @@ def test_a_medium_that_absorbs_alone_calls_for_no_bounces():
     assert black.is_on("media") and black.bounces == 0 and black.pilot_paths > 0
     assert white.is_on("media") and white.bounces == 64 and white.pilot_paths == 0
     assert "absorbed" in black["media"].reason and "scatters" in white["media"].reason
+
+
+def test_volumes_that_a_medium_hides_are_named():
+    """The renderer shows one of the two: a note tells, where it said nothing."""
+    from benchmarks._plan_scenes import SINGLE, staged
+
+    still = staged(SINGLE["cloud"], (8, 6), 1.0)[0]
+    still = replace(still, film=replace(still.film, samples=2))
+
+    def notes(media):
+        chosen = replace(still.settings, overrides=(("media", media),))
+        return [note.message for note in render_scene(replace(still, settings=chosen)).notes]
+
+    assert not notes("off") and any("not combined" in text for text in notes("on"))
