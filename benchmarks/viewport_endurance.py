@@ -35,8 +35,8 @@ LATEST_KILL_S = 0.6
 LARGEST_ERROR = 2e-3
 """Mean difference, as a share of the mean, between a view and a fresh one: their random numbers are the same."""
 LARGEST_MEAN_ERROR = 1e-2
-"""The same of a picture's mean in spectral transport: wavelengths are drawn by the spectra that a scene was loaded with,
-so that after an edit in place the noise differs from that of a fresh view.
+"""The same of a picture's mean in spectral transport: wavelengths are drawn by the spectra with which a scene was
+loaded, so that after an edit in place the noise differs from that of a fresh view.
 """
 
 
