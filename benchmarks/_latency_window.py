@@ -17,6 +17,7 @@ from benchmarks import _inside, palette_live
 from benchmarks._inside import shader, space
 from blender_addon import jobs, viewport
 from blender_addon.editing.palette import live
+from spectral_core.render.live.link import LiveLink
 
 blender_addon.register()
 bpy.context.preferences.view.show_splash = False
@@ -35,16 +36,42 @@ class Watch:
     took: float | None = None
     how, recordings, old, worded = "", 0, 0, 0
     word = ""
+    draws = 0
+    update_ms = waited_ms = arrived_ms = 0.0
 
 
 watch = Watch()
-drawn, words = viewport.Viewport.draw, viewport.words
+drawn, updated, words = viewport.Viewport.draw, viewport.Viewport.update, viewport.words
+wait, heard = LiveLink.wait, LiveLink._hear
+
+
+def update(view, engine, context, depsgraph):
+    """Translate and send, and add up the time."""
+    start = time.perf_counter()
+    updated(view, engine, context, depsgraph)
+    watch.update_ms += 1e3 * (time.perf_counter() - start)
+
+
+def waited(link, *arguments):
+    """Wait for the first picture, and add up the time."""
+    start = time.perf_counter()
+    try:
+        return wait(link, *arguments)
+    finally:
+        watch.waited_ms += 1e3 * (time.perf_counter() - start)
+
+
+def hear(link, worker, kind, content):
+    """Remember when the picture of the change arrived."""
+    heard(link, worker, kind, content)
+    if kind == "frame" and content.generation > watch.before and not watch.arrived_ms:
+        watch.arrived_ms = 1e3 * (time.perf_counter() - watch.start)
 
 
 def draw(view, engine, context, depsgraph):
     """Draw, and see whether the picture is of after the change."""
     drawn(view, engine, context, depsgraph)
-    now = time.perf_counter()
+    now, watch.draws = time.perf_counter(), watch.draws + 1
     sides = view._session._sides
     if watch.took is not None or not sides:
         return
@@ -66,7 +93,8 @@ def said(pictures, settings):
     return found
 
 
-viewport.Viewport.draw, viewport.words = draw, said
+viewport.Viewport.draw, viewport.Viewport.update, viewport.words = draw, update, said
+LiveLink.wait, LiveLink._hear = waited, hear
 
 
 def latest_request():
@@ -85,7 +113,8 @@ def settled():
 def changed(act):
     """Make a change, and wait for its picture."""
     watch.before, watch.old, watch.worded = latest_request(), 0, 0
-    watch.start, watch.took = time.perf_counter(), None
+    watch.update_ms = watch.waited_ms = watch.arrived_ms = 0.0
+    watch.start, watch.took, watch.draws = time.perf_counter(), None, 0
     act()
     yield from _inside.until(lambda: watch.took is not None, PATIENCE_S, act.__name__)
 
@@ -155,10 +184,10 @@ def added():
 
 
 def with_node():
-    """A texture in a material that has none."""
+    """Another texture in a material, at a socket that no other change sets."""
     tree = bpy.data.materials[one("Paint")].node_tree
     node = tree.nodes.new(str(rng.choice(["ShaderNodeTexNoise", "ShaderNodeTexWave", "ShaderNodeTexMagic"])))
-    tree.links.new(node.outputs[0], next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Roughness"])
+    tree.links.new(node.outputs[0], next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Specular Tint"])
 
 
 def numbered(name, *values):
@@ -179,14 +208,17 @@ KINDS = {
     "moved": lambda: setattr(bpy.data.objects[one("Ball")], "location", (*rng.uniform(-4, 4, 2), 1.0)),
     "mesh": edited,
 }  # fmt: skip
+VIEWS = ("camera", "orthographic", "shift and zoom")
 RARE = {"object added": added, "node added": with_node}
 
 
 def measured(kind, act):
     act.__name__ = kind
     yield from changed(act)
-    record = {"ms": 1e3 * watch.took, "how": watch.how, "recordings": watch.recordings,
-              "old": watch.old, "worded": watch.worded}  # fmt: skip
+    how = "" if kind in VIEWS else watch.how  # that of the last change of the scene
+    record = {"ms": 1e3 * watch.took, "how": how, "recordings": watch.recordings,
+              "old": watch.old, "worded": watch.worded, "draws": watch.draws, "update_ms": watch.update_ms,
+              "waited_ms": watch.waited_ms, "arrived_ms": watch.arrived_ms}  # fmt: skip
     yield 0.7 if kind == "palette cell" else REST_S  # a wanted color is solved again, with conflicts, at rest
     return record
 

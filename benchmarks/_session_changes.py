@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -49,7 +50,7 @@ def kinds_of(trial: Any) -> dict[str, Change]:
     def append(_rng: np.random.Generator) -> None:
         import bpy
 
-        with bpy.data.libraries.load(str(trial.folder / "start.blend")) as (there, here):
+        with bpy.data.libraries.load(str(trial.folder / "library.blend")) as (there, here):
             here.objects = there.objects[:1]
         for each in here.objects:
             bpy.context.scene.collection.objects.link(each)
@@ -84,7 +85,7 @@ def _edited_and_undone(rng: np.random.Generator) -> None:
 
 
 def start(folder: Path) -> None:
-    """Plane, ball and lamp, saved as start.blend."""
+    """Plane, ball and lamp, saved as start.blend and as library.blend."""
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -101,6 +102,7 @@ def start(folder: Path) -> None:
     lamp.location, lamp.data.energy = (2, -2, 4), 300.0
     scene.collection.objects.link(lamp)
     bpy.ops.wm.save_as_mainfile(filepath=str(folder / "start.blend"))
+    shutil.copy2(folder / "start.blend", folder / "library.blend")  # Blender appends nothing from the open file
 
 
 def context(x: float = 0.0, y: float = 0.0) -> Any:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Predicted against true time and error: a plain render, a requested error, a requested time, on 16 different scenes.
 
-True errors are mean ΔE2000 over 2048 random pixels against a picture with other random numbers and all effects, traced
-until its own noise is a third of the error; that noise is subtracted in quadrature. Times are compared
-in seconds of the processor (work), which other programs on the machine change little; those on the wall are printed
-beside. A time budget counts on the wall. Two samples for each pixel are the least: a scene that is better than asked
-after them is asked for a quarter of what it then has, too. ``--only WORDS``: scenes of these names, or whose name has
-the word, separated by commas.
+True errors are mean ΔE2000 over 2048 pixels, 256 random groups of neighbors, against a picture with other random
+numbers and all effects, traced until its own noise is a third of the error; that noise is subtracted in quadrature.
+Times are compared in seconds of the processor (work), which other programs on the machine change little; those on the
+wall are printed beside. A time budget counts on the wall. Two samples for each pixel are the least: a scene that is
+better than asked after them is asked for a quarter of what it then has, too. ``--only WORDS``: scenes of these names,
+or whose name has the word, separated by commas. ``--more``: twelve others (hair, a bottle, fog, blur, many lamps).
 """
 
 from __future__ import annotations
@@ -19,15 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
+from benchmarks._cost_scenes import MORE, scene_of
 from benchmarks._plan_scenes import SINGLE, staged
 from spectral_core.render import RenderResult, cost_curve, render_scene
-from spectral_core.render.cost.errors import pixel_errors
+from spectral_core.render.cost.errors import expected_errors
+from spectral_core.render.cost.resample import POOL, pools
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.scene import Scene
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
-OPTIONS = ("--only",)
+OPTIONS = ("--only", "--more")
 NAMES = (
     "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "emissive", "curtain",
     "ball lamp", "lamp before lamp", "mirror", "mirror caustic", "glass caustic", "leaf",
@@ -48,11 +50,12 @@ Renders of more than ``SHORT_S`` are not repeated."""
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
     size, samples, most, budget = ((24, 18), 8, 128, 4.0) if options.quick else ((128, 96), 64, 1 << 15, 10.0)
-    names = options.only(NAMES)[: 2 if options.quick else None]
+    chosen = tuple(MORE) if options.extra == ["--more"] else options.only((*NAMES, *MORE)) if options.extra else NAMES
+    names = chosen[: 2 if options.quick else None]
     rows = {}
     print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; each pair: predicted, true")
     for name in names:
-        scene = staged(SINGLE[name], size, 1.0)[0]
+        scene = scene_of(name, size) if name in MORE else staged(SINGLE[name], size, 1.0)[0]
         rows[name] = _row(replace(scene, film=replace(scene.film, samples=samples)), most, budget)
         print(_line(name, rows[name]), flush=True)
     figures: dict[str, Any] = {"scenes": rows, "holds": holds(rows)}
@@ -149,17 +152,23 @@ class _Truth:
     def __init__(self, scene: Scene, most: int) -> None:
         far = replace(scene.settings, overrides=(*scene.settings.overrides, ("bounces", "64")))
         full = replace(scene, settings=far, film=replace(scene.film, seed=4711))
-        width, height = scene.film.size
-        count = min(COMPARED, width * height)
-        self._numbers = np.sort(np.random.default_rng(4711).choice(width * height, count, replace=False))
-        self._tracer = RenderJob(full, plan_from_data(full, 0.0)).chosen_pixels()
-        self._most, self._samples, self._sums = most, 0, np.zeros((2, count, 3))
+        width, height = full.film.size
+        number = pools(np.arange(width * height), width)
+        wanted = max(1, COMPARED // (POOL[0] * POOL[1]))
+        every = number.max() + 1
+        some = np.random.default_rng(4711).choice(every, min(wanted, every), replace=False)
+        self._numbers = np.flatnonzero(np.isin(number, some))
+        self._pools = np.unique(number[self._numbers], return_inverse=True)[1].ravel()
+        stills = [full.at(moment) for moment in full.moments] or [full]
+        self._tracers = [RenderJob(still, plan_from_data(still, 0.0)).chosen_pixels() for still in stills]
+        self._most, self._samples, self._sums = most, 0, np.zeros((2, len(self._numbers), 3))
         self._trace(most >> 5)  # where light is rare, the noise of few samples is underestimated
 
     def _trace(self, samples: int) -> None:
-        none = np.zeros_like(self._numbers)
-        for half in (0, 1):
-            self._sums[half] += self._tracer.trace(self._numbers, none + self._samples, none + samples, half).colors
+        none, parts = np.zeros_like(self._numbers), len(self._tracers)
+        for tracer in self._tracers:
+            sums = tracer.trace_halves(self._numbers, none + self._samples // parts, none + samples // parts)
+            self._sums += sums.colors.reshape(2, -1, 3)
         self._samples += samples
 
     def error(self, made: RenderResult, *, refined: bool = True) -> float:
@@ -176,5 +185,5 @@ class _Truth:
         halves = self._sums / self._samples
         seen = pixels[..., :3].reshape(-1, 3)[self._numbers].astype(np.float64)
         lab = [lab_from_linear_rgb(np.maximum(each, 0.0)) for each in (seen, halves.mean(axis=0))]
-        noise = float(pixel_errors(halves[0], halves[1]).mean())
+        noise = float(expected_errors(halves, self._pools).mean())
         return float(np.sqrt(max(0.0, float(delta_e_2000(*lab).mean()) ** 2 - noise**2))), noise

@@ -52,10 +52,10 @@ def run(options: Options) -> dict:
         callers: dict[str, Callers] = {}
         for seed in range(first, first + count):
             room = list(ROOMS)[seed % len(ROOMS)]
-            path, text, what = drawn(room, random.Random(seed))
+            path, text, what = drawn(room, random.Random(seed), copied)
             if room not in callers:
                 callers[room] = Callers(copied, room)
-            tests = callers[room].tests_of(path, *_function_lines(path, int(what.split(":")[0])))
+            tests = callers[room].tests_of(path, *_function_lines(copied / path, int(what.split(":")[0])))
             target, kept = copied / path, (copied / path).read_text("utf-8")
             target.write_text(text, "utf-8")
             is_caught = _is_caught(copied, tests)
@@ -76,17 +76,17 @@ def run(options: Options) -> dict:
     }
 
 
-def drawn(room: str, rng: random.Random) -> tuple[Path, str, str]:
-    """A mutant of a room: its path, its text, and a description of the change.
+def drawn(room: str, rng: random.Random, root: Path = ROOT) -> tuple[Path, str, str]:
+    """A mutant of a room in the tree at ``root``: its path, its text, and a description of the change.
 
     Files weigh as many places as they have, so that each place is as likely as any other.
     """
     places: list[tuple[Path, int]] = []
-    for path in sorted((ROOT / room).rglob("*.py")):
+    for path in sorted((root / room).rglob("*.py")):
         tree = ast.parse(path.read_text("utf-8"))
-        places += [(path.relative_to(ROOT), number) for number in range(len(list(_mutations(tree))))]
+        places += [(path.relative_to(root), number) for number in range(len(list(_mutations(tree))))]
     path, number = rng.choice(places)
-    tree = ast.parse((ROOT / path).read_text("utf-8"))
+    tree = ast.parse((root / path).read_text("utf-8"))
     line, words, mutate = list(_mutations(tree))[number]
     mutate()
     return path, ast.unparse(ast.fix_missing_locations(tree)) + "\n", f"{line}: {words}"
@@ -187,7 +187,7 @@ class Callers:
 
 def _function_lines(path: Path, line: int) -> tuple[int, int]:
     """First and last line of the innermost function around a line; the whole file's if there is none."""
-    text = (ROOT / path).read_text("utf-8")
+    text = path.read_text("utf-8")
     around = [
         (min([node.lineno, *(each.lineno for each in node.decorator_list)]), node.end_lineno or node.lineno)
         for node in ast.walk(ast.parse(text))

@@ -2,7 +2,7 @@
 """Set-up of a fresh clone killed with -9 at random moments: the next set-up makes a whole environment.
 
 After the kills, ``make test`` passes in the clone; with ``--quick`` the commands and one test of each room stand in
-for the whole suite.
+for the whole suite. ``--kills N``: 10, or 3 with ``--quick``. ``--seed N`` draws the moments.
 """
 
 from __future__ import annotations
@@ -20,21 +20,24 @@ from benchmarks import Options
 
 ROOT = Path(__file__).resolve().parents[1]
 SEED = 20261122
+OPTIONS = ("--kills", "--seed")
 FEW_TESTS = ("tests/package/test_setup.py", "tests/test_commands.py", "tests/lattice", "tests/test_import_rules.py")
 
 
 def run(options: Options) -> dict[str, Any]:
-    """Interrupt set-up ten times (three with ``--quick``), then set up and test."""
+    """Interrupt set-up, then set up and test."""
+    kills = _number(options, "--kills", 3 if options.quick else 10)
+    seed = _number(options, "--seed", SEED)
     clone = options.out.resolve() / "clone"
     shutil.rmtree(clone, ignore_errors=True)
     subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
     began = time.monotonic()
     _set_up(clone)
     whole_s = time.monotonic() - began
-    chance, moments = random.Random(SEED), []
+    chance, moments = random.Random(seed), []
     # The environment of the first set-up is taken away, so that the first kill meets a set-up from nothing.
     shutil.rmtree(clone / ".venv")
-    for _ in range(3 if options.quick else 10):
+    for _ in range(kills):
         moments.append(_killed_after(clone, chance.uniform(0.0, whole_s)))
     _set_up(clone)
     differing = _differing_packages(clone)
@@ -42,7 +45,7 @@ def run(options: Options) -> dict[str, Any]:
     done = subprocess.run(tests, cwd=clone, capture_output=True, text=True, env=_environment())
     last_line = (done.stdout.strip().splitlines() or [""])[-1]
     figures: dict[str, Any] = {
-        "kills": len(moments), "moments_s": [round(moment, 1) for moment in moments], "seed": SEED,
+        "kills": len(moments), "moments_s": [round(moment, 1) for moment in moments], "seed": seed,
         "whole_set_up_s": round(whole_s, 1), "broken_packages": differing,
         "tests": last_line, "test_status": done.returncode,
     }  # fmt: skip
@@ -50,6 +53,10 @@ def run(options: Options) -> dict[str, Any]:
     for name, value in figures.items():
         print(f"{name:20} {value}")
     return figures
+
+
+def _number(options: Options, name: str, default: int) -> int:
+    return int(options.extra[options.extra.index(name) + 1]) if name in options.extra else default
 
 
 def _environment() -> dict[str, str]:

@@ -116,7 +116,7 @@ def _compared(kind: str, operation: str) -> tuple[NDArray[np.float64], NDArray[n
 
     def read(name: str, _shift: int) -> Any:
         column = clean[:, int(name[-1])]
-        return column, column, column
+        return column if name.startswith("attribute_factor") else (column, column, column)
 
     with np.errstate(all="ignore"):
         mine = np.asarray(program.evaluate(read, np.float32), dtype=np.float64).reshape(len(inputs), -1)

@@ -6,7 +6,8 @@ Ten balls of 10,000 triangles (2,000 with ``--quick``) on a floor, ten materials
 recorded and kernels compiled by kind, which other work on the machine does not change; ``window``, from the change of a
 property to the end of the ``view_draw`` that shows it, in a Blender with a window (SPECTRAL_REAL_BLENDER, see
 ``_window``), and a wanted color that is dragged over a recording, there and without a window (``palette-live``). Each
-kind is tried in turn, so that a busy machine slows all alike. Names of parts as arguments run those alone.
+kind is tried in turn, so that a busy machine slows all alike. Names of parts as arguments run those alone;
+``--count N`` tries each kind N times (200).
 """
 
 from __future__ import annotations
@@ -32,18 +33,26 @@ SPECTRAL_RATIO = 1.5
 """Most of a median in spectral transport over that in RGB."""
 DRAG_MS = 50.0
 PARTS = ("session", "counts", "window")
+OPTIONS = ("--count",)
 
 
 def run(options: Options) -> dict[str, Any]:
     """Print medians and 99th percentiles and return them."""
     figures: dict[str, Any] = {"holds": {}}
-    for part in options.extra or PARTS:
+    for part in [word for word in options.extra if word in PARTS] or PARTS:
         {"session": _session, "counts": _counts, "window": _in_window}[part](options, figures)
     return figures
 
 
+def _count(options: Options) -> int:
+    """How often each kind is tried."""
+    if "--count" in options.extra:
+        return int(options.extra[options.extra.index("--count") + 1])
+    return 3 if options.quick else 200
+
+
 def _session(options: Options, figures: dict[str, Any]) -> None:
-    count = 3 if options.quick else 200
+    count = _count(options)
     for transport in ("rgb", "spectral"):
         link = LiveLink()
         try:
@@ -64,13 +73,24 @@ def _tell(figures: dict[str, Any], where: str, transport: str, found: dict[str, 
         figures[name] = {"median_ms": median, "p99_ms": high, "most_ms": max(times), "loads": loads}
         print(
             f"{where:8} {transport:9} {kind:15} median {median:7.1f} ms  99th {high:7.1f} ms  "
-            f"loaded {loads}/{len(records)}"
+            f"loaded {loads}/{len(records)}{_parts(records)}"
         )
         figures["holds"][f"{name}: within {limits[kind]:g} ms"] = high <= limits[kind]
         if transport == "spectral" and kind in LIMITS_MS and f"{where}, rgb, {kind}" in figures:
             ratio = median / figures[f"{where}, rgb, {kind}"]["median_ms"]
             figures[name]["over_rgb"] = ratio
             figures["holds"][f"{name}: within {SPECTRAL_RATIO:g} times of RGB"] = ratio <= SPECTRAL_RATIO
+
+
+def _parts(records: list[dict[str, Any]]) -> str:
+    """Medians of what the time consists of, where it was measured; in words."""
+    if not records or "update_ms" not in records[0]:
+        return ""
+    update, arrived, waited, draws = (
+        float(np.median([record[name] for record in records]))
+        for name in ("update_ms", "arrived_ms", "waited_ms", "draws")
+    )
+    return f"; translated {update:.0f} ms, picture after {arrived:.0f} ms, waited {waited:.0f} ms, {draws:.0f} draws"
 
 
 def _counts(options: Options, figures: dict[str, Any]) -> None:
@@ -99,7 +119,7 @@ def _in_window(options: Options, figures: dict[str, Any]) -> None:
     if not _window.has_window():
         print(f"no window is measured: {_window.MISSING}", file=sys.stderr)
         return
-    count = 3 if options.quick else 200
+    count = _count(options)
     settings = {"quick": options.quick, "count": count, "rare": max(1, count // 10), "transports": ["rgb", "spectral"]}
     told = _window.told_by("_latency_window.py", settings, options, (WIDTH, HEIGHT))
     where = f"Blender {told['version'].split()[0]}"

@@ -112,6 +112,7 @@ def ball_mask(stage: Any) -> NDArray[np.bool_]:
     """Pixels (height, width) that see the stage's ball where nothing has moved; row 0 at the bottom."""
     from benchmarks._features.stage import BALL_RADIUS
 
+    stage.layer.update()  # Blender computes matrices late: a camera that was just placed still has the identity
     scene, camera = stage.scene, stage.camera
     render = scene.render
     width, height = render.resolution_x, render.resolution_y

@@ -71,6 +71,18 @@ class Deferred:
                 self._finish(scene)
         return None
 
+    def flush(self, scene: bpy.types.Scene) -> None:
+        """Handle a pending edit of ``scene`` now. Called before Blender draws the edit, it saves a redraw."""
+        if scene.session_uid not in self._edited or bpy.app.is_job_running("RENDER"):
+            return
+        self._edited.discard(scene.session_uid)
+        self._unregister()
+        if self._finish is not None:
+            self._unfinished.add(scene.session_uid)
+        if self._edited or self._unfinished:
+            bpy.app.timers.register(self._timer, first_interval=self._delay if self._edited else self._rest)
+        self._follow(scene)
+
     def cancel(self) -> None:
         """Drop all pending edits."""
         self._edited.clear()

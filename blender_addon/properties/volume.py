@@ -31,6 +31,7 @@ VOLUME_FIELDS = by_name(
             ("uniform", "Uniform", "The same step everywhere", 1),
             ("thesis", "Sampling Theorem", "Steps from the local band limit, as the thesis derives it (Eq. 4.14)", 2),
             ("error", "Even Error", "Steps that spread the error evenly over the ray", 3),
+            ("cells", "Cell Faces", "Even error, and steps end where the ray enters another cell of the data", 4),
         ],
     ),
     Field(

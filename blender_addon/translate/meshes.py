@@ -27,18 +27,20 @@ def object_mesh(name: str, obj: Any, reads: frozenset[str] = frozenset()) -> Mes
     if undeformed is not None and undeformed.is_editmode:
         undeformed = None
     if not obj.data.is_editmode:
-        return translate_mesh(name, obj.data, reads, undeformed)
+        return translate_mesh(name, obj.data, reads, undeformed, obj.vertex_groups)
     try:
         return translate_mesh(name, obj.to_mesh(), reads, undeformed)
     finally:
         obj.to_mesh_clear()
 
 
-def translate_mesh(name: str, source: Any, reads: frozenset[str] = frozenset(), undeformed: Any = None) -> Mesh | None:
+def translate_mesh(
+    name: str, source: Any, reads: frozenset[str] = frozenset(), undeformed: Any = None, groups: Any = None
+) -> Mesh | None:
     """Mesh of a ``bpy.types.Mesh``, None if it has no faces.
 
     ``reads``: inputs of its materials' programs; corners are split along the seams of these only. ``undeformed``: the
-    mesh before modifiers, whose box defines generated coordinates.
+    mesh before modifiers, whose box defines generated coordinates. ``groups``: vertex groups of the object.
     """
     source.calc_loop_triangles()
     count = len(source.loop_triangles)
@@ -53,7 +55,7 @@ def translate_mesh(name: str, source: Any, reads: frozenset[str] = frozenset(), 
     uvs = _corner_uvs(source, corners) if reads & READS_UV else None
     extra: dict[str, Array] = {}
     for item in sorted(reads - READS_UV):
-        values = _attribute(source, item, corners, positions, undeformed)
+        values = _attribute(source, item, corners, positions, undeformed, groups)
         if values is not None:
             extra[item] = values
     normals = _normals(source)
@@ -169,7 +171,7 @@ def _corner_uvs(source: Any, corners: Array, uv_map: str = "") -> Array:
     return np.where(np.isfinite(uvs), uvs, np.float32(0))
 
 
-def _attribute(source: Any, name: str, corners: Array, positions: Array, undeformed: Any) -> Array | None:
+def _attribute(source: Any, name: str, corners: Array, positions: Array, undeformed: Any, groups: Any) -> Array | None:
     """Values (n, 3) of the program input ``name``, per vertex or per corner; None if there is none."""
     if name == "generated":
         return _told_apart(_generated(source, positions, undeformed), corners)
@@ -179,7 +181,7 @@ def _attribute(source: Any, name: str, corners: Array, positions: Array, undefor
         normals = _floats(source.vertex_normals, "vector", len(positions), 3)
         return _told_apart(measure(name[len(READ) :], positions, normals, edges.reshape(-1, 2)), corners)
     kind, _, attribute = name.partition(":")
-    if kind not in ("attribute", "attribute_alpha"):
+    if kind not in OUTPUTS:
         return None
     if not attribute:  # a Color Attribute node without a name reads the one for rendering
         active = source.color_attributes
@@ -187,9 +189,32 @@ def _attribute(source: Any, name: str, corners: Array, positions: Array, undefor
         attribute = active[index].name if 0 <= index < len(active) else ""
     if attribute in source.uv_layers:
         uvs = _corner_uvs(source, corners, attribute)
-        return np.concatenate([uvs, np.zeros((len(uvs), 1), np.float32)], axis=1)
+        return output_of(np.concatenate([uvs, np.zeros((len(uvs), 1), np.float32)], axis=1), 2, kind)
     found = source.attributes.get(attribute)
-    return None if found is None else _values(source, found, corners, alpha=kind == "attribute_alpha")
+    if found is not None:
+        return _values(source, found, corners, kind)
+    return None if groups is None or attribute not in groups else _weights(source, groups[attribute].index, corners)
+
+
+OUTPUTS = ("attribute", "attribute_alpha", "attribute_factor")
+"""Prefixes of the names by which a program reads an attribute: its color or vector, its alpha, its one number."""
+
+
+def output_of(values: Array, width: int, kind: str) -> Array:
+    """Values (n, 3) of an output for an attribute (n, 4 or less) of ``width`` numbers, as Cycles gives them."""
+    if kind == "attribute_alpha":
+        column = values[:, 3] if width == 4 else np.ones(len(values), np.float32)
+    elif kind == "attribute_factor":
+        column = values[:, 0] if width < 3 else values[:, :3].mean(axis=1)
+    else:
+        return np.repeat(values, 3, axis=1) if width == 1 else values[:, :3]
+    return np.repeat(column[:, None], 3, axis=1)
+
+
+def _weights(source: Any, group: int, corners: Array) -> Array:
+    """Weight (n, 3) of each vertex in a vertex group."""
+    found = [next((each.weight for each in vertex.groups if each.group == group), 0.0) for vertex in source.vertices]
+    return _told_apart(np.repeat(np.array(found, np.float32)[:, None], 3, axis=1), corners)
 
 
 COMPONENTS = {
@@ -198,8 +223,8 @@ COMPONENTS = {
 }  # fmt: skip
 
 
-def _values(source: Any, attribute: Any, corners: Array, *, alpha: bool) -> Array | None:
-    """Values (n, 3) of a mesh attribute, per vertex or per corner, of a number three times it."""
+def _values(source: Any, attribute: Any, corners: Array, kind: str) -> Array | None:
+    """Values (n, 3) of an output for a mesh attribute, per vertex or per corner."""
     if attribute.data_type not in COMPONENTS:
         return None
     field, width = COMPONENTS[attribute.data_type]
@@ -211,20 +236,22 @@ def _values(source: Any, attribute: Any, corners: Array, *, alpha: bool) -> Arra
     else:
         attribute.data.foreach_get(field, raw)
     values = np.nan_to_num(raw.reshape(-1, width))
-    if width == 4:
-        values = np.repeat(values[:, 3:], 3, axis=1) if alpha else values[:, :3]
-    elif alpha:
-        values = np.ones((len(values), 3), np.float32)
-    elif width < 3:
-        filled = np.zeros((len(values), 3), np.float32)
-        filled[:, :width] = values
-        values = np.repeat(values, 3, axis=1) if width == 1 else filled
+    if width == 2:
+        values = np.concatenate([values, np.zeros((len(values), 1), np.float32)], axis=1)
+    values = output_of(values, width, kind)
     if attribute.domain == "FACE":
         face = np.empty(len(source.polygons), dtype=np.int32)
         source.polygons.foreach_get("loop_total", face)
         values = np.repeat(values, face, axis=0)
     elif attribute.domain == "POINT":
         values = _told_apart(values, corners)
+    elif attribute.domain == "EDGE":  # Cycles reads the mean of the edges at each vertex
+        ends = np.empty(2 * len(source.edges), dtype=np.int32)
+        source.edges.foreach_get("vertices", ends)
+        count = np.maximum(np.bincount(ends, minlength=len(source.vertices)), 1)
+        each = np.repeat(values, 2, axis=0)
+        sums = [np.bincount(ends, each[:, k], minlength=len(source.vertices)) for k in range(3)]
+        values = _told_apart((np.stack(sums, axis=1) / count[:, None]).astype(np.float32), corners)
     elif attribute.domain != "CORNER":
         return None
     return np.ascontiguousarray(values, dtype=np.float32)

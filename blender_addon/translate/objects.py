@@ -19,13 +19,13 @@ from .. import compat
 from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
-from .meshes import READS_UV, object_mesh, uv_layer
+from .meshes import OUTPUTS, READS_UV, object_mesh, uv_layer
 from .placed_media import grids_read, in_mesh, in_volume
-from .shading.attributes import object_attributes, random_of
+from .shading.attributes import object_attributes, random_of, root_of
 from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
-from .visibility import Linking, hidden_from
+from .visibility import Linking, hidden_from, terminator_cosine
 from .volumes import has_transfer, lattice_of, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
@@ -48,6 +48,8 @@ class Collected:
     lights: list[Light] = field(default_factory=list)
     volumes: list[VolumeObject] = field(default_factory=list)
     linking: Linking = field(default_factory=Linking)
+    points: dict[int, Any] = field(default_factory=dict)
+    """The instances of each instancer as points, by its address."""
     originals: list[Any] = field(default_factory=list)
     """The original object of each instance."""
     kept: Kept | None = None
@@ -187,13 +189,17 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         # Cycles gives an instance the color of its instancer
         "color": tuple(instance.parent.color if instance.is_instance and instance.parent else obj.color),
         "index": int(obj.pass_index),
-        "attributes": object_attributes(obj, instance, reads, found.translation.scene.frame_current_final),
+        "attributes": object_attributes(
+            obj, instance, reads, found.translation.scene.frame_current_final, found.points
+        ),
         "shown_as": obj.name,
-        "asset": _root(original).name,
+        "asset": root_of(original).name,
         "is_shadow_catcher": obj.is_shadow_catcher,
+        "terminator_cosine": terminator_cosine(obj),
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.originals.append(original)
+    found.linking.add(name, original)
     if instance.is_instance:
         found.instances.append(make())
         return
@@ -223,13 +229,6 @@ def _instance(
         found.translation.note(obj.name, message)
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
     return Instance(world_from_object=matrix, materials=names, random=random_of(obj, instance), **fields)
-
-
-def _root(obj: Any) -> Any:
-    """The topmost parent of an object, itself without one: the name in a cryptomatte of assets."""
-    while obj.parent is not None:
-        obj = obj.parent
-    return obj
 
 
 def _materials(obj: Any) -> list[Any]:
@@ -270,7 +269,8 @@ def _note_missing(found: Collected, obj: Any, reads: frozenset[str]) -> None:
         found.translation.note(obj.name, "it is no hair; a hair shader on it has another direction than in Cycles")
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
-        if kind == "attribute" and attribute and attribute not in obj.data.attributes:
+        missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
+        if kind in OUTPUTS and attribute and missing:
             found.translation.note(obj.name, f"it has no UV map or attribute {attribute!r}; its materials read 0")
 
 

@@ -124,7 +124,7 @@ def _placed(
     translation = found.translation
     color = instance.parent.color if instance.is_instance and instance.parent else obj.color
     reads = frozenset(name for name in inputs if name.startswith(PREFIX))
-    facts = dict(object_attributes(obj, instance, reads, translation.scene.frame_current_final))
+    facts = dict(object_attributes(obj, instance, reads, translation.scene.frame_current_final, found.points))
     facts |= {
         "object_location": tuple(map(float, matrix[:3, 3])), "object_color": tuple(map(float, color[:3])),
         "object_alpha": (float(color[3]),), "object_index": (float(obj.pass_index),),

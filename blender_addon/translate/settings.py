@@ -77,4 +77,5 @@ def _light_paths(cycles: Any) -> LightPaths:
         clamp_indirect=cycles.sample_clamp_indirect,
         reflective_caustics=cycles.caustics_reflective,
         refractive_caustics=cycles.caustics_refractive,
+        filter_glossy=cycles.blur_glossy,
     )

@@ -23,6 +23,12 @@ def cycles_settings(owner: Any, name: str, fallback: Any) -> Any:
     return getattr(getattr(owner, "cycles", None), name, fallback)
 
 
+def terminator_cosine(obj: Any) -> float:
+    """Cosine below which light starts from the rounded surface of an object (Cycles' Geometry Offset)."""
+    name = "shadow_terminator_geometry_offset"
+    return float(min(max(getattr(obj, name, cycles_settings(obj, name, 0.1)), 0.0), 1.0))
+
+
 def hidden_from(obj: Any) -> Rays:
     """Types of rays that an object's ray visibility switches off."""
     return _bits(obj, FLAGS)

@@ -40,7 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     wanted = parser.add_mutually_exclusive_group()
     wanted.add_argument("--quality", choices=QUALITY_DB, help="error of the picture by word (default: good)")
     wanted.add_argument("--target-snr", type=float, metavar="DB", help="error of the picture in dB, 10 to 90")
-    parser.add_argument("--rule", default="auto", help="step rule: auto, uniform, thesis or error (default: auto)")
+    parser.add_argument(
+        "--rule", default="auto", help="step rule: auto, uniform, thesis, error or cells (default: auto)"
+    )
     parser.add_argument("--quadrature", default="auto", help="auto, midpoint or preintegrated (default: auto)")
     parser.add_argument(
         "--report", action="store_true", help="measure the error against a reference, beside uniform steps"

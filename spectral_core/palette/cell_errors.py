@@ -81,10 +81,12 @@ def _comparisons(problem: PaletteProblem, requests: Requests, shown: Sequence[Ar
             if (i, j) in own:
                 continue
             cell = problem.cells[i][j]
-            box = cell.box
+            # A cell of weight 0 is a member because another one refers to it; its own request does not count.
+            asks = cell.weight > 0 or cell.exact
+            box = cell.box if asks else None
             if box is not None:
                 found.append(((i, j), 0, np.clip(shown[0][i, j], box[0], box[1])))
-            refers = cell.mode in (CellMode.SAME, CellMode.CONSTANT)
+            refers = asks and cell.mode in (CellMode.SAME, CellMode.CONSTANT)
             others = cell.others if refers else tuple(other for other in group.members if other != (i, j))
             found += [((i, j), number, colors[other]) for number, colors in enumerate(shown) for other in others]
     return found

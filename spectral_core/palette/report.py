@@ -18,7 +18,7 @@ from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.optimality import Check
 from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
 from spectral_core.spectra.color import XYZ_FROM_RGB
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 if TYPE_CHECKING:
     from spectral_core.palette.design.rounds import SolveTrace
@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 
 EXACT_LIMIT = 1e-6
 """Linear RGB by which an exact cell may be off."""
+END_NM = 1e-3
+"""Distance past the end of a primary at which a mixture no longer contains it."""
 WHITE_LIMIT = 1e-6
 """Distance, relative to the white, within which primaries count as reaching it."""
 
@@ -184,15 +186,27 @@ def _light(problem: PaletteProblem, state: PaletteState, j: int) -> Spectrum:
     light, values = problem.lights[j], state.lights[j]
     if values is None:
         return light.spectrum if state.light_scale == 1.0 else light.spectrum.scaled(state.light_scale)
+    grid = problem.grid
     if light.primaries:
-        values = primaries_on_grid(problem, j) @ values
+        grid = knots_of_primaries(problem, j)
+        values = np.stack([each.at(grid.wavelengths_nm) for each in light.primaries], axis=1) @ values
     kind = Illuminant if values.min() >= 0 else Spectrum
-    return kind(light.name, problem.grid, values, source="designed")
+    return kind(light.name, grid, values, source="designed")
 
 
-def primaries_on_grid(problem: PaletteProblem, j: int) -> Array:
-    """Primaries of a light at the knots of the grid, (n, p)."""
-    return np.stack([each.at(problem.grid.wavelengths_nm) for each in problem.lights[j].primaries], axis=1)
+def knots_of_primaries(problem: PaletteProblem, j: int) -> SpectralGrid:
+    """Grid on which any mixture of a light's primaries is exact; the palette's own grid if that is sampled.
+
+    It has the knots of all of them, and a knot just past the end of one that does not end at zero.
+    """
+    if problem.grid.interpolation == "sampled":
+        return problem.grid
+    primaries = problem.lights[j].primaries
+    knots = [each.grid.wavelengths_nm for each in primaries]
+    low, high = min(each[0] for each in knots), max(each[-1] for each in knots)
+    ends = [each[end] + sign * END_NM for each, of in zip(knots, primaries, strict=True)
+            for end, sign in ((0, -1), (-1, 1)) if of.values[end] > 0]  # fmt: skip
+    return SpectralGrid(np.unique(np.concatenate([*knots, [end for end in ends if low < end < high]])))
 
 
 def _reflectance(problem: PaletteProblem, state: PaletteState, i: int) -> Spectrum:

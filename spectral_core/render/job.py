@@ -42,6 +42,12 @@ DYES_IN_BANDS = (
 )
 
 
+MEDIA_AND_VOLUMES = (
+    "sampled volumes and homogeneous media are not combined: volumes inside or behind a medium are missing; render "
+    "them apart, or switch the effect media off"
+)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Measure:
     """Quantities to measure beside the picture.
@@ -108,6 +114,8 @@ class RenderJob:
             )
         self._wavelengths = wavelengths
         self._loaded_notes: tuple[Note, ...] = size_note(radius)
+        if self.scene.volumes and plan.is_on("media") and take_inventory(self.scene).media:
+            self._loaded_notes += (Note("Volumes", MEDIA_AND_VOLUMES),)
         if measure.bands is not None and measure.groups and plan.is_on("fluorescence"):
             self._loaded_notes += (Note("Fluorescence", DYES_IN_BANDS),)
         try:

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError
 from spectral_core.llvm_library import LLVM_INSTALL_HINT, OLDEST_LLVM, find_llvm, use_llvm
+from spectral_core.render.gathers import use_gathers
 
 Transport = Literal["rgb", "spectral"]
 NO_LLVM = f"rendering needs the LLVM library, version {OLDEST_LLVM} or newer, and none was found; {LLVM_INSTALL_HINT}"
@@ -79,6 +80,8 @@ def activate(backend: Backend) -> Any:
             mitsuba.set_variant(backend.variant)
     except Exception as error:
         raise RenderError(f"Mitsuba cannot start its variant {backend.variant}: {error}") from error
+    if backend.variant.startswith("llvm"):
+        use_gathers()
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
     from spectral_core.render import plugins
 

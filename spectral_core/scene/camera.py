@@ -102,6 +102,16 @@ class Camera:
         if (self.kind == "panoramic") != (self.panorama is not None):
             raise InvalidInputError("a camera has a panorama where its kind is 'panoramic', and there alone")
 
+    def window(self, film: Film) -> tuple[float, ...]:
+        """Width and height of the frame at distance 1, the shift of its center in frames, 1 for a perspective."""
+        width, height = float(film.width), float(film.height) * film.pixel_aspect
+        side = {"auto": max(width, height), "width": width, "height": height}[self.sensor_fit]
+        perspective = self.kind == "perspective"
+        size = 2 * float(np.tan(self.field_of_view_rad / 2)) if perspective else float(self.orthographic_scale)
+        share_x, share_y = width / side, height / side
+        shift = self.shift[0] / share_x, self.shift[1] / share_y
+        return size * share_x, size * share_y, *shift, 1.0 if perspective else 0.0
+
 
 @dataclass(frozen=True, slots=True)
 class Film:

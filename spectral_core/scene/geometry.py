@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_finite
+from spectral_core.checks import frozen_array, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.rays import Rays
 
@@ -119,7 +119,8 @@ class Instance:
     it; ``clear_for``: names of lights for which it casts no shadow. ``color`` (r, g, b, alpha), ``index`` and
     ``random`` in [0, 1]: outputs of the Object Info node. ``attributes``: further values for programs, each a name with
     three or four numbers. ``shown_as``, ``asset``: names in cryptomattes, if they differ from ``name``.
-    ``is_shadow_catcher``: True if the picture contains only its shadows.
+    ``is_shadow_catcher``: True if the picture contains only its shadows. ``terminator_cosine``: cosine between light
+    and a smooth-shaded triangle below which light starts from the rounded surface, 0 for never.
     """
 
     name: str
@@ -138,9 +139,11 @@ class Instance:
     shown_as: str = ""
     asset: str = ""
     is_shadow_catcher: bool = False
+    terminator_cosine: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_object", affine(f"instance {self.name!r}", self.world_from_object))
+        require_range(f"instance {self.name!r}: terminator_cosine", self.terminator_cosine, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

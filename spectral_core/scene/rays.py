@@ -34,7 +34,8 @@ class LightPaths:
     ``diffuse``, ``glossy``, ``transmission``, ``volume``: bounces of that kind. ``transparent``: surfaces that a ray
     passes. ``clamp_direct``, ``clamp_indirect``: largest mean of a sample's channels, 0 for no limit; larger values are
     reduced to it. ``reflective_caustics``, ``refractive_caustics``: True if diffusely scattered rays may hit mirrors
-    and glass.
+    and glass. ``filter_glossy``: Cycles' Filter Glossy, 0 for none: reflections and refractions of light that was
+    scattered widely before become blurred, the more, the larger it is.
     """
 
     diffuse: int = UNLIMITED
@@ -46,11 +47,12 @@ class LightPaths:
     clamp_indirect: float = 0.0
     reflective_caustics: bool = True
     refractive_caustics: bool = True
+    filter_glossy: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("diffuse", "glossy", "transmission", "transparent", "volume"):
             require_range(f"bounces ({name})", getattr(self, name), 0, UNLIMITED)
-        for name in ("clamp_direct", "clamp_indirect"):
+        for name in ("clamp_direct", "clamp_indirect", "filter_glossy"):
             require_range(name, getattr(self, name), 0.0, 1e30)
 
 

@@ -36,6 +36,8 @@ _TUNING: dict[Rule, tuple[float, ...]] = {
     "uniform": (1.07, 1.15, 1.23, 1.32, 1.41, 1.52, 1.62, 1.74, 1.87),
     "error": (1.12, 1.26, 1.41),
 }
+_MORE = 1.06  # times the samples of a rival at which a search ends: more than auto asks a rival to save
+_SINGLE = 90.0  # dB: the picture and its reference have the same rounding of single precision
 _FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which the steps of every rule are at their limits
 
 
@@ -105,8 +107,9 @@ class Pilot:
         """(colors, their own SNR, scale of the last march) of the reference.
 
         Steps of the error rule are halved until two marches agree, and uniform steps of a sixteenth of a voxel have to
-        agree too: two marches of one rule may both miss a feature that its estimate of roughness does not see, such as
-        the tip of an opaque object that a ray grazes. If these do not agree, uniform steps are halved until they do.
+        agree too: two marches of one rule may both miss a feature that its estimate of roughness does not see. If these
+        do not agree, uniform steps are halved until they do. All of them end at the faces of cells, where the tips of
+        objects are that a ray grazes.
         """
         quadrature: Quadrature = "midpoint" if self.transfer.uses_gradient else "preintegrated"
         scale, coarse = 0.5, self._march(Stepping("error", quadrature, 0.5), REFERENCE)[0]
@@ -123,8 +126,12 @@ class Pilot:
             agreed = snr_db(even, fine - even)
             # Halving the step removes three quarters of the error at second order, and half of it at first order.
             if agreed > agreement_db + 4.0 or step <= REFERENCE.shortest_step:
-                return even, agreed + 6.0, min(scale, step)
+                return even, min(agreed + 6.0, _SINGLE) if math.isfinite(agreed) else agreed, min(scale, step)
             fine, step = even, 0.5 * step
+
+    def sharper(self) -> Pilot:
+        """A pilot of the same rays whose reference has an error 25 dB smaller, as far as single precision allows."""
+        return Pilot(self.renderer, self.view, self.transfer, self.quality_db + 25.0, self.count)
 
     def denser(self) -> Pilot:
         """A pilot of the same picture with four times the rays."""
@@ -147,12 +154,12 @@ class Pilot:
         columns = len(self.transfer.materials) + self.transfer.has_emission
         integrates = stepping.quadrature == "preintegrated"
         packets = -(-(2 + (3 if integrates else 2) * columns) // 8)
-        adapts = stepping.rule == "error"
+        adapts = stepping.rule in ("error", "cells")
         return 1.0 + _ADAPTIVE * adapts + _PREINTEGRATED * integrates + _PACKET * (packets - 1)
 
-    def tuned(self, way: Stepping, quality_db: float, within_db: float) -> Trial:
+    def tuned(self, way: Stepping, quality_db: float, within_db: float, rival: Trial | None = None) -> Trial:
         """As ``solve``, and then the coarsest of a few steps beyond that reaches the target as well."""
-        best = self.solve(way, quality_db, within_db)
+        best = self.solve(way, quality_db, within_db, rival=rival)
         if best.snr_db < quality_db:
             return best
         scale = best.stepping.scale
@@ -162,11 +169,15 @@ class Pilot:
         ]
         return cheapest([best, *further], quality_db)
 
-    def solve(self, way: Stepping, quality_db: float, within_db: float, tries: int = 7) -> Trial:
+    def solve(
+        self, way: Stepping, quality_db: float, within_db: float, tries: int = 7, rival: Trial | None = None
+    ) -> Trial:
         """The cheapest trial of ``way`` that reaches ``quality_db``; the one of greatest SNR if none does.
 
         The scale is found by secant steps on dB against log scale, from the scale of ``way``, until a trial lies at
-        most ``within_db`` above the target. Trials below the target are never the answer if one reached it.
+        most ``within_db`` above the target. Trials below the target are never the answer if one reached it. The search
+        ends at a trial below the target that takes more time and more samples than ``rival``, which reaches it: finer
+        steps take even more.
         """
         trials = [self.try_out(way)]
         for _ in range(tries - 1):
@@ -178,6 +189,8 @@ class Pilot:
             trials.append(self.try_out(replace(way, scale=scale)))
             if trials[-1].steps == trials[-2].steps and scale > trials[-2].stepping.scale:
                 break  # the rule's longest step is reached: no coarser stepping exists
+            if rival is not None and _is_beaten(trials[-1], rival, quality_db):
+                break
         return cheapest(trials, quality_db)
 
     def _march(self, stepping: Stepping, limits: Limits = USUAL) -> tuple[Array, float, float]:
@@ -186,6 +199,13 @@ class Pilot:
         amounts = np.stack(channels[:k], axis=-1).astype(np.float64)
         samples, steps = (float(c.mean()) for c in channels[k + 1 :])
         return amounts @ self.palette, samples, steps
+
+
+def _is_beaten(trial: Trial, rival: Trial, quality_db: float) -> bool:
+    """True if a trial is short of the target and takes more time and more samples than one that reaches it."""
+    return (
+        trial.snr_db < quality_db <= rival.snr_db and trial.cost > rival.cost and trial.samples > _MORE * rival.samples
+    )
 
 
 def cheapest(trials: list[Trial], quality_db: float) -> Trial:

@@ -53,6 +53,7 @@ class PreparedTransfer:
 
     def grid(self, rule: Rule) -> DeviceGrid:
         """The step grid of ``rule`` on the device."""
+        rule = "error" if rule == "cells" else rule  # these differ in the march, not in their grid
         if rule not in self._grids:
             made = step_grid(rule, self.field.statistics(rule), self.ranges, self.field.device_volume.unit)
             self._grids[rule] = DeviceGrid(self.field.types, made, self.field.volume.shape)
@@ -81,6 +82,7 @@ class PreparedTransfer:
             floor,
             most_stretch,
             shortest,
+            limits.ends_at_faces or stepping.rule == "cells",
             self.gradient,
             self.weights,
         )

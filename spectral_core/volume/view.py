@@ -42,7 +42,7 @@ class View:
         if self.fov_deg is None:
             require_range("ortho_width", self.ortho_width, 1e-30, 1e30)
         else:
-            require_range("fov_deg", self.fov_deg, 0.01, 170.0, "°")
+            _checked_fov(self.fov_deg)
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -86,7 +86,9 @@ class View:
         fov = rest.get("fov_deg", 30.0)
         if fov is None:
             rest.setdefault("ortho_width", 2.0 * radius)
-        distance = 4.0 * radius if fov is None else radius / np.sin(np.radians(fov) / 2)
+            distance = 4.0 * radius
+        else:
+            distance = radius / np.sin(np.radians(_checked_fov(fov)) / 2)
         up = (0.0, 0.0, 1.0) if abs(elevation_deg) < 85 else (0.0, 1.0, 0.0)
         return cls.looking(middle + toward * distance, middle, up, **rest)
 
@@ -151,3 +153,8 @@ class View:
             }
         matrix[:3, :2] *= self.ortho_width / 2
         return {"type": "orthographic", "to_world": mi.ScalarTransform4f(matrix)}
+
+
+def _checked_fov(fov_deg: float) -> float:
+    """The angle of view in degrees. Raises InvalidInputError outside 0.01 to 170."""
+    return require_range("fov_deg", fov_deg, 0.01, 170.0, "°")

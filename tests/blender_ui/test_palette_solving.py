@@ -251,3 +251,23 @@ def test_swatches_show_actual_colors_and_cannot_be_edited(palette):
     cell.actual = (1.0, 1.0, 1.0)
     assert tuple(cell.actual) == shown
     assert all(0 <= channel <= 1 for channel in shown)
+
+
+def test_solve_continues_a_solution_that_the_time_interrupted(blender, palette, monkeypatch):
+    """The panel says "solve to continue"; Solve had started anew, and ended at the same point."""
+    import spectral_core.palette
+
+    starts = []
+
+    def solve(problem, *, warm=None):
+        starts.append(warm)
+        return solve_palette(problem, warm=warm)
+
+    monkeypatch.setattr(spectral_core.palette, "solve_palette", solve)
+    blender.ops.spectral.palette_solve()
+    palette.status = "still_improving"
+    blender.ops.spectral.palette_solve()
+    palette.status, palette.is_stale = "still_improving", True
+    blender.ops.spectral.palette_solve()
+    assert [start is None for start in starts] == [True, False, True]
+    np.testing.assert_allclose(starts[1].actual_linear_rgb, actual(palette), atol=2e-6)

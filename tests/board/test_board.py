@@ -191,3 +191,9 @@ def test_a_fader_at_its_top_gives_the_upper_end_to_the_last_bit():
     binding = Binding(Control("cc", 0, "1"), "a", -3.0, -0.9)
     assert binding.value(1.0) == -0.9
     assert binding.value(0.0) == -3.0
+
+
+def test_the_ends_of_a_range_are_finite_and_so_is_their_distance() -> None:
+    for low, high in ((0.0, 0.0), (0.0, float("inf")), (-1.5e308, 1.5e308)):
+        with pytest.raises(InvalidInputError, match="give two different finite ends"):
+            Binding(FADERS[0], "target", low, high)

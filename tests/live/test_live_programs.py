@@ -21,13 +21,16 @@ from spectral_core.scene import (
     Instance,
     LightPaths,
     Material,
+    Principled,
     Rays,
+    RenderSettings,
     ScatteringMedium,
     Scene,
     gray,
 )
 from spectral_core.scene.geometry import Attribute
 from spectral_core.scene.shading import Builder
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 from tests.live import test_live_session as session
 from tests.live.test_live_session import HEIGHT, WIDTH, at
 
@@ -103,3 +106,20 @@ def test_an_edit_in_place_of_an_attribute_is_visible(scene: Scene) -> None:
     assert stage.how == "meshes"
     assert np.abs(after - before).max() > 0.05
     np.testing.assert_allclose(after, _pictured(Stage(), edited), atol=1e-4)
+
+
+def test_edits_of_a_material_with_a_spectrum_are_visible(scene: Scene) -> None:
+    """Of its other numbers, and of the spectrum itself, more than once."""
+    low, high = (
+        Reflectance("paint", SpectralGrid(np.array([400.0, 550, 700])), np.array(values))
+        for values in ([0.1, 0.2, 0.9], [0.8, 0.7, 0.1])
+    )
+    stage = Stage()
+    for color, roughness in ((low, 0.5), (low, 0.9), (high, 0.9), (low, 0.2), (low, 0.4)):
+        surface = Principled(color, roughness=roughness)
+        materials = [replace(m, surface=surface) if m.name in ("red", "gray") else m for m in scene.materials]
+        seen = replace(scene, materials=tuple(materials), settings=RenderSettings(transport="spectral"))
+        # wavelengths are drawn by the spectra that a scene was loaded with, so that the noise differs
+        shown, true = (_pictured(each, seen, 48).mean(axis=(0, 1)) for each in (stage, Stage()))
+        np.testing.assert_allclose(shown, true, rtol=0.02)
+    assert stage.loads == 1

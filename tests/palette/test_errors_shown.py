@@ -171,3 +171,17 @@ def test_two_cells_that_refer_to_the_same_one_are_compared_with_each_other_too()
     assert solution.residuals["worst_pair_delta_e_2000"] == pytest.approx(pair, abs=1e-9)
     assert solution.max_delta_e_2000 == pytest.approx(pair, abs=1e-9)
     assert solution.status == "compromise"
+
+
+def test_the_box_of_a_cell_of_weight_0_holds_for_no_cell_that_refers_to_it() -> None:
+    """Such a cell asks nothing; another cell should look like it, whatever its color."""
+    white, black = ((0.9, 0.9, 0.9), (1.0, 1.0, 1.0)), ((0.0, 0.0, 0.0), (0.1, 0.1, 0.1))
+    cells = (
+        (Cell.free(white, weight=0.0),),
+        (Cell.same_as((0, 0), box=black),),
+    )
+    materials = (PaletteReflectance("a"), PaletteReflectance("b"))
+    solution = solve_palette(PaletteProblem(GRID, (PaletteLight(D65),), materials, cells))
+    assert solution.status == "solved"
+    assert solution.max_delta_e_2000 < 0.1
+    assert solution.actual_linear_rgb.max() <= 0.1 + 1e-6

@@ -14,7 +14,7 @@ from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.design.interior import joint_descent
 from spectral_core.palette.design.joint import Joint
-from spectral_core.palette.design.rounds import Rounds, SolveTrace
+from spectral_core.palette.design.rounds import Rounds, SolveTrace, is_nothing
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
 from spectral_core.spectra.spectrum import SpectralGrid
@@ -91,3 +91,11 @@ def test_a_table_without_requests_is_solved() -> None:
     light = PaletteLight(normalized(illuminant("D65")).resampled(grid), free=True)
     problem = PaletteProblem(grid, [light], [PaletteReflectance("any")], [[Cell.free()]])
     assert solve_palette(problem).status.trusted
+
+
+def test_a_decrease_by_a_millionth_is_not_optimal() -> None:
+    """The limit of every status: solving a side again must not gain a millionth of its sum of squares."""
+    assert not is_nothing(1e-6, 1.0)
+    assert not is_nothing(1e-12, 1e-6)
+    assert is_nothing(5e-7, 1.0)
+    assert is_nothing(1e-17, 0.0)

@@ -34,7 +34,8 @@ class Tracer:
     def __init__(self, clock):
         self.clock, self.rng, self.launches = clock, np.random.default_rng(1), []
 
-    def trace(self, pixels, done, more, half):
+    def trace_halves(self, pixels, done, more):
+        pixels, more = np.tile(pixels, 2), np.tile(more, 2)
         self.launches.append(int(more.sum()))
         self.clock.now += LAUNCH_S + self.clock.speed(self.clock.now) * more.sum()
         spread = np.where(pixels < 1536, 0.02, 0.2) * np.sqrt(more)
@@ -73,11 +74,11 @@ def test_a_time_budget_is_kept_whatever_other_programs_do(monkeypatch, what, spe
 
 
 def test_a_prediction_counts_the_launches_that_follow():
-    """Two samples are traced by two launches and compared once, however many rounds other pictures take."""
+    """Two samples are traced by one launch and compared once, however many rounds other pictures take."""
     probe = SimpleNamespace(launch_s=1.0)
-    assert asked._beside_paths(probe, 2.0, 0.0) == 2
-    assert asked._beside_paths(probe, 2.0, 0.5) == 2.5
-    assert asked._beside_paths(probe, 100.0, 0.0) == 4 + 2 * asked._ROUNDS
+    assert asked._beside_paths(probe, 2.0, 0.0) == 1
+    assert asked._beside_paths(probe, 2.0, 0.5) == 1.5
+    assert asked._beside_paths(probe, 100.0, 0.0) == 2 + asked._ROUNDS
 
 
 def test_a_small_picture_has_two_passes_and_a_large_one_more():

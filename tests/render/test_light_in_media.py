@@ -180,3 +180,24 @@ def test_points_on_a_segment_are_drawn_with_their_density():
         density = np.array(view.density(kit.Float(middle[wide])))
         assert np.median(np.abs(density / told[wide] - 1)) < 0.05
         assert np.array(view.fluence)[0] > 0
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_a_lamp_in_a_medium_is_attenuated_up_to_itself_alone(transport):
+    """Not up to the surface behind it: the lamp hangs in the middle of a deep, absorbing box."""
+    radius, density, power = 0.3, 0.8, 50.0
+    lamp = PointLight(name="lamp", world_from_light=matrix(), power_w=power, radius=radius, soft_falloff=False,
+                      camera_visible=True)  # fmt: skip
+    scene = Scene(
+        camera=Camera(world_from_camera=matrix((0, 0, 4.0)), field_of_view_rad=1e-3, near=0.01),
+        film=Film(8, 8, samples=16),
+        meshes=(box(),),
+        materials=(Material("fog", None, ScatteringMedium(density=density, color=gray(0.0))),),
+        instances=(Instance("cube", "box", np.diag([4.0, 4.0, 4.0, 1.0]), ("fog",)),),
+        lights=(lamp,),
+        settings=RenderSettings(transport=transport, max_bounces=2),
+    )
+    emitted = power / (4 * np.pi) / (np.pi * radius**2)
+    half = 2.0  # the box reaches from -2 to 2
+    expected = emitted * np.exp(-density * (half - radius))
+    np.testing.assert_allclose(render_scene(scene).pixels[..., :3].mean((0, 1)), expected, rtol=0.01)

@@ -15,8 +15,9 @@ import itertools
 from spectral_core.render import everything_on, plan_effects, plan_from_data, render_scene
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan import bounds
+from spectral_core.render.plan.decision import error_together
 from spectral_core.render.plan.effects import pilot_plan
-from spectral_core.render.plan.levels import Effect, Level, chosen
+from spectral_core.render.plan.levels import Effect, Level, chosen, indirect_error
 from spectral_core.render.plan.measured import error_of_loss
 from spectral_core.render.plan.pilot import CHANNELS, ROWS, TOTAL, Pilot, run_pilot
 from spectral_core.scene import (
@@ -153,3 +154,50 @@ def test_a_plan_with_all_effects_gives_the_same_picture():
     job = RenderJob(scene, plan)
     job.trace(64)
     assert job.picture()[..., 1].mean() == pytest.approx(_picture(scene, 32)[..., 1].mean(), rel=0.02)
+
+
+def test_light_after_a_bounce_is_lost_once_whatever_rows_name_it():
+    """Three rows of one light: the sum of their errors is no more than that of all indirect light."""
+    rows = [
+        Effect("bounces", (Level("64"), Level("0", 0.9, 0.1)), "", how="measured"),
+        Effect("diffuse_bounces", (Level("64"), Level("0", 0.9, 0.1)), "", how="measured"),
+        Effect("reflective_caustics", (Level("on"), Level("off", 0.9, 0.1)), "", how="measured"),
+        Effect("media", (Level("on"), Level("off", 0.05, 0.1)), "", how="bounded"),
+    ]
+    left = lambda tolerance: {k for k, v in chosen(rows, tolerance).items() if v}  # noqa: E731
+    assert left(0.94) == {"media"} and left(0.96) == {effect.name for effect in rows}
+    assert error_together({"bounces": 0.9, "media": 0.05}, None) == pytest.approx(0.95)
+    cut = Effect("bounces", (Level("64"), Level("1", 0.9, 0.1)), "", how="measured")
+    assert indirect_error(rows) == 0.9 and indirect_error([cut]) is None
+
+
+def test_a_medium_that_absorbs_alone_calls_for_no_bounces():
+    """The pilot traces it; one that scatters keeps its bounces without a pilot."""
+    base = lit_plane(LAMP, film=Film(24, 16, samples=64), settings=FREE)
+    ball = replace(
+        base.instances[0], name="ball", mesh="sphere", materials=("smoke",), world_from_object=matrix((0, 0, 1))
+    )
+
+    def plan(albedo):
+        smoke = Material("smoke", None, ScatteringMedium(0.5, gray(albedo)))
+        scene = replace(base, meshes=(*base.meshes, sphere_mesh()), materials=(*base.materials, smoke))
+        return plan_effects(replace(scene, instances=(*base.instances, ball)), 1.0)
+
+    black, white = plan(0.0), plan(0.9)
+    assert black.is_on("media") and black.bounces == 0 and black.pilot_paths > 0
+    assert white.is_on("media") and white.bounces == 64 and white.pilot_paths == 0
+    assert "absorbed" in black["media"].reason and "scatters" in white["media"].reason
+
+
+def test_volumes_that_a_medium_hides_are_named():
+    """The renderer shows one of the two: a note tells, where it said nothing."""
+    from benchmarks._plan_scenes import SINGLE, staged
+
+    still = staged(SINGLE["cloud"], (8, 6), 1.0)[0]
+    still = replace(still, film=replace(still.film, samples=2))
+
+    def notes(media):
+        chosen = replace(still.settings, overrides=(("media", media),))
+        return [note.message for note in render_scene(replace(still, settings=chosen)).notes]
+
+    assert not notes("off") and any("not combined" in text for text in notes("on"))

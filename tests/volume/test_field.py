@@ -11,6 +11,7 @@ from spectral_core.volume import renderer
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.march.device import _stored_units
 from spectral_core.volume.samples import marschner_lobb
+from spectral_core.volume.view import View
 
 
 @pytest.mark.parametrize("dtype", ["u1", "i2", "<f4", ">f4", "f8", "u2"])
@@ -113,3 +114,16 @@ def test_a_missing_backend_names_its_remedy(monkeypatch, backend, remedy):
     monkeypatch.setattr(dr, "has_backend", lambda kind: False)
     with pytest.raises(MissingDependencyError, match=remedy):
         renderer.array_types(backend)
+
+
+def test_a_view_around_a_field_has_its_documented_defaults():
+    volume = ScalarVolume("v", np.zeros((3, 4, 5), np.uint8))
+    assert View.around(volume).key == View.around(volume, 35.0, 25.0, zoom=1.0, fov_deg=30.0).key
+
+
+@pytest.mark.parametrize("fov", [0.0, 175.0, float("nan")])
+def test_an_impossible_angle_of_view_is_refused(fov):
+    with pytest.raises(InvalidInputError, match="fov_deg"):
+        View.around(ScalarVolume("v", np.zeros((3, 4, 5), np.uint8)), fov_deg=fov)
+    with pytest.raises(InvalidInputError, match="fov_deg"):
+        View(np.eye(4), fov_deg=fov)

@@ -9,13 +9,15 @@ import pytest
 from benchmarks._volume_oracle import gaussian_transmittance, march_oracle, ramp_transmittance, slab
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
+from spectral_core.volume.march.march_input import REFERENCE, USUAL
+from spectral_core.volume.march.rules import RULES
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View
 from tests.volume.cases import across, against_oracle, blob, two_tents
 
 pytest.importorskip("drjit")
-WAYS = [(rule, quadrature) for rule in ("uniform", "thesis", "error") for quadrature in ("midpoint", "preintegrated")]
+WAYS = [(rule, quadrature) for rule in RULES for quadrature in ("midpoint", "preintegrated")]
 
 
 @pytest.mark.parametrize(("rule", "quadrature"), WAYS)
@@ -106,3 +108,43 @@ def test_empty_space_skipping_saves_iterations_and_changes_no_picture():
     assert error < 2e-3
     assert image.steps < 0.05 * 32 * 32 * 40 / 0.1
     assert 0 < image.samples <= image.steps
+
+
+def _bright_voxel():
+    """A voxel of 1 in a field of 0, hard-edged at 0.97, and rays along x beside it: 0.01 voxels off, and mirrored."""
+    data = np.zeros((9, 5, 5), np.float32)
+    data[4, 2, 2] = 1.0
+    solid = TransferFunction((Material("solid", [0, 0.97, 0.97, 1.0], [0, 0, 30.0, 30.0], [1, 1, 1]),))
+    return ScalarVolume("voxel", data), solid
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("phase", [0.0, 0.13, 0.31])
+def test_steps_that_end_at_faces_see_the_tip_of_a_grazed_object(side, phase):
+    volume, solid = _bright_voxel()
+    origin, target = np.array([4.0 - side * (12.0 + phase), 2.01, 2.0]), np.array([4.0, 2.01, 2.0])
+    view = View.looking(origin, target, (0, 0, 1), width=1, height=1, fov_deg=None, ortho_width=1e-3)
+    # Along the ray the field is 0.99·(1 - |x - 4|), a tip that is above 0.97 over a fiftieth of a voxel.
+    depth = 30.0 * 2.0 * (1.0 - 0.97 / 0.99)
+    renderer = VolumeRenderer(volume)
+    for stepping, limits in (
+        (Stepping("cells", "preintegrated", 8.0), USUAL),
+        (Stepping("uniform", "preintegrated", 0.7), REFERENCE),
+    ):
+        image = renderer.render(view, solid, stepping, limits=limits)
+        assert image.transmittance[0, 0] == pytest.approx(np.exp(-depth), abs=2e-3)
+    # Steps of a tenth of a voxel that end anywhere have it between their ends.
+    missed = renderer.render(view, solid, Stepping("uniform", "preintegrated", 0.0917))
+    assert abs(missed.transmittance[0, 0] - np.exp(-depth)) > 0.02
+
+
+def test_steps_that_end_at_faces_are_no_longer_than_a_cell():
+    volume = blob()
+    view = View.around(volume, 25.0, 20.0, width=12, height=10)
+    everywhere = TransferFunction((Material("fog", [-1, 256], [0.01, 0.01], [1, 1, 1]),))
+    renderer = VolumeRenderer(volume)
+    counts = {
+        rule: renderer.render(view, everywhere, Stepping(rule, "preintegrated", 50.0), counts=True).samples
+        for rule in ("error", "cells")
+    }
+    assert counts["cells"] > 3 * counts["error"]

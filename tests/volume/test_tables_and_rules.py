@@ -102,3 +102,15 @@ def test_invalid_functions_are_refused():
         TransferFunction((bone,), [400, 500, 600, 700])
     with pytest.raises(InvalidInputError, match="go together"):
         Material("skin", [0, 1], [0, 1], [1, 1, 1], gradient_values=[0, 1])
+
+
+@pytest.mark.parametrize("emission", [0.0, 0.1])
+def test_more_extinction_than_fills_a_voxel_makes_no_picture_rougher(emission):
+    """The slope is of 1 - exp(-σ·voxel): it stops growing with the extinction."""
+    volume = ScalarVolume("v", np.arange(27, dtype=np.float32).reshape(3, 3, 3))
+    slopes = []
+    for extinction in (50.0, 5e6):
+        wall = Material("wall", [0, 13, 14, 26], [0, 0, extinction, extinction], [1, 1, 1], [0, 0, emission, emission])
+        slopes.append(RangeTables(tabulate(TransferFunction((wall,)), volume), 1.0).slope.max())
+    assert slopes[1] < 40 * slopes[0]
+    assert slopes[1] * 26 / 510 < 3.0

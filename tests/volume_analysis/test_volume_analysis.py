@@ -243,3 +243,8 @@ def test_the_benchmark_prints_the_figures_and_draws_the_pictures(tmp_path, capsy
     assert all(
         (tmp_path / "volume-analysis" / path.split("/")[-1]).stat().st_size > 2_000 for path in figures["pictures"]
     )
+
+
+def test_a_reconstruction_without_error_has_an_infinite_ratio():
+    nothing = sample_composition(lambda x: 0.0 * x, lambda v: 0.0 * v, (0.0, 1.0), 20.0)
+    assert reconstruction_snr(nothing, lambda x: 0.0 * x) == np.inf

@@ -106,3 +106,8 @@ def test_kernel_beyond_the_edge_is_below_the_black_of_the_figure():
     _, upper = cone_edges(f)
     outside = kernel.omega > nu * upper.slope + 6 * upper.decay_length(nu)
     assert np.abs(kernel.values[0][outside]).max() < math.exp(-7) * np.abs(kernel.values[0]).max()
+
+
+def test_eight_samples_suffice_for_the_edges_of_the_cone():
+    lower, upper = cone_edges(SampledFunction.of(np.sin, 0, 2 * np.pi, 8, periodic=True))
+    assert lower.slope == pytest.approx(-1, abs=0.01) and upper.slope == pytest.approx(1, abs=0.01)

@@ -258,3 +258,12 @@ def test_white_under_daylight_is_white():
     assert display_matrix(white, catalogue.illuminant("D65"))[0] == pytest.approx([1, 1, 1])
     warm = display_matrix(white, catalogue.illuminant("A"))[0]
     assert warm[0] > 1.3 > 0.5 > warm[2]
+
+
+def test_a_written_material_has_no_empty_curves():
+    only_absorbs = Material("a", [0, 1], [0, 1], [1, 1, 1])
+    only_emits = Material("b", [0, 1], [0, 0], [1, 1, 1], [0, 1])
+    document = document_of(TransferDocument(TransferFunction((only_absorbs, only_emits)), "data", "world", ""))
+    first, second = document["materials"]
+    assert ("extinction" in first, "emission" in first) == (True, False)
+    assert ("extinction" in second, "emission" in second) == (False, True)

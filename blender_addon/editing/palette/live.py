@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a change in the palette's panel to a new solution. Panels never solve: they show stored results."""
 
+import threading
+
 import bpy
 
 from ...properties import hooks
@@ -66,13 +68,25 @@ def _after_undo(scene: bpy.types.Scene | None, *_rest: object) -> None:
 
 
 @bpy.app.handlers.persistent
+def _before_update(scene: bpy.types.Scene, *_: object) -> None:
+    """Solve before Blender draws the edit: the first redraw then shows its colors, not only the second."""
+    if threading.current_thread() is threading.main_thread():  # the depsgraphs of renders are updated by other threads
+        LIVE.flush(scene)
+
+
+@bpy.app.handlers.persistent
 def _after_load(*_: object) -> None:
     """A file was opened, perhaps one of an earlier version."""
     for scene in bpy.data.scenes:
         show_stored_colors(scene.spectral.palette)
 
 
-HANDLERS = {"undo_post": _after_undo, "redo_post": _after_undo, "load_post": _after_load}
+HANDLERS = {
+    "undo_post": _after_undo,
+    "redo_post": _after_undo,
+    "load_post": _after_load,
+    "depsgraph_update_pre": _before_update,
+}
 LISTENERS = {
     Topic.PALETTE: edited,
     Topic.PALETTE_LIVE: _live_switched,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from bpy.types import Scene
 
 from spectral_core.errors import SpectralError
-from spectral_core.palette import PaletteProblem, PaletteSolution
+from spectral_core.palette import PaletteProblem, PaletteSolution, PaletteStatus
 
 from ...translate.palette.paint import solver_of
 from ...translate.palette.problem import palette_problem, takes_seconds
@@ -21,8 +21,15 @@ _last: dict[int, PaletteSolution] = {}
 
 
 def solve_scene(scene: Scene) -> PaletteSolution | None:
-    """Solve from the start without a time limit; None if the table cannot be solved (``message`` says why)."""
-    return _solve(scene, lambda problem: solver_of(scene.spectral.palette)(problem))
+    """Solve from the start; None if the table cannot be solved (``message`` says why).
+
+    If the time ended before the solution of the unchanged table was optimal, the solve continues from that solution.
+    """
+    palette = scene.spectral.palette
+    # A common brightness is computed anew: from a brightened solution it would only grow.
+    continues = palette.status == PaletteStatus.IMPROVING and not (palette.is_stale or palette.scale_lights)
+    before = _last.get(scene.session_uid) if continues else None
+    return _solve(scene, lambda problem: solver_of(palette)(problem, before))
 
 
 def solve_live(scene: Scene) -> PaletteSolution | None:

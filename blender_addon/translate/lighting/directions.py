@@ -33,6 +33,8 @@ class Look:
     camera_from_world: Array
     camera: bool = False
     swaps: dict[int, ImageTexture] | None = None
+    window: tuple[float, ...] = (1.0, 1.0, 0.0, 0.0, 1.0)
+    """Frame of the camera, as ``Camera.window`` gives it."""
 
     def value(self, field: Field, width: int) -> Array:
         """A field along every direction, (n, width)."""
@@ -58,6 +60,8 @@ class Look:
                 return back
             if name in ("position", "generated"):
                 return along
+            if name == "window":
+                return self._window(transform(along, "VECTOR", "CAMERA", False))
             return zero if name in NUMBERS else (zero, zero, zero)
 
         def transform(vector: Any, kind: str, space: str, inverse: bool) -> Any:
@@ -69,6 +73,14 @@ class Look:
 
         found = np.nan_to_num(program.evaluate(read, transform=transform))
         return np.broadcast_to(found.reshape(len(found), -1), (len(directions), width))
+
+    def _window(self, there: tuple[Array, ...]) -> tuple[Array, ...]:
+        """Place in the frame of directions in the camera's space."""
+        x, y, z = there
+        width, height, shift_x, shift_y, perspective = self.window
+        # behind the camera the frame is mirrored, as in Cycles
+        depth = np.where(z < 0, -1.0, 1.0) * np.maximum(np.abs(z), 1e-3) if perspective else np.ones_like(z)
+        return x / (depth * width) + 0.5 - shift_x, y / (depth * height) + 0.5 - shift_y, np.zeros_like(x)
 
     def sees(self, name: str) -> float:
         """Outputs of the Light Path node for this look's rays; rays that light the scene count as diffuse."""

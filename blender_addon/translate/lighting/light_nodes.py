@@ -69,10 +69,12 @@ def _of_nodes(translation: Translation, lamp: Any) -> Shine:
     if output is None:
         return white
     source = linked(Input(output.inputs["Surface"]))
-    shine = None if source is None else _shader(Reader(translation, lamp.name), source)
+    if source is None:
+        return replace(white, factor=0.0)  # black, as in Cycles
+    shine = _shader(Reader(translation, lamp.name), source)
     if shine is None:
-        what = "nothing" if source is None else repr(source.label)
-        translation.note(lamp.name, f"its nodes end in {what}, not in an Emission node; its own color is used")
+        message = f"its nodes end in {source.label!r}, not in an Emission node; its own color is used"
+        translation.note(lamp.name, message)
         return white
     return shine
 

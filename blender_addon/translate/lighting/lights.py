@@ -20,6 +20,8 @@ from .light_nodes import shine_of
 LIGHT_RAYS = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
 """Types of rays that a lamp may be hidden from, in addition to the camera's; it occludes none."""
 
+SHEARED = 0.01
+"""Largest cosine between the axes of an area light that is no parallelogram."""
 SMALLEST_SIZE = 1e-4
 """Edge of an area light of size 0: its power is kept, emitted from a very small area."""
 
@@ -89,6 +91,10 @@ def _area(
 ) -> AreaLight:
     """Area light: an object's scale changes its extent, as in Cycles, and not its power."""
     stretch = np.linalg.norm(matrix[:3, :2], axis=0)
+    cosines = [abs(float(matrix[:3, j] @ matrix[:3, k])) for j, k in ((0, 1), (0, 2), (1, 2))]
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    if max(cosines) > SHEARED * float(lengths.max()) ** 2:
+        translation.note(shared["name"], "its parents shear it; it is rendered as a rectangle, with another brightness")
     width, height = lamp.size, (lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size)
     size = (float(width * stretch[0]), float(height * stretch[1]))
     if min(size) < SMALLEST_SIZE:

@@ -10,6 +10,7 @@ import numpy as np
 
 from spectral_core.scene import Color, SunLight
 
+from ..camera import translate_film
 from ..context import Translation
 from ..shading.reader import Reader
 from ..shading.texture_nodes import is_moved_by_panel
@@ -91,9 +92,10 @@ def world_light(
             return Term(Color(np.maximum(found[0, 0], 0.0)))
         return Term(environment_of(world.name, np.maximum(found, 0.0)))
 
-    lights = drawn(Look(grid.reshape(-1, 3), view))
+    window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
+    lights = drawn(Look(grid.reshape(-1, 3), view, window=window))
     tells = depends_on_ray_type(linked(place))
-    sees = drawn(Look(grid.reshape(-1, 3), view, camera=True)) if tells else lights
+    sees = drawn(Look(grid.reshape(-1, 3), view, camera=True, window=window)) if tells else lights
     suns = tuple(
         sun
         for number, image_id in enumerate(reader.skies)

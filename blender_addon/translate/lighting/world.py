@@ -44,6 +44,11 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         "hidden_from": world_hidden_from(world) & ~Rays.SHADOW,
         "max_bounces": cycles_settings(world, "max_bounces", 1024),
     }
+    if own["max_bounces"] < 1024:
+        translation.note(
+            world.name,
+            "its light ends after its number of bounces; Cycles keeps the share that its rays find by chance",
+        )
     suns: tuple[SunLight, ...] = ()
     output, medium = surface_output(tree, "OUTPUT_WORLD"), None
     if output is not None:

@@ -10,7 +10,8 @@ from bpy.types import PropertyGroup
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteProblem, PaletteSolution
 
-Solver = Callable[[PaletteProblem], PaletteSolution]
+Solver = Callable[[PaletteProblem, PaletteSolution | None], PaletteSolution]
+"""From a problem, and an earlier solution to continue from or None, to a solution."""
 
 
 def solver_of(palette: PropertyGroup) -> Solver:
@@ -23,10 +24,10 @@ def solver_of(palette: PropertyGroup) -> Solver:
     if palette.use_tints:
         from spectral_core.palette.paint.tints import TintCriterion, solve_with_tints
 
-        return lambda problem: solve_with_tints(problem, TintCriterion(weight=palette.tint_weight))
+        return lambda problem, _: solve_with_tints(problem, TintCriterion(weight=palette.tint_weight))
     from spectral_core.palette import solve_palette
 
-    return solve_palette
+    return lambda problem, before: solve_palette(problem, warm=before)
 
 
 def _fluorescent(palette: PropertyGroup, dyed: dict[int, PropertyGroup]) -> Solver:
@@ -34,7 +35,7 @@ def _fluorescent(palette: PropertyGroup, dyed: dict[int, PropertyGroup]) -> Solv
     from spectral_core.palette.paint.fluorescent_report import palette_solution
     from spectral_core.spectra.fluorescence import FluorescentDye
 
-    def solve(problem: PaletteProblem) -> PaletteSolution:
+    def solve(problem: PaletteProblem, before: PaletteSolution | None) -> PaletteSolution:
         dyes = {
             row: [
                 FluorescentDye.gaussian(
@@ -50,7 +51,7 @@ def _fluorescent(palette: PropertyGroup, dyed: dict[int, PropertyGroup]) -> Solv
                 f"a dye absorbs light around {least:.0f} nm, but the table designs from "
                 f"{problem.grid.wavelengths_nm[0]:.0f} nm on; under Design, begin at {least - 20:.0f} nm"
             )
-        found = solve_fluorescent(problem, dyes)
+        found = solve_fluorescent(problem, dyes, start=None if before is None else before.illuminants)
         for row, group in dyed.items():
             for dye, amount in zip(group, found.surfaces[row].amounts, strict=True):
                 dye.amount = float(amount)

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Custom properties and settings for Attribute nodes: of an object, of its instancer, of the view layer."""
+"""Attributes for nodes: properties of an object, of its instancer, of the view layer; axes of a UV map by name."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import bpy
 import numpy as np
 
 PREFIX = "object_attribute:"
 OF_STRANDS = ("HAIR", "POINT")
 """Types of object that alone have these attributes: hair and points."""
+NO_LEVEL = 2**31 - 1
+"""Number in place of a level that an instance does not have."""
 NOTHING = (0.0, 0.0, 0.0, 1.0)
 """Blender's value of a missing attribute."""
 
@@ -21,9 +24,11 @@ def view_layer_attribute(depsgraph: Any, name: str) -> tuple[float, ...]:
 
 
 def object_attributes(
-    obj: Any, instance: Any, reads: frozenset[str], frame: float
+    obj: Any, instance: Any, reads: frozenset[str], frame: float, points: dict[int, Any]
 ) -> tuple[tuple[str, tuple[float, ...]], ...]:
-    """The attributes of an object that its materials read, by their names in programs; ``frame``: the current one."""
+    """The attributes of an object that its materials read, by their names in programs; ``frame``: the current one;
+    ``points``: the instances of each instancer as points, filled here.
+    """
     found = []
     for read in sorted(reads):
         if not read.startswith(PREFIX):
@@ -38,8 +43,29 @@ def object_attributes(
         owners = [obj.original, getattr(obj.original, "data", None)]
         if kind == "INSTANCER" and instance.is_instance and instance.parent is not None:
             owners = [instance.parent.original, getattr(instance.parent.original, "data", None), *owners]
+            stored = _of_point(name, instance, points)
+            if stored is not None:
+                found.append((read, stored))
+                continue
         found.append((read, _first(owners, name)))
     return tuple(found)
+
+
+def _of_point(name: str, instance: Any, points: dict[int, Any]) -> tuple[float, ...] | None:
+    """An attribute that geometry nodes stored on an instance; None if there is none."""
+    parent, numbers = instance.parent, [int(k) for k in instance.persistent_id if k != NO_LEVEL]
+    key, index = parent.as_pointer(), numbers[-1] if numbers else -1  # the outermost level is the instancer's own
+    if key not in points:
+        geometry = parent.evaluated_geometry() if hasattr(parent, "evaluated_geometry") else None
+        cloud = None if geometry is None else geometry.instances_pointcloud()
+        points[key] = geometry, cloud  # the points live as long as their geometry
+    cloud = points[key][1]
+    stored = None if cloud is None else cloud.attributes.get(name)
+    if stored is None or not 0 <= index < len(stored.data):
+        return None
+    item = stored.data[index]
+    value = next((getattr(item, field) for field in ("value", "vector", "color") if hasattr(item, field)), None)
+    return _numbers(value)
 
 
 def _of_instance(name: str, instance: Any) -> tuple[float, ...]:
@@ -116,6 +142,13 @@ def random_of(obj: Any, instance: Any) -> float:
     return float(hashed_pair(word, 0) / 0xFFFFFFFF)
 
 
+def root_of(obj: Any) -> Any:
+    """The topmost parent of an object, itself without one: the name in a cryptomatte of assets."""
+    while obj.parent is not None:
+        obj = obj.parent
+    return obj
+
+
 def hashed_pair(first: int, second: int) -> int:
     """Jenkins' lookup3, its final mix, of two 32-bit words: the source of Cycles' random numbers of objects."""
     start = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
@@ -130,3 +163,22 @@ def hashed_pair(first: int, second: int) -> int:
 
 def _rotated(word: int, bits: int) -> int:
     return ((word << bits) | (word >> (32 - bits))) & 0xFFFFFFFF
+
+
+def _is_what_renders(uv_map: str, material: str) -> bool:
+    """True if the UV map for rendering has this name on every mesh with the material."""
+    users = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
+    return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in users)
+
+
+def uv_axes(reader: Any, uv_map: str) -> tuple[Any, Any]:
+    """Tangent and bitangent of a UV map, "" for the one that renders."""
+    if not uv_map or _is_what_renders(uv_map, reader.owner):
+        return reader.point("tangent"), reader.point("bitangent")
+    places = []
+    for shift in range(3):
+        with reader.shifted(shift):
+            places.append(reader.point(f"attribute:{uv_map}"))
+    steps = reader.point("step_x"), reader.point("step_y")
+    tangent = reader.emit("uv_tangent", *places, *steps, reader.point("normal"))
+    return tangent, reader.emit("uv_bitangent", *places, *steps, reader.point("normal"))

@@ -5,11 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import bpy
 import numpy as np
 
 from ..mesh_measures import READ
-from .attributes import view_layer_attribute
+from .attributes import uv_axes, view_layer_attribute
 from .fields import Value
 from .reader import NEUTRAL, Reader, evaluator
 from .tree import Input, Output, linked
@@ -25,9 +24,9 @@ def normal_of(reader: Reader, place: Input | None) -> Value:
     return reader.as_value(reader.field(place))
 
 
-def round_tangent(reader: Reader) -> Value:
-    """The tangential direction around the object's Z axis (Cycles' radial tangent)."""
-    around = reader.emit("around_z", reader.point("generated"))
+def round_tangent(reader: Reader, axis: str = "Z") -> Value:
+    """The tangential direction around an axis of the object (Cycles' radial tangent)."""
+    around = reader.emit("around_axis", reader.point("generated"), settings=(axis,))
     around = reader.emit("transformed", around, settings=("NORMAL", "OBJECT", "WORLD"))
     return reader.emit("along_surface", around, reader.point("normal"))
 
@@ -125,8 +124,9 @@ def _attribute(reader: Reader, output: Output) -> Any:
         return reader.emit("mean", value) if output.socket.type == "VALUE" else value
     if output.socket.name == "Alpha":
         return reader.point(f"attribute_alpha:{name}", 1)
-    value = reader.point(f"attribute:{name}")
-    return reader.emit("mean", value) if output.socket.type == "VALUE" else value
+    if output.socket.type == "VALUE":
+        return reader.point(f"attribute_factor:{name}", 1)
+    return reader.point(f"attribute:{name}")
 
 
 def _component(output: Output, value: tuple[float, ...]) -> Any:
@@ -186,12 +186,8 @@ def _volume_info(reader: Reader, output: Output) -> Any:
 @evaluator("TANGENT")
 def _tangent(reader: Reader, output: Output) -> Any:
     if output.node.direction_type == "UV_MAP":
-        if output.node.uv_map:
-            reader.note(f"{output.label!r}: the tangent follows the map that renders, not {output.node.uv_map!r}")
-        return reader.point("tangent")
-    if output.node.axis != "Z":
-        reader.note(f"{output.label!r}: the radial tangent goes around the object's Z axis here")
-    return round_tangent(reader)
+        return uv_axes(reader, output.node.uv_map)[0]
+    return round_tangent(reader, output.node.axis)
 
 
 @evaluator("FRESNEL")
@@ -226,12 +222,6 @@ def _bump(reader: Reader, output: Output) -> Any:
     return reader.emit("bump", normal, reader.read(output, "Strength", 1.0), distance, *heights, *steps)
 
 
-def _is_what_renders(uv_map: str, material: str) -> bool:
-    """True if the UV map for rendering has this name on every mesh with the material."""
-    users = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
-    return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in users)
-
-
 @evaluator("NORMAL_MAP")
 def _normal_map(reader: Reader, output: Output) -> Any:
     node = output.node
@@ -243,10 +233,7 @@ def _normal_map(reader: Reader, output: Output) -> Any:
     if source is not None and source.node.type != "TEX_IMAGE":  # computed normals are less steep than baked ones
         reader.note(f"{output.label!r}: where its normals lean far away from the surface it is brighter than in Cycles")
     if node.space == "TANGENT":
-        if node.uv_map and not _is_what_renders(node.uv_map, reader.owner):
-            reader.note(f"{output.label!r}: its tangents follow the UV map that renders, not {node.uv_map!r} by name")
-        axes = reader.point("tangent"), reader.point("bitangent")
-        return reader.emit("normal_map", color, strength, reader.point("normal"), *axes)
+        return reader.emit("normal_map", color, strength, reader.point("normal"), *uv_axes(reader, node.uv_map))
     direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
     if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z have the opposite sign
         direction = reader.emit("vector_math", direction, np.array((1.0, -1, -1)), 0.0, 0.0, settings=("MULTIPLY",))

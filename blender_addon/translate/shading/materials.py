@@ -7,7 +7,18 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.scene import Color, Diffuse, Material, Surface, gray, mesh_inputs_of
+from spectral_core.scene import (
+    Color,
+    Computed,
+    Diffuse,
+    Material,
+    MixSurface,
+    Surface,
+    Transparent,
+    gray,
+    leaves,
+    mesh_inputs_of,
+)
 from spectral_core.scene.leaves import inputs_of
 
 from ... import compat
@@ -91,7 +102,16 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         surface = with_spectrum(surface, spectrum)
     if surface is not None:
         surface = with_dyes(translation, surface, material, spectrum)
+        if not getattr(material, "use_transparent_shadow", True):
+            surface = _opaque_in_shadows(reader, surface)
     outputs = aov_outputs(reader, tree)
     made = Material(name, surface, medium, index=int(material.pass_index), outputs=outputs)
     reads = mesh_inputs_of(surface) | inputs_of(value for _, value in outputs)
     return TranslatedMaterial(made, reads, filling)
+
+
+def _opaque_in_shadows(reader: Reader, surface: Surface) -> Surface:
+    """A surface that lets no light through on the way to a lamp (Transparent Shadows is off)."""
+    if not any(isinstance(leaf, Transparent) or getattr(leaf, "alpha", 1.0) != 1.0 for leaf in leaves(surface)):
+        return surface
+    return MixSurface(Computed(reader.point("ray:Is Shadow Ray", 1).program(1)), surface, Diffuse(gray(0.0)))

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from spectral_core.scene import FILM_THICKNESS_NM, IOR, Color, Computed, Paint, Scalar, gray
+from spectral_core.scene.shading import Raised
 
 from .. import spectra
 from .coordinate_nodes import round_tangent
@@ -24,7 +25,7 @@ def direction_at(reader: Reader, output: Output, name: str) -> Computed | None:
     """The link of a normal or tangent socket; None if there is none."""
     place = output.input(name)
     if place is None or linked(place) is None:
-        return Computed(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
+        return Raised(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
     value = reader.as_value(reader.field(place))
     return Computed(value.program(3))
 

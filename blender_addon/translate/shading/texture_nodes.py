@@ -16,21 +16,21 @@ from .image_files import MISSING
 from .images import alpha_is_read, image_of_node, tiles_of_node
 from .reader import NEUTRAL, Reader, evaluator
 from .texture import spectral_image_of
-from .tree import Output, linked
+from .tree import Output
 
 
 def place_of(reader: Reader, output: Output, implicit: str) -> Value:
     """Coordinates of a texture node: its Vector, else its implicit ones, through its Texture Mapping panel."""
-    source = output.input("Vector")
-    if source is None or linked(source) is None:
+    socket = output.input("Vector")
+    if socket is None or socket.source() == socket:
         place = reader.point(implicit)
-    else:
-        place = reader.as_value(reader.field(source))
+    else:  # an input of a group that nothing is linked to has its own value, as in Cycles
+        place = reader.as_value(reader.field(socket))
     return _through_panel(reader, output.node, place)
 
 
 def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
-    """The Texture Mapping of the sidebar."""
+    """The Texture Mapping of the sidebar. Its limits have no effect in Cycles, so they have none here."""
     panel = getattr(node, "texture_mapping", None)
     if panel is None:
         return place
@@ -38,16 +38,12 @@ def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
     if not np.array_equal(matrix, np.eye(4)):
         place = reader.emit("affine", place, *matrix[:3, :3])
         place = reader.emit("vector_math", place, matrix[:3, 3], 0.0, 0.0, settings=("ADD",))
-    for used, mode, limit in ((panel.use_min, "MAXIMUM", panel.min), (panel.use_max, "MINIMUM", panel.max)):
-        if used:
-            place = reader.emit("vector_math", place, np.array(limit[:]), 0.0, 0.0, settings=(mode,))
     return place
 
 
 def is_moved_by_panel(node: Any) -> bool:
     """True if the Texture Mapping of the sidebar changes a texture's coordinates."""
-    panel = node.texture_mapping
-    return bool(panel.use_min or panel.use_max or not np.array_equal(_panel_matrix(panel), np.eye(4)))
+    return not np.array_equal(_panel_matrix(node.texture_mapping), np.eye(4))
 
 
 def _panel_matrix(panel: Any) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from spectral_core.scene import STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
 from spectral_core.scene.geometry import Attribute
 
+from ..meshes import OUTPUTS, output_of
 from ..shading.attributes import hashed_pair
 
 Array = NDArray[np.float64]
@@ -232,14 +233,13 @@ def _point_attributes(cloud: Any, reads: frozenset[str], times: int) -> Iterator
     widths = {"FLOAT": ("value", 1), "FLOAT_VECTOR": ("vector", 3), "FLOAT_COLOR": ("color", 4)}
     for read in sorted(reads):
         kind, _, name = read.partition(":")
-        found = cloud.attributes.get(name) if kind == "attribute" else None
+        found = cloud.attributes.get(name) if kind in OUTPUTS else None
         if found is None or found.data_type not in widths or found.domain != "POINT":
             continue
         field, width = widths[found.data_type]
         raw = np.empty(len(found.data) * width, np.float32)
         found.data.foreach_get(field, raw)
-        values = np.nan_to_num(raw.reshape(-1, width)[:, :3])
-        values = np.repeat(values, 3, axis=1) if width == 1 else values
+        values = output_of(np.nan_to_num(raw.reshape(-1, width)), width, kind)
         yield Attribute(read, np.repeat(values, times, axis=0))
 
 

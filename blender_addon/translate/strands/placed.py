@@ -30,7 +30,8 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
     if mesh is not None:
         _note_unread(found, obj, reads, mesh)
         _enter(found, obj, obj.name_full, mesh, materials, np.array(instance.matrix_world, dtype=np.float64))
-        attributes = object_attributes(obj, instance, reads, found.translation.scene.frame_current_final)
+        frame = found.translation.scene.frame_current_final
+        attributes = object_attributes(obj, instance, reads, frame, found.points)
         found.instances[-1] = _with(found.instances[-1], random, attributes)
 
 

@@ -152,17 +152,18 @@ def _groups(problem: PaletteProblem, weights: dict[CellIndex, float]) -> tuple[G
             tuple(members),
             tuple(weight[at] for at in members),
             tuple(exact[at] for at in members),
-            _box(problem, members),
+            _box(problem, members, weights),
         )
         for members in map(sorted, gathered.values())
     )
 
 
-def _box(problem: PaletteProblem, members: list[CellIndex]) -> Array:
+def _box(problem: PaletteProblem, members: list[CellIndex], weights: dict[CellIndex, float]) -> Array:
+    """The colors that all members allow; a member of weight 0 allows any."""
     low, high = np.full(3, -np.inf), np.full(3, np.inf)
     for i, j in members:
         box = problem.cells[i][j].box
-        if box is not None:
+        if box is not None and (i, j) in weights:
             low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
     if np.any(low > high):
         raise InvalidInputError(f"the color boxes of the cells {members} have no color in common; widen or remove one")

@@ -139,7 +139,7 @@ class Rounds:
             assembled = self.assembler.assembled(side, state, perceptual=perceptual)
             answer = self.engines[side].solve(assembled.quadratic)
             # Each side by its own measure: the roughness of lights must not hide a decrease of the reflectances.
-            settled = settled and _is_nothing(*gain(assembled, answer, state))
+            settled = settled and is_nothing(*gain(assembled, answer, state))
             joint = joint | answer.check
             self.trace.answers[side] = answer
             self.trace.sides[side] = assembled, answer
@@ -147,13 +147,14 @@ class Rounds:
 
     def settled(self, state: PaletteState, *, perceptual: bool = False) -> bool:
         """True if the last round changed nothing, and the joint check agrees."""
-        if not all(_is_nothing(*move) for move in self._moves.values()):
+        if not all(is_nothing(*move) for move in self._moves.values()):
             return False
         self.check(state, perceptual=perceptual)
         return self.trace.settled
 
 
-def _is_nothing(fall: float, least: float) -> bool:
+def is_nothing(fall: float, least: float) -> bool:
+    """True if a side's objective, now ``least``, has fallen by no more than counts as optimal."""
     return fall <= SETTLED * least + NOTHING
 
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from spectral_core.palette.paint.fluorescent_design import FluorescentSolution
 from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
 from spectral_core.spectra.spectrum import Illuminant, Reflectance
@@ -23,12 +25,14 @@ def palette_solution(found: FluorescentSolution) -> PaletteSolution:
             notes.append(f"{surface.name} holds {words}; it returns at most {surface.returned_share().max():.0%}.")
     if notes:
         notes.append(RENDERED)
-    worst = float(max(found.delta_e_2000[found.delta_e_2000 == found.delta_e_2000], default=0.0))
+    worst = max(float(np.nanmax(found.delta_e_2000, initial=0.0)), found.worst_pair_delta_e_2000)
     status = PaletteStatus.SOLVED if worst <= VISIBLE_DELTA_E else PaletteStatus.COMPROMISE
     if not found.check.passed:
         status = PaletteStatus.INACCURATE
     elif not found.trusted:
         status = PaletteStatus.EXACT_CONFLICT
+    elif not found.settled:
+        status = PaletteStatus.IMPROVING
     return PaletteSolution(
         problem=found.problem,
         illuminants=tuple(Illuminant(light.name, light.grid, light.values) for light in found.illuminants),
@@ -38,7 +42,7 @@ def palette_solution(found: FluorescentSolution) -> PaletteSolution:
         target_linear_rgb=found.target_linear_rgb,
         actual_linear_rgb=found.actual_linear_rgb,
         delta_e_2000=found.delta_e_2000,
-        residuals={},
+        residuals={"worst_pair_delta_e_2000": found.worst_pair_delta_e_2000},
         kkt_residual=found.check.kkt,
         bound_violation=max(found.largest_returned_share - 1.0, 0.0),
         status=status,

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.cost.allocate import for_error, for_samples
-from spectral_core.render.cost.errors import Estimate, estimate, pixel_errors, rarity, rarity_after
+from spectral_core.render.cost.errors import Estimate, estimated, expected_errors, rarity, rarity_after
+from spectral_core.render.cost.resample import pools
 from spectral_core.render.job import RenderJob
 
 Array = NDArray[np.float64]
@@ -73,11 +74,15 @@ class AdaptivePicture:
         self._up = -(-height // TILE_HEIGHT)
         self.tile = (row // TILE_HEIGHT) * self._across + column // TILE_WIDTH
         self.tile_pixels = np.bincount(self.tile, minlength=self._across * self._up).astype(np.float64)
+        self._pools = pools(np.arange(pixels), width)
         self._watched = np.flatnonzero(np.random.default_rng(self.film.seed).random(pixels) < WATCHED / pixels)
-        self._earlier: list[tuple[Array, Array]] = []
+        self._earlier: list[tuple[Array, Array, Array]] = []
+        self._errors: Array | None = None
+        self._rarity: float | None = None
         self.lost = 0
-        self.seconds_per_path = 0.0
-        self.launch_s = 0.05
+        self.seconds_per_path, self.launch_s = 0.0, 0.05
+        self.dearer = 1.0
+        """Time of a path of later rounds over that of the first samples."""
 
     def add(self, more: NDArray[np.int64], end: float = np.inf, longest_s: float = LONGEST_LAUNCH_S) -> bool:
         """Trace ``more`` samples of each pixel in each half, in launches of at most about ``longest_s``.
@@ -89,7 +94,7 @@ class AdaptivePicture:
             paths = 2 * float(left[left > 0].sum())
             parts = max(1.0, paths * self.seconds_per_path / longest_s)
             step = np.ceil(np.maximum(left, 0) / parts).astype(np.int64)
-            time_left = end - time.perf_counter() - 2 * self.launch_s
+            time_left = end - time.perf_counter() - self.launch_s
             fits = time_left / max(2 * float(step.sum()) * self.seconds_per_path, 1e-9)
             if fits < 1:
                 step = np.floor(step * max(fits, 0.0)).astype(np.int64)
@@ -102,54 +107,63 @@ class AdaptivePicture:
         return True
 
     def _trace(self, step: NDArray[np.int64]) -> None:
-        """Trace ``step`` samples of each pixel in each half with one launch for each, and measure the time."""
+        """Trace ``step`` samples of each pixel in both halves with one launch, and measure the time."""
         chosen = np.flatnonzero(step > 0)
         more = step[chosen]
         start = time.perf_counter()
-        for half in (0, 1):
-            sums = self._tracer.trace(chosen, self.counts[chosen], more, half)
-            self._sums[half, chosen] += sums.colors
-            self._covered[chosen] += sums.covered
-            if self._bands is not None and sums.bands is not None:
-                self._bands[chosen] += sums.bands
-            self.lost += sums.lost
+        sums = self._tracer.trace_halves(chosen, self.counts[chosen], more)
+        self._sums[:, chosen] += sums.colors.reshape(2, -1, 3)
+        self._covered[chosen] += sums.covered.reshape(2, -1).sum(axis=0)
+        if self._bands is not None and sums.bands is not None:
+            self._bands[chosen] += sums.bands.reshape(2, len(chosen), -1).sum(axis=0)
+        self.lost += sums.lost
         spent = time.perf_counter() - start
         traced = 2 * float(more.sum())
         if traced * max(self.seconds_per_path, 1e-9) > self.launch_s or self.seconds_per_path == 0:
-            self.seconds_per_path = max(spent - 2 * self.launch_s, 0.2 * spent) / traced
+            self.seconds_per_path = max(spent - self.launch_s, 0.2 * spent) / traced
         self.counts[chosen] += more
+        self._errors = self._rarity = None
 
     def halves(self) -> Array:
         """(2, pixels, 3): the halves' means so far."""
         return np.asarray(self._sums / np.maximum(self.counts, 1)[None, :, None])
 
+    def errors(self) -> Array:
+        """ΔE2000 of each pixel so far."""
+        if self._errors is None:
+            self._errors = expected_errors(self.halves(), self._pools)
+        return self._errors
+
     def remember(self) -> None:
         """Keep the current halves at some pixels; later rounds compare with them to detect light on rare paths."""
         some = self._watched
-        self._earlier.append((self.counts[some].astype(np.float64), self.halves()[:, some]))
+        self._earlier.append((self.counts[some].astype(np.float64), self.halves()[:, some], self.errors()[some]))
 
     def rarity(self) -> float:
         """Factor on the error for light on rare paths, see ``errors.rarity``."""
+        if self._rarity is None:
+            self._rarity = self._found_rarity()
+        return self._rarity
+
+    def _found_rarity(self) -> float:
         now = self.counts[self._watched].astype(np.float64)
         past = [each for each in self._earlier if 3.9 * each[0].mean() <= now.mean()]
         if not past:
             return self._usual_rarity(float(now.mean()))
-        counts, early = past[-1]
-        factor = rarity(early, self.halves()[:, self._watched], counts, now)
+        counts, early, errors = past[-1]
+        factor = rarity(early, self.halves()[:, self._watched], counts, now, errors)
         return rarity_after(factor, float(counts.mean()), float(now.mean()))
 
     def estimate(self) -> Estimate:
         """Error of the picture so far."""
-        first, second = self.halves()
-        found, factor = estimate(first, second, TILE_WIDTH), self.rarity()
+        found, factor = estimated(self.errors(), self.halves(), self.tile), self.rarity()
         return Estimate(found.delta_e * factor, found.spread * factor, found.relative_mse)
 
     def tile_errors(self) -> Array:
         """ΔE2000 of each tile, half of it from its neighbors: a tile alone has too few pixels for a reliable
         estimate.
         """
-        first, second = self.halves()
-        errors = np.bincount(self.tile, pixel_errors(first, second), len(self.tile_pixels)) / self.tile_pixels
+        errors = np.bincount(self.tile, self.errors(), len(self.tile_pixels)) / self.tile_pixels
         grid = np.pad(errors.reshape(self._up, self._across), 1, mode="edge")
         around = sum(
             grid[y : y + self._up, x : x + self._across] for y in range(3) for x in range(3) if (x, y) != (1, 1)
@@ -198,6 +212,7 @@ def _begin(picture: AdaptivePicture, first: int) -> None:
     picture.remember()
     if first > quarter:
         picture.add((first - quarter) * everywhere)
+    picture.seconds_per_path *= picture.dearer
 
 
 def until_error(
@@ -239,7 +254,7 @@ def until_time(picture: AdaptivePicture, end: float, first: int, after_round: Ca
         # a round ends with such a comparison
         last = end - _BUDGET_END * whole - (time.perf_counter() - start)
         left = last - time.perf_counter()
-        affordable = (left - 2 * picture.launch_s) / max(2 * picture.seconds_per_path, 1e-12)
+        affordable = (left - picture.launch_s) / max(2 * picture.seconds_per_path, 1e-12)
         counts, weights = picture.tile_counts(), picture.tile_pixels
         if after_round(found) or affordable < 0.02 * float(weights @ counts) or affordable < len(weights):
             return found

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.cost.adaptive import AIM, AdaptivePicture, Outcome, until_error, until_time
-from spectral_core.render.cost.allocate import for_error, for_samples
-from spectral_core.render.cost.errors import Estimate, pixel_errors
-from spectral_core.render.cost.model import CostModel, Prediction, measured_model
-from spectral_core.render.cost.probe import RUN, Probe
+from spectral_core.render.cost.allocate import Laws
+from spectral_core.render.cost.errors import Estimate, expected_errors, pixel_errors
+from spectral_core.render.cost.model import DRAWN, LATER, CostModel, Prediction, measured_model
+from spectral_core.render.cost.probe import Probe
 from spectral_core.render.cost.work import Meter, Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Note, RenderSettings, Scene
 
-Array = NDArray[np.float64]
-
+MOST_ERROR, LEAST_BUDGET_S = 100.0, 0.1
+"""Largest error and shortest time that can be requested."""
 PLAN_SHARE = 0.25
 """Part of a requested error that the plan may use; the rest is the target for the noise."""
 _FIRST_SHARE, _FIRST_SHARE_OF_FEW, _FEW = 0.3, 0.7, 16.0
@@ -34,8 +34,6 @@ _NEAR = 8.0
 """Samples, over those of the probe, up to which the slope that it measured last holds."""
 _LOOKED_AT = 16384
 """Pixels at which the time of a comparison is measured."""
-_LOOKS = 6
-"""Comparisons of the two halves in each round: error of the picture, errors of its tiles, rare light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,9 +55,9 @@ def is_asked(settings: RenderSettings) -> bool:
     error, budget = settings.target_error, settings.time_budget_s
     if error is not None and budget is not None:
         raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are requested; request one of them")
-    if error is not None and not 0.02 <= error <= 100:
-        raise InvalidInputError(f"the requested error is {error:g}; expected ΔE2000 from 0.02 to 100")
-    if budget is not None and not 0.1 <= budget <= 1e7:
+    if error is not None and not 0.02 <= error <= MOST_ERROR:
+        raise InvalidInputError(f"the requested error is {error:g}; expected ΔE2000 from 0.02 to {MOST_ERROR:g}")
+    if budget is not None and not LEAST_BUDGET_S <= budget <= 1e7:
         raise InvalidInputError(f"the time budget is {budget:g} s; expected 0.1 to 10,000,000 s")
     return error is not None or budget is not None
 
@@ -98,15 +96,14 @@ def render_asked(
     model = measured_model(
         probe, least=16, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
     )
-    spent = meter.read()
-    if wanted is not None:
-        prediction = predicted_error(probe, model, spent, wanted)
-    else:
-        prediction = predicted_time(probe, model, spent.wall, budget or 0.0)
-    first = _first_samples(prediction.samples)
     picture = AdaptivePicture(job, lambda samples: probe.rarity(samples, of_half=False))
     picture.launch_s = probe.launch_s * probe.slowness
     picture.seconds_per_path = probe.seconds_per_path * probe.slowness
+    if wanted is not None:
+        prediction, picture.dearer = predicted_error(probe, model, meter, wanted)
+    else:
+        prediction, picture.dearer = predicted_time(probe, model, meter.read().wall, budget or 0.0)
+    first = _first_samples(prediction.samples)
     stopped = False
 
     def after_round(_: Estimate) -> bool:
@@ -134,26 +131,29 @@ def render_asked(
     )
 
 
-def predicted_error(probe: Probe, model: CostModel, spent: Spent, wanted: float) -> Prediction:
+def predicted_error(probe: Probe, model: CostModel, before: Meter | Spent, wanted: float) -> tuple[Prediction, float]:
     """Samples and time to reach an error by adaptive sampling, predicted from the law of each run of the probe's
-    pixels; ``spent``: time before it.
+    pixels, and ``Probe.dearer`` for them; ``before``: time before the samples, or its meter.
     """
-    errors, counts = _runs(probe)
-    weights = np.ones(len(errors))
-    total = 2 * float(for_error(errors, counts, AIM * wanted, weights).mean())
-    if total <= 2.01 * float(counts.mean()):  # fewer samples than the probe took: the law of equal samples holds
-        total = min(total, _halved(model).for_error(AIM * wanted).samples)
+    traced, dearer = 2.0 * probe.samples, 1.0
+    laws = _laws(probe)
+    if laws.mean(np.full(len(laws.weights), traced)) <= AIM * wanted:  # fewer samples: the measured law holds
+        total = _halved(model).for_error(AIM * wanted).samples
         reached = min(AIM * wanted, _halved(model).error(max(total, 2.0)))
         total = max(total, 2.0)
     else:
-        # The allocation assumes independent random numbers; the Sobol points are more evenly spread and need fewer
-        # samples.
-        traced = 2 * float(counts.mean())
+        total = 2.0
+        for _ in range(2):  # the first samples are spread everywhere, and their number depends on the total
+            samples = laws.for_error(AIM * wanted, 2.0 * _first_samples(total))
+            total = float(laws.weights @ samples)
+        dearer = probe.dearer(samples)
+        # The laws assume independent random numbers; the Sobol points are more evenly spread and need fewer samples.
         slope = model.last_slope if total < _NEAR * traced else model.slope
-        total = traced * (total / traced) ** (-0.5 / min(slope, -0.5))
+        total = traced * max(1.0, total / traced) ** (-0.5 / min(slope, -0.5))
         reached = AIM * wanted
-    work = _beside_paths(probe, total, _looking(probe)) + model.seconds_per_sample * total
-    return Prediction(total, spent.wall + model.slowness * work, reached, spent.work + work)
+    work = _beside_paths(probe, total, _looking(probe)) + model.seconds_per_sample * dearer * total
+    spent = before.read() if isinstance(before, Meter) else before
+    return Prediction(total, spent.wall + model.slowness * work, reached, spent.work + work), dearer
 
 
 def _first_samples(total: float) -> int:
@@ -165,40 +165,46 @@ def _first_samples(total: float) -> int:
 
 def _looking(probe: Probe) -> float:
     """Work of a comparison of the two halves of the picture."""
-    first, second = (np.resize(half, (_LOOKED_AT, 3)) for half in probe.halves())
+    times = -(-_LOOKED_AT // len(probe.pixels))
+    halves = np.tile(probe.halves(), (1, times, 1))
+    pools = np.concatenate([probe.pools + k * (probe.pools.max() + 1) for k in range(times)])
     meter = Meter()
-    pixel_errors(first, second)
+    expected_errors(halves, pools)
+    pixel_errors(halves[0], halves[1])  # the comparison with an earlier picture takes as long
     width, height = probe.film.size
-    return meter.read().work * width * height / _LOOKED_AT
+    return meter.read().work * width * height / len(pools)
 
 
 def _beside_paths(probe: Probe, total: float, looking: float) -> float:
     """Work of adaptive sampling beside ``total`` samples: launches, and comparisons of ``looking`` seconds."""
     first = _first_samples(total)
-    begun = 2 if first == 1 else 4  # launches: all at once, or a quarter and the rest
+    begun = 1 if first == 1 else 2  # launches: all at once, or a quarter and the rest
+    looks = begun  # the halves are compared after each step
     if total <= 2 * first:
-        return begun * probe.launch_s + looking
-    return (begun + 2 * _ROUNDS) * probe.launch_s + _ROUNDS * _LOOKS * looking
+        return begun * probe.launch_s + looks * looking
+    return (begun + _ROUNDS) * probe.launch_s + (looks + _ROUNDS) * looking
 
 
-def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> Prediction:
-    """The error that adaptive sampling reaches in a time."""
-    errors, counts = _runs(probe)
-    left = (0.97 * budget_s - spent_s) / model.slowness - (_ROUNDS + 2) * 2 * probe.launch_s
+def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> tuple[Prediction, float]:
+    """The error that adaptive sampling reaches in a time, and ``Probe.dearer`` for it."""
+    left = (0.97 * budget_s - spent_s) / model.slowness - (_ROUNDS + 2) * probe.launch_s
     total = max(2.0, left / max(model.seconds_per_sample, 1e-12))
-    weights = np.ones(len(errors))
-    if total / 2 <= float(counts.mean()):
-        return Prediction(total, max(budget_s, spent_s), _halved(model).error(total))
-    after = for_samples(errors, counts, total / 2 * len(errors), weights)
-    return Prediction(total, max(budget_s, spent_s), float(np.mean(errors * np.sqrt(counts / after))))
+    traced = 2.0 * probe.samples
+    if total <= traced:
+        return Prediction(total, max(budget_s, spent_s), _halved(model).error(total)), 1.0
+    laws = _laws(probe)
+    dearer = probe.dearer(laws.for_samples(total, 2.0 * _first_samples(total)))
+    total = max(traced, total / dearer)
+    slope = model.last_slope if total < _NEAR * traced else model.slope
+    even = traced * (total / traced) ** (min(slope, -0.5) / -0.5)  # as many independent numbers as the Sobol points
+    reached = laws.mean(laws.for_samples(even, 2.0 * _first_samples(total)))
+    return Prediction(total, max(budget_s, spent_s), reached), dearer
 
 
-def _runs(probe: Probe) -> tuple[Array, Array]:
-    """ΔE2000 of each run of the probe's two halves together, and their samples in each half."""
-    first, second = probe.halves()
-    errors = pixel_errors(first, second) * probe.rarity(probe.samples, of_half=False)
-    runs = errors[: len(errors) // RUN * RUN].reshape(-1, RUN).mean(axis=1) if len(errors) >= RUN else errors
-    return runs, np.full(len(runs), float(max(1, probe.samples)))
+def _laws(probe: Probe) -> Laws:
+    """Error of the probe's blocks by their samples of both halves."""
+    growth = [LATER**k for k in range(DRAWN + 1)]
+    return Laws(2.0 * probe.samples * np.array(growth), probe.later(growth), probe.shares)
 
 
 def _halved(model: CostModel) -> CostModel:

@@ -85,7 +85,7 @@ def cost_curve(scene: Scene) -> CostCurve:
         tuple(points),
         model,
         _expected(scene, probe, model, spent),
-        predicted_error(probe, model, spent, 1.0),
+        predicted_error(probe, model, spent, 1.0)[0],
         len(probe.pixels),
         time.perf_counter() - start,
         plan,
@@ -96,9 +96,9 @@ def _expected(scene: Scene, probe: Probe, model: CostModel, spent: Spent) -> Pre
     """Prediction for the settings of the scene."""
     settings = scene.settings
     if settings.target_error is not None:
-        return predicted_error(probe, model, spent, settings.target_error)
+        return predicted_error(probe, model, spent, settings.target_error)[0]
     if settings.time_budget_s is not None:
-        return predicted_time(probe, model, spent.wall, settings.time_budget_s)
+        return predicted_time(probe, model, spent.wall, settings.time_budget_s)[0]
     return model.for_samples(scene.film.samples)
 
 

@@ -8,21 +8,24 @@ difference is added to the mean pixel by pixel; the color difference between thi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.cost.resample import PooledNoise
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
 
 Array = NDArray[np.float64]
+Numbers = NDArray[np.integer[Any]]
 
 DARK_SHARE = 0.05
 """Part of the mean luminance that is added to a pixel's luminance where a squared error is divided by it."""
 
 RARITY_POWER = 0.25
-"""Power of the number of samples by which the factor for light on rare paths decreases."""
+"""Power of the number of samples by which the factor for light on rare paths approaches 1."""
 
-MOST_RARITY = 3.0
+MOST_RARITY, LEAST_RARITY, SURELY_LESS = 3.0, 0.2, 0.8
 LEAST_SHARE = 0.1
 """Least share of pixels that must have twice their early samples for a factor."""
 
@@ -51,26 +54,53 @@ def relative_errors(first: Array, second: Array, *, of_half: bool = False) -> Ar
     return np.asarray(away**2 / (mean**2 + floor**2))
 
 
-def estimate(first: Array, second: Array, run: int = 16, *, of_half: bool = False) -> Estimate:
-    """The mean over pixels; its spread from means of ``run`` neighbors, because neighbors share their causes of
-    noise.
+def expected_errors(halves: Array, blocks: Numbers, *, of_half: bool = False) -> Array:
+    """ΔE2000 (n,) of each pixel, where light on rare paths counts also in pixels of a block that have met none of it.
+
+    ``halves``: (2, n, 3); ``blocks``: (n,) number of each pixel's block of neighbors, from 0.
     """
-    errors = pixel_errors(first, second, of_half=of_half)
-    runs = errors[: len(errors) // run * run].reshape(-1, run).mean(axis=1) if len(errors) >= 2 * run else errors
-    spread = float(runs.std(ddof=1) / np.sqrt(len(runs))) if len(runs) > 1 else 0.0
+    first, second = halves
+    own = pixel_errors(first, second, of_half=of_half)
+    return with_missed(own, PooledNoise(halves, blocks).errors(1 if of_half else 2), blocks)
+
+
+def with_missed(own: Array, pooled: Array, blocks: Numbers) -> Array:
+    """Errors (n,) of pixels' own halves and, where those of the pooled noise of their blocks are larger, the rest."""
+    missed = np.maximum(block_means(pooled, blocks) - block_means(own, blocks), 0.0)[blocks]
+    # blocks of common noise differ by chance, and the larger of two numbers is no estimate of either
+    in_all = max(0.0, float(pooled.mean() - own.mean()))
+    return np.asarray(own + missed * min(1.0, in_all / max(float(missed.mean()), 1e-12)))
+
+
+def block_means(values: Array, blocks: Numbers) -> Array:
+    """Mean of each block; 0 for a number without pixels."""
+    return np.asarray(np.bincount(blocks, values) / np.maximum(np.bincount(blocks), 1))
+
+
+def estimated(errors: Array, halves: Array, blocks: Numbers, *, of_half: bool = False) -> Estimate:
+    """The mean of pixels' ``errors``; its spread from means of blocks, because neighbors share their causes of noise.
+
+    ``halves``: (2, n, 3), for the relative error; ``blocks``: (n,) number of each pixel's block, from 0.
+    """
+    means = block_means(errors, blocks)[np.bincount(blocks) > 0]
+    spread = float(means.std(ddof=1) / np.sqrt(len(means))) if len(means) > 1 else 0.0
     # the few brightest outliers carry no information on the rest, and would outweigh it
+    first, second = halves
     relative = np.sort(relative_errors(first, second, of_half=of_half))
     kept = relative[: max(1, int(0.999 * len(relative)))]
     return Estimate(float(errors.mean()), spread, float(kept.mean()))
 
 
-def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array, *, of_half: bool = False) -> float:
-    """Ratio of the true error of an early picture to the error estimated from its halves, from 1 to ``MOST_RARITY``.
+def rarity(
+    early: Array, late: Array, early_counts: Array, late_counts: Array, errors: Array, *, of_half: bool = False
+) -> float:
+    """Ratio of the true error of an early picture to its estimated ``errors`` (n,), at most ``MOST_RARITY``.
 
-    If much of the light comes on rare paths, most pixels have met none of them: both halves are too dark by the same
-    amount, and their difference underestimates the error. Comparing the early picture with samples that were traced
-    later reveals this. ``early``, ``late``: (2, n, 3) means of the halves; counts (n,) of their samples; a late half
-    begins with the samples of the early one. ``of_half``: of one half as a picture, else of both.
+    Light may be so rare that whole pools have met none of it: both halves are too dark by the same amount, and their
+    difference underestimates the error. Comparing the early picture with samples that were traced later reveals this,
+    and also noise that only looks like rare light, as at the edges of objects. ``early``, ``late``: (2, n, 3) means of
+    the halves; counts (n,) of their samples; a late half begins with the samples of the early one. ``of_half``: of one
+    half as a picture, else of both.
     """
     more = late_counts - early_counts
     some = more >= early_counts  # the others have too few new samples
@@ -83,12 +113,17 @@ def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array, *
         rest = (late * last[:, None] - early * first[:, None]) / more[:, None]
         pairs, ratio = [(early.mean(axis=0), rest.mean(axis=0))], first / more
     seen = np.mean([delta_e_2000(_lab(a), _lab(b)) for a, b in pairs], axis=0) / np.sqrt(1 + ratio)
-    estimated = pixel_errors(early[0], early[1], of_half=of_half)
-    return float(np.clip(np.mean(seen) / max(float(np.mean(estimated)), 1e-9), 1.0, MOST_RARITY))
+    compared = float(np.mean(seen)) / max(float(np.mean(errors[some])), 1e-9)
+    # later samples may have met little of the rare light, so they lower the estimate only where they see far less
+    if compared < SURELY_LESS:
+        return max(compared / SURELY_LESS, LEAST_RARITY)
+    return min(max(compared, 1.0), MOST_RARITY)
 
 
 def rarity_after(factor: float, early: float, late: float) -> float:
-    """The same factor after more samples: paths that were rare become common slowly."""
+    """The same factor after more samples: paths that were rare become common slowly; edges stay."""
+    if factor < 1:
+        return factor
     return 1 + (factor - 1) * min(1.0, max(early, 1e-9) / max(late, 1e-9)) ** RARITY_POWER
 
 

@@ -3,11 +3,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 MOST_SAMPLES = 1 << 17
+LATER = 4
+"""Ratio of the numbers of samples of two errors that are drawn from the noise of the measured ones."""
+_PROBE_SHARE, _NEXT_STEP = 0.15, 4.0
+"""Largest part of a time budget that a probe takes, and how many times as long it takes after its next step."""
+DRAWN = 3
+"""Number of such errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +39,10 @@ class CostModel:
     """``counts`` and ``errors``: samples per pixel and measured ΔE2000 of noise, ascending in samples.
 
     ``seconds_per_sample``: of the whole picture; ``fixed_s``: loading and launches; both in seconds of the processor,
-    and ``slowness``: seconds on the wall per such second. Between measured counts the law is linear in logarithms,
-    beyond the last it goes on with the last slope, held within ``SLOPES``.
+    and ``slowness``: seconds on the wall per such second. ``later``: errors after 4, 16, … times the samples of the
+    last measured count, drawn from the noise of those. Between all these counts the law is linear in logarithms, beyond
+    the last it goes on with the last measured slope, held within ``SLOPES``. Evenly spread numbers, for which the
+    measured slope is steeper than -1/2, make the later errors smaller.
     """
 
     counts: tuple[int, ...]
@@ -38,19 +50,27 @@ class CostModel:
     seconds_per_sample: float
     fixed_s: float
     slowness: float = 1.0
+    later: tuple[float, ...] = ()
 
     SLOPES = (-0.62, -0.42)
 
     def error(self, samples: float) -> float:
         """ΔE2000 of noise after ``samples`` per pixel."""
-        logs = np.log(np.maximum(self.errors, 1e-6))
-        counts = np.log(self.counts)
+        counts, logs = self._law()
         at = float(np.log(max(samples, 0.25)))
         if at <= counts[0]:
             return float(np.exp(logs[0] - 0.5 * (at - counts[0])))
         if at <= counts[-1]:
             return float(np.exp(np.interp(at, counts, logs)))
         return float(np.exp(logs[-1] + self.slope * (at - counts[-1])))
+
+    def _law(self) -> tuple[Array, Array]:
+        """Logarithms of the measured and drawn counts, and of their errors."""
+        steps = np.log(LATER) * np.arange(1, len(self.later) + 1)
+        steeper = min(0.0, self.slope + 0.5) * steps
+        counts = np.concatenate([np.log(self.counts), np.log(self.counts[-1]) + steps])
+        errors = np.concatenate([self.errors, np.exp(steeper) * self.later])
+        return counts, np.log(np.maximum(np.minimum.accumulate(errors), 1e-6))
 
     @property
     def slope(self) -> float:
@@ -94,7 +114,7 @@ class CostModel:
 
 
 def measured_model(
-    probe: object,
+    probe: Any,
     *,
     share: float = 0.05,
     least: int = 16,
@@ -125,9 +145,6 @@ def measured_model(
     timed_s
         Least processor time of the paths from which the time of a path is measured.
     """
-    from spectral_core.render.cost.probe import Probe
-
-    assert isinstance(probe, Probe)
     width, height = probe.film.size
     counts: list[int] = []
     errors: list[float] = []
@@ -140,6 +157,11 @@ def measured_model(
         known = tuple(error * probe.rarity(each) for each, error in zip(counts, errors, strict=True))
         rate = probe.seconds_per_path * width * height
         model = CostModel(tuple(counts), known, rate, fixed_s, probe.slowness)
+        hurries = budget_s is not None and _NEXT_STEP * probe.seconds > _PROBE_SHARE * budget_s
+        if count >= least or hurries:
+            model = replace(model, later=_later(probe))
+        if hurries:
+            return model
         if count >= most:
             return model
         if count >= least and spent >= timed_s:
@@ -149,3 +171,8 @@ def measured_model(
             if enough or (wanted is None and count >= 64):
                 return model
         count *= 4 if count < 16 else 2
+
+
+def _later(probe: Any) -> tuple[float, ...]:
+    found = probe.later([LATER**k for k in range(1, DRAWN + 1)], of_half=True)
+    return tuple(found @ probe.shares)

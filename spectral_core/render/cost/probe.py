@@ -1,44 +1,66 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A probe: a few thousand pixels of the full picture, in short runs spread over it, traced in two halves.
+"""A probe: some thousand pixels of the full picture, in small blocks spread over it, traced in two halves.
 
 The pixels belong to the picture at full size, so the mean error of the sample estimates that of the picture.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.cost.errors import Estimate, estimate, rarity, rarity_after
+from spectral_core.render.cost.allocate import Laws
+from spectral_core.render.cost.errors import (
+    Estimate,
+    block_means,
+    estimated,
+    expected_errors,
+    rarity,
+    rarity_after,
+)
+from spectral_core.render.cost.resample import POOL, PooledNoise, pools
 from spectral_core.render.cost.work import Meter
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Film
 
-RUN = 16
-"""Neighboring pixels in a run, which the processor traces together."""
-PIXELS = 4096
+BLOCK = (16, 2)
+"""Columns and rows of a block of neighboring pixels: the processor traces a row together, and all of them tell what
+more samples will meet.
+"""
+PIXELS = 8192
+_PARTS = (1, 2, 8, 32, 128)
+"""Halves whose samples the drawn pictures have."""
+_DRAWN_PIXELS = 2048
+"""Pixels at which they are drawn."""
+_LEAST_HOT, _UNEVEN = 0.02, 0.3
+"""Least share of the blocks with most samples, and least mean deviation of samples from even ones, for another time of
+a path.
+"""
+_HOT_S, _MOST_HOT = 0.05, 64
+"""Work of the launch that measures it, and its most samples."""
 _MANY = 8
 """Samples of a step whose time is that of its paths."""
 
 
 def probe_pixels(film: Film, count: int = PIXELS) -> NDArray[np.int64]:
-    """Numbers of at most ``count`` pixels, in runs of RUN within rows, one in each of equal parts of the picture."""
+    """Numbers of at most ``count`` pixels, in blocks, one in each of equal parts of the picture; all of a small one."""
     width, height = film.size
-    if width * height <= count:
+    across, up = (max(1, size // side) for size, side in zip((width, height), BLOCK, strict=True))
+    if width * height <= count or across * up * BLOCK[0] * BLOCK[1] <= count:
         return np.arange(width * height)
-    run = min(RUN, width)
-    across = max(1, width // run)
-    wanted = max(1, count // run)
-    places = across * height
+    columns, rows = min(BLOCK[0], width), min(BLOCK[1], height)
+    wanted = max(1, count // (columns * rows))
     rng = np.random.default_rng(film.seed)
     # one random position in each of equal parts of a curve that fills the picture column by column
-    edges = np.linspace(0, places, wanted + 1)
+    edges = np.linspace(0, across * up, wanted + 1)
     chosen = np.unique((edges[:-1] + rng.random(wanted) * np.diff(edges)).astype(np.int64))
-    column, row = chosen // height, chosen % height
-    first = row * width + np.minimum(column * run, width - run)
-    return np.asarray((first[:, None] + np.arange(run)).ravel())
+    left = np.minimum(chosen // up * columns, width - columns)
+    bottom = np.minimum(chosen % up * rows, height - rows)
+    inside = np.arange(rows)[:, None] * width + np.arange(columns)
+    return np.asarray(((bottom * width + left)[:, None, None] + inside).ravel())
 
 
 class Probe:
@@ -51,21 +73,26 @@ class Probe:
     def __init__(self, job: RenderJob, pixels: NDArray[np.int64] | None = None) -> None:
         self.film = job.scene.film
         self.pixels = probe_pixels(self.film) if pixels is None else pixels
+        self.pools, self.blocks = (
+            np.unique(pools(self.pixels, self.film.size[0], shape), return_inverse=True)[1].ravel()
+            for shape in (POOL, BLOCK)
+        )
         self._tracer = job.chosen_pixels()
         self._sums = np.zeros((2, len(self.pixels), 3))
         self.samples = 0
         """Samples of each half so far."""
         self.seconds_per_path = 0.0
+        self._found: dict[tuple[str, bool], Any] = {}
         self._earlier: list[tuple[int, NDArray[np.float64]]] = []
-        self._launch(0, 1, 0)  # compiles the kernels
+        self._launch(0, 1)  # compiles the kernels
         launches = []
-        for half in (0, 1):
+        for _ in range(2):
             meter = Meter()
-            self._launch(0, 1, half)
+            self._launch(0, 1)
             launches.append(meter.read())
         self._spent = min(launches, key=lambda spent: spent.work)
         self.launch_s = self._spent.work
-        self._timed: list[tuple[int, float]] = [(1, 2 * self.launch_s)]
+        self._timed: list[tuple[int, float]] = [(1, self.launch_s)]
         """Samples of each half in a step, and the work of the step."""
         self._sums[:] = 0.0
 
@@ -74,46 +101,125 @@ class Probe:
         """Seconds on the wall per second of the processor, all its cores together, while the probe was traced."""
         return self._spent.slowness
 
-    def _launch(self, done: int, more: int, half: int) -> Any:
+    @property
+    def seconds(self) -> float:
+        """Seconds on the wall of its launches so far."""
+        return self._spent.wall
+
+    def _launch(self, done: int, more: int) -> None:
         none = np.zeros(len(self.pixels), np.int64)
-        sums = self._tracer.trace(self.pixels, none + done, none + more, half)
-        self._sums[half] += sums.colors
-        return sums
+        sums = self._tracer.trace_halves(self.pixels, none + done, none + more)
+        self._sums += sums.colors.reshape(2, -1, 3)
 
     def trace_to(self, samples: int) -> Estimate:
         """Trace both halves up to ``samples`` each; the error of a picture with as many samples."""
         more = samples - self.samples
         if more > 0:
             meter = Meter()
-            for half in (0, 1):
-                self._launch(self.samples, more, half)
+            self._launch(self.samples, more)
             spent = meter.read()
             self._spent += spent
             self._timed.append((more, spent.work))
             self._fit()
             self.samples = samples
+            self._found.clear()
             self._earlier.append((samples, self.halves().copy()))
-        first, second = self.halves()
-        return estimate(first, second, RUN, of_half=True)
+        return estimated(self.errors(of_half=True), self.halves(), self.blocks, of_half=True)
 
     def _fit(self) -> None:
-        """Time of a path: of the steps of many samples, once there are any, since a launch of few is mostly start."""
+        """Time of a path: of the steps of many samples, once there are any, since a launch of few is mostly start.
+
+        The first launches may take longer than later ones: a launch takes what the quickest short step leaves of it.
+        """
         steps, work = np.array(self._timed, dtype=np.float64).T
-        some = steps >= max(1.0, min(_MANY, steps.max()))
-        own = np.maximum(work[some] - 2 * self.launch_s, 0.2 * work[some])
-        self.seconds_per_path = float(own.sum() / steps[some].sum()) / (2 * len(self.pixels))
+        many, few = steps >= max(1.0, min(_MANY, steps.max())), steps < _MANY
+        for _ in range(3):
+            own = np.maximum(work[many] - self.launch_s, 0.2 * work[many])
+            rate = float(own.sum() / steps[many].sum())
+            if steps.max() >= _MANY:
+                self.launch_s = max(float((work - rate * steps)[few].min()), 0.2 * float(work[few].min()))
+        self.seconds_per_path = rate / (2 * len(self.pixels))
+
+    def dearer(self, samples: NDArray[np.float64]) -> float:
+        """Mean time of a path over the usual one if blocks get ``samples`` (blocks,): noisy ones may have longer paths.
+
+        Two launches of the blocks with more samples than the mean measure it.
+        """
+        share = samples / float(self.shares @ samples)
+        hot = share > 1.0
+        part = float(self.shares[hot].sum())
+        if not _LEAST_HOT < part < 1 - _LEAST_HOT or float(self.shares @ np.abs(share - 1)) < _UNEVEN:
+            return 1.0
+        pixels = self.pixels[hot[self.blocks]]
+        none = np.zeros(len(pixels), np.int64)
+        more = int(np.clip(np.ceil(_HOT_S / (2 * len(pixels) * self.seconds_per_path)), 1, _MOST_HOT))
+        spent = []
+        for _ in range(2):  # other programs may slow one down
+            meter = Meter()
+            self._tracer.trace_halves(pixels, none, none + more)
+            spent.append(meter.read().work)
+        own = max(min(spent) - self.launch_s, 0.0) / (2 * len(pixels) * more)
+        ratio = float(np.clip(own / self.seconds_per_path, 0.2, 1 / part))
+        rest = (1 - part * ratio) / (1 - part)
+        return float(self.shares @ (share * np.where(hot, ratio, rest)))
+
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """Share of each block in the pixels."""
+        return np.asarray(np.bincount(self.blocks) / len(self.blocks))
+
+    def errors(self, *, of_half: bool = False) -> NDArray[np.float64]:
+        """ΔE2000 of each pixel so far."""
+        return self._known(("errors", of_half), lambda: expected_errors(self.halves(), self.pools, of_half=of_half))
+
+    def _known(self, what: tuple[str, bool], find: Callable[[], Any]) -> Any:
+        """A result that holds until more samples are traced."""
+        if what not in self._found:
+            self._found[what] = find()
+        return self._found[what]
 
     def rarity(self, samples: float, *, of_half: bool = True) -> float:
         """Factor on the error of a picture for light on rare paths, see ``errors.rarity``: a picture of ``samples``, or
         without ``of_half`` one of two halves with as many each.
         """
-        counts = [count for count, _ in self._earlier if 4 * count <= self.samples]
-        if not counts:
+        known = [each for each in self._earlier if 4 * each[0] <= self.samples]
+        if not known:
             return 1.0
-        early = next(halves for count, halves in self._earlier if count == counts[-1])
-        same = np.ones(len(self.pixels))
-        factor = rarity(early, self.halves(), same * counts[-1], same * self.samples, of_half=of_half)
-        return rarity_after(factor, counts[-1], samples)
+        # the comparison of about as few samples as the picture has, where there is one
+        count, halves = next((each for each in reversed(known) if each[0] <= samples), known[0])
+
+        def find() -> float:
+            same = np.ones(len(self.pixels))
+            errors = expected_errors(halves, self.pools, of_half=of_half)
+            return rarity(halves, self.halves(), same * count, same * self.samples, errors, of_half=of_half)
+
+        return rarity_after(self._known((f"rarity {count}", of_half), find), count, samples)
+
+    def later(self, growth: Sequence[int], *, of_half: bool = False) -> NDArray[np.float64]:
+        """(len(growth), blocks): ΔE2000 of each block after ``growth`` times as many samples, drawn from the noise of
+        the samples so far; without ``of_half`` of pictures of both halves.
+        """
+        drawn = self._known(("drawn", True), self._drawn)
+        now = block_means(self.errors(of_half=of_half), self.blocks)
+        every = np.ones(len(now))
+        begin = every if of_half else 2 * every
+        found = []
+        for factor in growth:
+            rare = self.rarity(self.samples * factor, of_half=of_half)
+            found.append(rare * now * drawn.error(begin * factor) / drawn.error(begin))
+        return np.array(found)
+
+    def _drawn(self) -> Laws:
+        """Error of each block by the number of halves whose samples a picture has, drawn from the noise so far."""
+        noise = PooledNoise(self.halves(), self.blocks)
+        some = np.arange(len(self.pixels))[:: max(1, len(self.pixels) // _DRAWN_PIXELS)]
+        sums = np.array([
+            np.bincount(self.blocks[some], noise.errors(parts, some), len(self.shares)) for parts in _PARTS
+        ])  # fmt: skip
+        counts = np.bincount(self.blocks[some], minlength=len(self.shares))
+        independent = np.array(_PARTS)[:, None] ** -0.5
+        errors = np.where(sums[0] > 1e-6 * counts, sums / np.maximum(counts, 1), independent)
+        return Laws(np.array(_PARTS, dtype=np.float64), errors, self.shares)
 
     def halves(self) -> NDArray[np.float64]:
         """(2, n, 3): the halves' means so far."""

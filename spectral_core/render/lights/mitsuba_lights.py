@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.lights.choice import Chosen, Receiver
-from spectral_core.render.lights.scene_lights import LightSample, Met, Rule
+from spectral_core.render.lights.results import LightSample, Met, Rule
 
 
 class MitsubaLights:
@@ -16,9 +16,18 @@ class MitsubaLights:
 
     is_empty = False
     asked_along_ways = False
+    bodies = None
+    """Lamps that a ray meets on its way; those of Mitsuba are hit as surfaces are."""
 
     def __init__(self, mitsuba: Any, scene: Any) -> None:
         self._mi, self._scene = mitsuba, scene
+        world = scene.environment()
+        self.even_world = 0
+        """Number of an environment that is equally bright everywhere; 0 for none."""
+        if world is not None and world.class_name() == "ConstantBackgroundEmitter":
+            import drjit as dr
+
+            self.even_world = int(dr.reinterpret_array(mitsuba.UInt32, mitsuba.EmitterPtr(world))[0])
 
     def choose(self, to: Receiver, sampler: Any, active: Any) -> Chosen:
         """No item: Mitsuba chooses when it draws."""

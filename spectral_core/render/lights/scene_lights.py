@@ -5,8 +5,6 @@ with the density of drawing it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,33 +19,8 @@ from spectral_core.render.lights.hierarchy import build
 from spectral_core.render.lights.items import far_rows, near_rows
 from spectral_core.render.lights.listing import BALL, PANEL, SUN, TRIANGLE, WORLD, LightList
 from spectral_core.render.lights.panels import Panels, Suns
+from spectral_core.render.lights.results import LightSample, Met, Rule, either
 from spectral_core.render.plugins.numbers import table
-
-Rule = Callable[[Any, Any, Any], Any]
-"""``rule(number, pdf, active)``: weight of a light, given the density with which it would be drawn."""
-
-
-@dataclass
-class LightSample:
-    """A direction to a light: ``point`` up to which nothing may occlude it, light over its density (``value``), the
-    density per solid angle, ``delta`` if no other method could have drawn it, and the light's number for rules.
-    """
-
-    direction: Any
-    point: Any
-    value: Any
-    pdf: Any
-    delta: Any
-    number: Any
-
-
-@dataclass
-class Met:
-    """Emission along a ray, by its origin: lamps, surfaces, environment."""
-
-    lamps: Any
-    glows: Any
-    world: Any
 
 
 class SceneLights:
@@ -71,6 +44,8 @@ class SceneLights:
         self.glows: Any = Glows(mi, lights.glows, int(self._starts[TRIANGLE])) if lights.glows else None
         self.suns: Any = Suns(mi, lights.suns) if lights.suns else None
         self.world: Any = None if lights.world is None else lights.sources[lights.world[0]].emitter
+        self.even_world = lights.world[0] + 1 if lights.world is not None and lights.world_is_constant else 0
+        """Number of an environment that is equally bright everywhere; 0 for none."""
         self._world_source = None if lights.world is None else drjit.opaque(mi.UInt32, lights.world[0])
         self.is_empty = not self.kinds
         self._kinds_by_number = np.zeros(len(lights.sources) + 1, np.uint32)
@@ -159,7 +134,7 @@ class SceneLights:
             if alone:
                 return drawn, light
             value = dr.select(of_kind, light, value)
-            result = drawn if result is None else _either(of_kind, drawn, result)
+            result = drawn if result is None else either(of_kind, drawn, result)
         return result, value
 
     def _emitted(self, si: Any, drawn: Drawn, which: tuple[Any, Any], active: Any, kind: int) -> Any:
@@ -190,17 +165,13 @@ class SceneLights:
 
         mi = self._mi
         total = Met(mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
-        floats = None if tables.media is None else dr.squared_norm(path.before.n) == 0.0
-        to = Receiver(path.before.p, path.before.n, path.before_both, floats)
-        camera = path.depth == 0
-        may_meet = active & (mi.Bool(True) if self.any_visible else ~camera)
+        to = self._receiver(path, tables)
+        may_meet = self._may_meet(path, active)
         if self.glows is not None:
             total.glows = self._met_glow(si, to, path, rule, tables, active & si.is_valid())
-        if self.bodies is not None:
-            length = dr.minimum(si.t, path.ray.maxt)
-            total.lamps += self.bodies.each(
-                path.ray, length, may_meet, lambda item, on: self._met_body(item, length, to, path, rule, on)
-            )
+        # in homogeneous fog ``met_in_fog`` counts them
+        in_fog = mi.Bool(False) if tables.media is None else tables.media.is_even(path.medium, active)
+        total.lamps += self._met_bodies(si, path, rule, to, may_meet & ~in_fog)
         missed = active & ~si.is_valid() & shows_world
         if self.suns is not None and self.suns.have_size:
             total.lamps += self._met_suns(to, path, rule, may_meet & ~si.is_valid())
@@ -214,6 +185,31 @@ class SceneLights:
             shown = mi.Spectrum(self.world.eval(si, missed)) * self.emission.gain(source, missed)
             total.world = shown * rule(source + 1, pdf, missed)
         return total
+
+    def met_in_fog(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, extinction: Any) -> Any:
+        """Light of lamps with an extent on a ray's way through a medium, attenuated up to each lamp."""
+        to = self._receiver(path, tables)
+        return self._met_bodies(si, path, rule, to, self._may_meet(path, active), extinction)
+
+    def _receiver(self, path: Any, tables: Any) -> Receiver:
+        """The place that a ray comes from."""
+        import drjit as dr
+
+        floats = None if tables.media is None else dr.squared_norm(path.before.n) == 0.0
+        return Receiver(path.before.p, path.before.n, path.before_both, floats)
+
+    def _may_meet(self, path: Any, active: Any) -> Any:
+        return active & (self._mi.Bool(True) if self.any_visible else path.depth > 0)
+
+    def _met_bodies(self, si: Any, path: Any, rule: Rule, to: Receiver, active: Any, extinction: Any = None) -> Any:
+        """Light of the lamps with an extent that a ray meets before its hit."""
+        import drjit as dr
+
+        if self.bodies is None:
+            return self._mi.Spectrum(0.0)
+        length = dr.minimum(si.t, path.ray.maxt)
+        met = (length, to, path, rule, extinction)
+        return self.bodies.each(path.ray, length, active, lambda item, on: self._met_body(item, met, on))
 
     def _seen(self, source: Any, path: Any, active: Any) -> Any:
         """Lamps that this ray hits; for camera rays only lamps that are visible to the camera."""
@@ -243,14 +239,15 @@ class SceneLights:
         pdf *= self.choice.probability(item, to, wanted)
         return dr.select(glows, light * rule(number, pdf, glows), 0.0)
 
-    def _met_body(self, item: Any, length: Any, to: Receiver, path: Any, rule: Rule, active: Any) -> Any:
+    def _met_body(self, item: Any, met_by: tuple[Any, Receiver, Any, Rule, Any], active: Any) -> Any:
         import drjit as dr
 
         mi = self._mi
+        length, to, path, rule, extinction = met_by
         source = dr.gather(mi.UInt32, self._sources, item, active)
         active = self._seen(source, path, active)
         ray = path.ray.o, path.ray.d, length
-        amount, pdf, met = mi.Float(0.0), mi.Float(0.0), mi.Bool(False)
+        amount, pdf, met, way = mi.Float(0.0), mi.Float(0.0), mi.Bool(False), mi.Float(0.0)
         for kind in (BALL, PANEL):
             lamps = self.balls if kind == BALL else self.panels
             if lamps is None:
@@ -268,10 +265,12 @@ class SceneLights:
                 own = self.panels.radiance(slot, path.ray.d, distance, of_kind)
                 density = self.panels.pdf(slot, to.place, path.ray.d, distance, of_kind)
             amount, pdf = dr.select(of_kind, own, amount), dr.select(of_kind, density, pdf)
-            met |= of_kind
+            met, way = met | of_kind, dr.select(of_kind, at, way)
         met &= amount > 0.0
         pdf *= self.choice.probability(item, to, met & ~path.before_delta)
         light = self.emission.of(source, path.ray.wavelengths, met) * amount
+        if extinction is not None:
+            light = light * dr.exp(-extinction * way)
         return dr.select(met, light * rule(source + 1, pdf, met), 0.0)
 
     def _met_suns(self, to: Receiver, path: Any, rule: Rule, active: Any) -> Any:
@@ -290,10 +289,3 @@ class SceneLights:
 
         begin = (mi.UInt32(start), mi.Spectrum(0.0))
         return dr.while_loop(begin, lambda item, _t: active & (item < end), body, labels=("item", "total"))[1]
-
-
-def _either(which: Any, drawn: Drawn, other: Drawn) -> Drawn:
-    """Value of each lane from one of two samples."""
-    import drjit as dr
-
-    return Drawn(*(dr.select(which, getattr(drawn, n), getattr(other, n)) for n in Drawn.__dataclass_fields__))

@@ -14,6 +14,8 @@ import numpy as np
 
 _LEAVES = (str, bytes, bool, int, float, complex, type(None), type, np.ndarray, np.generic)
 
+_PLAIN = frozenset({str, bytes, bool, int, float, type(None)})
+
 
 def lay_open(plugins: Iterable[Any], mitsuba: Any) -> None:
     """Give each of our plugins the list ``held_numbers``; call it again after helpers got new arrays."""
@@ -43,7 +45,8 @@ def held(roots: list[Any], mitsuba: Any) -> list[Any]:
         elif isinstance(item, dict):
             waiting += list(item.values())
         elif isinstance(item, (list, tuple)):
-            waiting += list(item)
+            if not _PLAIN.issuperset(map(type, item)):  # tables of numbers are long
+                waiting += list(item)
         elif type(item).__module__.startswith("spectral_core"):
             waiting += list(getattr(item, "__dict__", {}).values())
             slots = [name for kind in type(item).__mro__ for name in getattr(kind, "__slots__", ())]

@@ -15,7 +15,7 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 
 Pixels = NDArray[np.float32]
 
-LAUNCH_S = 0.06
+LAUNCH_S = 0.03
 """Largest time of a launch of a settled picture; a change waits for at most one launch."""
 MOST_SAMPLES = 16
 """Samples per pixel of one launch."""

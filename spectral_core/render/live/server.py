@@ -11,12 +11,13 @@ import sys
 import threading
 import time
 import traceback
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from spectral_core.errors import SpectralError
 from spectral_core.render.live.area import PixelArea
+from spectral_core.render.live.changes import equal
 from spectral_core.render.live.messages import AreaName, Frame, Trouble
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
@@ -84,11 +85,22 @@ class Server:
             self._views = {name: view for name, view in self._views.items() if view.request.stage != content}
 
     def _hear_view(self, name: str, request: ViewRequest, area: AreaName) -> None:
-        view = self._views.get(name)
+        view, kept = self._views.get(name), self._stages.get(request.stage)
         if view is None or view.area.path != area.path:
             self._views[name] = _View(request, PixelArea(area.path, area.pixels))
-        else:
+        elif kept is None or not self._stands(view, kept, request):
             view.request, view.picture = request, None
+        else:  # after a change of the scene, its picture is begun before the session asks for it
+            view.request = request
+            if view.picture is not None and view.picture.level:
+                self._show(name, view, kept)
+
+    @staticmethod
+    def _stands(view: _View, kept: _Kept, request: ViewRequest) -> bool:
+        """True if the picture of a view is of the present scene, and another request for it is the same."""
+        if view.picture is None or kept.is_pending or kept.trouble:
+            return False
+        return equal(replace(view.request, generation=request.generation), request)
 
     def work(self) -> None:
         """Update scenes, and trace one launch of the view that has waited longest."""
@@ -161,13 +173,19 @@ class Server:
         shows_more = picture.step()
         kept.seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
         if shows_more:
-            place = view.area.write(picture.pixels())
-            spent, corner = time.monotonic() - view.started, request.part[:2]
-            self._tell(("frame", Frame(
-                name, request.generation, place, picture.level, corner, picture.samples, picture.is_done, spent,
-                memory_bytes(), stage.how, stage.plan.is_spectral, stage.launcher.recordings,
-                stage.notes if picture.launches == 1 else (),
-            )))  # fmt: skip
+            self._show(name, view, kept)
+
+    def _show(self, name: str, view: _View, kept: _Kept) -> None:
+        """Tell the session what a view shows now."""
+        assert view.picture is not None
+        stage, request, picture = kept.stage, view.request, view.picture
+        place = view.area.write(picture.pixels())
+        spent, corner = time.monotonic() - view.started, request.part[:2]
+        self._tell(("frame", Frame(
+            name, request.generation, place, picture.level, corner, picture.samples, picture.is_done, spent,
+            memory_bytes(), stage.how, stage.plan.is_spectral, stage.launcher.recordings,
+            stage.notes if picture.launches == 1 else (),
+        )))  # fmt: skip
 
     def _stride(self, request: ViewRequest, kept: _Kept) -> int:
         """Step of the first picture, chosen so that it is fast."""

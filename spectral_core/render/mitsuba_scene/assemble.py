@@ -94,15 +94,14 @@ def load_scene(
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
-    context.walks_below = not scene.volumes
+    context.walks_below, context.filter_glossy = not scene.volumes, scene.settings.light_paths.filter_glossy
     context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     look_through(context.tables, scene.camera, scene.film)
     shapes = Shapes(context, scene, parts, movable=movable)
-    placements: dict[str, list[Any]] = {}
-    lamps: dict[str, list[light.LightObject]] = {}
-    rules, bits, strands = RayRules(), _link_bits(context, scene), {m.name for m in scene.meshes if m.is_strands}
+    placements, lamps, rules = dict[str, list[Any]](), dict[str, list[light.LightObject]](), RayRules()
+    bits, strands = _link_bits(context, scene), {mesh.name for mesh in scene.meshes if mesh.is_strands}
     for number, instance in enumerate(scene.instances):
         placed = placements[instance.name] = shapes.of(instance)
         for shape_number, shape in enumerate(placed):
@@ -147,7 +146,7 @@ def load_scene(
     context.meshes.seal()
     rules.surfaces, rules.meshes = context.bsdf.surfaces, context.meshes
     loaded = context.load(description)
-    _fill(rules, shapes, scene, loaded)
+    _fill(rules, bits, shapes, scene, loaded)
     lights = (
         None if context.lights is None else _scene_lights(context, context.lights, loaded, fogged=bool(rules.around[0]))
     )
@@ -159,8 +158,13 @@ def load_scene(
     return home
 
 
-def _fill(rules: RayRules, shapes: Shapes, scene: Scene, loaded: Any) -> None:
-    """Register the media of shapes, of the world and at the camera."""
+def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, loaded: Any) -> None:
+    """Register the rules of emissive objects, and the media of shapes, of the world and at the camera."""
+    for source, instance in shapes.glowing:  # rays that pass through the object do not take its light either
+        if hidden := int(instance.hidden_from & ~(Rays.CAMERA | Rays.SHADOW)):
+            rules.lights.append((source, hidden))
+        if instance.name in bits:
+            rules.links.append((source, bits[instance.name].bit_length() - 1))
     import drjit as dr
 
     around = shapes.fill(scene.world.medium, "World")
@@ -217,14 +221,7 @@ def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     # any inverse serves for a singular camera matrix, because making its rays raises an error
     camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
-    width, height = float(film.width), float(film.height) * film.pixel_aspect
-    side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
-    perspective = camera.kind == "perspective"
-    size = 2 * float(np.tan(camera.field_of_view_rad / 2)) if perspective else float(camera.orthographic_scale)
-    share_x, share_y = width / side, height / side
-    shift = camera.shift[0] / share_x, camera.shift[1] / share_y
-    window = (size * share_x, size * share_y, *shift, 1.0 if perspective else 0.0)
-    tables.look_from(camera_from_world, window)
+    tables.look_from(camera_from_world, camera.window(film))
 
 
 def size_note(radius: float) -> tuple[Note, ...]:

@@ -42,6 +42,8 @@ class Context:
     made: list[Any] = field(default_factory=list)
     """All objects in the order of their creation: a live view edits them and collects their arrays."""
 
+    filter_glossy: float = 0.0
+    """Strength of Filter Glossy, which blurs mirrors and glass that diffuse light reaches; 0 for none."""
     walks_below: bool = True
     """True if the path integrator supports subsurface walks."""
     has_holdouts: bool = False

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.plugins.surfaces.sources import Number, Programmed, Source, Textured, Tint
+from spectral_core.render.plugins.surfaces.sources import Kind, Number, Programmed, Source, Textured, Tint
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, single_precision_spectrum
 from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Program, Scalar, SpectralImage
 from spectral_core.spectra import catalogue
@@ -34,17 +34,21 @@ def white_light() -> Illuminant:
     return normalized(catalogue.illuminant("D65"))
 
 
-def color(context: Context, paint: Paint, subject: str) -> Source:
-    """A reflectance or transmittance as an input of a closure."""
+def color(context: Context, paint: Paint, subject: str, *, bright: bool = False) -> Source:
+    """A reflectance or transmittance as an input of a closure.
+
+    ``bright``: True if more light may leave than arrives, as in Cycles; otherwise colors above 1 are rendered as 1.
+    """
+    kind: Kind = "bright" if bright else "color"
     if isinstance(paint, Illuminant):  # a light's spectrum in place of a surface's, such as a Blackbody node's
-        return color(context, Color(emitted_rgb(paint)), subject)
+        return color(context, Color(emitted_rgb(paint)), subject, bright=bright)
     if isinstance(paint, Color):
-        return Tint(_held(context, paint, subject))
+        return Tint(np.maximum(paint.linear_rgb, 0.0) if bright else _held(context, paint, subject), kind)
     if isinstance(paint, Spectrum) and not context.spectral:
-        return Tint(_daylight_rgb(paint))
+        return Tint(_daylight_rgb(paint), kind)
     if isinstance(paint, Computed):
-        return Programmed(paint.program, "color")
-    return Textured(reflectance(context, paint, subject), "color")
+        return Programmed(paint.program, kind)
+    return Textured(reflectance(context, paint, subject), kind)
 
 
 def number(context: Context, value: Scalar, subject: str) -> Source:

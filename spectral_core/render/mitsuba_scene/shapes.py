@@ -39,6 +39,8 @@ class Shapes:
         self._parts_of_groups: dict[tuple[str, tuple[str, ...]], list[Any]] = {}
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
         """By the mesh's name the shapes of its parts in object space: material index, shape, its group."""
+        self.glowing: list[tuple[int, Instance]] = []
+        """Emissive instances, with their numbers as lights."""
         self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
 
     def of(self, instance: Instance) -> list[Any]:
@@ -64,8 +66,13 @@ class Shapes:
                 self._remember_medium(instance, index, shape)
                 if glow is not None:
                     add_glow(self.context, placed, shape, glow)
+                    self._remember_glow(instance)
                 shapes.append(shape)
         return shapes
+
+    def _remember_glow(self, instance: Instance) -> None:
+        if self.context.lights is not None:
+            self.glowing.append((len(self.context.lights.sources), instance))
 
     @property
     def groups(self) -> list[Any]:

@@ -33,12 +33,13 @@ from spectral_core.scene import (
     Sheen,
     Subsurface,
     Surface,
+    Toon,
     Translucent,
     Transparent,
     Weight,
     weighted_leaves,
 )
-from spectral_core.scene.shading.program import Instruction, Program
+from spectral_core.scene.shading.program import Instruction, Program, Raised
 from spectral_core.scene.surface import Closure
 
 __all__ = ["emission", "is_dark", "leaves_of"]
@@ -70,9 +71,10 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
         if normal is not None and made.name not in ("clear", "holdout"):
-            plain = isinstance(closure, Principled) and isinstance(closure.metallic, float) and closure.metallic < 0.5
-            softens = plain or isinstance(closure, (Diffuse, Translucent, Subsurface))
-            made = Lobe("bent", {"closure": made, "normal": paint.vector(normal.program), "softens": softens})
+            fades = not isinstance(normal, Raised)
+            softens = fades and isinstance(closure, (Diffuse, Translucent, Subsurface))
+            bent = {"normal": paint.vector(normal.program), "softens": softens, "fades": fades}
+            made = Lobe("bent", {"closure": made, **bent})
         yield amount, made
 
 
@@ -86,10 +88,10 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
     elif isinstance(closure, Metal):
         yield weight, metal(context, closure, subject)
     elif isinstance(closure, Glass):
-        color = paint.color(context, closure.color, subject)
+        color = paint.color(context, closure.color, subject, bright=True)
         yield weight, glass(context, (color, color), closure, closure.ior, subject)
     elif isinstance(closure, Transparent):
-        yield weight, Lobe("tinted_clear", {"color": paint.color(context, closure.color, subject)})
+        yield weight, Lobe("tinted_clear", {"color": paint.color(context, closure.color, subject, bright=True)})
     elif isinstance(closure, Holdout):
         context.has_holdouts = True
         yield weight, Lobe("holdout", {})
@@ -111,7 +113,7 @@ def _lobe_of_fields(context: Context, closure: Closure, subject: str) -> Lobe:
     for entry in fields(closure):
         value = getattr(closure, entry.name)
         if entry.type == "Paint":
-            inputs[entry.name] = paint.color(context, value, subject)
+            inputs[entry.name] = paint.color(context, value, subject, bright=isinstance(closure, (Translucent, Toon)))
         elif entry.type == "Scalar":
             inputs[entry.name] = paint.number(context, value, subject)
         elif entry.name == "tangent":

@@ -84,6 +84,9 @@ def light_pass_class(variant: str) -> Any:
                 self.book(LIGHT_ROWS["Emission"], glow, active & (path.depth == 0))
                 self.book_lobes(glow, "Direct", self.parts, active & (path.depth == 1))
                 self.book_lobes(glow, "Indirect", self.parts, active & (path.depth > 1))
+                for row, _ in enumerate(self.groups):
+                    only = self.lamps_in_fog(si, path, active, lambda number, row=row: self.of_group(number, row))
+                    self.book(len(LIGHT_ROWS) + row, self.clamped(only, path.depth > 1), active)
             return floats, place
 
         def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:

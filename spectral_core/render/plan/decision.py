@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -42,17 +43,35 @@ class Decision:
         return self.value not in LEFT_OUT
 
 
+INDIRECT = (
+    "bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "reflective_caustics", "refractive_caustics"
+)  # fmt: skip
+"""Effects whose light is all part of the light after a first bounce."""
+
+
+def error_together(errors: Mapping[str, float], indirect: float | None) -> float:
+    """ΔE2000 of several omissions; ``indirect``: of all light after a first bounce, which is lost only once.
+
+    None for ``indirect`` if it is not known.
+    """
+    after_bounces = sum(error for name, error in errors.items() if name in INDIRECT)
+    others = sum(error for name, error in errors.items() if name not in INDIRECT)
+    return others + (after_bounces if indirect is None else min(after_bounces, indirect))
+
+
 @dataclass(frozen=True, slots=True)
 class EffectPlan:
     """All decisions, in the order of display. ``pilot_paths``: light paths traced to decide, 0 without a pilot.
 
-    ``seconds``: time to make the plan.
+    ``seconds``: time to make the plan. ``indirect_error``: ΔE2000 of omitting all light after a first bounce, None if
+    it is not known.
     """
 
     decisions: tuple[Decision, ...]
     tolerance_delta_e: float
     pilot_paths: int = 0
     seconds: float = field(default=0.0, compare=False)
+    indirect_error: float | None = None
 
     def __getitem__(self, name: str) -> Decision:
         """Decision by name; raises UnknownNameError."""
@@ -74,7 +93,7 @@ class EffectPlan:
     @property
     def accepted(self) -> float:
         """Largest ΔE2000 of all decisions together, as far as it is known."""
-        return sum(decision.accepted or 0.0 for decision in self.decisions)
+        return error_together({each.name: each.accepted or 0.0 for each in self.decisions}, self.indirect_error)
 
     def is_on(self, name: str) -> bool:
         """True if an effect is simulated, in any amount."""

@@ -18,7 +18,7 @@ from spectral_core.render.plan.decision import Decision, EffectPlan
 from spectral_core.render.plan.effects_from_data import Found, effects_of
 from spectral_core.render.plan.effects_from_pilot import measured_effects, unmeasured_kinds
 from spectral_core.render.plan.inventory import take_inventory
-from spectral_core.render.plan.levels import KEEP, Effect, chosen
+from spectral_core.render.plan.levels import KEEP, Effect, chosen, indirect_error
 from spectral_core.render.plan.pilot import PILOT_BOUNCES, Pilot, run_pilot
 from spectral_core.scene import Scene
 
@@ -54,7 +54,7 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
     found = Found(scene, take_inventory(scene), bounds.seen_points(scene))
     effects = effects_of(found)
     choices = _checked_choices(scene, {**effects, **unmeasured_kinds()})
-    seen = _look(scene, effects, choices, tolerance) if pilot else None
+    seen = _look(found, effects, choices, tolerance) if pilot else None
     if seen is not None:
         found = replace(found, points=seen.points)
         effects = measured_effects(found, effects_of(found), seen)
@@ -70,7 +70,7 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
         for name, effect in effects.items()
     ]
     paths = 0 if seen is None else seen.paths
-    return EffectPlan(tuple(decisions), tolerance, paths, time.perf_counter() - start)
+    return EffectPlan(tuple(decisions), tolerance, paths, time.perf_counter() - start, indirect_error(effects.values()))
 
 
 def plan_from_data(scene: Scene, tolerance: float | None = None) -> EffectPlan:
@@ -101,29 +101,33 @@ def everything_on(scene: Scene) -> EffectPlan:
     return EffectPlan(tuple(full), 0.0)
 
 
-def _look(scene: Scene, effects: Mapping[str, Effect], choices: Mapping[str, str], tolerance: float) -> Pilot | None:
+def _look(found: Found, effects: Mapping[str, Effect], choices: Mapping[str, str], tolerance: float) -> Pilot | None:
     """The pilot, if it can decide anything that the data leave open."""
+    scene = found.scene
     open_questions = [
         effect.name
         for effect in effects.values()
         if effect.name not in choices and effect.how != "exact" and (len(effect.levels) > 1 or effect.name in _PILOTED)
     ]
     media = effects["media"]
-    scatters = choices.get("media", "on") == "on" and 0 < media.levels[-1].error > tolerance
+    matters = choices.get("media", "on") == "on" and 0 < media.levels[-1].error > tolerance
+    scatters = matters and found.scatters
     lit = scene.lights or not scene.world.is_black or effects["emissive_meshes"].how != "exact"
     if not (open_questions and scene.instances and lit) or scatters or scene.volumes:
         return None
     try:
-        return run_pilot(scene, pilot_plan(scene))
+        return run_pilot(scene, pilot_plan(scene, absorbs=matters))
     except MissingDependencyError:
         return None
 
 
-def pilot_plan(scene: Scene) -> EffectPlan:
-    """The plan of the pilot: surfaces and lamps, in three channels, with shadows through transparent surfaces."""
+def pilot_plan(scene: Scene, *, absorbs: bool = False) -> EffectPlan:
+    """The plan of the pilot: surfaces and lamps, in three channels, with shadows through transparent surfaces, and with
+    media that only absorb light.
+    """
     values = {
         "transport": "rgb", "dispersion": "off", "fluorescence": "off", "thin_film": "off",
-        "media": "off", "volumes": "off",
+        "media": "on" if absorbs else "off", "volumes": "off",
         "transparency": "on", "emissive_meshes": "on", "lamp_bodies": "on", "textures": "on", "depth_of_field": "off",
         "reflective_caustics": "on", "refractive_caustics": "on",
         "environment": "none" if scene.world.is_black else "on", **dict.fromkeys(_PILOTED, str(PILOT_BOUNCES)),

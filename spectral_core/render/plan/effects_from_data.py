@@ -29,6 +29,10 @@ SMALL_SHARE = 0.02
 ON_OFF = ("on", "off")
 
 
+THIN = 0.05
+"""ΔE2000 of media through which light goes nearly straight."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
     """A scene, its inventory, and points (n, 3) that span the region that its camera sees."""
@@ -42,6 +46,14 @@ class Found:
         """Materials that some ray may hit."""
         shown = shown_materials(self.scene)
         return [material for material in self.scene.materials if material.name in shown]
+
+    @property
+    def scatters(self) -> bool:
+        """True if light is scattered or emitted in a medium; media whose error is ``THIN`` at most do not count."""
+        if "World" in self.inventory.scattering:
+            return True
+        media = [material for material in self.materials if material.name in self.inventory.scattering]
+        return sum(bounds.error_of_medium(self.scene, material) for material in media) > THIN
 
 
 def absent(
@@ -118,7 +130,8 @@ def _media(found: Found) -> Effect:
         depths.append(float("inf"))
         error = 100.0
     depth = max(depths)
-    reason = f"light scatters inside {names(found.inventory.media)}, whose optical depth is at most {depth:.2g}"
+    happens = "light scatters inside" if found.inventory.scattering else "light is absorbed inside"
+    reason = f"{happens} {names(found.inventory.media)}, whose optical depth is at most {depth:.2g}"
     levels = (Level("on"), Level("off", min(error, 100.0), MEDIA_SHARE))
     return Effect("media", levels, reason, "fog, smoke and milk vanish", "bounded", ON_OFF)
 
@@ -224,7 +237,7 @@ def _bounces(found: Found) -> Effect:
     inventory = found.inventory
     if not inventory.surfaces:
         return Effect("bounces", (Level("0"),), "there is no surface to bounce from")
-    if inventory.media:
+    if found.scatters:
         return Effect("bounces", (Level("64"),), "light scatters many times inside a medium", "dark media", "not known")
     if inventory.strands:
         reason = f"light passes many strands of {names(inventory.strands)}"

@@ -27,6 +27,7 @@ from spectral_core.scene import (
     MixedPaint,
     Principled,
     Rays,
+    ScatteringMedium,
     Scene,
     SpectralImage,
     SunLight,
@@ -51,6 +52,8 @@ class Inventory:
     fluorescent: tuple[str, ...]
     films: tuple[str, ...]
     media: tuple[str, ...]
+    scattering: tuple[str, ...]
+    """Media that scatter or emit light; the others absorb it."""
     emissive: tuple[str, ...]
     transparent: tuple[str, ...]
     refractive: tuple[str, ...]
@@ -93,6 +96,8 @@ def take_inventory(scene: Scene) -> Inventory:
         fluorescent=which(lambda m: bool(dyed(m))),
         films=which(lambda m: any(getattr(leaf, "thin_film_thickness", 0.0) != 0 for leaf in leaves(m.surface))),
         media=which(lambda m: m.medium is not None) + (("World",) if scene.world.medium is not None else ()),
+        scattering=which(lambda m: m.medium is not None and _adds_light(m.medium))
+        + (("World",) if scene.world.medium is not None and _adds_light(scene.world.medium) else ()),
         emissive=emissive,
         transparent=which(lambda m: m.name not in borders and _is_transparent(m)),
         refractive=which(lambda m: any(_refracts(c) for c in leaves(m.surface))),
@@ -104,6 +109,10 @@ def take_inventory(scene: Scene) -> Inventory:
         surfaces=len(scene.instances),
         largest_reflectance=max([0.8 if not materials else 0.0, *(_largest_reflectance(m) for m in materials)]),
     )
+
+
+def _adds_light(medium: ScatteringMedium) -> bool:
+    return largest_size(medium.color) > 0 or medium.emission_strength * largest_size(medium.emission_color) > 0
 
 
 def media_borders(scene: Scene) -> frozenset[str]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spectral_core.render.plan.decision import How
+from spectral_core.render.plan.decision import How, error_together
 
 KEEP = float("inf")
 """Error of a step that is not taken at any tolerance."""
@@ -58,26 +58,34 @@ class Effect:
         return self.levels[-1].saves
 
 
+def indirect_error(effects: Iterable[Effect]) -> float | None:
+    """ΔE2000 of omitting all light after a first bounce, None if it is not known."""
+    last = next((effect.levels[-1] for effect in effects if effect.name == "bounces"), None)
+    return last.error if last is not None and last.value == "0" and last.error < KEEP else None
+
+
 def chosen(effects: Iterable[Effect], tolerance: float) -> Mapping[str, int]:
     """Index of the level of each effect at a tolerance in ΔE2000."""
     effects = list(effects)
+    indirect = indirect_error(effects)
     steps = []
     for order, effect in enumerate(effects):
         key = (0, 0.0)
         for number in range(1, len(effect.levels)):
             before, after = effect.levels[number - 1], effect.levels[number]
             more = max(after.error - before.error, 0.0)
+            error = max(after.error, before.error)
             if after.error == KEEP:
                 break
             magnitude = int(np.searchsorted([0.1, 1.0, 10.0], after.error, side="right"))
             ratio = more / max(after.saves - before.saves, _LEAST_SAVING)
             key = max(key, (magnitude, ratio))  # levels of one effect are taken from the smallest loss on
-            steps.append((*key, order, number, more))
+            steps.append((*key, order, number, error))
     level = {effect.name: 0 for effect in effects}
-    spent = 0.0
-    for _, _, order, number, more in sorted(steps):
-        spent += more
-        if spent > tolerance + 1e-12:
+    spent: dict[str, float] = {}
+    for _, _, order, number, error in sorted(steps):
+        spent[effects[order].name] = error
+        if error_together(spent, indirect) > tolerance + 1e-12:
             break
         level[effects[order].name] = number
     return level

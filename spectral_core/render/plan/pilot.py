@@ -236,7 +236,7 @@ def _pilot_class(variant: str) -> Any:
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], path: Any, active: Any) -> Any:
             value = super().direct(scene, sampler, hit, path, active)
-            light = self.clamped(path.throughput * value, path.depth > 0)
+            light = self.clamped(self.carried * value, path.depth > 0)
             counts = (path.depth, path.diffuse, path.glossy, path.transmission)
             kind = dr.gather(mi.UInt32, self.sources, self.asked, active)
             parts = tuple(dr.select(kind == of, light, 0.0) for of in (1, 2))

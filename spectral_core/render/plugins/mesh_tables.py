@@ -182,14 +182,19 @@ class MeshTables:
         if name not in self.attributes:
             return mi.Vector3f(0.0)
         starts, values = self.attributes[name]
-        places, corners, known = self._own_corners(si, active)
+        places, corners, known = self.own_corners(si, active)
         first = dr.gather(mi.UInt32, starts, dr.reinterpret_array(mi.UInt32, si.shape), known)
         known &= first != NONE
         shares = barycentric(dr, corners, place)
         at = [dr.gather(mi.Vector3f, values, first + places[k], known) for k in range(3)]
         return dr.select(known, at[0] * shares[0] + at[1] * shares[1] + at[2] * shares[2], 0.0)
 
-    def _own_corners(self, si: Any, active: Any) -> tuple[Any, list[Any], Any]:
+    @property
+    def has_parts(self) -> bool:
+        """True if any mesh is shared by instances."""
+        return bool(self._parts)
+
+    def own_corners(self, si: Any, active: Any) -> tuple[Any, list[Any], Any]:
         """Indices and positions of the corners of the triangle of a hit, in the mesh's space, and whether it is one."""
         mi, dr = self.mi, self.dr
         number = dr.reinterpret_array(mi.UInt32, si.shape)
@@ -202,7 +207,7 @@ class MeshTables:
     def corners(self, si: Any, active: Any) -> tuple[list[Any], Any]:
         """Corners, in the world, of the triangle of a hit, and whether it is one."""
         mi, dr = self.mi, self.dr
-        _, corners, known = self._own_corners(si, active)
+        _, corners, known = self.own_corners(si, active)
         if self._parts:
             placed = dr.reinterpret_array(mi.UInt32, si.instance)
             moved = known & (placed != 0)

@@ -20,7 +20,7 @@ from spectral_core.render.lens.panorama import DrJitMath
 from spectral_core.render.lens.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
-from spectral_core.render.trace.path_sampler import path_sampler_class
+from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -28,9 +28,7 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 LARGEST_SAMPLE = 1e33
 """Larger sums would overflow in 32 bits after some 100,000 samples."""
 TILE_PIXELS = 1 << 21
-"""Pixels per kernel launch. Each launch is recorded anew, which takes longer than tracing a small tile; a full HD
-picture is one launch, and the session ends a process that does not react to a cancel.
-"""
+"""Pixels per kernel launch: recording more launches takes longer, and a longer launch reacts late to a cancel."""
 
 
 @dataclass
@@ -141,8 +139,7 @@ class Accumulator:
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
         width = dr.opaque(mi.UInt32, self.film.size[0])
         corner = mi.Point2f(mi.Float(pixel % width) + left, mi.Float(pixel // width) + bottom)
-        seed = dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
-        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
+        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, self._seed(), 6)[0])
         first, total = self._span(samples)
         bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
         tells_apart = getattr(integrator, "book_into", None) if self.keeps_light else None
@@ -174,6 +171,9 @@ class Accumulator:
             tells_apart(None, None, None)
         dr.eval(tile.sums, tile.covered, tile.lost, bands, tile.light)
         dr.sync_thread()
+
+    def _seed(self) -> Any:  # of all lanes or of each
+        return self._dr.opaque(self._mi.UInt32, hashed_seed(self.film.seed))
 
     def _pixels(self, tile: _Tile) -> Any:
         """Number of each lane's pixel."""

@@ -7,7 +7,7 @@ difference estimates the error of the picture.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
+from spectral_core.render.trace.path_sampler import hashed_seed
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -52,8 +53,8 @@ class ChosenPixels(Accumulator):
         camera, film = view
         super().__init__(mitsuba, camera, film, wavelengths, keep=False)
         self._first_hit, self._integrator = first_hit, integrator
-        self._seed = film.seed
         self._chosen: Any = None
+        self._seeds: Any = None
         self._samples_of: tuple[Any, Any] = (None, None)
 
     def trace(
@@ -61,15 +62,20 @@ class ChosenPixels(Accumulator):
         pixels: NDArray[np.integer[Any]],
         done: NDArray[np.integer[Any]],
         more: NDArray[np.integer[Any]],
-        half: int,
+        half: int | NDArray[np.integer[Any]],
     ) -> Sums:
-        """Trace samples ``done`` to ``done + more`` of pixels, all (n,), with the random numbers of one half (0, 1)."""
+        """Trace samples ``done`` to ``done + more`` of pixels, all (n,), with the random numbers of one half (0, 1) or
+        of one for each, (n,).
+        """
         mi = self._mi
+        # each lane is one pixel, so that pixels far apart take the same launch
         self._chosen = mi.UInt32(np.ascontiguousarray(pixels, dtype=np.uint32))
         first = np.ascontiguousarray(done, dtype=np.uint32)
         self._samples_of = mi.UInt32(first), mi.UInt32(first + np.asarray(more, dtype=np.uint32))
         # Another seed gives the other half independent numbers, so that their difference is the noise of both.
-        self.film = replace(self.film, seed=(self._seed + half * _SEED_STEP) % (1 << 31))
+        numbers, lanes = np.unique(np.broadcast_to(half, np.shape(pixels)), return_inverse=True)
+        seeds = [hashed_seed((self.film.seed + int(number) * _SEED_STEP) % (1 << 31)) for number in numbers]
+        self._seeds = mi.UInt32(np.array(seeds, dtype=np.uint32)[lanes])
         tile = self._new_tile(0, len(pixels))
         self._trace(self._first_hit, self._integrator, tile, 0)
         colors = np.array(tile.sums, dtype=np.float64).T
@@ -79,6 +85,16 @@ class ChosenPixels(Accumulator):
             bands = np.array(tile.bands, dtype=np.float64).reshape(len(pixels), -1)
         lost = int(np.array(tile.lost).sum(dtype=np.int64))
         return Sums(colors * self.film.exposure, np.array(tile.covered, dtype=np.float64), lost, bands)
+
+    def trace_halves(
+        self, pixels: NDArray[np.integer[Any]], done: NDArray[np.integer[Any]], more: NDArray[np.integer[Any]]
+    ) -> Sums:
+        """``trace`` for both halves in one launch: the sums of the first half, then of the second, (2n, …)."""
+        pixels, done, more = (np.concatenate([each, each]) for each in (pixels, done, more))
+        return self.trace(pixels, done, more, np.repeat([0, 1], len(pixels) // 2))
+
+    def _seed(self) -> Any:
+        return self._seeds
 
     def _pixels(self, tile: Any) -> Any:
         return self._chosen

@@ -84,6 +84,7 @@ class FirstHit:
                 si.dn_dv = mi.Vector3f(QUESTION, 0.0, 0.0)
                 share = self.surface(si).eval_null_transmission(si, met & ~unseen & ~is_hole) - clear
                 hole = dr.select(met & ~unseen & ~is_hole, hole + passed * dr.maximum(share, 0.0), hole)
+            # a holdout ends the walk: nothing behind it is visible
             passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
             if self.rules is not None and fills is not None:
                 way = dr.select(si.is_valid(), si.t, dr.inf)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.hair import FIBER
+from spectral_core.render.plugins.terminator import lifts, rounded
 from spectral_core.scene import Rays
 
 
@@ -64,3 +65,41 @@ def kind_of(_self: Any, bsdf: Any, si: Any, wo: Any) -> Any:
     diffuse = mi.has_flag(bsdf.flags(), mi.BSDFFlags.DiffuseReflection)
     own = dr.select(diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
     return dr.select(same_side, own, int(Rays.TRANSMISSION))
+
+
+def shadow_ray(self: Any, si: Any, drawn: Any, viewer: Any) -> tuple[Any, Any]:
+    """Ray from a hit to a point of a light, and True where it starts above a smooth-shaded triangle.
+
+    As in Cycles, light at grazing angles starts from the rounded surface that the normals describe, so that the flat
+    triangles of a coarse mesh do not show at the terminator (Hanika 2021, "Hacking the shadow terminator").
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    ray = si.spawn_ray_to(drawn.point)
+    meshes = self.tables.meshes
+    if not lifts(meshes):
+        return ray, mi.Bool(False)
+    outer = mi.Vector3f(dr.mulsign(si.n, dr.dot(si.n, viewer)))
+    smooth = mi.Vector3f(dr.mulsign(si.sh_frame.n, dr.dot(si.n, viewer)))
+    outer = dr.select(dr.dot(smooth, drawn.direction) < 0.0, -outer, outer)
+    shift, cutoff = rounded(meshes, si, outer)
+    share = dr.clip(2.0 - dr.maximum(dr.dot(outer, drawn.direction), 0.0) / dr.maximum(cutoff, 1e-6), 0.0, 1.0)
+    # Cycles does not sample an even environment, so that its light starts from the triangles
+    lifted = (cutoff > 0.0) & (share > 0.0) & (drawn.number != self.lights.even_world)
+    origin = si.spawn_ray(outer).o + shift * share
+    away = drawn.point - origin
+    length = dr.norm(away)
+    higher = mi.Ray3f(ray)
+    higher.o, higher.d, higher.maxt = origin, away / length, length * (1.0 - 1e-3)
+    return dr.select(lifted, higher, ray), lifted
+
+
+def lifted_place(si: Any, lifted: Any) -> Any:
+    """The hit with a mark in ``duv_dx``, by which closures scatter light that starts above their triangle."""
+    import drjit as dr
+    import mitsuba as mi
+
+    place = mi.SurfaceInteraction3f(si)
+    place.duv_dx = mi.Vector2f(si.duv_dx.x, dr.select(lifted, mi.Float(1.0), 0.0))
+    return place

@@ -11,6 +11,36 @@ from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.scene import Rays
 
 
+def squared_share(pdf: Any, other: Any) -> Any:
+    """Weight of one of two sampling methods of a path, by the squares of their densities (power heuristic)."""
+    import drjit as dr
+
+    square = pdf * pdf
+    weight = square / (square + other * other)
+    return dr.select(dr.isfinite(weight), weight, 0.0)
+
+
+def share_of(tables: Any, path: Any, of: Any = None) -> Any:
+    """``share(number, pdf, active)``: weight of a light that a ray hits, given the density of sampling it; ``of``:
+    predicate of the lights that count, by their number; all if None.
+    """
+    import drjit as dr
+
+    scattered = dr.select(path.depth > 0, path.depth - 1, 0)
+
+    def share(number: Any, pdf: Any, on: Any) -> Any:
+        lit = on & tables.lights_it(number, path.kind, scattered, path.before_shape)
+        lit = lit if of is None else lit & of(number)
+        if tables.shadowless is not None:
+            # a light without occlusion is only sampled: the ray may be occluded
+            lit &= (tables.look_up(tables.shadowless, number) == 0) | path.before_delta
+        # Power heuristic; after a mirror no light could have been sampled, so emission counts in full.
+        own = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, pdf))
+        return dr.select(lit, own, 0.0)
+
+    return share
+
+
 def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:
     """True if a diffuse ray hits a mirror or a glass whose caustics are switched off."""
     import mitsuba as mi
@@ -106,7 +136,7 @@ def shone_through(
 
     def body(ray: Any, clear: Any, layers: Any, fog: Any, active: Any) -> Any:
         si = tables.intersect(scene, ray, active)
-        si.dn_dv = marks
+        si.dn_dv = mi.Vector3f(marks.x, marks.y, marks.z + mi.Float(layers - passed))
         met = active & si.is_valid()
         shape = tables.shape_number(si)
         blocks = met & tables.casts_shadow(shape, emitter) & ~tables.from_within(shape, si, ray.d)

@@ -13,6 +13,11 @@ from typing import Any
 from spectral_core.render.trace import sobol
 
 
+def hashed_seed(seed: int) -> int:
+    """A film's seed as the renderer's 32 bits."""
+    return (seed * 2654435761 + 1) & 0xFFFFFFFF
+
+
 @cache
 def path_sampler_class(variant: str) -> Any:
     """The sampler's class under ``variant``, which must be the active one."""

@@ -43,6 +43,7 @@ def path_state_class(variant: str) -> Any:
             "before_pdf": mi.Float,
             "before_delta": mi.Bool,
             "before_shape": mi.UInt32,
+            "least_density": mi.Float,  # of the bounces so far, for Filter Glossy
             "before_both": mi.Bool,  # True if that surface transmits light as well
         }
 
@@ -57,7 +58,7 @@ def path_state_class(variant: str) -> Any:
                 return
             self.ray, self.active, self.throughput = ray, active, mi.Spectrum(1.0)
             self.eta, self.before_pdf, self.before_delta = mi.Float(1.0), mi.Float(1.0), mi.Bool(True)
-            self.clear = mi.Bool(True)
+            self.clear, self.least_density = mi.Bool(True), mi.Float(dr.inf)
             self.kind = mi.UInt32(int(Rays.CAMERA))
             self.before.p = ray.o
 
@@ -71,5 +72,11 @@ def path_state_class(variant: str) -> Any:
             delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
             self.before_delta = dr.select(scatters, delta, self.before_delta)
             self.before_shape = dr.select(scatters, shape, self.before_shape)
+            self.spread(bs.pdf, scatters & ~delta)
+
+        def spread(self, density: Any, scatters: Any) -> None:
+            """Store the least density of a bounce, by which Filter Glossy blurs lobes."""
+            least = dr.minimum(self.least_density, density)
+            self.least_density = dr.select(scatters, least, self.least_density)
 
     return PathState

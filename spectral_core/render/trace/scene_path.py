@@ -13,6 +13,7 @@ from typing import Any
 
 from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
+from spectral_core.render.plugins.closures import microfacet
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace import hit_sides, path_limits, reradiation
@@ -34,12 +35,6 @@ def scene_path_class(variant: str) -> Any:
     import drjit as dr
     import mitsuba as mi
 
-    def squared_share(pdf: Any, other: Any) -> Any:
-        """Weight of one of two sampling methods of a path, by the squares of their densities (power heuristic)."""
-        square = pdf * pdf
-        weight = square / (square + other * other)
-        return dr.select(dr.isfinite(weight), weight, 0.0)
-
     PathState = path_state_class(variant)
 
     class ScenePath(mi.SamplingIntegrator):
@@ -47,6 +42,7 @@ def scene_path_class(variant: str) -> Any:
 
         State = PathState
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
+        shadow_ray = hit_sides.shadow_ray
         even_lobe = reradiation.even_lobe
         seen_side, lets_through, kind_of = hit_sides.seen_side, hit_sides.lets_through, hit_sides.kind_of
 
@@ -59,6 +55,7 @@ def scene_path_class(variant: str) -> Any:
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
             self.diffuse, self.glossy = count(limits.diffuse), count(limits.glossy)
             self.transmission, self.volume = count(limits.transmission), count(limits.volume)
+            self.filter_glossy = microfacet.strength_of(limits)
             self.met: Any = None
             """Light along the ray, by its origin."""
             self.asked: Any = None
@@ -102,6 +99,7 @@ def scene_path_class(variant: str) -> Any:
             unseen = path.active & si.is_valid() & passes
             si.dn_du = -path.ray.d  # the viewer's direction for closures, see plugins.closures.upright
             si.dn_dv = ray_marks(mi, dr, path)
+            microfacet.blur(si, self.filter_glossy, path.least_density)
             si.wi = self.upright(si)
             leaves = path.leaves & path.active
             unseen &= ~leaves
@@ -185,10 +183,20 @@ def scene_path_class(variant: str) -> Any:
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
             """Through a medium to the next surface: True if the path scatters before it, and the point."""
             flight, place = in_media.fly(self.tables.media, (si, path), sampler, active)
-            path.light += self.clamped(dr.select(active, path.throughput * flight.glow, 0.0), path.depth > 1)
-            path.throughput *= dr.select(active, flight.weight, 1.0)
             self.flight = flight
+            # lamps inside fog shine on rays that scatter before them too
+            glow = dr.select(active, path.throughput * flight.glow, 0.0) + self.lamps_in_fog(si, path, active)
+            path.light += self.clamped(glow, path.depth > 1)
+            path.throughput *= dr.select(active, flight.weight, 1.0)
             return flight.scatters, place
+
+        def lamps_in_fog(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
+            """Light of lamps on the way through a medium, whether the path scatters before them or not."""
+            if self.lights.bodies is None:
+                return mi.Spectrum(0.0)
+            flight, share = self.flight, self.share_of(path, of)
+            found = self.lights.met_in_fog(si, path, share, self.tables, active & flight.even, flight.extinction)
+            return flight.carried * found
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
             """Count a bounce by its type, as in Cycles, and mark the last one of the path."""
@@ -199,32 +207,22 @@ def scene_path_class(variant: str) -> Any:
 
             ``of``: predicate of the lights that count, by their number; all if None.
             """
-            scattered = dr.select(path.depth > 0, path.depth - 1, 0)
-
-            def share(number: Any, pdf: Any, on: Any) -> Any:
-                lit = on & self.tables.lights_it(number, path.kind, scattered, path.before_shape)
-                lit = lit if of is None else lit & of(number)
-                if self.tables.shadowless is not None:
-                    # a light without occlusion is only sampled: the ray may be occluded
-                    lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
-                # Power heuristic; after a mirror no light could have been sampled, so emission counts in full.
-                own = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, pdf))
-                return dr.select(lit, own, 0.0)
-
             seen = mi.Bool(False)
             if self.tables.camera_world is not None:
                 seen = active & ~si.is_valid() & ((path.kind & int(Rays.CAMERA)) != 0)
-            self.met = self.lights.met(si, path, share, self.tables, active, ~seen)
+            self.met = self.lights.met(si, path, self.share_of(path, of), self.tables, active, ~seen)
             if self.tables.camera_world is not None and of is None:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
             if self.settings.clear_glass:
                 path_limits.through_glass(self.met, si, path, active, counts=of is None)
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
 
+        def share_of(self, path: Any, of: Any = None) -> Any:
+            """Weight of a light that a ray hits, against sampling it; a function of its number and density."""
+            return path_limits.share_of(self.tables, path, of)
+
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
-            """Direct light of one drawn emitter at a hit (interaction, BSDF, number, even lobe), through transparent
-            surfaces.
-            """
+            """Direct light of one drawn emitter at a hit (interaction, BSDF, number, even lobe) and what covers it."""
             self.asked, self.carried = mi.UInt32(0), path.throughput
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
@@ -246,8 +244,10 @@ def scene_path_class(variant: str) -> Any:
             wanted &= self.tables.lights_it(drawn.number, kind, path.depth, dr.select(floats, 0, shape))
             # reflecting lobes check the geometry themselves, with a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
-            wanted &= kept | matt | floats
-            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~matt & ~floats)
+            ray, lifted = self.shadow_ray(si, drawn, -path.ray.d)
+            wanted &= kept | matt | floats | lifted
+            place = hit_sides.lifted_place(si, lifted)
+            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), place, wo, wanted & ~matt & ~floats)
             media = mi.UInt32(0), mi.UInt32(0)
             if self.tables.media is not None:
                 hits, ways = (si, shape, path), (path.ray.d, drawn.direction)
@@ -257,13 +257,13 @@ def scene_path_class(variant: str) -> Any:
                 out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
                 value, pdf = dr.select(matt, mi.Spectrum(out), value), dr.select(matt, out, pdf)
             self.asked_way = (wo, value)
-            share = dr.select(drawn.delta, 1.0, squared_share(drawn.pdf, pdf))
+            share = dr.select(drawn.delta, 1.0, path_limits.squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:
                 shadowless = self.tables.look_up(self.tables.shadowless, drawn.number) != 0
                 share = dr.select(shadowless, 1.0, share)
             wanted &= dr.any(value * drawn.value != 0.0)
-            ray = si.spawn_ray_to(drawn.point)
+            ray = dr.select(floats, si.spawn_ray_to(drawn.point), ray)
             marks = shadow_marks(mi, si.dn_dv)
             clear = self.clear_way(scene, (ray, media), (drawn.number, path.passed, marks), wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)

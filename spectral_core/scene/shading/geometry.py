@@ -146,9 +146,38 @@ def normal_blend(xp: Any, direction: Any, strength: Any, normal: Any) -> Any:
 
 
 @operation("3", 3)
-def around_z(xp: Any, generated: Any) -> Any:
-    """Direction around the Z axis through the middle of generated coordinates."""
-    return 0.5 - generated[1], generated[0] - 0.5, 0.0 * generated[2]
+def around_axis(xp: Any, generated: Any, axis: str) -> Any:
+    """Direction around an axis through the middle of generated coordinates."""
+    x, y, z = (c - 0.5 for c in generated)
+    return {"X": (0.0 * x, -z, y), "Y": (-z, 0.0 * y, x), "Z": (-y, x, 0.0 * z)}[axis]
+
+
+def _along_uv(places: tuple[Any, ...], steps: tuple[Any, Any]) -> tuple[Any, Any, Any]:
+    """Directions in which u and v grow, and their common sign, from coordinates at a point and after two steps."""
+    here, first, second = places
+    (u_x, v_x, _), (u_y, v_y, _) = subtract(first, here), subtract(second, here)
+    along_u = subtract(multiply(steps[0], v_y), multiply(steps[1], v_x))
+    along_v = subtract(multiply(steps[1], u_x), multiply(steps[0], u_y))
+    return along_u, along_v, u_x * v_y - u_y * v_x
+
+
+@operation("3 3 3 3 3 3", 3)
+def uv_tangent(xp: Any, here: Any, first: Any, second: Any, step_x: Any, step_y: Any, normal: Any) -> Any:
+    """Tangent of a UV map, from its coordinates at a point and after two steps along the surface."""
+    along, _, area = _along_uv((here, first, second), (step_x, step_y))
+    along = multiply(along, xp.where(area < 0.0, -1.0, 1.0))
+    return normalized(xp, subtract(along, multiply(normal, dot(normal, along))))
+
+
+@operation("3 3 3 3 3 3", 3)
+def uv_bitangent(xp: Any, here: Any, first: Any, second: Any, step_x: Any, step_y: Any, normal: Any) -> Any:
+    """Bitangent that belongs to ``uv_tangent``."""
+    along, up, area = _along_uv((here, first, second), (step_x, step_y))
+    sign = xp.where(area < 0.0, -1.0, 1.0)
+    along, up = multiply(along, sign), multiply(up, sign)
+    tangent = normalized(xp, subtract(along, multiply(normal, dot(normal, along))))
+    across = cross(normal, tangent)
+    return multiply(across, xp.where(dot(across, up) < 0.0, -1.0, 1.0))
 
 
 @operation("3 3", 3)

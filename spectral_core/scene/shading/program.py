@@ -153,6 +153,12 @@ class Computed:
         return mean_of(self.program)
 
 
+class Raised(Computed):
+    """The normal of a displaced surface, which stands for the surface's own: light does not fade at the horizon of the
+    surface without the displacement.
+    """
+
+
 def mean_of(program: Program, size: int = 16) -> NDArray[np.float64]:
     """Mean (1,) or (3,) of a program over a square of coordinates from 0 to 1, seen perpendicularly from above."""
     u, v = (c.ravel() for c in np.meshgrid(*(((np.arange(size) + 0.5) / size,) * 2)))

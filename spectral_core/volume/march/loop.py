@@ -178,6 +178,8 @@ def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
         # The light behind is attenuated by T, so the same error of the picture allows longer steps there.
         planned *= step_growth(data.volume.types, transmittance)
     planned = bounded(planned, data.shortest_step, data.grid.longest)
+    if data.ends_at_faces:
+        planned = smaller(planned, field.rays.until_face(local))
     # A rule without a first step makes no step in the iteration of a skip, or the limit on short steps would.
     if data.grid.grid.first == 0.0:
         planned = dr.select(steps, planned, 0.0)

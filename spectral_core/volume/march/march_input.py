@@ -22,16 +22,20 @@ class Limits:
     A ray ends at ``least_transmittance``. A step through invisible values may be ``most_stretch`` times longer than is
     certain to miss nothing, and is then checked for missed values; at 1 nothing is missed, to a thousandth of a voxel.
     No step is shorter than ``shortest_step`` voxels, by default the thesis' "hundred times the frequency of the data
-    grid".
+    grid". ``ends_at_faces``: steps end where the ray crosses from one cell between voxel centers into the next. The
+    field has a kink there, so that the tip of an object that a ray grazes lies on such a face, between the ends of two
+    steps however short they are.
     """
 
     least_transmittance: float = 1e-5
     most_stretch: float = 2.0
     shortest_step: float = 0.01
+    ends_at_faces: bool = False
 
 
 USUAL = Limits()
-REFERENCE = Limits(1e-7, 1.0, 1.0 / 512.0)
+REFERENCE = Limits(1e-7, 1.0, 1.0 / 512.0, ends_at_faces=True)
+_AT_FACE = 1e-4  # voxels before a face within which a position counts as on it
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,15 @@ class Rays:
 
         return dr.fma(self.direction, distance, self.origin)
 
+    def until_face(self, distance: Any) -> Any:
+        """Voxels from ``distance`` to the next face between two cells; at least ``_AT_FACE``."""
+        import drjit as dr
+
+        ahead = dr.abs(self.direction)
+        along = dr.select(self.direction < 0, -self.at(distance), self.at(distance))
+        left = (dr.floor(along + _AT_FACE) + 1.0 - along) / larger(ahead, 1e-9)
+        return larger(smaller(smaller(left.x, left.y), left.z), _AT_FACE)
+
 
 @dataclass(frozen=True)
 class MarchInput:
@@ -66,6 +79,7 @@ class MarchInput:
     least_transmittance: Any = USUAL.least_transmittance
     most_stretch: Any = USUAL.most_stretch
     shortest_step: Any = USUAL.shortest_step
+    ends_at_faces: bool = False
     gradient: DeviceVolume | None = None
     """Gradient magnitudes and, in ``weights``, the materials' weights over them, for a two-dimensional function."""
     weights: DeviceTable | None = None

@@ -6,6 +6,8 @@
   around a voxel (Eq. 4.14, section 4.2).
 - `error`: inverse to the cube root of an estimate of the second derivative of g(f(x)), which spreads the error of a
   midpoint rule evenly over the steps; and longer as T^(-5/16) where little light is left.
+- `cells`: the steps of `error`, which also end at each face between two cells of the grid. The field is smooth inside a
+  cell, and has its kinks at the faces.
 
 All fill the same grid of brick words, and one march reads it, with one gather per iteration.
 """
@@ -23,8 +25,8 @@ from spectral_core.volume.march.bricks import BrickStatistics
 from spectral_core.volume.march.ranges import BINS, RangeTables
 from spectral_core.volume.march.tables import TransferTable
 
-Rule = Literal["uniform", "thesis", "error"]
-RULES: tuple[Rule, ...] = ("uniform", "thesis", "error")
+Rule = Literal["uniform", "thesis", "error", "cells"]
+RULES: tuple[Rule, ...] = ("uniform", "thesis", "error", "cells")
 
 
 @dataclass(frozen=True, eq=False)

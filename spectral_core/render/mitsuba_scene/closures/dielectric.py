@@ -68,13 +68,13 @@ def coat_at_view(ior: float, roughness: float) -> Computed:
     return Computed(builder.program(builder.add("ramp_number", (cosine,), data=row[:, None])))
 
 
-def glass_inputs(context: Context, ior: float | Spectrum, *, smooth: bool) -> dict[str, Any]:
+def glass_inputs(context: Context, ior: float | Spectrum, *, keeps_energy: bool) -> dict[str, Any]:
     """Inputs of a transmissive interface; RGB transport reads a spectrum of the index at the sodium line."""
     nominal = (float(ior.at(589.3)) or 1.5) if isinstance(ior, Spectrum) else float(ior)
     index: Any = Number(nominal)
     if isinstance(ior, Spectrum) and context.spectral:
         index = Textured(paint.sampled_spectrum(context, ior), "color")
-    if smooth:
+    if not keeps_energy:
         return {"ior": index}
     nominal = round(nominal, 6)
     outside, inside = albedo.dielectric(nominal)[1], albedo.dielectric(1 / nominal)[1]

@@ -32,18 +32,21 @@ def direction(context: Context, anisotropy: Scalar, rotation: Scalar, tangent: A
 
 
 def glossy(context: Context, closure: Glossy, subject: str) -> Lobe:
-    color = paint.color(context, closure.color, subject)
-    if is_smooth(closure.roughness):
-        return Lobe("mirror", {"color": color})
+    color = paint.color(context, closure.color, subject, bright=True)
+    smooth = is_smooth(closure.roughness)
+    sharp = Lobe("mirror", {"color": color})
+    if smooth and not context.filter_glossy:
+        return sharp
     inputs = {
         "color": color,
         "roughness": paint.number(context, closure.roughness, subject),
-        "keeps_energy": closure.multiple_scattering,
+        "keeps_energy": closure.multiple_scattering and not smooth,  # as Cycles, which blurs after it kept energy
         "distribution": closure.distribution,
         **facet_inputs(),
         **direction(context, closure.anisotropy, closure.rotation, closure.tangent, subject),
     }
-    return Lobe("blender_glossy", inputs)
+    rough = Lobe("blender_glossy", inputs)
+    return Lobe("filtered", {"sharp": sharp, "rough": rough}) if smooth else rough
 
 
 def metal(context: Context, closure: Metal, subject: str) -> Lobe:
@@ -72,8 +75,18 @@ def glass(
     specular_tint: Source | None = None,
 ) -> Lobe:
     """``colors``: of the reflection, and of the transmission. ``specular_tint``: at normal incidence."""
-    roughness = closure.roughness
-    smooth = is_smooth(roughness)
+    smooth = is_smooth(closure.roughness)
+    given = (context, colors, closure, ior, subject)
+    made = _glass(given, smooth=smooth, keeps_energy=closure.multiple_scattering, halves=halves, tint=specular_tint)
+    if not (smooth and context.filter_glossy):
+        return made
+    rough = _glass(given, smooth=False, keeps_energy=False, halves=halves, tint=specular_tint)
+    return Lobe("filtered", {"sharp": made, "rough": rough})
+
+
+def _glass(given: tuple[Any, ...], *, smooth: bool, keeps_energy: bool, halves: bool, tint: Source | None) -> Lobe:
+    """Glass of discrete directions (``smooth``) or of facets."""
+    context, colors, closure, ior, subject = given
     disperses = isinstance(ior, Spectrum) and context.spectral
     inputs = {
         "reflection_color": colors[0],
@@ -82,16 +95,16 @@ def glass(
         "smooth": smooth,
         "halves": halves,
         "reflects": getattr(closure, "reflects", True),
-        "keeps_energy": closure.multiple_scattering,
-        **glass_inputs(context, ior, smooth=smooth),
+        "keeps_energy": keeps_energy,
+        **glass_inputs(context, ior, keeps_energy=keeps_energy and not smooth),
         **film_inputs(context, closure, subject, passes=True),
     }
-    if specular_tint is not None:
-        inputs["specular_tint"] = specular_tint
+    if tint is not None:
+        inputs["specular_tint"] = tint
     if not smooth:
         inputs["distribution"] = getattr(closure, "distribution", "ggx")
         inputs["facet_color"] = colors[1]
-        inputs["roughness"] = paint.number(context, roughness, subject)
+        inputs["roughness"] = paint.number(context, closure.roughness, subject)
         if closure.thin_film_thickness != 0:
             inputs |= facet_inputs()
     return Lobe("blender_glass", inputs)

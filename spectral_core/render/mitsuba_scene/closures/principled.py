@@ -20,7 +20,7 @@ from spectral_core.render.mitsuba_scene.closures.facets import direction, glass
 from spectral_core.render.mitsuba_scene.closures.soft import sheen, subsurface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.glow import sheen_clear
-from spectral_core.render.plugins.surfaces.sources import Lobe, Number, Tint
+from spectral_core.render.plugins.surfaces.sources import Lobe, Number, Source, Tint
 from spectral_core.scene import Color, Principled, Weight
 
 
@@ -32,12 +32,12 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
         opaque = opaque.times(sheen_clear(context, closure, subject))
     if closure.alpha != 1.0:
         yield weight.times(closure.alpha, complement=True), Lobe("clear", {})
-    base = paint.color(context, closure.base_color, subject)
+    base = paint.color(context, closure.base_color, subject, bright=True)
     ior = specular_ior(closure)
     if closure.transmission != 0:
         through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
         # light passes two surfaces on its way through a body, so each applies half of the color
-        tint = None if _is_white(closure.specular_tint) else paint.color(context, closure.specular_tint, subject)
+        tint = _specular_tint(context, closure, subject)
         colors = (Tint(np.ones(3)), base)
         made = glass(context, colors, closure, closure.ior, subject, halves=True, specular_tint=tint)
         yield from ((part, made) for part in _below_coat(closure, through))
@@ -62,7 +62,7 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
             **coat_inputs(float(closure.coat_ior)),
         }
     if not _is_white(closure.specular_tint):
-        tint = paint.color(context, closure.specular_tint, subject)
+        tint = _specular_tint(context, closure, subject)
         reflecting |= {"specular_tint": tint, "edge_tint": tint}
     if not _is_white(closure.coat_tint):
         reflecting["coat_tint"] = paint.color(context, closure.coat_tint, subject)
@@ -121,3 +121,10 @@ def specular_ior(closure: Principled) -> float:
     normal = float(np.clip(((ior - 1) / (ior + 1)) ** 2 * 2 * closure.specular_level, 0.0, 0.99))
     raised = (1 + np.sqrt(normal)) / (1 - np.sqrt(normal))
     return float(raised if ior >= 1 else 1 / raised)
+
+
+def _specular_tint(context: Context, closure: Principled, subject: str) -> Source | None:
+    """Tint of the reflectance at normal incidence; None for white."""
+    if _is_white(closure.specular_tint):
+        return None
+    return paint.color(context, closure.specular_tint, subject, bright=True)

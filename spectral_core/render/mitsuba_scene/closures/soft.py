@@ -15,7 +15,7 @@ from spectral_core.scene import Diffuse, Paint, Scalar
 
 
 def diffuse(context: Context, closure: Diffuse, subject: str) -> Lobe:
-    color = paint.color(context, closure.color, subject)
+    color = paint.color(context, closure.color, subject, bright=True)
     if closure.roughness == 0:
         return Lobe("diffuse", {"color": color})
     return Lobe("rough_diffuse", {"color": color, "roughness": paint.number(context, closure.roughness, subject)})
@@ -29,6 +29,8 @@ def subsurface(
         context.note(subject, "light below the surface is shown as diffuse where media or volumes are in the scene")
         return None
     radius, scale, anisotropy = medium
+    if max(radius) <= 0 or (isinstance(scale, float) and scale <= 0):
+        return None  # light leaves where it entered: as diffuse light
     context.has_subsurface = True
     inputs = {
         "color": paint.color(context, color, subject),

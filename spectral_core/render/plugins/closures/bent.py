@@ -7,7 +7,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.closures.upright import toward_viewer
+from spectral_core.render.plugins.closures.upright import softening, toward_viewer
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -16,15 +16,19 @@ def register(mi: Any, dr: Any) -> None:
     class Bent(Closure):
         """``closure`` about ``normal``, world directions that face the viewer.
 
-        ``softens``: True if light fades toward the horizon of the smooth surface, as in Cycles for diffuse scattering
-        (Estevez, Lecocq and Stein 2019, "A microfacet-based shadowing function to solve the bump terminator problem").
+        ``softens``: True if light fades toward the horizon of the smooth surface, as in Cycles for diffuse scattering.
+        A closure that is diffuse in part does that itself if its light ``fades``.
         """
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.child, self.normal = inputs["closure"], inputs["normal"]
             self.softens = bool(inputs["softens"])
+            self.child.is_bent = bool(inputs["fades"])
             self.m_flags = self.child.flags()
+            glossy = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.GlossyTransmission
+            # reflecting lobes turn the normal, and check sides by that
+            self.corrects = bool(self.m_flags & int(glossy))
 
         def about(self, si: Any, active: Any) -> Any:
             """The hit in the frame of the bent normal."""
@@ -40,6 +44,7 @@ def register(mi: Any, dr: Any) -> None:
             along = dr.select(dr.squared_norm(along) > 1e-20, dr.normalize(along), other)
             bent.sh_frame.n, bent.sh_frame.s = mi.Normal3f(frame), along
             bent.sh_frame.t = dr.cross(frame, along)
+            bent.dp_dv = mi.Vector3f(si.sh_frame.n)  # for ``softening``; programs have read the UV map's axes before
             # seen from behind the bent normal, the side stays that of the surface; reflecting lobes correct the normal
             # further
             local = bent.to_local(toward)
@@ -50,9 +55,7 @@ def register(mi: Any, dr: Any) -> None:
             """Share of the light that reaches the facets of the bent surface."""
             if not self.softens:
                 return mi.Float(1.0)
-            together = dr.abs(dr.dot(si.sh_frame.n, bent.sh_frame.n))
-            share = dr.abs(wo.z) / dr.maximum(dr.abs(inner.z) * together, 1e-9)
-            return dr.select(share >= 1.0, 1.0, share * (1.0 + share - share * share))
+            return softening(dr, wo.z, inner.z, dr.dot(si.sh_frame.n, bent.sh_frame.n))
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             bent = self.about(si, active)
@@ -62,7 +65,7 @@ def register(mi: Any, dr: Any) -> None:
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             dives = (bs.sampled_type & DIVES) != 0
             bs.wo = dr.select(dives, inner, bs.wo)
-            valid = active & ((inner.z * bs.wo.z > 0.0) | straight | dives)
+            valid = active & ((inner.z * bs.wo.z > 0.0) | straight | dives | self.corrects)
             bs.pdf = dr.select(valid, bs.pdf, 0.0)
             softened = dr.select(dives, 1.0, self.softened(si, bent, inner, bs.wo))
             return bs, dr.select(valid, weight * softened, 0.0)
@@ -70,7 +73,7 @@ def register(mi: Any, dr: Any) -> None:
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             bent = self.about(si, active)
             inner = bent.to_local(si.to_world(wo))
-            valid = active & (inner.z * wo.z > 0.0)
+            valid = active & ((inner.z * wo.z > 0.0) | self.corrects)
             value, density = self.child.eval_pdf(ctx, bent, inner, valid)
             value *= self.softened(si, bent, inner, wo)
             return dr.select(valid, value, 0.0), dr.select(valid, density, 0.0)

@@ -7,7 +7,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.film import film_of
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, kept_of
+from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, kept_of, least_alpha
 from spectral_core.render.plugins.closures.upright import keeps_side
 from spectral_core.render.plugins.numbers import channel_mean
 
@@ -44,10 +44,11 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = int(kinds[0] | kinds[1] | sides)
             if not self.smooth:
                 self.roughness, self.facet_color = inputs["roughness"], inputs["facet_color"]
-                self.kept_outside = inputs["outside"], inputs["outside_mean"]
-                self.kept_inside = inputs["inside"], inputs["inside_mean"]
+                if self.keeps_energy:
+                    self.kept_outside = inputs["outside"], inputs["outside_mean"]
+                    self.kept_inside = inputs["inside"], inputs["inside_mean"]
                 if self.film is not None:
-                    self.mirror, self.halves = inputs["single"], (inputs["small_half"], inputs["large_half"])
+                    self.mirror, self.facing_halves = inputs["single"], (inputs["small_half"], inputs["large_half"])
 
         def relative_ior(self, si: Any, active: Any) -> Any:
             """Index of the far side over that of the near side."""
@@ -57,7 +58,7 @@ def register(mi: Any, dr: Any) -> None:
 
         def transmission_color(self, si: Any, active: Any) -> Any:
             color = self.transmission.eval(si, active)
-            return dr.safe_sqrt(color) if self.halves else color
+            return dr.sqrt(dr.clip(color, 0.0, 1.0)) if self.halves else color
 
         def reflectance(self, si: Any, facing: Any, eta: Any, active: Any) -> tuple[Any, Any, Any]:
             """Share that is reflected, share that passes, and the cosine inside; Refraction alone reflects nothing."""
@@ -87,7 +88,7 @@ def register(mi: Any, dr: Any) -> None:
             is masked by facets in another way. Fresnel factors are taken at the two halves of the facets.
             """
             eta = self.relative_ior(si, active)
-            facing = [half(roughness, cosine) for half in self.halves]
+            facing = [half(roughness, cosine) for half in self.facing_halves]
             bare = 0.5 * sum(mi.fresnel(place, eta)[0] for place in facing)
             filmed = 0.5 * sum(self.reflectance(si, place, eta, active)[0] for place in facing)
             mirror = self.mirror(roughness, cosine)
@@ -99,7 +100,8 @@ def register(mi: Any, dr: Any) -> None:
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             normal = mi.Vector3f(0, 0, 1)
             if not self.smooth:
-                facets = Microfacets(mi, dr, self.roughness.eval_1(si, active), kind=self.kind)
+                roughness = self.roughness.eval_1(si, active)
+                facets = Microfacets(mi, dr, roughness, kind=self.kind, least=least_alpha(si))
                 normal = facets.distribution.sample(wi, sample2)[0]
             facing = dr.dot(wi, normal)
             reflected, passes, inner = self.reflectance(si, facing, eta, active)
@@ -128,7 +130,7 @@ def register(mi: Any, dr: Any) -> None:
             active = active & keeps_side(mi, dr, si, wo)
             eta = self.relative_ior(si, active)
             roughness = self.roughness.eval_1(si, active)
-            facets = Microfacets(mi, dr, roughness, kind=self.kind)
+            facets = Microfacets(mi, dr, roughness, kind=self.kind, least=least_alpha(si))
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             wo = mi.Vector3f(wo.x, wo.y, dr.mulsign(wo.z, si.wi.z))
             mirror, mirror_density, facing = facets.reflection(wi, wo)
@@ -157,9 +159,9 @@ def register(mi: Any, dr: Any) -> None:
                 return kept_of(self.under_film(si, roughness, wi.z, single, active), mean, color)
 
             mirror_color = self.reflection_color.eval(si, active)
-            value = mirror_color * kept(mirror_color) * (reflected * mirror)
+            value = mirror_color * kept(dr.minimum(mirror_color, 1.0)) * (reflected * mirror)
             tint = self.transmission_color(si, active)
-            value += tint * kept(self.facet_color.eval(si, active)) * (passed * through * masked)
+            value += tint * kept(dr.minimum(self.facet_color.eval(si, active), 1.0)) * (passed * through * masked)
             density = self.chance(reflected) * mirror_density + self.chance(passed) * through
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 

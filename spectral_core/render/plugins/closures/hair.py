@@ -12,6 +12,7 @@ from math import cos, factorial, log, pi
 from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+from spectral_core.render.plugins.closures.microfacet import least_alpha
 from spectral_core.render.plugins.closures.upright import toward_viewer
 from spectral_core.scene.hair import STRAND_SIDES
 
@@ -118,10 +119,12 @@ def register(mi: Any, dr: Any) -> None:
             )
             rough = dr.clip(self.number("roughness", si, active), LEAST, MOST)
             first = dr.clip(rough * (1.0 - dr.clip(self.number("coat", si, active), 0.0, 1.0)), LEAST, MOST)
-            v = [_variance(dr, amount) for amount in (first, rough)]
+            least = least_alpha(si)  # as in Cycles, Filter Glossy bounds the variances
+            v = [dr.maximum(_variance(dr, amount), least) for amount in (first, rough)]
             variances = [v[0], 0.25 * v[1], 4.0 * v[1], 4.0 * v[1]]
             radial = dr.clip(raw, LEAST, MOST)
             scale = (0.265 * radial + 1.194 * dr.square(radial) + 5.372 * radial**22) * (pi / 8) ** 0.5
+            scale = dr.maximum(scale, least)
             sine = dr.clip(dr.dot(fiber.toward, fiber.along), -1.0, 1.0)
             cosine = dr.safe_sqrt(1.0 - sine * sine)
             inner = sine / ior

@@ -24,6 +24,8 @@ class Closure:
     """
 
     m_flags = 0
+    is_bent = False
+    """True if its diffuse light fades toward the horizon of a smooth surface that its normal leans away from."""
 
     def __init__(self, inputs: Any) -> None:
         del inputs

@@ -6,6 +6,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+LARGEST_ALPHA = 0.5
+"""Alpha that Filter Glossy gives behind a bounce in every direction.
+
+After a bounce that scatters widely, a path finds a mirror, and behind it a small light, by chance only; a blurred lobe
+trades the sharp caustic for a smooth one. The path integrator stores the least alpha of a hit in ``duv_dx``, which
+nothing else reads.
+"""
 SMALLEST_ALPHA = 1e-3
 """Least alpha of a lobe: narrower lobes exceed single precision."""
 
@@ -14,7 +21,8 @@ SMALLEST_ALPHA = 1e-3
 class Microfacets:
     """Facets of Blender's ``roughness`` at some points; ``mi`` and ``dr`` are the modules of the active variant.
 
-    ``stretch``: alpha along the tangent over alpha across it, as two factors; None if both are alike.
+    ``stretch``: alpha along the tangent over alpha across it, as two factors; None if both are alike. ``least``: alpha
+    that Filter Glossy gives to narrower lobes.
     """
 
     mi: Any
@@ -22,11 +30,13 @@ class Microfacets:
     roughness: Any
     stretch: tuple[Any, Any] | None = None
     kind: str = "ggx"
+    least: Any = 0.0
 
     def __post_init__(self) -> None:
         alpha = self.roughness * self.roughness
         along, across = (alpha, alpha) if self.stretch is None else (alpha * s for s in self.stretch)
-        self.along, self.across = (self.dr.maximum(a, SMALLEST_ALPHA) for a in (along, across))
+        least = self.dr.maximum(self.least, SMALLEST_ALPHA)
+        self.along, self.across = (self.dr.maximum(a, least) for a in (along, across))
         kind = self.mi.MicrofacetType.Beckmann if self.kind == "beckmann" else self.mi.MicrofacetType.GGX
         self.distribution = self.mi.MicrofacetDistribution(kind, self.along, self.across, sample_visible=True)
 
@@ -89,3 +99,31 @@ def f82(dr: Any, color: Any, edge_tint: Any, facing: Any) -> tuple[Any, Any]:
     reflectance = color + (1.0 - color) * grazing**5 - b * facing * grazing**6
     mean = color + (1.0 - color) / 21.0 - b / 126.0
     return dr.clip(reflectance, 0.0, 1.0), dr.clip(mean, 0.0, 1.0)
+
+
+def least_alpha(si: Any) -> Any:
+    """Alpha that narrower lobes at a hit get; 0 for camera rays and without Filter Glossy."""
+    return si.duv_dx.x
+
+
+def strength_of(limits: Any) -> Any:
+    """Strength of Filter Glossy, which kernels read from memory; None if it is off."""
+    import drjit as dr
+    import mitsuba as mi
+
+    return dr.opaque(mi.Float, float(limits.filter_glossy)) if limits.filter_glossy > 0 else None
+
+
+def blur(si: Any, strength: Any, least_density: Any) -> None:
+    """Store the alpha for a path whose bounces had at least ``least_density``; ``strength``: of Filter Glossy, None if
+    it is off.
+
+    Cycles: α = √(1 - p / strength) / 2, with the least density p.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    if strength is None:
+        return
+    alpha = LARGEST_ALPHA * dr.safe_sqrt(1.0 - least_density / strength)
+    si.duv_dx = mi.Vector2f(alpha, 0.0)

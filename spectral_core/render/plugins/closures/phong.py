@@ -12,17 +12,22 @@ SMALLEST_ALPHA = 1e-3
 
 @dataclass
 class Phong:
-    """Facets of ``roughness``, with the methods of ``Microfacets``. ``stretch``: factors on alpha along and across."""
+    """Facets of ``roughness``, with the methods of ``Microfacets``. ``stretch``: factors on alpha along and across.
+
+    ``least``: alpha that Filter Glossy gives to narrower lobes.
+    """
 
     mi: Any
     dr: Any
     roughness: Any
     stretch: tuple[Any, Any] | None = None
+    least: Any = 0.0
 
     def __post_init__(self) -> None:
         alpha = self.dr.square(self.roughness)
         both = (alpha, alpha) if self.stretch is None else (alpha * factor for factor in self.stretch)
-        self.along, self.across = (self._exponent(self.dr.clip(value, SMALLEST_ALPHA, 1.0)) for value in both)
+        least = self.dr.maximum(self.least, SMALLEST_ALPHA)
+        self.along, self.across = (self._exponent(self.dr.clip(value, least, 1.0)) for value in both)
 
     def _exponent(self, alpha: Any) -> Any:
         return 2.0 / self.dr.square(alpha) - 2.0

@@ -8,9 +8,9 @@ from typing import Any
 from spectral_core.render.plugins.closures.film import film_of, metal_reflectance
 from spectral_core.render.plugins.closures.lobe import register_closure
 from spectral_core.render.plugins.closures.matt import oren_nayar
-from spectral_core.render.plugins.closures.microfacet import Microfacets
+from spectral_core.render.plugins.closures.microfacet import Microfacets, least_alpha
 from spectral_core.render.plugins.closures.rough import both_sides
-from spectral_core.render.plugins.closures.upright import sees_facets, with_valid_normal
+from spectral_core.render.plugins.closures.upright import sees_facets, softening, with_valid_normal
 from spectral_core.render.plugins.numbers import channel_mean
 
 
@@ -109,7 +109,7 @@ def register(mi: Any, dr: Any) -> None:
                 coat,
                 passes * metallic * brightness,
                 passes * (1.0 - metallic) * channel_mean(dr, specular),
-                passes * (1.0 - metallic) * (1.0 - channel_mean(dr, specular)) * brightness,
+                passes * (1.0 - metallic) * dr.maximum(1.0 - channel_mean(dr, specular), 0.0) * brightness,
             ]
             total = sum(chances[1:], chances[0])
             chances = [chance / total for chance in chances]
@@ -127,7 +127,7 @@ def register(mi: Any, dr: Any) -> None:
             # the first part of the samples that are drawn as diffuse goes below the surface
             dives = active & (sample1 >= start) & (sample1 - start < chances[3] * share) & (wi.z > 0.0)
             dive, color = self.below.sample(ctx, si, sample1, sample2, dives)
-            above = channel_mean(dr, below_coat) * (1.0 - metallic) * (1.0 - dr.max(specular))
+            above = channel_mean(dr, below_coat) * (1.0 - metallic) * dr.maximum(1.0 - dr.max(specular), 0.0)
             dive.pdf = above / dr.maximum(chances[3], 1e-9)
             return dr.select(dives, dive, bs), dr.select(dives, color, value)
 
@@ -145,7 +145,7 @@ def register(mi: Any, dr: Any) -> None:
                 roughness = dr.select(in_coat, coat_roughness, roughness)
                 if stretch is not None:
                     stretch = tuple(dr.select(in_coat, 1.0, part) for part in stretch)
-            facets = Microfacets(mi, dr, roughness, stretch)
+            facets = Microfacets(mi, dr, roughness, stretch, least=least_alpha(si))
             mirrored, _ = facets.mirrored(wi, sample2)
             even = self.turned(hit, mi.warp.square_to_cosine_hemisphere(sample2))
             even = self.aligned(self.lobe_axes(si, active), self.turned(si, si.to_local(hit.to_world(even))))
@@ -158,18 +158,24 @@ def register(mi: Any, dr: Any) -> None:
             outward = self.turned(si, self.aligned(self.lobe_axes(si, active), way, back=True))
             return self.turned(hit, hit.to_local(si.to_world(outward)))
 
+        def softened(self, hit: Any, si: Any, way: Any, active: Any) -> Any:
+            """Share of the light from a direction that the diffuse part of a bent surface scatters."""
+            outward = si.to_world(self.turned(si, self.aligned(self.lobe_axes(si, active), way, back=True)))
+            smooth, bent = mi.Vector3f(hit.dp_dv), mi.Vector3f(hit.sh_frame.n)
+            return softening(dr, dr.dot(smooth, outward), dr.dot(bent, outward), dr.dot(smooth, bent))
+
         def reflect(self, hit: Any, si: Any, wi: Any, wo: Any, active: Any) -> Any:
             found = self.layers(si, wi, active)
             color, metallic, roughness, below_coat, specular, chances, coat_weight, coat_roughness = found
             toward, away = self.plain(hit, si, wi, active), self.plain(hit, si, wo, active)
             lambert = dr.maximum(away.z, 0.0) / dr.pi
-            facets = Microfacets(mi, dr, roughness, self.stretch(si, active))
+            facets = Microfacets(mi, dr, roughness, self.stretch(si, active), least=least_alpha(si))
             mirror, mirror_density, facing = facets.reflection(wi, wo)
             seen = sees_facets(mi, dr, si)
             mirror, mirror_density = dr.select(seen, mirror, 0.0), dr.select(seen, mirror_density, 0.0)
-            edge = mi.Spectrum(1.0) if self.edge_tint is None else self.edge_tint.eval(si, active)
+            edge = mi.Spectrum(1.0) if self.edge_tint is None else dr.minimum(self.edge_tint.eval(si, active), 1.0)
             film = self.film_at(si, active)
-            metal, average = metal_reflectance(mi, dr, (color, edge), facing, film)
+            metal, average = metal_reflectance(mi, dr, (dr.minimum(color, 1.0), edge), facing, film)
             if self.keeps_energy:
                 metal *= self.kept(roughness, wi.z, average)
             value = metallic * metal * mirror
@@ -180,7 +186,9 @@ def register(mi: Any, dr: Any) -> None:
             above = mi.Float(1.0)
             if self.below is not None:
                 above = 1.0 - self.share_below(si, active)
-            diffuse *= (1.0 - metallic) * (1.0 - dr.max(specular)) * above
+            diffuse *= (1.0 - metallic) * dr.maximum(1.0 - dr.max(specular), 0.0) * above
+            if self.is_bent:
+                diffuse *= self.softened(hit, si, wo, active)
             if self.diffuse_alone:
                 return diffuse * below_coat, mi.Float(0.0)
             value += diffuse
@@ -195,7 +203,8 @@ def register(mi: Any, dr: Any) -> None:
             value *= below_coat
             density = (chances[1] + chances[2]) * mirror_density + chances[3] * above * lambert
             if self.coat_weight is not None:
-                coat, coat_density, facing = Microfacets(mi, dr, coat_roughness).reflection(wi, wo)
+                coat_facets = Microfacets(mi, dr, coat_roughness, least=least_alpha(si))
+                coat, coat_density, facing = coat_facets.reflection(wi, wo)
                 coat, coat_density = dr.select(seen, coat, 0.0), dr.select(seen, coat_density, 0.0)
                 kept = self.kept(coat_roughness, wi.z, self.coat_fresnel.eval_1(si, active))
                 value += coat_weight * mi.fresnel(facing, self.coat_ior.eval_1(si, active))[0] * kept * coat

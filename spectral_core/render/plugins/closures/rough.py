@@ -9,7 +9,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.film import film_of, metal_reflectance
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy
+from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, least_alpha
 from spectral_core.render.plugins.closures.phong import Phong
 from spectral_core.render.plugins.closures.upright import keeps_side, sees_facets, with_valid_normal
 
@@ -130,9 +130,10 @@ def register(mi: Any, dr: Any) -> None:
             )
 
         def facets(self, si: Any, active: Any) -> Any:
+            roughness, stretch, least = self.roughness.eval_1(si, active), self.stretch(si, active), least_alpha(si)
             if self.kind == "ashikhmin":
-                return Phong(mi, dr, self.roughness.eval_1(si, active), self.stretch(si, active))
-            return Microfacets(mi, dr, self.roughness.eval_1(si, active), self.stretch(si, active), self.kind)
+                return Phong(mi, dr, roughness, stretch, least)
+            return Microfacets(mi, dr, roughness, stretch, self.kind, least)
 
         def draw(self, hit: Any, si: Any, wi: Any, samples: Any, active: Any) -> Any:
             return self.facets(si, active).mirrored(wi, samples[1])[0]
@@ -142,7 +143,7 @@ def register(mi: Any, dr: Any) -> None:
             value, density, facing = facets.reflection(wi, wo)
             seen = sees_facets(mi, dr, si)
             value, density = dr.select(seen, value, 0.0), dr.select(seen, density, 0.0)
-            average = color
+            average = dr.minimum(color, 1.0)
             if self.edge_tint is not None:
                 film = None if self.film is None else self.film.at(mi, dr, si, active)
                 colors = color, self.edge_tint.eval(si, active)

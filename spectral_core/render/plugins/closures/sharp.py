@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``mirror``; ``clear`` and ``tinted_clear``: Blender's Transparent, without and with a color."""
+"""``mirror``; ``filtered``, a mirror or glass that Filter Glossy blurs; ``clear`` and ``tinted_clear``: Blender's
+Transparent, without and with a color.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+from spectral_core.render.plugins.closures.microfacet import least_alpha
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -56,6 +59,26 @@ def register(mi: Any, dr: Any) -> None:
         def share(self, si: Any, active: Any) -> Any:
             return self.color.eval(si, active)
 
+    class Filtered(Closure):
+        """A closure of discrete directions, ``sharp``; where Filter Glossy applies, ``rough``, which has facets."""
+
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.sharp, self.rough = inputs["sharp"], inputs["rough"]
+            self.m_flags = self.sharp.flags() | self.rough.flags()
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            blurs = least_alpha(si) > 0.0
+            sharp, weight = self.sharp.sample(ctx, si, sample1, sample2, active & ~blurs)
+            rough, value = self.rough.sample(ctx, si, sample1, sample2, active & blurs)
+            return dr.select(blurs, rough, sharp), dr.select(blurs, mi.Spectrum(value), mi.Spectrum(weight))
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            blurs = least_alpha(si) > 0.0
+            value, density = self.rough.eval_pdf(ctx, si, wo, active & blurs)
+            return dr.select(blurs, mi.Spectrum(value), 0.0), dr.select(blurs, mi.Float(density), 0.0)
+
+    register_closure(mi, "filtered", Filtered)
     register_closure(mi, "mirror", Mirror)
     register_closure(mi, "clear", Clear)
     register_closure(mi, "tinted_clear", TintedClear)

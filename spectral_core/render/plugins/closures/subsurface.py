@@ -11,6 +11,8 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 
+SHORTEST = 1e-4
+"""Least radius: the steps of a walk must be longer than the offset of its start."""
 DIVES = 1 << 30
 """Bit of a sample's type, beside Mitsuba's own."""
 
@@ -31,7 +33,7 @@ def register(mi: Any, dr: Any) -> None:
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             bs = dr.zeros(mi.BSDFSample3f)
             scale = dr.maximum(self.scale.eval_1(si, active), 0.0)
-            bs.wo = mi.Vector3f(*(radius.eval_1(si, active) * scale for radius in self.radii))
+            bs.wo = dr.maximum(mi.Vector3f(*(radius.eval_1(si, active) * scale for radius in self.radii)), SHORTEST)
             bs.eta, bs.pdf = self.anisotropy.eval_1(si, active), mi.Float(1.0)
             bs.sampled_type = mi.UInt32(DIVES)
             return bs, dr.select(active, self.color.eval(si, active), 0.0)

@@ -68,4 +68,18 @@ def sees_facets(mi: Any, dr: Any, si: Any) -> Any:
 def keeps_side(mi: Any, dr: Any, si: Any, wo: Any) -> Any:
     """True if a local direction leaves on the same side of the geometry as of the shading, seen from the viewer."""
     outside = dr.dot(si.n, toward_viewer(mi, dr, si)) * dr.dot(si.n, si.to_world(wo)) > 0.0
-    return outside == (si.wi.z * wo.z > 0.0)
+    # light of a lamp that starts above a coarse triangle may come from below its plane
+    return (outside == (si.wi.z * wo.z > 0.0)) | (si.duv_dx.y > 0.5)
+
+
+def softening(dr: Any, smooth: Any, bent: Any, together: Any) -> Any:
+    """Share of diffuse light that a bent surface scatters: it fades toward the horizon of the smooth surface.
+
+    ``smooth``, ``bent``: cosines of the light to the two normals; ``together``: cosine between these. A normal that
+    leans below the smooth surface scatters nothing (Estevez, Lecocq and Stein 2019, "A microfacet-based shadowing
+    function to solve the bump terminator problem", as in Cycles).
+    """
+    alpha_squared = dr.minimum(0.125 * (dr.rcp(together * together) - 1.0), 1.0)
+    tangent_squared = dr.rcp(dr.maximum(smooth * smooth, 1e-12)) - 1.0
+    share = 2.0 / (1.0 + dr.safe_sqrt(1.0 + alpha_squared * tangent_squared))
+    return dr.select((together > 0.0) & (smooth * bent > 0.0), share, 0.0)

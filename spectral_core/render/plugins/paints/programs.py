@@ -154,7 +154,7 @@ class DrJit:
             return self._uv(shift)
         if name == "generated" or name.startswith("attribute"):
             vector = self._attribute(name, shift)
-            return vector[0] if name.startswith("attribute_alpha") else vector
+            return vector[0] if name.startswith(("attribute_alpha", "attribute_factor")) else vector
         if name.startswith("object_attribute:"):
             column = self.tables.attributes.get(name)
             return (self.mi.Float(0.0),) * 3 if column is None else tuple(self._row(column + k) for k in range(3))

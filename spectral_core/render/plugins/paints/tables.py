@@ -12,7 +12,9 @@ import numpy as np
 from spectral_core.render.plugins.placing import cofactors, is_regular
 
 ROW = 32
-"""Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random, its own."""
+"""Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random, its own, and
+the cosine of its shadow terminator.
+"""
 
 
 def attribute_name(name: str) -> str:
@@ -71,6 +73,7 @@ class SceneTables:
         row = np.zeros(ROW + 3 * len(instance.attributes))
         row[:30] = np.concatenate([np.ravel(part) for part in parts])
         row[30] = self._owners.setdefault(instance.name, len(self._owners) + 1)
+        row[31] = instance.terminator_cosine
         for name, value in instance.attributes:
             column = self.attributes.setdefault(name, ROW + 3 * len(self.attributes))
             row.resize(max(row.size, column + 3), refcheck=False)
@@ -111,6 +114,12 @@ class SceneTables:
         """Place in the buffer of the row of a shape or instance; the first row for one without."""
         self.buffer()
         return self.dr.select(number <= self._last, number, 0) * self.row_size
+
+    def terminator(self, number: Any, active: Any) -> Any:
+        """Cosine below which light starts from the rounded surface of a shape or instance."""
+        last = self.dr.opaque(self.mi.UInt32, max(self.rows, default=0))
+        known = self.dr.select(number <= last, number, 0)
+        return self.dr.gather(self.mi.Float, self.buffer(), known * self.row_size + 31, active)
 
     def live_in(self, home: Any) -> None:
         """Let programs that send rays find the scene, as ``home.scene``.

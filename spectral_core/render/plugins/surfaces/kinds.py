@@ -40,7 +40,8 @@ class Buffers:
         if isinstance(source, Number):
             return [float(source.value), 0.0], [0, 0]
         if isinstance(source, Tint):
-            return self._reflectance(source.rgb), [0] * width
+            size = max(float(np.max(source.rgb)), 1.0) if source.kind == "bright" else 1.0
+            return [*self._reflectance(np.asarray(source.rgb) / size), size][:width], [0] * width
         if isinstance(source, Albedos):
             return [0.0], [self._albedo_place(np.asarray(source.values, np.float32))]
         return [0.0] * width, [0] * width

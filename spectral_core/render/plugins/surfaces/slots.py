@@ -15,8 +15,10 @@ FIRST_TEXTURE = 1 << 16
 """Number of the first texture among the readers of an input; programs count from 1."""
 MOST_PROGRAMS = 6
 """Most programs of an input that have code of their own; if there are more, the interpreter runs them."""
-WIDTHS = {"number": 2, "color": 3, "vector": 2, "table": 1}
+WIDTHS = {"number": 2, "color": 3, "bright": 4, "vector": 2, "table": 1}
 """Entries of an input in the row of a closure: numbers, and integers (reader, first number)."""
+COLORS = ("color", "bright")
+"""Types of inputs that are spectra or colors."""
 
 
 class ProgramReader:
@@ -155,10 +157,11 @@ class Slot:
         import drjit as dr
         import mitsuba as mi
 
-        if self.kind != "color":
+        if self.kind not in COLORS:
             return dr.gather(mi.Float, buffers.numbers, at, active)
         found = [dr.gather(mi.Float, buffers.numbers, at + k, active) for k in range(3)]
-        return mi.srgb_model_eval(mi.Vector3f(*found), si.wavelengths) if mi.is_spectral else mi.Color3f(*found)
+        color = mi.srgb_model_eval(mi.Vector3f(*found), si.wavelengths) if mi.is_spectral else mi.Color3f(*found)
+        return color * dr.gather(mi.Float, buffers.numbers, at + 3, active) if self.kind == "bright" else color
 
     def _chosen(self, found: Any, mine: Any, read: Any, where: tuple[Any, ...]) -> Any:
         """``found``, but the result of ``read`` for the lanes ``mine``."""
@@ -196,15 +199,20 @@ class Slot:
         """The result of a program in the type of the closure's input."""
         import drjit as dr
 
-        if self.kind != "color":
+        if self.kind not in COLORS:
             return found
-        rgb = dr.clip(found, 0.0, 1.0)
-        return rgb if buffers.upsampling is None else buffers.upsampling(tuple(rgb), si.wavelengths)
+        rgb = dr.clip(found, 0.0, 1.0) if self.kind == "color" else dr.maximum(found, 0.0)
+        if buffers.upsampling is None:
+            return rgb
+        if self.kind == "color":
+            return buffers.upsampling(tuple(rgb), si.wavelengths)
+        size = dr.maximum(dr.max(rgb), 1.0)
+        return buffers.upsampling(tuple(rgb / size), si.wavelengths) * size
 
     def _texture_values(self, buffers: Any, code: Any, start: Any, si: Any, active: Any) -> Any:
         import drjit as dr
 
-        name = {"number": "eval_1", "color": "eval", "vector": "eval_3"}[self.kind]
+        name = {"number": "eval_1", "vector": "eval_3"}.get(self.kind, "eval")
         targets = [
             lambda start, si, active, texture=texture: getattr(texture, name)(si, active) for texture in self.textures
         ]

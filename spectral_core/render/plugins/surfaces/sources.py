@@ -10,8 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Kind = Literal["number", "color", "vector", "table"]
-"""Type of an input: ``eval_1``, ``eval``, ``eval_3``, or a table of albedos."""
+Kind = Literal["number", "color", "bright", "vector", "table"]
+"""Type of an input: ``eval_1``, ``eval`` of a reflectance in [0, 1] or of any color, ``eval_3``, or a table of albedos.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,7 @@ class Number:
 
 @dataclass(frozen=True, eq=False)
 class Tint:
-    """A reflectance of linear sRGB (3,), in [0, 1]."""
+    """A reflectance of linear sRGB (3,), in [0, 1] unless its type is ``bright``."""
 
     rgb: NDArray[np.float64]
     kind: Kind = "color"

@@ -14,7 +14,7 @@ from typing import Any
 from spectral_core.render.plugins.paints.interpreter import Interpreter
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.surfaces.kinds import Buffers, ClosureKind
-from spectral_core.render.plugins.surfaces.slots import Slot, build_of
+from spectral_core.render.plugins.surfaces.slots import FIRST_TEXTURE, Slot, build_of
 from spectral_core.render.plugins.surfaces.sources import Lobe, Programmed, Source, Textured
 
 
@@ -256,6 +256,10 @@ class SurfaceTables:
             slot.programs[slot.places[build] - 1].traced.take_contents(new[0].program)
             slot.places[wanted] = slot.places.pop(build)
             return True
-        if isinstance(old, Textured) and isinstance(new[0], Textured):
-            return carry(old.texture, new[0].texture)
-        return False
+        if not isinstance(old, Textured) or not isinstance(new[0], Textured):
+            return False
+        # into the texture that the kernel reads, which is that of the first material, not of the latest
+        if not carry(slot.textures[slot.places[build] - FIRST_TEXTURE], new[0].texture):
+            return False
+        slot.places[wanted] = slot.places.pop(build)
+        return True

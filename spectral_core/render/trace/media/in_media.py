@@ -104,6 +104,7 @@ def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: A
     # A light that the ray hits next could have been sampled here; its weight needs the point and the density.
     path.before = dr.select(turns, mi.Interaction3f(place), path.before)
     path.before_pdf = dr.select(turns, density, path.before_pdf)
+    path.spread(density, turns)
     path.before_delta &= ~turns
     path.before_both |= turns
     # Shape 0: light linking is defined for surfaces only.

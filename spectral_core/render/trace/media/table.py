@@ -63,6 +63,11 @@ class Flight:
     ends: Any = True
     varies: Any = False
 
+    @property
+    def even(self) -> Any:
+        """True in a homogeneous medium."""
+        return self.inside & ~self.varies
+
 
 class Media:
     """All media of a scene.
@@ -142,10 +147,16 @@ class Media:
             self._track(flight, path, (scatters, absorbs, glow), tracking.seed_of(pick, place), inside)
         return flight
 
+    def is_even(self, medium: Any, active: Any) -> Any:
+        """True for a homogeneous medium."""
+        found = medium != 0
+        return found if self.grids is None else found & ~self.grids.has(medium, active)
+
     def _track(self, flight: Flight, path: Any, light: tuple[Any, Any, Any], seed: Any, inside: Any) -> None:
         """Fly through media that vary."""
         mi, dr, grids = self._mi, self._dr, self.grids
         assert grids is not None
+        # the closed forms above stay where the medium is homogeneous: they have less noise
         varies = inside & grids.has(path.medium, inside)
         way = grids.way(path.medium, path.ray, varies)
         way.tints = self._tints(path.ray.wavelengths, varies)

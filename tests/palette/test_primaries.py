@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights mixed from primaries: the returned spectrum is the one that was designed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+
+def test_a_light_of_primaries_is_returned_as_it_was_designed() -> None:
+    """Narrow LEDs between the samples of the palette: the returned light had been resampled on its grid."""
+    grid = SpectralGrid.uniform(380, 780, 20)
+    fine = np.arange(380.0, 781.0, 2.0)
+    narrow = [
+        normalized(Illuminant(f"{peak:g}", SpectralGrid(fine), np.exp(-0.5 * ((fine - peak) / 6) ** 2)))
+        for peak in (451.0, 530.0, 607.0)
+    ]
+    # One that does not end at zero, inside the range of the others.
+    band = Illuminant("band", SpectralGrid(np.array([500.0, 580.0])), np.array([0.002, 0.004]))
+    start = normalized(Illuminant("start", grid, np.ones(grid.size)))
+    light = PaletteLight(start, free=True, primaries=(*narrow, band), white_xyz=np.array([0.95, 1.0, 1.09]))
+    cells = ((Cell.fixed((0.4, 0.3, 0.2)),), (Cell.fixed((0.2, 0.3, 0.4)),))
+    solution = solve_palette(
+        PaletteProblem(grid, (light,), (PaletteReflectance("a"), PaletteReflectance("b")), cells), seconds=0.5
+    )
+    (shone,) = solution.illuminants
+    assert solution.amounts[0][2:].min() > 0
+    for surface, shown in zip(solution.reflectances, solution.actual_linear_rgb[:, 0], strict=True):
+        np.testing.assert_allclose(RGB_FROM_XYZ @ xyz_of(shone, surface), shown, rtol=5e-5, atol=1e-6)
+    white = xyz_of(shone)
+    np.testing.assert_allclose(white / white[1], (0.95, 1.0, 1.09), rtol=5e-5)
