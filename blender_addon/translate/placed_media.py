@@ -15,7 +15,7 @@ from spectral_core.scene.geometry import box_of
 
 from .shading.attributes import PREFIX, object_attributes, random_of
 from .shading.materials import TranslatedMaterial
-from .shading.media.regions import TOO_COARSE, Region, medium_in_box
+from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box
 from .shading.media.shaders import GRID
 from .viewport.kept import kept_or_made
 from .volumes import Lattice
@@ -107,7 +107,7 @@ def _density_scale(data: Any, world_from_object: NDArray[np.float64]) -> float:
 
 def grids_read(inputs: Iterable[str]) -> list[str]:
     """Names of the grids that a shader reads, the density first."""
-    names = {name.partition(":")[2] for name in inputs if name.startswith((GRID, "attribute:"))}
+    names = {name.partition(":")[2] for name in inputs if name.startswith((GRID, *NAMED))}
     return sorted(names, key=lambda name: (name != "density", name))
 
 

@@ -25,6 +25,8 @@ COARSE, TOO_COARSE = 0.02, 0.10
 the mean.
 """
 PROBES = 4096
+NAMED = ("attribute:", "attribute_factor:")
+"""Beginnings of the names of grids that nodes read; a missing grid is 0."""
 CHUNK = 1 << 18
 
 
@@ -67,7 +69,7 @@ class Region:
         def read(name: str, shift: int) -> Any:
             values = self._quantity(name, world, grids)
             if widths[name] == 1:
-                return values[:, 0]
+                return values.mean(axis=1)
             return tuple(values[:, k] for k in range(3))
 
         def transform(vector: Any, kind: str, space: str, inverse: bool) -> Any:
@@ -88,7 +90,7 @@ class Region:
         if name == "generated":
             local = _moved(np.linalg.pinv(self.world_from_object), world)
             return np.asarray((local - self.center) / (2 * self.half) + 0.5)
-        for prefix, missing in ((GRID, 1.0), ("attribute:", 0.0)):
+        for prefix, missing in ((GRID, 1.0), *((prefix, 0.0) for prefix in NAMED)):
             if name.startswith(prefix):
                 values = grids.get(name.removeprefix(prefix))
                 values = np.full(1, missing) if values is None else values
@@ -106,7 +108,7 @@ def _moved(matrix: NDArray[np.float64], points: Array) -> Array:
 
 def depends_on_place(filling: Filling) -> bool:
     """True if a shader's values in a mesh, which has no grids, differ between points."""
-    same = ("object_", "ray:", GRID, "attribute:")
+    same = ("object_", "ray:", GRID, *NAMED)
     return any(not name.startswith(same) for name in filling.inputs)
 
 
