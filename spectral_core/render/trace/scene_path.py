@@ -186,7 +186,7 @@ def scene_path_class(variant: str) -> Any:
             self.flight = flight
             # lamps inside fog shine on rays that scatter before them too
             glow = dr.select(active, path.throughput * flight.glow, 0.0) + self.lamps_in_fog(si, path, active)
-            path.light += self.clamped(glow, path.depth > 1)
+            path.light += mi.Spectrum(self.clamped(mi.Spectrum(glow), path.depth > 1))
             path.throughput *= dr.select(active, flight.weight, 1.0)
             return flight.scatters, place
 
