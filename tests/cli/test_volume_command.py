@@ -126,7 +126,7 @@ def test_the_error_of_a_two_dimensional_function_is_measured(capsys, tmp_path):
         (["{blob}", "--transfer", "{wide}", "--zoom", "0"], "zoom is 0.0; expected a value from"),
         (["{blob}", "--transfer", "{wide}", "--light", "D66"], "no illuminant is named 'D66'; did you mean 'D65'"),
         (["{blob}", "--transfer", "{palette}"], 'format is "spectral-scene palette"'),
-        (["{blob}", "--transfer", "{wide}", "--rule", "fast"], "Known: auto, error, thesis, uniform"),
+        (["{blob}", "--transfer", "{wide}", "--rule", "fast"], "Known: auto, cells, error, thesis, uniform"),
         (["none_####.vti", "--transfer", "{wide}"], "no file in . matches"),
     ],
 )
