@@ -14,7 +14,7 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 SCENES = (
     "world/sky multiple_scattering", "world/gradient spherical", "inputs/light path Ray Length",
     "textures/displacement bump", "inputs/attribute of the object", "combined/steep bump of BsdfPrincipled",
-    "combined/attribute stored on instances", "combined/emissive cube not visible to diffuse",
+    "combined/attribute stored on instances",
     "combined/tangent of a UV map by name", "combined/transparent by Transparent Depth",
 )  # fmt: skip
 
