@@ -59,8 +59,11 @@ class Collected:
 
     @property
     def materials(self) -> tuple[Material, ...]:
-        """Each assigned material, once."""
-        return tuple({item.material.name: item.material for item in self.translated.values()}.values())
+        """Each assigned material, once; one whose volume varies only as the objects that have it."""
+        used = {name for instance in self.instances for name in instance.materials}
+        items = self.translated.values()
+        made = {m.material.name: m.material for m in items if m.filling is None or m.material.name in used}
+        return tuple(made.values())
 
     def unique(self, kind: str, name: str) -> str:
         """``name`` for its first use, with a number after that."""
