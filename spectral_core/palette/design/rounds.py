@@ -39,13 +39,15 @@ class Budget:
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
+        self.reserved = 0.0
+        """Seconds at the end that are kept for what follows a descent: the last round and its check."""
         self._busy, self._clock = thread_time(), perf_counter()
 
     @property
     def left(self) -> float:
-        """Seconds left, at least 0."""
+        """Seconds left before the reserved ones, at least 0."""
         busy, clock = thread_time() - self._busy, perf_counter() - self._clock
-        return max(0.0, min(self.seconds - busy, PATIENCE * self.seconds - clock))
+        return max(0.0, min(self.seconds - self.reserved - busy, PATIENCE * (self.seconds - self.reserved) - clock))
 
     @property
     def spent(self) -> bool:
