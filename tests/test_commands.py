@@ -192,7 +192,9 @@ def test_every_entry_point_expects_that_its_output_is_closed() -> None:
     """A program that lacks one of the three ways is named here."""
     folders = ("benchmarks", "examples", "scripts", "spectral_core", "blender_addon")
     found = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
-    entries = [path for path in found if path.name == "__main__.py" or '__name__ == "__main__"' in path.read_text("utf-8")]
+    entries = [
+        path for path in found if path.name == "__main__.py" or '__name__ == "__main__"' in path.read_text("utf-8")
+    ]
     ways = ("completed(main)", "SIG_DFL", "except BrokenPipeError", "cli import main", "commands import main")
     lacking = [
         name

@@ -21,6 +21,7 @@ from spectral_core import __version__
 from spectral_core.cli.shared import terminal
 from spectral_core.errors import SpectralError
 
+
 def command_packages(packages: Sequence[str] = ()) -> dict[str, str]:
     """Name of each command, in alphabetical order, and the module that implements it.
 

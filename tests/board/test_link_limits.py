@@ -32,7 +32,8 @@ def test_positions_are_encoded_as_the_bytes_of_midi(control: str, position: floa
     ("packets", "expected"),
     [(["B0 07 7F"], [("cc:0:7", 1.0)]),
      (["B4 07 01"], [("cc:4:7", 1 / 127)]),
-     (["E2 00 00"], [("bend:2:", 0.0)]), (["E2 7F 7F"], [("bend:2:", 1.0)]), (["E2 01 40"], [("bend:2:", 8193 / 16383)]),
+     (["E2 00 00"], [("bend:2:", 0.0)]), (["E2 7F 7F"], [("bend:2:", 1.0)]),
+     (["E2 01 40"], [("bend:2:", 8193 / 16383)]),
      (["B0 1F 40", "B0 3F 01"], [("cc:0:31", 64 / 127), ("cc:0:63", 1 / 127), ("cc14:0:31", 8193 / 16383)]),
      (["B0 00 40", "B1 20 01"], [("cc:0:0", 64 / 127), ("cc:1:32", 1 / 127)]),  # another channel
      (["B0 20 05"], [("cc:0:32", 5 / 127)]), (["B0 20 7F", "B0 40 7F"], [("cc:0:32", 1.0), ("cc:0:64", 1.0)]),
@@ -169,7 +170,8 @@ def text(word: str) -> bytes:
 @pytest.mark.parametrize("address", ["/", "/a", "/ab", "/abc", "/abcd", "/abcde"])
 @pytest.mark.parametrize(
     ("kinds", "body", "expected"),
-    [("f", struct.pack(">f", 0.75), 0.75), ("i", struct.pack(">i", -3), -3.0), ("h", struct.pack(">q", 1 << 40), 2.0**40),
+    [("f", struct.pack(">f", 0.75), 0.75), ("i", struct.pack(">i", -3), -3.0),
+     ("h", struct.pack(">q", 1 << 40), 2.0**40),
      ("d", struct.pack(">d", 0.1), 0.1), ("fff", struct.pack(">fff", 0.25, 1, 2), 0.25), ("s", b"Key\0", None),
      ("sf", b"Key\0" + struct.pack(">f", 0.5), None), ("T", b"", None), ("", b"", None)],
 )  # fmt: skip
@@ -205,7 +207,7 @@ def test_the_outermost_ports_are_in_range(monkeypatch: pytest.MonkeyPatch) -> No
     try:
         OscLink(lambda c, p, t: None, port=65535).close()
     except SpectralError as error:
-        assert "cannot listen" in str(error)  # noqa: PT017
+        assert "cannot listen" in str(error)
     link = OscLink(lambda c, p, t: None, port=0, feedback=("127.0.0.1", 65535))
     try:
         assert link.has_motor(Control("osc", 0, "/a")) and not link.has_motor(Control("cc", 0, "1"))

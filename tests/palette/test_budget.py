@@ -18,6 +18,8 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 
 class Clock:
+    """The clock of budgets."""
+
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 0.0
         monkeypatch.setattr(rounds_module, "thread_time", lambda: self.now)

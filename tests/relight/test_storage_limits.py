@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight import memory
@@ -23,7 +24,7 @@ FINE = np.linspace(360.0, 830.0, 47001)
 
 
 def integral(values: np.ndarray) -> np.ndarray:
-    return np.trapezoid(values, FINE, axis=-1) if hasattr(np, "trapezoid") else np.trapz(values, FINE, axis=-1)
+    return trapezoid(values, FINE, axis=-1)
 
 
 def sensitivity() -> np.ndarray:
@@ -40,7 +41,9 @@ def hats(knots: np.ndarray, *, reaching: bool) -> np.ndarray:
 
 def lamp() -> Illuminant:
     """A broad lamp with a hump, on its own irregular grid."""
-    return Illuminant("lamp", SpectralGrid([360, 395.5, 452.25, 500, 613, 700.5, 830]), [0.2, 1.5, 0.3, 2.0, 1.0, 3, 0.5])
+    return Illuminant(
+        "lamp", SpectralGrid([360, 395.5, 452.25, 500, 613, 700.5, 830]), [0.2, 1.5, 0.3, 2.0, 1.0, 3, 0.5]
+    )
 
 
 @pytest.mark.parametrize("count", [31, 61, 121])
@@ -196,7 +199,9 @@ def test_a_recording_that_just_fits_is_made(monkeypatch: pytest.MonkeyPatch) -> 
     # of a storage that fits, the one with fewer channels is named, and never the refused one
     big = BandStorage(121)
     monkeypatch.setattr(memory, "available_bytes", lambda: 700e6)
-    with pytest.raises(InvalidInputError, match=r"takes up to 0.8 GB; 0.7 GB are free. What fits: dial of 3 channels, "):
+    with pytest.raises(
+        InvalidInputError, match=r"takes up to 0.8 GB; 0.7 GB are free. What fits: dial of 3 channels, "
+    ):
         memory.require_memory(big, (200, 150), 5)
 
 

@@ -35,7 +35,7 @@ def test_gaussians_are_fourteen_blobs() -> None:
     blobs = [(*rng.uniform(-0.65, 0.65, 3), rng.uniform(0.08, 0.3), rng.uniform(0.4, 1.0)) for _ in range(14)]
     places = [(i / 5 - 1, j / 5 - 1, k / 5 - 1) for i in range(size) for j in range(size) for k in range(size)]
     expected = np.array(
-        [sum(h * math.exp(-math.dist(at, (a, b, c)) ** 2 / (2 * w * w)) for a, b, c, w, h in blobs) for at in places]
+        [sum(h * math.exp(-(math.dist(at, (a, b, c)) ** 2) / (2 * w * w)) for a, b, c, w, h in blobs) for at in places]
     )
     np.testing.assert_allclose(gaussians(size).ravel("C"), expected / expected.max(), atol=2e-6)
 

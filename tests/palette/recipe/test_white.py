@@ -77,7 +77,9 @@ def test_colors_far_from_white_have_no_temperature() -> None:
 
 def test_the_reference_is_a_black_body_below_5000_kelvin() -> None:
     assert DAYLIGHT_FROM_K == 5000.0
-    np.testing.assert_allclose(reference_spd(4999.0) / reference_spd(4999.0)[200], planck(4999) / planck(4999)[200], rtol=1e-6)
+    np.testing.assert_allclose(
+        reference_spd(4999.0) / reference_spd(4999.0)[200], planck(4999) / planck(4999)[200], rtol=1e-6
+    )
     np.testing.assert_array_equal(reference_spd(5000.0), daylight_spd(5000.0))
     d65 = illuminant("D65").at(NM)
     ours = daylight_spd(6503.6)
