@@ -30,10 +30,7 @@ from .volumes import has_transfer, lattice_of, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces Blender lists as a separate mesh instance."""
-LEFT_OUT = {
-    "GPENCIL": "grease pencil is not rendered",
-    "GREASEPENCIL": "grease pencil is not rendered",
-}
+LEFT_OUT = dict.fromkeys(("GPENCIL", "GREASEPENCIL"), "grease pencil is not rendered")
 UNSEEN = ("EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
 
 
