@@ -19,6 +19,7 @@ from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import RowKey
 from spectral_core.palette.qp.engine import Engine
+from spectral_core.palette.qp.orthogonal import refined
 from spectral_core.palette.qp.optimality import PERFECT, Check
 from spectral_core.palette.worst_case import worst_case_shares
 
@@ -118,10 +119,15 @@ class Rounds:
         return found
 
     def _solved(self, side: Side, state: PaletteState, *, perceptual: bool) -> tuple[Assembled, Answer, PaletteState]:
-        assembled = self.assembler.assembled(side, state, perceptual=perceptual)
-        answer = self.engines[side].solve(assembled.quadratic)
+        assembled, answer = self._answered(side, state, perceptual=perceptual)
         values = dict(zip(assembled.items, answer.values, strict=True))
         return assembled, answer, state.with_values(side, values)
+
+    def _answered(self, side: Side, state: PaletteState, *, perceptual: bool) -> tuple[Assembled, Answer]:
+        """The engine's answer; where both sides are designed, with the digits that the joint check compares."""
+        assembled = self.assembler.assembled(side, state, perceptual=perceptual)
+        answer = self.engines[side].solve(assembled.quadratic)
+        return assembled, refined(assembled.quadratic, answer) if len(self.sides) == 2 else answer
 
     def round(self, state: PaletteState, *, perceptual: bool = False) -> PaletteState:
         """Both sides once."""
@@ -138,8 +144,7 @@ class Rounds:
         """
         joint, settled = PERFECT, True
         for side in self.sides:
-            assembled = self.assembler.assembled(side, state, perceptual=perceptual)
-            answer = self.engines[side].solve(assembled.quadratic)
+            assembled, answer = self._answered(side, state, perceptual=perceptual)
             # Each side by its own measure: the roughness of lights must not hide a decrease of the reflectances.
             settled = settled and is_nothing(*gain(assembled, answer, state))
             joint = joint | answer.check

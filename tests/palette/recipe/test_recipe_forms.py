@@ -79,16 +79,16 @@ def test_limits_of_colorants() -> None:
             of("inks", 1, dot_gain_n=n)
 
 
-@pytest.mark.parametrize(("kind", "factor", "unit"), [("paints", 100.0, "g"), ("inks", 100.0, "%"), ("filters", 1, "x")])
+@pytest.mark.parametrize(
+    ("kind", "factor", "unit"), [("paints", 100.0, "g"), ("inks", 100.0, "%"), ("filters", 1, "x")]
+)
 def test_the_text_of_a_recipe_has_its_amounts(kind: str, factor: float, unit: str) -> None:
     spectra = np.stack([np.linspace(0.15, 0.9, NM.size), np.linspace(0.9, 0.2, NM.size), np.full(NM.size, 0.4)])
     colorants = Colorants(kind, ("warm", "cold", "gray"), GRID, spectra)  # type: ignore[arg-type]
     target = Reflectance("t", GRID, np.clip(colorants.reflectance([0.5, 0.25, 0.0]), 0, 1))
     recipe = material_recipe(colorants, target, [illuminant("D65"), illuminant("A")])
     assert recipe.delta_e.max() < 0.05
-    found = {
-        line.split()[0]: float(line.split()[1]) for line in recipe.text().splitlines() if line.split()[-1] == unit
-    }
+    found = {line.split()[0]: float(line.split()[1]) for line in recipe.text().splitlines() if line.split()[-1] == unit}
     assert found == {
         name: pytest.approx(factor * amount, abs=6e-4)
         for name, amount in zip(colorants.names, recipe.amounts, strict=True)
@@ -194,6 +194,7 @@ def test_sets_of_channels_are_those_that_enclose_the_white() -> None:
 
     assert set(found) == {chosen for chosen in combinations(range(5), 3) if encloses(chosen)}
     assert len(found) > 1
+
     # the broadest spectra first
     def breadth(chosen: tuple[int, ...]) -> float:
         return float(np.sqrt(np.max([spds[k] / spds[k].max() for k in chosen], axis=0)).mean())
@@ -207,7 +208,5 @@ def test_sets_of_channels_are_those_that_enclose_the_white() -> None:
 def test_a_wanted_white_replaces_the_temperature() -> None:
     wanted = np.array([0.9, 1.0, 0.8])
     recipe = lamp_recipe(CHANNELS, 4000, wanted_xyz=wanted, quality=LampQuality(None))
-    np.testing.assert_allclose(
-        uv_from_xyz(xyz_from_spd() @ recipe.lamp.values), uv_from_xyz(wanted), atol=2e-6
-    )
+    np.testing.assert_allclose(uv_from_xyz(xyz_from_spd() @ recipe.lamp.values), uv_from_xyz(wanted), atol=2e-6)
     assert recipe.met and isinstance(recipe.lamp, Illuminant)
