@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Palettes whose weights differ a million times: no side gains a millionth, by another solver on the rows themselves."""
+"""Palettes whose weights differ a million times: no side gains a millionth, by another solver on the rows."""
 
 from __future__ import annotations
 

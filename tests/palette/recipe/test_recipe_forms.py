@@ -151,7 +151,8 @@ def test_margins_are_distances_to_each_request() -> None:
 
 
 def test_limits_of_requests_for_lamps() -> None:
-    for wrong in ({"cct_tolerance_k": -1}, {"cct_tolerance_k": 2001}, {"duv_tolerance": 0.021}, {"duv_tolerance": -1e-3},
+    for wrong in ({"cct_tolerance_k": -1}, {"cct_tolerance_k": 2001}, {"duv_tolerance": 0.021},
+                  {"duv_tolerance": -1e-3},
                   {"gamut": (101.0, 100.0)}):  # fmt: skip
         with pytest.raises(InvalidInputError):
             LampQuality(**wrong)
