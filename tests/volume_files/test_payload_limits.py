@@ -79,7 +79,8 @@ def test_what_is_left_counts_from_the_position() -> None:
 
 
 @pytest.mark.parametrize(("dtype", "low", "high"), [("i1", -128, 127), ("u1", 0, 255), ("i2", -32768, 32767),
-                                                    ("u4", 0, 2**32 - 1), ("u8", 0, 2**64 - 1), ("i8", -(2**63), 2**63 - 1)])  # fmt: skip
+                                                    ("u4", 0, 2**32 - 1),
+                                                    ("u8", 0, 2**64 - 1), ("i8", -(2**63), 2**63 - 1)])  # fmt: skip
 def test_text_numbers_fill_the_range_of_their_type(dtype: str, low: int, high: int) -> None:
     words = [str(low).encode(), str(high).encode()]
     np.testing.assert_array_equal(parse_words(words, np.dtype(dtype), SOURCE), np.array([low, high], dtype))
