@@ -85,11 +85,21 @@ def rewritten(path: Path, **changed: Any) -> None:
 
 @pytest.mark.parametrize(
     ("changed", "message"),
-    [({"version": 0}, "is of version 0"), ({"version": 2}, "is of version 2"), ({"version": True}, "is of version True"),
-     ({"version": 1.0}, "is of version 1.0"), ({"kind": "other"}, "is of version 1"), ({"seed": 24}, "edited or damaged"),
-     ({"exposure": 2.0}, "edited or damaged"), ({"checksum": None}, "edited or damaged"), ({"groups": ["a"]}, "lacks a part"),
-     ({"groups": ["a", "b", "c"]}, "lacks a part"), ({"storage": "exact"}, "lacks a part"), ({"lights": 3}, "lacks a part")],
-)  # fmt: skip
+    [
+        ({"version": 0}, "is of version 0"),
+        ({"version": 2}, "is of version 2"),
+        ({"version": True}, "is of version True"),
+        ({"version": 1.0}, "is of version 1.0"),
+        ({"kind": "other"}, "is of version 1"),
+        ({"seed": 24}, "edited or damaged"),
+        ({"exposure": 2.0}, "edited or damaged"),
+        ({"checksum": None}, "edited or damaged"),
+        ({"groups": ["a"]}, "lacks a part"),
+        ({"groups": ["a", "b", "c"]}, "lacks a part"),
+        ({"storage": "exact"}, "lacks a part"),
+        ({"lights": 3}, "lacks a part"),
+    ],
+)
 def test_edited_headers_are_refused(tmp_path: Path, changed: dict[str, Any], message: str) -> None:
     path = tmp_path / "t.exr"
     write_transport(path, some_transport())
