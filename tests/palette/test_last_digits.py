@@ -12,8 +12,8 @@ from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteRef
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
+from spectral_core.palette.design.orthogonal import refined
 from spectral_core.palette.qp.engine import Engine
-from spectral_core.palette.qp.orthogonal import refined
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 

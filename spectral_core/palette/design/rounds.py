@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.design.orthogonal import refined
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import RowKey
 from spectral_core.palette.qp.engine import Engine
 from spectral_core.palette.qp.optimality import PERFECT, Check
-from spectral_core.palette.qp.orthogonal import refined
 from spectral_core.palette.worst_case import worst_case_shares
 
 Array = NDArray[np.float64]
