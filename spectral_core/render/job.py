@@ -33,18 +33,13 @@ from spectral_core.render.trace.scene_path import scene_path
 from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import volume_integrator
+from spectral_core.render.volumes_as_media import AS_MEDIA, volumes_as_media
 from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
 
 DYES_IN_BANDS = (
     "dyes emit light at other wavelengths than they absorb, so the stored bands hold for lamps of the spectra that "
     "they are recorded with; record Mixtures for any other"
-)
-
-
-MEDIA_AND_VOLUMES = (
-    "sampled volumes and homogeneous media are not combined: volumes inside or behind a medium are missing; render "
-    "them apart, or switch the effect media off"
 )
 
 
@@ -97,6 +92,9 @@ class RenderJob:
         self.plan = plan
         radius = scene_radius(scene)
         simulated = simulated_scene(scene, plan)
+        joins = bool(simulated.volumes) and plan.is_on("media") and bool(take_inventory(simulated).media)
+        if joins:
+            simulated = volumes_as_media(simulated)
         self.scene = in_working_units(simulated, radius)
         self._unit = 1.0 if self.scene is simulated else 1.0 / radius
         backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
@@ -114,8 +112,8 @@ class RenderJob:
             )
         self._wavelengths = wavelengths
         self._loaded_notes: tuple[Note, ...] = size_note(radius)
-        if self.scene.volumes and plan.is_on("media") and take_inventory(self.scene).media:
-            self._loaded_notes += (Note("Volumes", MEDIA_AND_VOLUMES),)
+        if joins:
+            self._loaded_notes += (Note("Volumes", AS_MEDIA),)
         if measure.bands is not None and measure.groups and plan.is_on("fluorescence"):
             self._loaded_notes += (Note("Fluorescence", DYES_IN_BANDS),)
         try:
