@@ -13,8 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.plan.inventory import take_inventory
+from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.volumes import require_lighting
-from spectral_core.scene import Instance, Material, MediumGrid, ScatteringMedium, Scene, VolumeObject, gray
+from spectral_core.scene import Instance, Material, MediumGrid, Note, ScatteringMedium, Scene, VolumeObject, gray
 from spectral_core.scene.geometry import unit_box
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 
@@ -24,8 +27,23 @@ AS_MEDIA = (
     "sampled volumes among other media are rendered as media: their transfer functions are applied at samples of a "
     "grid, and materials that reflect light scatter it evenly, without shading by the gradient"
 )
+TOO_THIN = 1e-3
+"""Bound of the ΔE2000 of media that are left out, so that volumes keep their shading."""
+THIN = "media too thin to matter (ΔE {:.1g} at most) are left out, so that sampled volumes keep their shading"
 FINER, MOST_SAMPLES = 2, 1 << 22
 """Samples of the grid along a voxel, and the number of samples above which there is one."""
+
+
+def with_volumes(scene: Scene, plan: EffectPlan) -> tuple[Scene, EffectPlan, tuple[Note, ...]]:
+    """The scene that a plan simulates, with its volumes as media if it has others; the plan, and a note on that."""
+    simulated = simulated_scene(scene, plan)
+    if not (simulated.volumes and plan.is_on("media") and take_inventory(simulated).media):
+        return simulated, plan, ()
+    lost = plan["media"].error
+    if lost is not None and lost < TOO_THIN:
+        plan = plan.changed("media", "off")
+        return simulated_scene(scene, plan), plan, (Note("Volumes", THIN.format(lost)),)
+    return volumes_as_media(simulated), plan, (Note("Volumes", AS_MEDIA),)
 
 
 def volumes_as_media(scene: Scene) -> Scene:
@@ -46,11 +64,12 @@ def _object(volume: VolumeObject, name: str) -> tuple[Material, Instance] | None
     """Material and instance of a volume; None for one that shows nothing."""
     values, world_from_index = _finer(volume)
     scattering, absorption, emission = _coefficients(volume, values, world_from_index)
-    if not any(np.any(part) for part in (scattering, absorption, emission)):
+    density, strength = float(max(scattering.max(), absorption.max())), float(emission.max())
+    if density == 0 and strength == 0:
         return None
-    grid = MediumGrid(world_from_index, *(part.astype(np.float32) for part in (scattering, absorption, emission)))
-    strength = 1.0 if np.any(emission) else 0.0
-    medium = ScatteringMedium(1.0, gray(1.0), emission_color=gray(1.0), emission_strength=strength, grid=grid)
+    parts = scattering / (density or 1.0), absorption / (density or 1.0), emission / (strength or 1.0)
+    grid = MediumGrid(world_from_index, *(np.minimum(part, 1.0).astype(np.float32) for part in parts))
+    medium = ScatteringMedium(density, gray(1.0), emission_color=gray(1.0), emission_strength=strength, grid=grid)
     index_box = np.diag([*volume.data.shape, 1.0])
     index_box[:3, 3] = -0.5
     place = volume.world_from_index @ index_box

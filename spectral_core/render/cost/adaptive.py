@@ -180,7 +180,7 @@ class AdaptivePicture:
         return np.bincount(self.tile, self.counts, len(self.tile_pixels)) / self.tile_pixels
 
     def more_by_tile(self, wanted: Array, slope: float = -0.5) -> NDArray[np.int64]:
-        """Samples to add in each pixel so that tiles have ``wanted`` in each half in the mean, within one round's growth.
+        """Samples to add in each pixel so that tiles have ``wanted`` in each half in the mean, within a round's growth.
 
         ``slope``: exponent of the error as a function of samples. Whole samples are spread evenly over the picture:
         rounded up everywhere, a picture of few samples would be far better than requested. Few samples are powers of
