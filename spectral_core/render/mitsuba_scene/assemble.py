@@ -17,11 +17,11 @@ from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene import geometry, light
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
+from spectral_core.render.mitsuba_scene.media.surroundings import media_at, overlapping_media
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, STRAND, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.mitsuba_scene.surface import leaves_of
-from spectral_core.render.mitsuba_scene.surroundings import media_at, overlapping_media
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.trace.media.table import FARTHEST, ONLY_BORDER, Surroundings
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World

@@ -155,8 +155,7 @@ def scene_path_class(variant: str) -> Any:
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
             bounces = scatters
             if self.tables.media is not None:
-                limits = self.volume, self.bounces
-                of = place, path, self.flight.parts
+                limits, of = (self.volume, self.bounces), (place, path, self.flight)
                 turns = in_media.scatter(self.tables.media, of, (pick, direction), floats, limits)
                 onward, bounces = onward | turns, scatters | turns
             path.leaves &= unseen

@@ -9,7 +9,7 @@ from spectral_core.render.lights.choice import Chosen, Receiver
 from spectral_core.render.lights.stretch import Stretch
 from spectral_core.render.trace.media import flight as flights
 from spectral_core.render.trace.media.flight import Flight
-from spectral_core.render.trace.media.table import Media, Part
+from spectral_core.render.trace.media.table import Media
 from spectral_core.scene import Rays
 
 BY_ANGLE = 0.5
@@ -88,18 +88,18 @@ def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], 
 
 
 def scatter(
-    media: Media, of: tuple[Any, Any, list[Part]], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]
+    media: Media, of: tuple[Any, Any, Flight], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]
 ) -> Any:
-    """Change the direction of paths (``of``: point, path, media there) that scatter; returns those that continue.
+    """Change the direction of paths (``of``: point, path, flight) that scatter; returns those that continue.
 
     ``draws``: one random number and two; ``limits``: bounces in media, and in all.
     """
     import drjit as dr
     import mitsuba as mi
 
-    place, path, parts = of
+    place, path, flight = of
     turns = floats & ~path.last
-    way, density, factor = media.turned(parts, path.ray.d, draws, turns)
+    way, density, factor = media.turned(flight.parts, path.ray.d, draws, turns)
     path.throughput = dr.select(turns, path.throughput * factor, path.throughput)
     path.depth = dr.select(turns, path.depth + 1, path.depth)
     path.volume = dr.select(turns, path.volume + 1, path.volume)

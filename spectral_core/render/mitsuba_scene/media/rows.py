@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.mitsuba_scene.medium_grid import grid_row, slots_of
+from spectral_core.render.mitsuba_scene.media.grid import grid_row, slots_of
 from spectral_core.render.trace.media.table import MediumRow
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import Color, Paint, ScatteringMedium, gray
