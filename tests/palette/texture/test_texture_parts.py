@@ -154,10 +154,10 @@ def test_nearest_weights_are_those_of_a_general_search() -> None:
         def distance(w: np.ndarray, target: np.ndarray = target) -> float:
             return float(np.sum((lab_from_linear_rgb(np.maximum(second @ w, 0)) - target) ** 2))
 
-        best = min(
-            (minimize(distance, start, bounds=[(0, 1)] * 5, constraints={"type": "eq", "fun": lambda w: first @ w - color})
-             for start in (found, np.array([0.3, 0.5, 0.2, 0.6, 0.4]))), key=lambda each: each.fun,
-        )  # fmt: skip
+        held = {"type": "eq", "fun": lambda w: first @ w - color}
+        starts = (found, np.array([0.3, 0.5, 0.2, 0.6, 0.4]))
+        searches = [minimize(distance, start, bounds=[(0, 1)] * 5, constraints=held) for start in starts]
+        best = min(searches, key=lambda each: each.fun)
         assert distance(found) <= best.fun * 1.01 + 1e-3
     assert nearest_weights(first, second, np.array([2.0, 0.0, 0.0]), wanted) is None
 
