@@ -152,7 +152,8 @@ def load_scene(
     )
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
-    rules.subsurface, rules.holdouts = context.has_subsurface, context.has_holdouts
+    rules.subsurface, rules.disks = context.has_subsurface, context.has_disks
+    rules.holdouts = context.has_holdouts
     home = LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
     context.tables.live_in(home)
     return home

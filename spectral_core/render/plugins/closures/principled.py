@@ -10,6 +10,7 @@ from spectral_core.render.plugins.closures.lobe import register_closure
 from spectral_core.render.plugins.closures.matt import oren_nayar
 from spectral_core.render.plugins.closures.microfacet import Microfacets, least_alpha
 from spectral_core.render.plugins.closures.rough import both_sides
+from spectral_core.render.plugins.closures.specular import specular_layer
 from spectral_core.render.plugins.closures.upright import sees_facets, softening, with_valid_normal
 from spectral_core.render.plugins.numbers import channel_mean
 
@@ -22,17 +23,15 @@ def register(mi: Any, dr: Any) -> None:
         """Coat over (metal mixed with specular over diffuse).
 
         ``specular_tint``, ``diffuse_roughness``, and inputs whose names begin with ``coat`` and ``subsurface`` may be
-        absent. ``ior`` and ``coat_ior`` come with the reflectance at normal incidence, its hemispherical mean and the
-        table of the directional albedo. As in Cycles a layer subtracts that albedo at the view direction from the light
-        of the layers below.
+        absent. ``coat_ior`` comes with the hemispherical mean of its reflectance and the table of the directional
+        albedo, the layer below with the inputs of ``specular_layer``. As in Cycles a layer subtracts that albedo at
+        the view direction from the light of the layers below.
         """
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs, mi.BSDFFlags.DiffuseReflection)
             self.base_color, self.metallic = inputs["base_color"], inputs["metallic"]
-            self.roughness, self.ior = inputs["roughness"], inputs["ior"]
-            self.ior_fresnel, self.facing_reflectance = inputs["ior_fresnel"], inputs["facing_reflectance"]
-            self.specular_albedo = inputs["specular_albedo"]
+            self.roughness, self.specular = inputs["roughness"], specular_layer(mi, dr, inputs)
             self.coat_weight, self.coat_roughness = inputs.get("coat_weight", None), inputs.get("coat_roughness", None)
             if self.coat_weight is not None:
                 self.coat_ior, self.coat_fresnel = inputs["coat_ior"], inputs["coat_fresnel"]
@@ -43,7 +42,7 @@ def register(mi: Any, dr: Any) -> None:
             self.diffuse_roughness = inputs.get("diffuse_roughness", None)
             self.below = inputs.get("subsurface", None)
             self.below_weight = inputs.get("subsurface_weight", None)
-            self.film = film_of(inputs)
+            self.dives, self.film = self.below is not None, film_of(inputs)
             if self.film is not None:
                 self.halves = inputs["small_half"], inputs["large_half"]
 
@@ -51,7 +50,7 @@ def register(mi: Any, dr: Any) -> None:
             """A dielectric's reflectance with the specular tint at normal incidence."""
             if self.specular_tint is None:
                 return reflectance
-            facing = self.facing_reflectance.eval_1(si, active)
+            facing = self.specular.facing(si, active)
             grazing = dr.clip((reflectance - facing) / (1.0 - facing), 0.0, 1.0)
             return dr.lerp(self.specular_tint.eval(si, active) * facing, mi.Spectrum(1.0), grazing)
 
@@ -61,10 +60,10 @@ def register(mi: Any, dr: Any) -> None:
 
         def on_film(self, si: Any, film: Any, cosine: Any, active: Any) -> Any:
             """Reflectance of a dielectric under a thin film; the specular tint colors it more where it is low."""
-            reflected = film.on_dielectric(cosine, mi.Float(1.0), self.ior.eval_1(si, active))
+            reflected = film.on_dielectric(cosine, mi.Float(1.0), self.specular.index(si, active))
             if self.specular_tint is None:
                 return reflected
-            facing = self.facing_reflectance.eval_1(si, active)
+            facing = self.specular.facing(si, active)
             share = dr.clip((1.0 - reflected) / dr.maximum(1.0 - facing, 1e-6), 0.0, 1.0)
             return reflected * dr.lerp(mi.Spectrum(1.0), self.specular_tint.eval(si, active), share)
 
@@ -80,7 +79,7 @@ def register(mi: Any, dr: Any) -> None:
             smooth = self.on_film(si, film, cosine, active)
             if not self.keeps_energy:
                 return dr.clip(dr.maximum(smooth, single * halves), 0.0, 1.0)
-            kept = self.kept(roughness, cosine, self.ior_fresnel.eval_1(si, active))
+            kept = self.kept(roughness, cosine, self.specular.average(si, active))
             return dr.clip(single * kept * dr.maximum(smooth, halves), 0.0, 1.0)
 
         def layers(self, si: Any, wi: Any, active: Any) -> Any:
@@ -101,7 +100,7 @@ def register(mi: Any, dr: Any) -> None:
                 tint = dr.maximum(self.coat_tint.eval(si, active), 1e-6) ** dr.rcp(dr.maximum(inner, 1e-3))
                 below_coat *= dr.lerp(mi.Spectrum(1.0), tint, coat_weight)
             if self.film is None:
-                specular = mi.Spectrum(self.tinted(si, self.specular_albedo(roughness, wi.z), active))
+                specular = mi.Spectrum(self.tinted(si, self.specular.albedo(si, roughness, wi.z, active), active))
             else:
                 specular = self.film_albedo(si, roughness, wi.z, active)
             brightness, passes = dr.maximum(channel_mean(dr, color), 0.02), channel_mean(dr, below_coat)
@@ -130,6 +129,11 @@ def register(mi: Any, dr: Any) -> None:
             above = channel_mean(dr, below_coat) * (1.0 - metallic) * dr.maximum(1.0 - dr.max(specular), 0.0)
             dive.pdf = above / dr.maximum(chances[3], 1e-9)
             return dr.select(dives, dive, bs), dr.select(dives, color, value)
+
+        def normal_below(self, si: Any, active: Any) -> Any:
+            if self.below is None:
+                return mi.Vector3f(0.0)
+            return self.below.normal_below(si, active) * self.share_below(si, active)
 
         def share_below(self, si: Any, active: Any) -> Any:
             """Share of the diffuse light that goes below the surface."""
@@ -194,9 +198,9 @@ def register(mi: Any, dr: Any) -> None:
             value += diffuse
             kept = mi.Float(1.0)
             if self.keeps_energy:
-                kept = self.kept(roughness, wi.z, self.tinted(si, self.ior_fresnel.eval_1(si, active), active))
+                kept = self.kept(roughness, wi.z, self.tinted(si, self.specular.average(si, active), active))
             if film is None:
-                reflected = self.tinted(si, mi.fresnel(facing, self.ior.eval_1(si, active))[0], active)
+                reflected = self.tinted(si, mi.fresnel(facing, self.specular.index(si, active))[0], active)
             else:
                 reflected = self.on_film(si, film, facing, active)
             value += (1.0 - metallic) * reflected * kept * mirror
