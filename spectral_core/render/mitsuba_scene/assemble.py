@@ -17,13 +17,13 @@ from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene import geometry, light
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
-from spectral_core.render.mitsuba_scene.medium import medium_around
+from spectral_core.render.mitsuba_scene.media.surroundings import media_at, overlapping_media
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, STRAND, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
-from spectral_core.render.trace.media.table import FARTHEST, ONLY_BORDER
+from spectral_core.render.trace.media.table import FARTHEST, ONLY_BORDER, Surroundings
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 from spectral_core.scene.geometry import box_of, corners_of
 
@@ -31,6 +31,7 @@ SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radii of scenes that 32-bit numbers represent well; smaller and larger scenes get a note."""
 LAMP_BODY = "\0lamp"
 """Name of the material of Mitsuba's lamps, which is transparent. No material of an artist has this name."""
+CROWDED = "is where more than two volumes overlap; a ray knows two of them at a time, beside that of the world"
 UNLIMITED_BOUNCES = 1024
 """Blender's largest number of bounces, which means no limit."""
 
@@ -147,9 +148,8 @@ def load_scene(
     rules.surfaces, rules.meshes = context.bsdf.surfaces, context.meshes
     loaded = context.load(description)
     _fill(rules, bits, shapes, scene, loaded)
-    lights = (
-        None if context.lights is None else _scene_lights(context, context.lights, loaded, fogged=bool(rules.around[0]))
-    )
+    fogged = rules.around.world != 0
+    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded, fogged=fogged)
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
     rules.subsurface, rules.disks = context.has_subsurface, context.has_disks
@@ -174,7 +174,12 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
         mi = shapes.context.mitsuba
         number = lambda shape: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])  # noqa: E731
         inside = {number(shape): medium & (ONLY_BORDER - 1) for shape, medium in rules.inside}
-        rules.around = around, medium_around(mi, loaded, inside, scene.camera.world_from_camera[:3, 3], around)
+        camera = media_at(mi, loaded, inside, scene.camera.world_from_camera[:3, 3], around)
+        overlap, crowded = overlapping_media(scene)
+        for name in crowded:
+            shapes.context.note(name, CROWDED)
+        # objects of a live view may be moved into each other
+        rules.around = Surroundings(around, camera, overlap or (shapes.movable and len(shapes.inside) > 1))
 
 
 def _enter_body(context: Context, body: Any) -> None:

@@ -64,7 +64,7 @@ def scene_path_class(variant: str) -> Any:
             self.asked_way: Any = None
             """Local direction to that light, and the surface's scattering from there."""
             self.fog: Any = None
-            """True if the path samples a light from within a medium now, and the medium."""
+            """True if the path samples a light from within media now, and these."""
             self.flight: Any = None
             """The segment in that medium."""
             self.carried: Any = None
@@ -89,7 +89,7 @@ def scene_path_class(variant: str) -> Any:
             """A path at the camera."""
             state = PathState(ray, active)
             if self.tables.media is not None:
-                state.medium, state.outer = mi.UInt32(self.tables.media.camera), mi.UInt32(self.tables.media.around)
+                state.medium, state.outer = (mi.UInt32(number) for number in self.tables.media.camera)
             return state
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
@@ -108,7 +108,7 @@ def scene_path_class(variant: str) -> Any:
             if self.tables.media is not None:
                 ends = path.active & si.is_valid() & ~unseen & ~self.tables.media.is_border(shape, path.active)
                 floats, place = self.fly(si, path, sampler, path.active & ~leaves)
-                self.fog = in_media.asks_light(self.flight, ends, self.lights), path.medium
+                self.fog = in_media.asks_light(self.flight, ends, self.lights), self.flight.parts
                 unseen &= ~floats
             arrived = self.arrived(si, path, path.active & ~unseen & ~leaves & ~floats)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
@@ -156,8 +156,8 @@ def scene_path_class(variant: str) -> Any:
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
             bounces = scatters
             if self.tables.media is not None:
-                limits = self.volume, self.bounces
-                turns = in_media.scatter(self.tables.media, (place, path), (pick, direction), floats, limits)
+                limits, of = (self.volume, self.bounces), (place, path, self.flight)
+                turns = in_media.scatter(self.tables.media, of, (pick, direction), floats, limits)
                 onward, bounces = onward | turns, scatters | turns
             path.leaves &= unseen
             if self.tables.subsurface:
@@ -227,7 +227,7 @@ def scene_path_class(variant: str) -> Any:
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
             si, bsdf, shape, (matt, along) = hit
-            floats, medium = (mi.Bool(False), mi.UInt32(0)) if self.fog is None else self.fog
+            floats, parts = (mi.Bool(False), []) if self.fog is None else self.fog
             wanted = active & (mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) | floats)
             to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves | floats)
             if self.flight is not None:
@@ -251,7 +251,7 @@ def scene_path_class(variant: str) -> Any:
             media = mi.UInt32(0), mi.UInt32(0)
             if self.tables.media is not None:
                 hits, ways = (si, shape, path), (path.ray.d, drawn.direction)
-                fog, media = in_media.toward(self.tables.media, hits, ways, (floats, medium), wanted)
+                fog, media = in_media.toward(self.tables.media, hits, ways, (floats, parts), wanted)
                 value, pdf = dr.select(floats, mi.Spectrum(fog[0]), value), dr.select(floats, fog[1], pdf)
             if self.tables.has_even_lobes:
                 out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
