@@ -152,7 +152,7 @@ def load_scene(
     lights = None if context.lights is None else _scene_lights(context, context.lights, loaded, fogged=fogged)
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
-    rules.subsurface, rules.holdouts = context.has_subsurface, context.has_holdouts
+    rules.subsurface, rules.disks, rules.holdouts = context.has_subsurface, context.has_disks, context.has_holdouts
     home = LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
     context.tables.live_in(home)
     return home

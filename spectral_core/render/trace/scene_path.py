@@ -17,10 +17,11 @@ from spectral_core.render.plugins.closures import microfacet
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace import hit_sides, path_limits, reradiation
+from spectral_core.render.trace.below.dive import dive
+from spectral_core.render.trace.below.leaving import cosine_out, leaving
 from spectral_core.render.trace.media import in_media
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
-from spectral_core.render.trace.subsurface import cosine_out, leaving, walk
 from spectral_core.scene import Rays
 
 
@@ -160,9 +161,8 @@ def scene_path_class(variant: str) -> Any:
                 onward, bounces = onward | turns, scatters | turns
             path.leaves &= unseen
             if self.tables.subsurface:
-                below, factor, surfaces, sampler = walk(
-                    mi, dr, scene, self.tables, (si, shape, bs, weight, dives), sampler
-                )
+                start = (si, shape, bs, weight, dives, path.diffuse > 0)
+                below, factor, surfaces, sampler = dive(mi, dr, scene, self.tables, start, sampler)
                 dives &= surfaces
                 path.ray = dr.select(dives, below, path.ray)
                 path.throughput = dr.select(dives, path.throughput * factor, path.throughput)
