@@ -292,3 +292,38 @@ def test_the_page_has_the_table_of_realism() -> None:
         np.testing.assert_allclose(list(map(float, contrasts.split(","))), measured, rtol=0.05)
         np.testing.assert_array_equal(list(map(float, errors.split(","))), rendering)
     assert realism.DAYLIGHT_SHARES.tolist() == [0, 0.1, 0.2, 0.3, 0.5, 0.7]
+
+
+@pytest.mark.parametrize("lights", [1, 2])
+def test_multipliers_of_bounds_settle_for_nearly_all_texels(lights: int) -> None:
+    """The fast method in the multipliers alone: it settles, and the gradient vanishes where a weight is free."""
+    lamps = [D65, HP1][:lights]
+    matrix = stimulus_matrix(lamps)
+    own = matrix @ basis.design_basis(matrix, 3 * lights, floor=0.1, iterations=4).spectra.T
+    search = nearest.NearestInBox(own, (1.0,) * lights)
+    assert search.invertible
+    rng = np.random.default_rng(5)
+    outside = rng.uniform(-0.08, 1.08, (3 * lights, 400))
+    wanted = np.clip(own @ outside, 0.01, None).astype(np.float32)
+    target = nearest._f(search.ratio_from_rgb @ wanted)[0]
+    weights = np.full((3 * lights, 400), 0.5, np.float32)
+    left = search._by_multipliers(target, weights, np.arange(400))
+    outside = np.linalg.solve(own, wanted)
+    some = np.any((outside < 0) | (outside > 1), axis=0)
+    assert some.sum() > 20 and (~some).sum() > 20 and len(left) < 0.1 * 400
+    settled = np.setdiff1d(np.arange(400), left)
+    inside = np.setdiff1d(settled, np.flatnonzero(some))
+    np.testing.assert_allclose(weights[:, inside], outside[:, inside], atol=3e-3)
+
+    def missed(w: np.ndarray, k: int) -> float:
+        shown, asked = (lab_from_linear_rgb(each.reshape(lights, 3)) for each in (own @ w, wanted[:, k].astype(float)))
+        return float(np.sum((shown - asked) ** 2))
+
+    for k in np.intersect1d(settled, np.flatnonzero(some))[:12]:
+        here = weights[:, k].astype(float)
+        base = missed(here, k)
+        for axis in range(3 * lights):
+            for step in (-2e-2, 2e-2):
+                moved = here.copy()
+                moved[axis] = np.clip(moved[axis] + step, 0, 1)
+                assert missed(moved, k) > base - 0.02 * max(base, 1.0)
