@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import AreaLight, Color, Falloff, Light, PointLight, Rays, SpotLight, SunLight
+from spectral_core.scene import AreaLight, Color, Light, PointLight, Rays, SpotLight, SunLight
 
 from ... import compat
 from ..context import Translation
 from ..frames import rigid
 from ..ledger import note_changed, note_nodes
 from ..visibility import cycles_settings, hidden_from
+from .lamp_reader import LampReader
 from .light_nodes import shine_of
 
 LIGHT_RAYS = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
@@ -26,20 +27,22 @@ SMALLEST_SIZE = 1e-4
 """Edge of an area light of size 0: its power is kept, emitted from a very small area."""
 
 
-def translate_light(translation: Translation, name: str, obj: Any, world_from_light: Any) -> Light | None:
-    """Light of an evaluated object at ``world_from_light`` (4, 4); None if it emits nothing."""
+def translate_light(
+    translation: Translation, name: str, obj: Any, world_from_light: Any, random: float = 0.0
+) -> Light | None:
+    """Light of an evaluated object at ``world_from_light`` (4, 4); None if it emits nothing.
+
+    ``random``: the object's random number, as its nodes see it.
+    """
     lamp, matrix = obj.data, np.asarray(world_from_light, dtype=np.float64)
     if lamp.type == "AREA" and cycles_settings(lamp, "is_portal", False):
         return None  # a portal only guides Cycles' sampling of the environment
     for item in (lamp, getattr(lamp, "cycles", None)):
         note_changed(translation, name, item)
     note_nodes(translation, name, compat.node_tree(lamp))
-    shine = shine_of(translation, lamp)
+    shine = shine_of(_reader(translation, obj, matrix, random))
     color, power = shine.color, lamp.energy * compat.light_exposure_factor(lamp) * shine.factor
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
-        return None
-    if power < 0:
-        translation.note(name, "a light of negative power is not supported; it was left out")
         return None
     shared: dict[str, Any] = {
         "name": name,
@@ -53,14 +56,10 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
         "casts_shadow": lamp.use_shadow,
         "is_planckian": shine.is_planckian,
         "falloff": shine.falloff,
+        "pattern": shine.pattern,
     }
     if lamp.type == "SUN":
-        if shine.falloff.power:
-            translation.note(name, "a sun is infinitely far, so a falloff with distance has no meaning; it has none")
-        shared["falloff"] = Falloff()
         return SunLight(**shared, irradiance=power * _sun_area(lamp), angle_rad=lamp.angle)
-    if shine.photometry is not None and lamp.type == "AREA":
-        translation.note(name, "a measured luminaire on an area light is not supported; it emits evenly")
     if lamp.type == "AREA":
         return _area(translation, lamp, power, matrix, shared)
     radius = lamp.shadow_soft_size
@@ -77,6 +76,16 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
             cone_scale=(float(scale[0]), float(scale[1]), float(scale[2])),
         )
     return PointLight(**shared, power_w=power)
+
+
+def _reader(translation: Translation, obj: Any, matrix: NDArray[np.float64], random: float) -> LampReader:
+    """Reader of the nodes of a lamp."""
+    info = {
+        "object_location": matrix[:3, 3], "object_color": np.array(obj.color[:3]), "object_alpha": obj.color[3],
+        "object_index": float(obj.pass_index), "object_random": random,
+    }  # fmt: skip
+    far = obj.data.type == "SUN"
+    return LampReader(translation, obj.data.name, on_surface=True, is_far=far, lamp=obj.data, matrix=matrix, info=info)
 
 
 def _sun_area(lamp: Any) -> float:

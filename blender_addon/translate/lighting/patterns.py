@@ -72,11 +72,9 @@ def world_light(
     from ... import compat
     from ..shading.tree import surface_output
 
-    reader = Reader(translation, world.name, on_surface=True)
+    reader = Reader(translation, world.name, on_surface=True, is_far=True)
     output = surface_output(compat.node_tree(world), "OUTPUT_WORLD")
     place = Input(output.inputs["Surface"])
-    if linked(Input(output.inputs["Volume"])) is not None:
-        reader.note("a volume in the world is left out")
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
     radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree, after which its images are known

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lights.varying import pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.lamps.light_points import NarrowPanel
@@ -78,7 +79,7 @@ def plain_color(context: Context, light: Light) -> Color | Spectrum:
 def _point(context: Context, light: PointLight | SpotLight, color: Color | Spectrum) -> LightObject:
     """A point or a ball with its distribution over directions."""
     center = context.mitsuba.ScalarPoint3f(light.world_from_light[:3, 3])
-    shaping = _shaping(light)
+    shaping = _shaping(context, light)
     if light.radius <= 0:
         emitted = _emitted(context, light, color, radiometry.intensity_of_point(light.power_w))
         emitter = context.load({"type": "blender_point", "center": center, "intensity": emitted})
@@ -88,29 +89,27 @@ def _point(context: Context, light: PointLight | SpotLight, color: Color | Spect
         {
             "type": "blender_ball",
             "center": center,
-            "softening": float(light.radius) if light.soft_falloff else 0.0,
+            "radius": float(light.radius),
+            "faces_receiver": light.soft_falloff,
             "radiance": _emitted(context, light, color, radiometry.radiance_of_ball(light.power_w, light.radius)),
         }
     )
     emitter.shaping = shaping
-    description = {
-        "type": "sphere",
-        "center": [float(value) for value in light.world_from_light[:3, 3]],
-        "radius": float(light.radius),
-        "bsdf": {"type": "null"},
-        "emitter": emitter,
-    }
-    return LightObject(context.load(description), emitter)
+    place = {"center": [float(value) for value in light.world_from_light[:3, 3]], "radius": float(light.radius)}
+    return LightObject(context.load({"type": "sphere", **place, "bsdf": {"type": "null"}, "emitter": emitter}), emitter)
 
 
-def _shaping(light: Light) -> Shaping:
+def _shaping(context: Context, light: Light) -> Shaping:
     factors: list[Any] = []
     if isinstance(light, SpotLight):
         cosine = float(np.cos(min(light.cone_angle_rad, np.pi) / 2))
         factors.append(Cone(beam_axes(light, light.cone_scale), cosine, float(light.blend)))
     if isinstance(light, (PointLight, SpotLight)) and light.photometry is not None:
         factors.append(Luminaire(beam_axes(light), light.photometry))
-    return Shaping(factors, light.falloff.power, light.falloff.smooth)
+    return Shaping(
+        factors, light.falloff.power, light.falloff.smooth, pattern=pattern_texture(context, light),
+        is_far=isinstance(light, SunLight),
+    )  # fmt: skip
 
 
 def beam_axes(light: Light, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Array:
@@ -128,20 +127,19 @@ def _sun(
         return []
     direction = direction / length
     half_angle = min(light.angle_rad, np.pi) / 2
-    if half_angle < 1e-5:
+    if half_angle < 1e-5 and light.pattern is None:
         irradiance = _emitted(context, light, color, light.irradiance)
         emitter = context.load(
             {"type": "directional", "direction": list(map(float, direction)), "irradiance": irradiance}
         )
         return [LightObject(emitter, emitter)]
     center, radius = scene_sphere
-    half_angle = min(half_angle, np.radians(89.0))
+    half_angle = min(max(half_angle, 1e-4), np.radians(89.0))
     distance = SUN_DISTANCE * max(radius, 1e-6)
     corners = _ellipse(_basis(direction), center - direction * distance, 2 * distance * np.tan(half_angle) * np.ones(2))
     radiance = radiometry.radiance_of_sun(light.irradiance, half_angle)
-    return [
-        _emitting_polygon(context, geometry.polygon(corners, light.name), _emitted(context, light, color, radiance))
-    ]
+    part, emitted = geometry.polygon(corners, light.name), _emitted(context, light, color, radiance)
+    return [_emitting_polygon(context, part, emitted, _shaping(context, light) if light.pattern else None)]
 
 
 def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[LightObject]:
@@ -164,10 +162,8 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
     tangent, gain = spread_of(light)
     is_narrow = tangent > 0
     spread = {"spread_tangent": tangent, "spread_gain": gain} if is_narrow else {}
-    is_shaped = light.falloff != Falloff()
-    made = _emitting_polygon(context, part, radiance, spread, is_shaped=is_shaped)
-    if is_shaped:
-        made.emitter.shaping = _shaping(light)
+    is_shaped = light.falloff != Falloff() or light.pattern is not None
+    made = _emitting_polygon(context, part, radiance, _shaping(context, light) if is_shaped else None, spread)
     if is_narrow:
         half_axes = axes[:, :2] * size / 2 * np.array([np.sign(np.linalg.det(axes)), 1.0])
         made.emitter.surface = NarrowPanel(origin, half_axes, tangent, ellipse=light.shape == "ellipse")
@@ -211,12 +207,13 @@ def _emitting_polygon(
     context: Context,
     part: geometry.Part,
     radiance: Any,
+    shaping: Shaping | None,
     spread: dict[str, float] | None = None,
-    *,
-    is_shaped: bool = False,
 ) -> LightObject:
-    kind = "blender_area" if spread or is_shaped else "area"
+    kind = "blender_area" if spread or shaping else "area"
     emitter = context.load({"type": kind, "radiance": radiance, **(spread or {})})
+    if shaping is not None:
+        emitter.shaping = shaping
     children = {"bsdf": context.load({"type": "null"}), "emitter": emitter}
     return LightObject(geometry.mesh_shape(context, part, children), emitter)
 

@@ -36,6 +36,7 @@ from spectral_core.scene import (
     leaves,
     values_of,
 )
+from spectral_core.spectra.catalogue import PLANCK
 from spectral_core.spectra.spectrum import Spectrum
 
 MOST_DIFFUSE_BOUNCES = 32
@@ -176,7 +177,12 @@ def paint_parts(paint: Any) -> Iterator[Any]:
 
 
 def _has_spectrum(paint: Any) -> bool:
-    return any(isinstance(part, (Spectrum, SpectralImage)) for part in paint_parts(paint))
+    return any(isinstance(part, (Spectrum, SpectralImage)) and not is_planckian(part) for part in paint_parts(paint))
+
+
+def is_planckian(paint: Any) -> bool:
+    """True for the spectrum of a black body, which three channels represent well."""
+    return isinstance(paint, Spectrum) and paint.source == PLANCK
 
 
 def _is_dispersive(material: Material) -> bool:
