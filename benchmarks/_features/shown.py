@@ -102,6 +102,24 @@ for _flag in ("camera", "glossy", "transmission", "diffuse", "shadow"):
     feature(f"shown/glow not visible to {_flag}", _hidden_glow(f"visible_{_flag}"), 2)
 
 
+def _plastic(flag: str, of_world: bool) -> Callable[[Stage], None]:
+    """A ball of plastic, which scatters and mirrors, under a light that is hidden from one of the two."""
+
+    def build(stage: Stage) -> None:
+        stage.shader("ShaderNodeBsdfPrincipled", Base_Color=(0.6, 0.2, 0.1, 1), Roughness=0.25)
+        if of_world:
+            setattr(stage.world.cycles_visibility, flag, False)
+        else:
+            setattr(stage.lamp, f"visible_{flag}", False)
+
+    return build
+
+
+for _flag in ("diffuse", "glossy"):
+    feature(f"shown/plastic under a lamp not visible to {_flag}", _plastic(_flag, False))
+    feature(f"shown/plastic under a world not visible to {_flag}", _plastic(_flag, True))
+
+
 def _world_of_rays(flag: str) -> Callable[[Stage], None]:
     def build(stage: Stage) -> None:
         _mirror_floor(stage)

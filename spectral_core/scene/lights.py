@@ -179,6 +179,8 @@ class World:
     max_bounces: int = 1024
     camera_view: World | None = None
     medium: ScatteringMedium | None = None
+    is_planckian: bool = False
+    """True if ``color`` is that of a black body, which three channels represent well."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_environment", affine("world", self.world_from_environment))

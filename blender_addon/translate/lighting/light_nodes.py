@@ -15,7 +15,6 @@ from ... import compat
 from .. import spectra
 from ..shading.fields import Value, value_of
 from ..shading.reader import Reader
-from ..shading.texture_nodes import is_moved_by_panel
 from ..shading.tree import Input, Output, linked, surface_output
 from .lamp_reader import LampReader
 from .light_inputs import BROKEN, FALLOFF_POWERS, luminaire_of
@@ -145,8 +144,7 @@ def _strength(reader: LampReader, place: Input | None) -> Shine | None:
         return inner if reader.is_far else replace(inner, falloff=falloff)
     if source is not None and kind == "TEX_IES" and reader.lamp.type in ("POINT", "SPOT"):
         inner = _strength(reader, source.input("Strength"))
-        plain = linked(source.input("Vector")) is None and not is_moved_by_panel(source.node)
-        if inner is None or inner.photometry is not None or not plain:
+        if inner is None or inner.photometry is not None or linked(source.input("Vector")) is not None:
             return None
         table = luminaire_of(reader, source.node)
         return replace(inner, factor=inner.factor * BROKEN) if table is None else replace(inner, photometry=table)

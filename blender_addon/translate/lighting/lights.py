@@ -24,7 +24,7 @@ LIGHT_RAYS = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
 SHEARED = 0.01
 """Largest cosine between the axes of an area light that is no parallelogram."""
 SMALLEST_SIZE = 1e-4
-"""Edge of an area light of size 0: its power is kept, emitted from a very small area."""
+"""Least edge of an area light: the power of a smaller one is emitted from this."""
 
 
 def translate_light(
@@ -97,8 +97,8 @@ def _sun_area(lamp: Any) -> float:
 
 def _area(
     translation: Translation, lamp: Any, power: float, matrix: NDArray[np.float64], shared: dict[str, Any]
-) -> AreaLight:
-    """Area light: an object's scale changes its extent, as in Cycles, and not its power."""
+) -> AreaLight | None:
+    """Area light: an object's scale changes its extent, as in Cycles, and not its power; None without area."""
     stretch = np.linalg.norm(matrix[:3, :2], axis=0)
     cosines = [abs(float(matrix[:3, j] @ matrix[:3, k])) for j, k in ((0, 1), (0, 2), (1, 2))]
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
@@ -106,9 +106,10 @@ def _area(
         translation.note(shared["name"], "its parents shear it; it is rendered as a rectangle, with another brightness")
     width, height = lamp.size, (lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size)
     size = (float(width * stretch[0]), float(height * stretch[1]))
-    if min(size) < SMALLEST_SIZE:
-        translation.note(shared["name"], f"an area light without area is rendered {SMALLEST_SIZE:g} wide")
-        size = (max(size[0], SMALLEST_SIZE), max(size[1], SMALLEST_SIZE))
+    if min(size) <= 0:
+        translation.note(shared["name"], "an area light without area emits no light; give it a size and a scale")
+        return None
+    size = (max(size[0], SMALLEST_SIZE), max(size[1], SMALLEST_SIZE))
     ellipse = lamp.shape in ("DISK", "ELLIPSE")
     if not compat.light_is_normalized(lamp):
         power *= size[0] * size[1] * (np.pi / 4 if ellipse else 1.0)

@@ -84,11 +84,9 @@ def world_light(
 
     def drawn(look: Look) -> Term:
         found = radiance(reader, place, look).reshape(grid.shape)
-        if found.min() < 0:
-            reader.note("the world has colors below zero; they are black here")
-        if np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
-            return Term(Color(np.maximum(found[0, 0], 0.0)))
-        return Term(environment_of(world.name, np.maximum(found, 0.0)))
+        if found.min() >= 0 and np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
+            return Term(Color(found[0, 0]))
+        return Term(environment_of(world.name, found))
 
     window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
     lights = drawn(Look(grid.reshape(-1, 3), view, window=window))

@@ -211,10 +211,13 @@ class Balls:
         edge = dr.gather(mi.Vector2f, self.edges, slot, active)
         step = dr.clip((local.z - edge.x) / edge.y, 0.0, 1.0)
         shares = step * step * (3.0 - 2.0 * step)
-        if self.have_balls:  # the cone has no edge for receivers within the ball, as in Cycles
+        if self.have_balls:
+            # for receivers within the ball the cone has no edge, as in Cycles, whose rays miss the half of the ball
+            # that is turned away from them; sampling lights finds that half, and its share is a half on matt surfaces
             center, radius = self.place(slot, active)
-            within = dr.squared_norm(center - place) <= radius * radius
-            shares = dr.select(within & ~self._faces(slot, active), 1.0, shares)
+            away = place - center
+            within = (dr.squared_norm(away) <= radius * radius) & ~self._faces(slot, active)
+            shares = dr.select(within, dr.select(dr.dot(direction, away) >= 0.0, 0.5, 1.0), shares)
         amount *= dr.select(edge.x < -1.0, 1.0, shares)
         return amount * self._measured(slot, -direction, active) if self.has_photometry else amount
 

@@ -16,7 +16,7 @@ from spectral_core.render.lights.choice import Choice, Chosen, Receiver
 from spectral_core.render.lights.emission import Emission
 from spectral_core.render.lights.glows import Glows
 from spectral_core.render.lights.hierarchy import build
-from spectral_core.render.lights.items import far_rows, near_rows
+from spectral_core.render.lights.items import far_rows, near_rows, rules_by_source
 from spectral_core.render.lights.listing import BALL, PANEL, SUN, TRIANGLE, WORLD, LightList
 from spectral_core.render.lights.met_lamps import met_body, met_suns, pattern_factor
 from spectral_core.render.lights.panels import Panels, Suns
@@ -26,11 +26,11 @@ from spectral_core.render.plugins.numbers import table
 
 
 class SceneLights:
-    """Tables of every light. ``reach``: a distance larger than the scene."""
+    """Tables of every light. ``reach``: a distance larger than the scene; ``rules``: ``RayRules`` of the scene."""
 
     asked_along_ways = True
 
-    def __init__(self, mitsuba: Any, lights: LightList, reach: float, emission: Emission) -> None:
+    def __init__(self, mitsuba: Any, lights: LightList, reach: float, emission: Emission, rules: Any = None) -> None:
         import drjit
 
         mi = self._mi = mitsuba
@@ -78,7 +78,8 @@ class SceneLights:
                 shapes[glow.source], firsts[glow.source] = glow.shape, first
                 first += len(glow.corners)
             self._shapes, self._first_triangles = mi.ShapePtr(shapes), table(mi.UInt32, firsts)
-        self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)))
+        by_item = None if rules is None else rules_by_source(rules, len(lights.sources))[np.array(sources)]
+        self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)), by_item)
 
     def kinds_by_number(self) -> NDArray[np.uint32]:
         """By number of a light: 1 for the environment, 2 for an emissive surface, 0 for a lamp."""
@@ -107,7 +108,8 @@ class SceneLights:
         told = probability
         if to.stretch is not None:
             # the weight of a ray that hits the light uses the probability at its point, so this one does, too
-            here = self.choice.probability(item, Receiver(si.p, si.n, to.both_sides, to.floats), active & to.floats)
+            there = Receiver(si.p, si.n, to.both_sides, to.floats, kinds=to.kinds, unlit=to.unlit)
+            here = self.choice.probability(item, there, active & to.floats)
             told = dr.select(to.floats, here, told)
         pdf = dr.select(drawn.delta, 1.0, drawn.pdf * told)
         value = dr.select(active & (drawn.pdf > 0.0), value / dr.maximum(probability, 1e-37), 0.0)
@@ -203,7 +205,9 @@ class SceneLights:
         import drjit as dr
 
         floats = None if tables.media is None else dr.squared_norm(path.before.n) == 0.0
-        return Receiver(path.before.p, path.before.n, path.before_both, floats)
+        lit = self._mi.Bool(True) if floats is None else ~floats
+        rules = {"kinds": path.before_kinds, "unlit": tables.unlit_by(path.before_shape, lit)}
+        return Receiver(path.before.p, path.before.n, path.before_both, floats, **rules)
 
     def _may_meet(self, path: Any, active: Any) -> Any:
         return active & (self._mi.Bool(True) if self.any_visible else path.depth > 0)

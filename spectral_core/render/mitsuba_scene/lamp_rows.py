@@ -151,9 +151,9 @@ def _read_numbers(context: Context, emitter: Any) -> None:
 
 
 def _mean_brightness(world: World) -> float:
-    """Mean radiance over all directions and channels."""
+    """Mean magnitude of the radiance over all directions and channels."""
     if isinstance(world.color, ImageTexture):
-        pixels = np.maximum(paint.color_pixels(world.color), 0.0).mean(axis=2)
+        pixels = np.abs(paint.color_pixels(world.color)).mean(axis=2)
         rows = np.cos((np.arange(len(pixels)) + 0.5) / len(pixels) * np.pi - np.pi / 2)
         return float(world.strength * (pixels.mean(axis=1) @ rows) / rows.sum())
     if isinstance(world.color, Color):

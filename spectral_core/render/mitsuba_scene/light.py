@@ -178,7 +178,7 @@ def spread_of(light: AreaLight) -> tuple[float, float]:
     """
     if light.spread_rad >= np.pi - 1e-6:
         return 0.0, 1.0
-    half_angle = max(light.spread_rad, np.radians(1.0)) / 2  # Cycles allows no narrower beam
+    half_angle = max(light.spread_rad, np.radians(0.1)) / 2  # a parallel beam, for all that a picture shows
     tangent = np.tan(half_angle)
     return float(tangent), float(tangent / (tangent - half_angle))
 
@@ -200,7 +200,10 @@ def _ellipse(axes: Array, origin: Array, size: Array) -> Array:
 
 
 def _emitted(context: Context, light: Light, color: Color | Spectrum, strength: float) -> Any:
-    return context.switched(paint.constant_emission(context, color, strength), light.group)
+    emitted = paint.constant_emission(context, color, abs(strength))
+    if strength < 0:  # Mitsuba's spectra are not negative
+        emitted = context.load({"type": "product_paint", "color": emitted, "amount": context.constant(-1.0)})
+    return context.switched(emitted, light.group)
 
 
 def _emitting_polygon(
@@ -258,24 +261,25 @@ def rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _environment(context: Context, world: World, image: ImageTexture) -> Any | None:
-    mi = context.mitsuba
-    pixels = np.maximum(paint.color_pixels(image), 0.0)
-    if not pixels.any():
-        return None
+    pixels = paint.color_pixels(image)
     if pixels.shape[2] == 1:
         pixels = np.repeat(pixels, 3, axis=2)
+    if pixels.min() >= 0:
+        return _environment_of(context, world, pixels) if pixels.any() else None
+    # without a pixel above 0 Mitsuba would refuse a part
+    parts = {"bright": np.maximum(pixels, 1e-20), "dark": np.maximum(-pixels, 1e-20), "magnitude": np.abs(pixels)}
+    made = {name: _environment_of(context, world, part) for name, part in parts.items()}
+    return context.load({"type": "signed_environment", **made})
+
+
+def _environment_of(context: Context, world: World, pixels: NDArray[np.float32]) -> Any:
+    mi = context.mitsuba
     rows_from_top = rows_from_pole_to_pole(pixels[::-1])
     # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
     unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
     scale = float(world.strength) * unit
-    emitter = context.load(
-        {
-            "type": "envmap",
-            "bitmap": mi.Bitmap(rows_from_top),
-            "scale": scale,
-            "to_world": mi.ScalarTransform4f(world.world_from_environment @ ENVIRONMENT_AXES),
-        }
-    )
+    turn = mi.ScalarTransform4f(world.world_from_environment @ ENVIRONMENT_AXES)
+    emitter = context.load({"type": "envmap", "bitmap": mi.Bitmap(rows_from_top), "scale": scale, "to_world": turn})
     if context.switches is not None:
         import drjit
 
@@ -289,7 +293,6 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
     if context.spectral and context.white is not None:
         daylight = context.load({"type": "d65", "scale": unit})
         white = paint.sampled_spectrum(context, context.white)
-        return context.load(
-            {"type": "tinted_environment", "environment": emitter, "white": white, "daylight": daylight}
-        )
+        parts = {"environment": emitter, "white": white, "daylight": daylight}
+        return context.load({"type": "tinted_environment", **parts})
     return emitter

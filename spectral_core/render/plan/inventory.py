@@ -36,7 +36,6 @@ from spectral_core.scene import (
     leaves,
     values_of,
 )
-from spectral_core.spectra.catalogue import PLANCK
 from spectral_core.spectra.spectrum import Spectrum
 
 MOST_DIFFUSE_BOUNCES = 32
@@ -84,7 +83,9 @@ def take_inventory(scene: Scene) -> Inventory:
     spectral_lights = tuple(
         light.name for light in scene.lights if not light.is_planckian and _has_spectrum(light.color)
     )
-    world = ("World",) if not scene.world.is_black and _has_spectrum(scene.world.color) else ()
+    environment = scene.world
+    is_spectral = _has_spectrum(environment.color) and not environment.is_planckian
+    world = ("World",) if is_spectral and not environment.is_black else ()
     spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
     emissive = which(lambda m: any(map(_emits, leaves(m.surface))))
     bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)
@@ -177,12 +178,7 @@ def paint_parts(paint: Any) -> Iterator[Any]:
 
 
 def _has_spectrum(paint: Any) -> bool:
-    return any(isinstance(part, (Spectrum, SpectralImage)) and not is_planckian(part) for part in paint_parts(paint))
-
-
-def is_planckian(paint: Any) -> bool:
-    """True for the spectrum of a black body, which three channels represent well."""
-    return isinstance(paint, Spectrum) and paint.source == PLANCK
+    return any(isinstance(part, (Spectrum, SpectralImage)) for part in paint_parts(paint))
 
 
 def _is_dispersive(material: Material) -> bool:

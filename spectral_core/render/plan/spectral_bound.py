@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance, white_light
 from spectral_core.render.plan.fluorescence import error_in_rgb
-from spectral_core.render.plan.inventory import is_planckian, paint_parts, shown_materials
+from spectral_core.render.plan.inventory import paint_parts, shown_materials
 from spectral_core.render.plan.thin_film import film_surfaces
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import (
@@ -106,7 +106,8 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     paints += [Color(np.maximum(light.pattern.typical, 0.0)) for light in scene.lights
                if light.pattern is not None and light.pattern.program.width == 3]  # fmt: skip
     if not scene.world.is_black:
-        paints.append(scene.world.color)
+        world = scene.world
+        paints.append(Color(_planck_rgb(world.color)) if world.is_planckian else world.color)
     shown = shown_materials(scene)
     for material in scene.materials:
         for leaf in leaves(material.surface) if material.name in shown else ():
@@ -118,8 +119,6 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     for paint in paints:
         for part in paint_parts(paint):
             usable = part if isinstance(part, (Color, Spectrum)) else Color(np.ones(3))
-            if is_planckian(usable):
-                usable = Color(_planck_rgb(usable))
             # the brightness of a light does not change color differences
             key = (
                 (usable.grid.wavelengths_nm.tobytes(), usable.values.tobytes())

@@ -11,6 +11,7 @@ from spectral_core.render.plugins.lamps.ball_points import (
     disk_density,
     draw_in_ball,
     draw_on_disk,
+    meet_ball,
     meet_disk,
 )
 from spectral_core.render.plugins.lamps.shaping import Shaping
@@ -90,8 +91,10 @@ def register(mi: Any, dr: Any) -> None:
         def eval(self, si: Any, active: Any = True) -> Any:
             toward, center = si.to_world(si.wi), mi.Point3f(*self.center)
             receiver = si.p + toward * si.t
-            within = dr.squared_norm(receiver - center) < dr.square(self.radius) * 0.998
-            # a receiver within the lamp hits its wall from behind; any other counts it at the front
+            # a receiver within the lamp hits its wall from behind; any other counts it at the front. A ray that went
+            # through the front starts again a little below it
+            below = 1e-3 * (1.0 + dr.max(dr.abs(center)))
+            within = dr.norm(receiver - center) < self.radius - below
             shown = active & ((mi.Frame3f.cos_theta(si.wi) > 0.0) != within)
             distance = si.t
             if self.faces_receiver:
@@ -102,13 +105,15 @@ def register(mi: Any, dr: Any) -> None:
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
             center, ds = mi.Point3f(*self.center), dr.zeros(mi.DirectionSample3f)
             draw = draw_on_disk if self.faces_receiver else draw_in_ball
-            ds.d, ds.dist, ds.pdf = draw(it.p, center, self.radius, sample)
+            ds.d, distance, ds.pdf = draw(it.p, center, self.radius, sample)
+            # rays to the disk end where they enter the body
+            ds.dist = dr.minimum(distance, meet_ball((it.p, ds.d), center, self.radius))
             ds.p, ds.time, ds.delta = it.p + ds.d * ds.dist, it.time, mi.Bool(False)
             ds.n = mi.Normal3f(-ds.d if self.faces_receiver else dr.normalize(ds.p - center))
             ds.emitter = mi.EmitterPtr(self)
             si = mi.SurfaceInteraction3f(ds, it.wavelengths)
             usable = active & (ds.pdf > 0.0)
-            value = self.emitted(si, it.p, ds.d, ds.dist, usable) * dr.rcp(dr.maximum(ds.pdf, 1e-30))
+            value = self.emitted(si, it.p, ds.d, distance, usable) * dr.rcp(dr.maximum(ds.pdf, 1e-30))
             return ds, dr.select(usable, value, 0.0)
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
@@ -118,8 +123,10 @@ def register(mi: Any, dr: Any) -> None:
             return ball_density(it.p, center, self.radius)
 
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
-            return self.emitted(si, it.p, ds.d, ds.dist, active)
+            si, distance = mi.SurfaceInteraction3f(ds, it.wavelengths), ds.dist
+            if self.faces_receiver:
+                distance = meet_disk((it.p, ds.d), it.p, mi.Point3f(*self.center), self.radius)
+            return self.emitted(si, it.p, ds.d, distance, active)
 
         def bbox(self) -> Any:
             return self.get_shape().bbox()
