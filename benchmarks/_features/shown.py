@@ -45,7 +45,7 @@ for _member, _word in (("receiver_collection", "lit"), ("blocker_collection", "s
 
 
 def _linked_glow(stage: Stage) -> None:
-    """A glowing cube that lights the ball alone, and casts the shadow of the ball alone."""
+    """An emissive cube that lights the ball alone, and casts the shadow of the ball alone."""
     cube = stage.cube(stage.material("Glow", "ShaderNodeEmission", Strength=12.0), (1.6, -1.0, 1.2), 0.5)
     chosen = bpy.data.collections.new("Chosen")
     chosen.objects.link(stage.ball)
@@ -65,7 +65,7 @@ def _linked_instances(stage: Stage) -> None:
     stage.lamp.light_linking.receiver_collection = chosen
 
 
-feature("shown/glow linked to the ball", _linked_glow, 2)
+feature("shown/emissive cube linked to the ball", _linked_glow, 2)
 feature("shown/lamp linked to instances", _linked_instances)
 
 # --- visibility -----------------------------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ def _hidden_ball(flag: str) -> Callable[[Stage], None]:
 
 
 def _hidden_glow(flag: str) -> Callable[[Stage], None]:
-    """A glowing cube over a glossy floor and a glass ball."""
+    """An emissive cube over a glossy floor and a glass ball."""
 
     def build(stage: Stage) -> None:
         _mirror_floor(stage)
@@ -99,7 +99,7 @@ def _hidden_glow(flag: str) -> Callable[[Stage], None]:
 for _flag in ("camera", "glossy", "shadow"):
     feature(f"shown/ball over a mirror, not visible to {_flag}", _hidden_ball(f"visible_{_flag}"))
 for _flag in ("camera", "glossy", "transmission", "diffuse", "shadow"):
-    feature(f"shown/glow not visible to {_flag}", _hidden_glow(f"visible_{_flag}"), 2)
+    feature(f"shown/emissive cube not visible to {_flag}", _hidden_glow(f"visible_{_flag}"), 2)
 
 
 def _plastic(flag: str, of_world: bool) -> Callable[[Stage], None]:

@@ -100,7 +100,7 @@ def test_rays_to_a_lamp_are_not_told_apart(build, translate):
 @pytest.mark.parametrize("kind", ["POINT", "SUN"])
 def test_a_light_falloff_in_a_computed_strength(build, translate, kind):
     """3 · d · d² / (s + d²), and the strength alone on a sun."""
-    tree, emission = tree_of(build.light(kind))
+    tree, emission = tree_of(build.light(kind, 1))
     falloff, add = tree.nodes.new("ShaderNodeLightFalloff"), tree.nodes.new("ShaderNodeMath")
     falloff.inputs["Strength"].default_value, falloff.inputs["Smooth"].default_value = 3.0, 2.0
     add.inputs[1].default_value = 0.0

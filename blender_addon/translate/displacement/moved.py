@@ -78,7 +78,7 @@ def moved_mesh(
         offsets[vertices] = np.broadcast_to(found.reshape(len(found), -1), (len(vertices), 3)) @ backward.T
     positions = positions + offsets[welded]
     bent = np.array([move is not None and move.bends for move in moves])[slots]
-    shaded = mesh.normals
+    shaded: Array | None = mesh.normals
     if shaded is not None and bent.any():
         faces = _face_normals(positions, mesh.triangles[bent])
         sums = np.zeros((len(first), 3))

@@ -113,9 +113,12 @@ def _factor(source: Output) -> Input:
 def _emission(reader: LampReader, source: Output) -> Shine | None:
     """An Emission node of one color; None if it varies."""
     spectrum = spectra.spectrum_of(reader.translation, source.node)
-    color = spectrum if spectrum is not None else _color(reader, source)
-    if isinstance(color, Value):
-        color = None if color.constant is None else Color(np.broadcast_to(color.constant, (3,)))
+    found = spectrum if spectrum is not None else _color(reader, source)
+    color: Color | Spectrum | None
+    if isinstance(found, Value):
+        color = None if found.constant is None else Color(np.broadcast_to(found.constant, (3,)))
+    else:
+        color = found
     shine = None if color is None else _strength(reader, source.input("Strength"))
     if color is None or shine is None:
         return None
