@@ -13,6 +13,7 @@ from typing import Any
 
 import benchmarks
 from benchmarks import Options
+from spectral_core.cli.shared.terminal import completed
 from spectral_core.errors import UnknownNameError
 
 
@@ -71,4 +72,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(completed(main))

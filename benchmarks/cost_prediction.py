@@ -2,11 +2,12 @@
 """Predicted against true time and error: a plain render, a requested error, a requested time, on 16 different scenes.
 
 True errors are mean ΔE2000 over 2048 pixels, 256 random groups of neighbors, against a picture with other random
-numbers and all effects, traced until its own noise is a third of the error; that noise is subtracted in quadrature.
-Times are compared in seconds of the processor (work), which other programs on the machine change little; those on the
-wall are printed beside. A time budget counts on the wall. Two samples for each pixel are the least: a scene that is
-better than asked after them is asked for a quarter of what it then has, too. ``--only WORDS``: scenes of these names,
-or whose name has the word, separated by commas. ``--more``: twelve others (hair, a bottle, fog, blur, many lamps).
+numbers and all effects of at least ΔE 0.001, traced until its own noise is a third of the error; that noise is
+subtracted in quadrature. Times are compared in seconds of the processor (work), which other programs on the machine
+change little; those on the wall are printed beside. A time budget counts on the wall. Two samples for each pixel are
+the least: a scene that is better than asked after them is asked for a quarter of what it then has, too. ``--only
+WORDS``: scenes of these names, or whose name has the word, separated by commas. ``--more``: twelve others (hair, a
+bottle, fog, blur, many lamps).
 """
 
 from __future__ import annotations
@@ -42,6 +43,9 @@ COMPARED = 2048
 """Pixels whose true error is found."""
 NOISE_SHARE = 0.35
 """Largest noise of the converged picture, as a part of the error that is compared with it."""
+_CERTAIN = 1e-3
+"""Effects that are bounded by less than this ΔE are not in the converged picture: a medium of depth 1e-8 moves the
+borders of shadows by more, through the offsets of rays at its own border."""
 REPEATS, SHORT_S = 3, 3.0
 """Times are medians of as many predictions and renders in turn: other programs change processor time, too.
 Renders of more than ``SHORT_S`` are not repeated."""
@@ -160,7 +164,7 @@ class _Truth:
         self._numbers = np.flatnonzero(np.isin(number, some))
         self._pools = np.unique(number[self._numbers], return_inverse=True)[1].ravel()
         stills = [full.at(moment) for moment in full.moments] or [full]
-        self._tracers = [RenderJob(still, plan_from_data(still, 0.0)).chosen_pixels() for still in stills]
+        self._tracers = [RenderJob(still, plan_from_data(still, _CERTAIN)).chosen_pixels() for still in stills]
         self._most, self._samples, self._sums = most, 0, np.zeros((2, len(self._numbers), 3))
         self._trace(most >> 5)  # where light is rare, the noise of few samples is underestimated
 

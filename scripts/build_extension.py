@@ -13,6 +13,7 @@ import hashlib
 import importlib.util
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tomllib
@@ -228,4 +229,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a closed output ends the program without a message
     main()

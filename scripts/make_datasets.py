@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import colour
 import numpy as np
+
+from spectral_core.cli.shared.terminal import completed
 
 DATA = Path(__file__).parents[1] / "spectral_core" / "spectra" / "data"
 OBSERVERS = {
@@ -61,4 +64,4 @@ def write_natural_components(count: int = 24) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(completed(main))

@@ -18,6 +18,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from spectral_core.cli.shared.terminal import completed
+
 SIZE = 32
 SPLITS = (-0.6, 0.6)
 LEAST_COSINE = 0.008
@@ -123,4 +125,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(completed(main))

@@ -42,7 +42,10 @@ LINKED_LIBRARIES = {
 
 
 def say(text: str) -> None:
-    print(f"setup: {text}", flush=True)
+    try:
+        print(f"setup: {text}", flush=True)
+    except BrokenPipeError:  # `make setup | head -1`: the set-up is finished without its reader
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def loads(library: str) -> bool:

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from blender_addon.commands import command_names, main
+from spectral_core.cli.shared.terminal import completed
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -154,6 +155,63 @@ def test_a_closed_pipe_gives_no_error_and_the_files_are_written(tmp_path: Path) 
     assert "Traceback" not in done.stderr and "Exception" not in done.stderr
     assert done.returncode == 141
     assert (tmp_path / "out" / "solution.json").is_file()
+
+
+CHILDREN = ("spectral_core/child", "spectral_core/explore/sweep", "spectral_core/render/", "spectral_core/cli/shared")
+"""Programs that only other programs start."""
+
+
+@POSIX
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["-m", "benchmarks"],
+        ["-m", "benchmarks", "--help"],
+        ["-m", "spectral_core.cli", "--help"],
+        ["-m", "spectral_core.cli", "--version"],
+        ["-m", "blender_addon", "lattice", "--dims", "2", "--points", "8"],
+        ["-m", "examples.more_scenes", "--help"],
+        ["scripts/build_extension.py", "--help"],
+        ["-c", "import runpy; say = runpy.run_path('scripts/setup.py')['say']; say('a'); say('b')"],
+    ],
+    ids=" ".join,
+)
+def test_every_program_ends_quietly_if_its_output_is_closed(line: list[str]) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run([sys.executable, *line], stdout=writing, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    os.close(writing)
+
+    assert done.stderr == ""
+    # argparse drops what it cannot print; the set-up finishes its work without a reader
+    silent = {"-c", "--help", "--version"}.intersection(line)
+    assert done.returncode in ((0, -13, 141) if silent else (141,))
+
+
+def test_every_entry_point_expects_that_its_output_is_closed() -> None:
+    """A program that lacks one of the three ways is named here."""
+    folders = ("benchmarks", "examples", "scripts", "spectral_core", "blender_addon")
+    found = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
+    entries = [
+        path for path in found if path.name == "__main__.py" or '__name__ == "__main__"' in path.read_text("utf-8")
+    ]
+    ways = ("completed(main)", "SIG_DFL", "except BrokenPipeError", "cli import main", "commands import main")
+    lacking = [
+        name
+        for path in entries
+        if not (name := str(path.relative_to(ROOT))).startswith(CHILDREN)
+        and not any(way in path.read_text("utf-8") for way in ways)
+    ]
+    assert len(entries) > 10
+    assert lacking == []
+
+
+def test_a_closed_pipe_of_a_child_is_not_taken_for_a_closed_output() -> None:
+    def program() -> int:
+        raise BrokenPipeError("of a child")
+
+    with pytest.raises(BrokenPipeError, match="of a child"):
+        completed(program)
 
 
 @POSIX

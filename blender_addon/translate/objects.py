@@ -32,10 +32,7 @@ from .volumes import has_transfer, lattice_of, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces Blender lists as a separate mesh instance."""
-LEFT_OUT = {
-    "GPENCIL": "grease pencil is not rendered",
-    "GREASEPENCIL": "grease pencil is not rendered",
-}
+LEFT_OUT = dict.fromkeys(("GPENCIL", "GREASEPENCIL"), "grease pencil is not rendered")
 UNSEEN = ("EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
 
 
@@ -62,10 +59,9 @@ class Collected:
     @property
     def materials(self) -> tuple[Material, ...]:
         """Each assigned material, once; one whose volume varies only as the objects that have it."""
-        used = {name for instance in self.instances for name in instance.materials}
-        items = self.translated.values()
-        made = {m.material.name: m.material for m in items if m.filling is None or m.material.name in used}
-        return tuple(made.values())
+        used = {name for item in self.instances for name in item.materials}
+        made = {item.material.name: item for item in self.translated.values()}
+        return tuple(item.material for name, item in made.items() if item.filling is None or name in used)
 
     def unique(self, kind: str, name: str) -> str:
         """``name`` for its first use, with a number after that."""

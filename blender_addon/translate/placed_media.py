@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import Instance, Material, Mesh, ScatteringMedium
-from spectral_core.scene.geometry import box_of
+from spectral_core.scene.geometry import VOLUME_BOX, box_of, unit_box
 
 from .shading.attributes import PREFIX, object_attributes, random_of
 from .shading.materials import TranslatedMaterial
@@ -22,10 +22,6 @@ from .volumes import Lattice
 
 if TYPE_CHECKING:
     from .objects import Collected
-
-_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-"""Corners (bit 2: x, bit 1: y, bit 0: z) of each side of a cube, counterclockwise from outside."""
-VOLUME_BOX = "box of volumes"
 
 
 def in_mesh(
@@ -89,9 +85,9 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
         replace(item, material=replace(item.material, surface=None)), found.unique("material", name), medium
     )
     found.translated["medium", made.material.name] = made
-    found.meshes[VOLUME_BOX] = BOX
+    box = found.meshes[VOLUME_BOX] = unit_box()
     return Instance(
-        name, BOX.name, world_from_object @ object_box, (made.material.name,), group=obj.original.lightgroup,
+        name, box.name, world_from_object @ object_box, (made.material.name,), group=obj.original.lightgroup,
         index=int(obj.pass_index), shown_as=obj.name,
     )  # fmt: skip
 
@@ -136,12 +132,3 @@ def _placed(
     viewer = np.eye(4) if camera is None else np.linalg.pinv(np.array(camera.matrix_world, dtype=np.float64))
     half = np.where(half == 0, 1.0, half)
     return Region((1, 1, 1), np.eye(4), matrix, np.diag([1.0, 1.0, -1.0, 1.0]) @ viewer, center, half, facts)
-
-
-def _box() -> Mesh:
-    corners = np.array([(bit >> 2 & 1, bit >> 1 & 1, bit & 1) for bit in range(8)], dtype=np.float32)
-    faces = [(a, b, c) for a, b, c, _ in _FACES] + [(a, c, d) for a, _, c, d in _FACES]
-    return Mesh(VOLUME_BOX, corners, np.array(faces, dtype=np.uint32))
-
-
-BOX = _box()

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from examples.more_scenes import bank_note, car_paint, stage
+from spectral_core.cli.shared.terminal import completed
 from spectral_core.render import RenderProcess
 from spectral_core.scene import Film, Scene
 from spectral_core.spectra.catalogue import illuminant
@@ -62,4 +64,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(completed(main))

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
 
 from examples.two_paintings.gallery import gallery
 from examples.two_paintings.paintings import circles, hills
+from spectral_core.cli.shared.terminal import completed
 from spectral_core.palette.texture.file import write_texture
 from spectral_core.palette.texture.lights import design_lights, led_range
 from spectral_core.palette.texture.texture import Picture, design_texture
@@ -45,4 +47,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(completed(main))

@@ -21,9 +21,6 @@ from spectral_core import __version__
 from spectral_core.cli.shared import terminal
 from spectral_core.errors import SpectralError
 
-CLOSED_PIPE = 141
-"""Exit status when the reader of the output closes the pipe, as shells report SIGPIPE."""
-
 
 def command_packages(packages: Sequence[str] = ()) -> dict[str, str]:
     """Name of each command, in alphabetical order, and the module that implements it.
@@ -75,14 +72,8 @@ def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -
     packages : dotted names of further command packages, see ``command_packages``.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
-    terminal.make_writable()
     try:
-        status = _run(given, packages)
-        sys.stdout.flush()  # here, where a full disk or a closed pipe can still be distinguished from a fault
-        return status
-    except BrokenPipeError:  # `| head -1`: the reader has closed the pipe
-        terminal.close_quietly()
-        return CLOSED_PIPE
+        return terminal.completed(lambda: _run(given, packages))
     except OSError as error:
         terminal.close_quietly()
         print(f"spectral-scene: the output cannot be written: {error.strerror}", file=sys.stderr)

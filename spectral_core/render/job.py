@@ -23,7 +23,6 @@ from spectral_core.render.mitsuba_scene.units import in_working_units
 from spectral_core.render.passes.light_path import groups_by_light, light_pass_class
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import take_inventory
-from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.chosen_pixels import ChosenPixels
 from spectral_core.render.trace.first_hit import FirstHit
@@ -33,18 +32,13 @@ from spectral_core.render.trace.scene_path import scene_path
 from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import volume_integrator
+from spectral_core.render.volumes_as_media import with_volumes
 from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
 
 DYES_IN_BANDS = (
     "dyes emit light at other wavelengths than they absorb, so the stored bands hold for lamps of the spectra that "
     "they are recorded with; record Mixtures for any other"
-)
-
-
-MEDIA_AND_VOLUMES = (
-    "sampled volumes and homogeneous media are not combined: volumes inside or behind a medium are missing; render "
-    "them apart, or switch the effect media off"
 )
 
 
@@ -94,9 +88,9 @@ class RenderJob:
     """One scene under one plan. Raises RenderError if Mitsuba cannot load it."""
 
     def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
-        self.plan = plan
         radius = scene_radius(scene)
-        simulated = simulated_scene(scene, plan)
+        simulated, self.plan, joining = with_volumes(scene, plan)
+        plan = self.plan
         self.scene = in_working_units(simulated, radius)
         self._unit = 1.0 if self.scene is simulated else 1.0 / radius
         backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
@@ -113,9 +107,7 @@ class RenderJob:
                 follow_bands=measure.sampling_lights is None,
             )
         self._wavelengths = wavelengths
-        self._loaded_notes: tuple[Note, ...] = size_note(radius)
-        if self.scene.volumes and plan.is_on("media") and take_inventory(self.scene).media:
-            self._loaded_notes += (Note("Volumes", MEDIA_AND_VOLUMES),)
+        self._loaded_notes: tuple[Note, ...] = size_note(radius) + joining
         if measure.bands is not None and measure.groups and plan.is_on("fluorescence"):
             self._loaded_notes += (Note("Fluorescence", DYES_IN_BANDS),)
         try:

@@ -31,7 +31,7 @@ def volume_integrator(
     so that the shares of light groups add up to the picture.
     """
     register_integrator()
-    lighting = max((_lighting(volume) for volume in scene.volumes), key=LIGHTING.index)
+    lighting = max((require_lighting(volume) for volume in scene.volumes), key=LIGHTING.index)
     items = [_item(volume, lighting, spectral=spectral, own_light=own_light) for volume in scene.volumes]
     rules = {volume.rule for volume in scene.volumes}
     description = integrator_dict(
@@ -65,7 +65,8 @@ def view_of(camera: Camera, film: Film) -> View:
     return View(matrix, film.width, height, fov_deg=float(np.degrees(2 * np.arctan(across / 2))))
 
 
-def _lighting(volume: VolumeObject) -> str:
+def require_lighting(volume: VolumeObject) -> str:
+    """The lighting of a volume. Raises UnknownNameError if there is none of this name."""
     if volume.lighting not in LIGHTING:
         raise UnknownNameError.among("volume lighting", volume.lighting, LIGHTING)
     return volume.lighting

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import weakref
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.rays import Rays
+
+VOLUME_BOX = "box of volumes"
+"""Name of the mesh that borders volumes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,6 +85,16 @@ class Mesh:
 _boxes: weakref.WeakKeyDictionary[Mesh, NDArray[np.float64]] = weakref.WeakKeyDictionary()
 """Computed boxes of meshes: a live view needs all of them after every edit."""
 _CORNERS = np.array([(x, y, z) for y in (0, 1) for x in (0, 1) for z in (0, 1)])
+
+
+@cache
+def unit_box() -> Mesh:
+    """The cube from 0 to 1 along each axis, for the borders of volumes."""
+    corners = np.array([(bit >> 2 & 1, bit >> 1 & 1, bit & 1) for bit in range(8)], dtype=np.float32)
+    # corners (bit 2: x, bit 1: y, bit 0: z) of each side, counterclockwise from outside
+    sides = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    faces = [(a, b, c) for a, b, c, _ in sides] + [(a, c, d) for a, _, c, d in sides]
+    return Mesh(VOLUME_BOX, corners, np.array(faces, dtype=np.uint32))
 
 
 def box_of(mesh: Mesh) -> NDArray[np.float64]:

@@ -115,15 +115,15 @@ def test_a_world_medium_dims_by_the_distance_to_the_camera():
     assert render_scene(nothing).pixels[..., :3].max() < 1e-6
 
 
-def test_an_inner_medium_replaces_the_outer_one():
-    """A clear core in a dark cube: only the path in the cube around the core is dimmed."""
+def test_an_inner_medium_adds_to_the_outer_one():
+    """A clear core in a dark cube: the cube's medium goes on in it, as in Cycles."""
     outer, inner = ScatteringMedium(density=1.0, color=gray(0.0)), ScatteringMedium(density=1e-6, color=gray(0.0))
     scene = _in_white_world(outer)
     core = Instance("core", "box", np.diag([2.0, 2.0, 1.0, 1.0]), ("core",))
     scene = replace(
         scene, materials=(*scene.materials, Material("core", None, inner)), instances=(*scene.instances, core)
     )
-    assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(np.exp(-1.0), rel=0.02)
+    assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(np.exp(-2.0), rel=0.02)
 
 
 @pytest.mark.parametrize("lobes", [((1.0, 0.5, 3.0),), ((0.7, 0.9, 0.0), (0.3, -0.2, 2.0))])

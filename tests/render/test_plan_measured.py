@@ -27,6 +27,7 @@ from spectral_core.scene import (
     Diffuse,
     Film,
     Glossy,
+    Instance,
     Material,
     PointLight,
     RenderSettings,
@@ -34,6 +35,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
+from spectral_core.scene.geometry import unit_box
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from tests.render.scenes import lit_plane, matrix, sphere_mesh
 
@@ -189,15 +191,44 @@ def test_a_medium_that_absorbs_alone_calls_for_no_bounces():
     assert "absorbed" in black["media"].reason and "scatters" in white["media"].reason
 
 
-def test_volumes_that_a_medium_hides_are_named():
-    """The renderer shows one of the two: a note tells, where it said nothing."""
+def test_a_volume_among_media_that_are_too_thin_keeps_its_shading():
     from benchmarks._plan_scenes import SINGLE, staged
 
     still = staged(SINGLE["cloud"], (8, 6), 1.0)[0]
-    still = replace(still, film=replace(still.film, samples=2))
+    still = replace(still, film=replace(still.film, samples=4))
 
-    def notes(media):
+    def seen(media):
         chosen = replace(still.settings, overrides=(("media", media),))
-        return [note.message for note in render_scene(replace(still, settings=chosen)).notes]
+        return render_scene(replace(still, settings=chosen))
 
-    assert not notes("off") and any("not combined" in text for text in notes("on"))
+    alone, among = seen("off"), seen("on")
+    assert not alone.notes and any("too thin" in note.message for note in among.notes)
+    np.testing.assert_array_equal(among.pixels, alone.pixels)
+
+
+def test_a_volume_in_fog_is_a_medium_too():
+    """Even light, so that the volume shines and absorbs alone: its light through fog that absorbs."""
+    from benchmarks._plan_scenes import SINGLE, staged
+
+    still = staged(SINGLE["cloud"], (24, 18), 1.0)[0]
+    cloud = replace(still.volumes[0], lighting="even")
+    still = replace(still, film=replace(still.film, samples=256), volumes=(cloud,), lights=())
+    still = replace(still, instances=(), materials=(), meshes=(), world=World(gray(0.0)))
+    fog = ScatteringMedium(1.0, gray(0.0))
+    box = replace(unit_box(), name="box")
+    place = np.diag([2.0, 2.0, 1.0, 1.0])
+    eye = still.camera.world_from_camera[:3, 3]
+    place[:3, 3] = eye - (1.0, 1.0, 0.5)
+    foggy = replace(
+        still,
+        meshes=(box,),
+        materials=(Material("fog", None, fog),),
+        instances=(Instance("fog", "box", place, ("fog",)),),
+    )
+    alone, among = render_scene(still), render_scene(foggy)
+    # along the view the fog ends where the box does
+    way = -still.camera.world_from_camera[:3, 2]
+    length = np.min(np.array([1.0, 1.0, 0.5]) / np.maximum(np.abs(way), 1e-9))
+    assert any("rendered as media" in note.message for note in among.notes)
+    seen = [made.pixels[6:12, 8:16, :3].mean(axis=(0, 1)) for made in (alone, among)]
+    np.testing.assert_allclose(seen[1], seen[0] * np.exp(-length), rtol=0.08)  # rays at an angle go further

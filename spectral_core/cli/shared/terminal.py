@@ -6,7 +6,12 @@ from __future__ import annotations
 import codecs
 import contextlib
 import os
+import select
 import sys
+from collections.abc import Callable
+
+CLOSED_PIPE = 141
+"""Exit status when the reader of the output closes the pipe, as shells report SIGPIPE."""
 
 _PLAIN = {
     "Δ": "d",
@@ -55,3 +60,34 @@ def close_quietly() -> None:
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, sys.stdout.fileno())
         os.close(nothing)
+
+
+def completed(program: Callable[[], int | None]) -> int:
+    """Run a program and return its exit status, ``CLOSED_PIPE`` if the reader of its output closes the pipe.
+
+    ``program | head -1`` then ends without a message. Every entry point of this project runs its main function here.
+    """
+    make_writable()
+    try:
+        try:
+            status = program() or 0
+        finally:  # also after `--help`: here, where a full disk or a closed pipe can be distinguished from a fault
+            sys.stdout.flush()
+    except BrokenPipeError:
+        if not _is_closed():
+            raise  # the pipe of a child process
+        close_quietly()
+        return CLOSED_PIPE
+    return status
+
+
+def _is_closed() -> bool:
+    """True if standard output is a pipe without a reader."""
+    if not hasattr(select, "poll"):
+        return True  # Windows: no other pipe of this project raises BrokenPipeError there
+    try:
+        poll = select.poll()
+        poll.register(sys.stdout.fileno(), 0)
+        return bool(poll.poll(0))
+    except (OSError, ValueError):
+        return False  # a test or an embedding program has replaced it

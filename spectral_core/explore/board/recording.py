@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Self
 
@@ -41,7 +42,7 @@ class Recording:
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
         times, first = np.unique(rows[:, 0], return_index=True)
         now, path = np.array(start, dtype=np.float64), np.empty((times.size, len(targets)))
-        for number, (begin, end) in enumerate(zip(first, [*first[1:], len(rows)], strict=True)):
+        for number, (begin, end) in enumerate(pairwise([*first, len(rows)])):
             for _, fader, position in rows[begin:end]:
                 now[int(fader)] = position
             path[number] = now

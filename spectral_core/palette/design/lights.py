@@ -42,6 +42,8 @@ MOST_ITERATIONS = 10_000
 
 EVALUATIONS = 5
 """Evaluations of φ between two checks of the time."""
+SHORT_SECONDS = 1e-3
+"""Time of an evaluation up to which only every fifth one checks the time."""
 
 
 class _OutOfTime(Exception):
@@ -121,15 +123,18 @@ class LightDescent:
         """Descend from a state for some seconds of the budget."""
         from scipy.optimize import minimize
 
-        floor = budget.left - seconds
+        begun = budget.left
+        objective, _, found = self._phi(state)
+        best = _Found(found, objective)
         # L-BFGS-B compares decreases below 1 with 1: the objective is divided by its present size.
-        size = max(self._phi(state)[0], 1e-300)
-        best = _Found(state, np.inf)
+        size = max(objective, 1e-300)
+        took = begun - budget.left
+        floor = max(begun - seconds, 0.0) + took
+        # Reading the processor time takes a tenth of a short evaluation.
+        every = EVALUATIONS if took < SHORT_SECONDS else 1
 
         def phi(scaled: Array) -> tuple[float, Array]:
-            # Reading the processor time takes a tenth of an evaluation.
-            late = self.evaluations % EVALUATIONS == 0 and budget.left <= max(floor, 0.0)
-            if late and np.isfinite(best.objective):
+            if self.evaluations % every == 0 and budget.left <= floor:
                 raise _OutOfTime
             self.evaluations += 1
             objective, gradient, found = self._phi(self._with_lights(state, self._unit * scaled))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.design.orthogonal import refined
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import RowKey
 from spectral_core.palette.qp.engine import Engine
@@ -39,13 +40,15 @@ class Budget:
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
+        self.reserved = 0.0
+        """Seconds at the end that are kept for what follows a descent: the last round and its check."""
         self._busy, self._clock = thread_time(), perf_counter()
 
     @property
     def left(self) -> float:
-        """Seconds left, at least 0."""
+        """Seconds left before the reserved ones, at least 0."""
         busy, clock = thread_time() - self._busy, perf_counter() - self._clock
-        return max(0.0, min(self.seconds - busy, PATIENCE * self.seconds - clock))
+        return max(0.0, min(self.seconds - self.reserved - busy, PATIENCE * (self.seconds - self.reserved) - clock))
 
     @property
     def spent(self) -> bool:
@@ -116,10 +119,15 @@ class Rounds:
         return found
 
     def _solved(self, side: Side, state: PaletteState, *, perceptual: bool) -> tuple[Assembled, Answer, PaletteState]:
-        assembled = self.assembler.assembled(side, state, perceptual=perceptual)
-        answer = self.engines[side].solve(assembled.quadratic)
+        assembled, answer = self._answered(side, state, perceptual=perceptual)
         values = dict(zip(assembled.items, answer.values, strict=True))
         return assembled, answer, state.with_values(side, values)
+
+    def _answered(self, side: Side, state: PaletteState, *, perceptual: bool) -> tuple[Assembled, Answer]:
+        """The engine's answer; where both sides are designed, with the digits that the joint check compares."""
+        assembled = self.assembler.assembled(side, state, perceptual=perceptual)
+        answer = self.engines[side].solve(assembled.quadratic)
+        return assembled, refined(assembled.quadratic, answer) if len(self.sides) == 2 else answer
 
     def round(self, state: PaletteState, *, perceptual: bool = False) -> PaletteState:
         """Both sides once."""
@@ -136,8 +144,7 @@ class Rounds:
         """
         joint, settled = PERFECT, True
         for side in self.sides:
-            assembled = self.assembler.assembled(side, state, perceptual=perceptual)
-            answer = self.engines[side].solve(assembled.quadratic)
+            assembled, answer = self._answered(side, state, perceptual=perceptual)
             # Each side by its own measure: the roughness of lights must not hide a decrease of the reflectances.
             settled = settled and is_nothing(*gain(assembled, answer, state))
             joint = joint | answer.check

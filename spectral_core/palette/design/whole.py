@@ -18,6 +18,8 @@ LEAD = 3
 """Rounds before variable projection, and rounds in linear RGB before CIELAB is linearized."""
 PERCEPTUAL_ROUNDS = 12
 """Rounds with a fixed reflectance or light side after which the linearized metric counts as settled."""
+LAST_ROUNDS, MOST_RESERVED = 2.5, 0.5
+"""Time after a descent, in rounds: a round and the joint check; the largest share of the budget for them."""
 SECONDS = 2.0
 """Time budget of a solve that designs lights and reflectances together."""
 
@@ -43,12 +45,17 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
     both = len(rounds.sides) == 2
     # A single side is one convex problem; in CIELAB a few rounds settle the point of its metric.
     most = problem.rounds if both else (PERCEPTUAL_ROUNDS if perceptual else 1)
+    took = 0.0
     for number in range(1, most + 1):
         metric = perceptual and number > (LEAD if both else 1)
         if both and number > LEAD:
+            budget.reserved = min(LAST_ROUNDS * took, MOST_RESERVED * budget.seconds)
             state = improved(rounds, state, budget, perceptual=metric, race=race and number == LEAD + 1)
+            budget.reserved = 0.0
+        before = budget.left
         state = rounds.round(state, perceptual=metric)
-        if both and budget.spent:
+        took = max(before - budget.left, took / 2)
+        if both and budget.left <= took:  # the joint check takes as long as a round
             break
         if number > (LEAD if both else 1) and rounds.settled(state, perceptual=metric):
             break

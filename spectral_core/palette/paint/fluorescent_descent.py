@@ -46,11 +46,12 @@ def descended(design: FluorescentSpectra, budget: Budget) -> int:
     begin = np.concatenate(_lights(design))
     unit = max(float(np.abs(begin).mean()), 1e-12)
     floor = budget.left * (1.0 - SHARE)
-    size, best, evaluations = None, (np.inf, begin), 0
+    size, best, evaluations, took = None, (np.inf, begin), 0, 0.0
 
     def phi(scaled: Array) -> tuple[float, Array]:
-        nonlocal size, best, evaluations
-        if budget.left <= floor and evaluations:
+        nonlocal size, best, evaluations, took
+        before = budget.left
+        if before <= floor + took and evaluations:
             raise _OutOfTime
         evaluations += 1
         _place(design, items, unit * scaled)
@@ -58,6 +59,7 @@ def descended(design: FluorescentSpectra, budget: Budget) -> int:
         objective, gradient = objective_by_lights(design)
         if objective < best[0]:
             best = objective, unit * scaled
+        took = before - budget.left
         # L-BFGS-B compares decreases below 1 with 1: the objective is divided by its first value.
         size = max(objective, 1e-300) if size is None else size
         return objective / size, unit / size * gradient

@@ -21,12 +21,13 @@ from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.cell_errors import cell_errors
 from spectral_core.palette.design.rounds import Budget, is_nothing
-from spectral_core.palette.design.whole import SECONDS
+from spectral_core.palette.design.whole import LAST_ROUNDS, MOST_RESERVED, SECONDS
 from spectral_core.palette.paint.fluorescence import FluorescentSurface
 from spectral_core.palette.paint.fluorescent_descent import descended
 from spectral_core.palette.paint.fluorescent_spectra import FluorescentSpectra
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.qp.optimality import Check
+from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import EXACT_LIMIT, exact_error
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import Spectrum
@@ -72,6 +73,7 @@ class FluorescentSolution:
         return max(float(surface.returned_share().max()) for surface in self.surfaces)
 
 
+@on_one_thread
 def solve_fluorescent(
     problem: PaletteProblem, dyes: Dyes, *, start: Sequence[Spectrum] | None = None, seconds: float = SECONDS
 ) -> FluorescentSolution:
@@ -106,12 +108,17 @@ def solve_fluorescent(
         design.start_from(start)
     budget, rounds = Budget(seconds), 0
     sides: list[Side] = [side for side in SIDES if design.free_items(side)]
+    took = 0.0
     for number in range(1, problem.rounds + 1):
         rounds = number
         if number == LEAD + 1:
+            budget.reserved = min(LAST_ROUNDS * took, MOST_RESERVED * seconds)
             rounds += descended(design, budget)
+            budget.reserved = 0.0
+        before = budget.left
         gains = [design.half_round(side) for side in sides]
-        if len(sides) < 2 or budget.spent:
+        took = max(before - budget.left, took / 2)
+        if len(sides) < 2 or budget.left <= took:  # the joint check takes as long as a round
             break
         if all(is_nothing(fall, least) for fall, least in gains) and design.checked(sides)[1]:
             break

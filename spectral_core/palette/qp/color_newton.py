@@ -16,13 +16,15 @@ from spectral_core.palette.qp.active_set import WALK_STEPS, ActiveSet
 from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import KeptSpectrum
 from spectral_core.palette.qp.held_bounds import SLACK
-from spectral_core.palette.qp.quadratic import least_in_box
+from spectral_core.palette.qp.quadratic import Quadratic, least_in_box
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 DENSE_LIMIT = 200
 """Samples of a spectrum from which piqp finds the active bounds sooner than dense factors do."""
+DENSE_STEPS = 150
+"""Most breakpoints of a walk with spectra of that size: it costs as much as a solve by piqp."""
 MANY = 8
 """Spectra from which a step is worth its time: with few, the bounds of one change the objective's curvature so much
 that most steps are too long."""
@@ -41,7 +43,17 @@ class ColorNewton(ActiveSet):
         super().__init__(arrow)
         sizes = np.diff(self.offsets)
         self._kept: list[KeptSpectrum | None] = [None] * sizes.size
-        self._worthwhile = sizes.size >= MANY and int(sizes.max(initial=0)) < DENSE_LIMIT
+        self._worthwhile = sizes.size >= MANY and not self.is_dense
+
+    @property
+    def is_dense(self) -> bool:
+        """True if piqp is the faster method without a near start."""
+        return is_dense(self.arrow.problem)
+
+    @property
+    def longest_walk(self) -> int:
+        """Most breakpoints of a walk."""
+        return DENSE_STEPS if self.is_dense else WALK_STEPS
 
     def descend(self, begin: Array, free: Mask, changed: list[int] | None) -> bool:
         """From the last answer to the new one; True if an optimum was reached.
@@ -76,7 +88,7 @@ class ColorNewton(ActiveSet):
             values = self._at_colors(colors)
             self.x = np.where(self.free, np.minimum(np.maximum(values, self.lower), self.upper), self.x)
         in_doubt = self._worthwhile and self.arrow.problem.has_equalities
-        return self.walk(self.x, self.free, CONFLICT_STEPS if in_doubt else WALK_STEPS)
+        return self.walk(self.x, self.free, CONFLICT_STEPS if in_doubt else self.longest_walk)
 
     def _step(self, goal: Array, past: NDArray[np.intp], colors: Array) -> bool:
         """Move to the optimum of the present piece, or stay where that is too far; False if the walk is to go on.
@@ -157,3 +169,8 @@ class ColorNewton(ActiveSet):
         if not same:
             self.stale.add(k)
         return not same
+
+
+def is_dense(problem: Quadratic) -> bool:
+    """True if a spectrum has so many samples that piqp solves the problem sooner than dense factors do."""
+    return max(block.lower.size for block in problem.blocks) >= DENSE_LIMIT

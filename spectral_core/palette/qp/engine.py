@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from spectral_core.palette.qp.answer import Answer, answer_at, is_sharp, is_strained, nothing
 from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, nearest_miss
-from spectral_core.palette.qp.color_newton import DENSE_LIMIT, ColorNewton
+from spectral_core.palette.qp.color_newton import ColorNewton, is_dense
 from spectral_core.palette.qp.elastic import Elastic, softened
 from spectral_core.palette.qp.feasibility import can_hold
 from spectral_core.palette.qp.interior_point import interior_point
@@ -129,7 +129,10 @@ class Engine:
 
     def _solve(self, problem: Quadratic, changed: list[int] | None) -> Answer:
         warm = self._warm(problem, changed)
-        if problem.has_equalities and self._active is not None and (warm is None or not warm.check.passed):
+        is_lost = warm is None or not warm.check.passed
+        # With large spectra, which are all new, the walks of this test would cost more than piqp's cold solve.
+        is_worthwhile = changed is not None or not is_dense(problem)
+        if problem.has_equalities and self._active is not None and is_lost and is_worthwhile:
             elastic = self._still_conflicting(problem, None)
             if elastic is not None:
                 self._conflict = True
@@ -182,9 +185,9 @@ class Engine:
     def _cold(self, problem: Quadratic) -> Answer:
         """Without a start."""
         best = Answer((), np.zeros(problem.color_lower.shape), (), FAILED, ())
-        # Dense factors cost n³ per block, piqp's sparse ones about n: from DENSE_LIMIT samples on, piqp is first.
+        # Dense factors cost n³ per block, piqp's sparse ones about n: from some hundred samples on, piqp is first.
         methods = [self._from_guess, self._from_piqp]
-        if max(block.lower.size for block in problem.blocks) >= DENSE_LIMIT:
+        if is_dense(problem):
             methods.reverse()
         for method in methods:
             try:
@@ -233,7 +236,7 @@ class Engine:
         active.begin(held, free)
         self._arrow, self._active = arrow, active
         # The walk begins at the guess itself, not at the end of the first method.
-        arrived = active.settle() or active.walk(held, free)
+        arrived = active.settle() or active.walk(held, free, active.longest_walk)
         self.steps = active.steps
         answer = self._read(problem, active, engine)
         # Refinement costs a residual per row; it is made only where the first digits are not enough.

@@ -20,6 +20,11 @@ from spectral_core.spectra.spectrum import SpectralGrid
 Array = NDArray[np.float64]
 
 LAMP_GRID = SpectralGrid.uniform(360, 830, 1)
+RANGE_K = 1_000.0, 45_000.0
+"""Correlated color temperatures that are told."""
+SCAN_K = 900.0, 50_000.0
+"""A wider range that is searched, so that whites near the ends have a point of Planck's locus on either side."""
+ROUNDING = 1e-6
 DAYLIGHT_FROM_K = 5000.0
 """CIE 13.3: the reference is a black body below this temperature, a phase of daylight above."""
 
@@ -45,7 +50,7 @@ def planck_uv(kelvin: float) -> Array:
 def cct_and_duv(xyz: Array) -> tuple[float, float]:
     """Correlated color temperature in kelvin and Duv of XYZ (3,): the nearest point of Planck's locus in CIE 1960 uv.
 
-    Duv is positive above the locus (greenish). Raises InvalidInputError outside 1,000 to 45,000 K.
+    Duv is positive above the locus (greenish). Raises InvalidInputError outside ``RANGE_K``.
     """
     uv = uv_from_xyz(xyz)
     from scipy.optimize import minimize_scalar
@@ -54,14 +59,15 @@ def cct_and_duv(xyz: Array) -> tuple[float, float]:
         return float(np.sum((planck_uv(1e6 / reciprocal) - uv) ** 2))
 
     # In reciprocal megakelvin the speed along the locus is almost constant; a coarse scan finds the right minimum.
-    scan = np.linspace(1e6 / 45_000, 1e6 / 1_000, 60)
-    start = int(np.argmin([distance(value) for value in scan]))
-    if start in (0, len(scan) - 1):
-        raise InvalidInputError("the light's color is not near Planck's locus between 1,000 and 45,000 K")
+    low, high = RANGE_K
+    scan = np.linspace(1e6 / SCAN_K[1], 1e6 / SCAN_K[0], 62)
+    start = int(np.clip(np.argmin([distance(value) for value in scan]), 1, len(scan) - 2))
     found = minimize_scalar(
         distance, bounds=(scan[start - 1], scan[start + 1]), method="bounded", options={"xatol": 1e-6}
     )
     kelvin = 1e6 / found.x
+    if not low * (1 - ROUNDING) <= kelvin <= high * (1 + ROUNDING):
+        raise InvalidInputError(f"the light's color is not near Planck's locus between {low:,.0f} and {high:,.0f} K")
     # The sign: the side of the locus, seen along growing temperature, with the larger v.
     return kelvin, float(np.sqrt(found.fun)) * (1.0 if uv[1] > planck_uv(kelvin)[1] else -1.0)
 

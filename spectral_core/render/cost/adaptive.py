@@ -32,7 +32,12 @@ WATCHED = 16384
 """Pixels at which earlier rounds are kept."""
 _GROWTH = 4.0
 """Largest growth of a tile's samples in one round, before its error is estimated again."""
+_GOLDEN = 0.6180339887498949
+_FEW = 16.0
+"""Samples of each half up to which a tile has a power of two."""
 LONGEST_LAUNCH_S = 4.0
+_LEAST_GROWTH = 1.1
+"""Growth of samples in a round, at least."""
 _BUDGET_STEP = 0.05
 """Longest launch as a part of a time budget: other programs may slow a launch down, and nothing ends it early."""
 _LAUNCH_STEP = 10.0
@@ -174,11 +179,21 @@ class AdaptivePicture:
         """Samples of each half in each tile."""
         return np.bincount(self.tile, self.counts, len(self.tile_pixels)) / self.tile_pixels
 
-    def more_by_tile(self, wanted: Array) -> NDArray[np.int64]:
-        """Samples to add in each pixel so that each tile has ``wanted`` in each half, within one round's growth."""
+    def more_by_tile(self, wanted: Array, slope: float = -0.5) -> NDArray[np.int64]:
+        """Samples to add in each pixel so that tiles have ``wanted`` in each half in the mean, within a round's growth.
+
+        ``slope``: exponent of the error as a function of samples. Whole samples are spread evenly over the picture:
+        rounded up everywhere, a picture of few samples would be far better than requested. Few samples are powers of
+        two, where the random numbers are most even; in between, more of them may even be worse.
+        """
         have = self.tile_counts()
-        most = np.maximum(_GROWTH * have, have + 1)
-        goal = np.minimum(np.minimum(np.ceil(wanted), most), MOST_SAMPLES / 2)
+        chance = (np.arange(len(have)) + 0.5) * _GOLDEN % 1.0
+        power = 2.0 ** np.floor(np.log2(np.maximum(wanted, 1.0)))
+        # some tiles have the next power, so that the mean error is that of the wanted samples
+        share = (1 - (wanted / power) ** slope) / (1 - 2.0**slope)
+        few = power * np.where(chance < share, 2.0, 1.0)
+        whole = np.where(wanted < _FEW, few, np.floor(wanted + chance))
+        goal = np.minimum(np.minimum(whole, np.maximum(_GROWTH * have, have + 1)), MOST_SAMPLES / 2)
         return np.maximum(0, np.round(goal - have)).astype(np.int64)[self.tile]
 
     def picture(self) -> NDArray[np.float32]:
@@ -232,11 +247,13 @@ def until_error(
         counts = picture.tile_counts()
         # a later round adds the samples that this round lacks; a last remainder that the model misses goes to all tiles
         goal = for_error(picture.tile_errors(), counts, AIM * wanted, picture.tile_pixels)
-        more = picture.more_by_tile(counts * (goal / counts) ** (-0.5 / min(slope, -0.5)))
+        slope = min(slope, -0.5)
+        more = picture.more_by_tile(counts * (goal / counts) ** (-0.5 / slope), slope)
         if not more.any():
             if counts.min() >= MOST_SAMPLES / 2:
                 return found
-            more = np.maximum(1, np.ceil(0.05 * picture.counts)).astype(np.int64)
+            more = picture.more_by_tile(_LEAST_GROWTH * counts, slope)
+            more = more if more.any() else np.ones(len(picture.counts), np.int64)
         if not picture.add(more):
             return picture.estimate()
 

@@ -138,26 +138,21 @@ def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel)
 def _alternatives(scene: Scene, plan: EffectPlan) -> list[tuple[str, str, Scene, EffectPlan]]:
     """Axis, setting, scene and plan of each alternative that is compared with the plan."""
     found = [
-        ("bounces", str(count), scene, _with(plan, "bounces", str(count)))
+        ("bounces", str(count), scene, plan.changed("bounces", str(count)))
         for count in (0, 1, 2, 4, 8, 16)
         if count < plan.bounces
     ]
     found.append(("bounces", str(plan.bounces), scene, plan))
     if plan["transport"].error:
         other = "rgb" if plan.is_spectral else "spectral"
-        changed = _with(plan, "transport", other)
-        found.append(("transport", other, scene, _with(changed, "dispersion", "off") if other == "rgb" else changed))
+        changed = plan.changed("transport", other)
+        found.append(("transport", other, scene, changed.changed("dispersion", "off") if other == "rgb" else changed))
         found.append(("transport", plan["transport"].value, scene, plan))
     for quality in (30.0, 40.0, 60.0):
         if scene.volumes and plan.is_on("volumes"):
             volumes = tuple(replace(volume, quality=quality) for volume in scene.volumes)
             found.append(("volume step", f"{quality:g} dB", replace(scene, volumes=volumes), plan))
     return found
-
-
-def _with(plan: EffectPlan, name: str, value: str) -> EffectPlan:
-    changed = tuple(replace(each, value=value) if each.name == name else each for each in plan.decisions)
-    return replace(plan, decisions=changed)
 
 
 def table(curve: CostCurve) -> str:

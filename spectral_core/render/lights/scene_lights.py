@@ -179,7 +179,7 @@ class SceneLights:
         if self.glows is not None:
             total.glows = self._met_glow(si, to, path, rule, tables, active & si.is_valid())
         # in homogeneous fog ``met_in_fog`` counts them
-        in_fog = mi.Bool(False) if tables.media is None else tables.media.is_even(path.medium, active)
+        in_fog = mi.Bool(False) if tables.media is None else tables.media.is_even((path.medium, path.outer), active)
         total.lamps += self._met_bodies(si, path, rule, to, may_meet & ~in_fog)
         missed = active & ~si.is_valid() & shows_world
         if self.suns is not None and self.suns.have_size:

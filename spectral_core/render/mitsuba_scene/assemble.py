@@ -17,13 +17,13 @@ from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene import geometry, light
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
-from spectral_core.render.mitsuba_scene.medium import medium_around
+from spectral_core.render.mitsuba_scene.media.surroundings import media_at, overlapping_media
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, STRAND, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
-from spectral_core.render.trace.media.table import FARTHEST, ONLY_BORDER
+from spectral_core.render.trace.media.table import FARTHEST, ONLY_BORDER, Surroundings
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 from spectral_core.scene.geometry import box_of, corners_of
 
@@ -31,6 +31,7 @@ SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radii of scenes that 32-bit numbers represent well; smaller and larger scenes get a note."""
 LAMP_BODY = "\0lamp"
 """Name of the material of Mitsuba's lamps, which is transparent. No material of an artist has this name."""
+CROWDED = "is where more than two volumes overlap; a ray knows two of them at a time, beside that of the world"
 UNLIMITED_BOUNCES = 1024
 """Blender's largest number of bounces, which means no limit."""
 
@@ -150,7 +151,7 @@ def load_scene(
     lights = None if context.lights is None else _scene_lights(context, context.lights, loaded, rules)
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
-    rules.subsurface, rules.holdouts = context.has_subsurface, context.has_holdouts
+    rules.subsurface, rules.disks, rules.holdouts = context.has_subsurface, context.has_disks, context.has_holdouts
     home = LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
     context.tables.live_in(home)
     return home
@@ -171,7 +172,12 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
         mi = shapes.context.mitsuba
         number = lambda shape: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])  # noqa: E731
         inside = {number(shape): medium & (ONLY_BORDER - 1) for shape, medium in rules.inside}
-        rules.around = around, medium_around(mi, loaded, inside, scene.camera.world_from_camera[:3, 3], around)
+        camera = media_at(mi, loaded, inside, scene.camera.world_from_camera[:3, 3], around)
+        overlap, crowded = overlapping_media(scene)
+        for name in crowded:
+            shapes.context.note(name, CROWDED)
+        # objects of a live view may be moved into each other
+        rules.around = Surroundings(around, camera, overlap or (shapes.movable and len(shapes.inside) > 1))
 
 
 def _enter_body(context: Context, body: Any) -> None:
@@ -185,7 +191,7 @@ def _enter_body(context: Context, body: Any) -> None:
 
 def _scene_lights(context: Context, lights: LightList, loaded: Any, rules: RayRules) -> SceneLights:
     """Tables of all lights of a loaded scene."""
-    box, fogged = loaded.bbox(), bool(rules.around[0])  # a medium of the world attenuates distant light
+    box, fogged = loaded.bbox(), rules.around.world != 0  # a medium of the world attenuates distant light
     reach = FARTHEST if fogged else 1e3
     if box.valid() and not fogged:
         reach = 4 * float(np.linalg.norm(np.array(box.max) - np.array(box.min))) + 1e-3

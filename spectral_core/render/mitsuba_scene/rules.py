@@ -14,7 +14,7 @@ import numpy as np
 
 from spectral_core.render.plugins.numbers import Rows
 from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
-from spectral_core.render.trace.media.table import Media, MediumRow
+from spectral_core.render.trace.media.table import Media, MediumRow, Surroundings
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32
@@ -46,6 +46,8 @@ class RayRules:
     camera_world: Any | None = None
     subsurface: bool = False
     """True if a surface has subsurface scattering."""
+    disks: bool = False
+    """True if some of it is by the profile of Christensen and Burley."""
     surfaces: Any = None
     """``SurfaceTables`` of the scene."""
     meshes: Any = None
@@ -54,7 +56,7 @@ class RayRules:
     """The media of shapes and of the world, by number from 1."""
     inside: list[tuple[Any, int]] = field(default_factory=list)
     """By shape the number of its medium, and True if the shape is only the border of the medium."""
-    around: tuple[int, int] = (0, 0)
+    around: Surroundings = field(default_factory=Surroundings)
     """Numbers of the media of the world and at the camera."""
     holdouts: bool = False
     """True if parts of some surface are holdouts."""
@@ -82,13 +84,13 @@ class Tables:
         self.links = self._table(emitter, [(item, number + 1) for item, number in rules.links])
         self.unlit = self._table(shape, rules.unlit)
         self.clear = self._table(shape, rules.clear)
-        self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
+        self.camera_world, self.subsurface, self.disks = rules.camera_world, rules.subsurface, rules.disks
         self.surfaces, self.meshes = rules.surfaces, rules.meshes
         self.media: Any = None
         self.has_holdout_surfaces = rules.holdouts
         self.cuts_holes = rules.holdouts or any(bits & HOLDOUT for _, bits in rules.shapes)
         if rules.media:
-            self.media = Media(mitsuba, rules.media, self._table(shape, rules.inside), *rules.around)
+            self.media = Media(mitsuba, rules.media, self._table(shape, rules.inside), rules.around)
         self.reradiation = rules.reradiation
         self.has_even_lobes = rules.subsurface or rules.reradiation is not None
         self.has_strands = any(bits & STRAND for _, bits in rules.shapes)

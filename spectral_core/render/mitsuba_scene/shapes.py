@@ -11,7 +11,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import geometry, surface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.lamp_rows import add_glow, constant_glow, emitted_by
-from spectral_core.render.mitsuba_scene.medium import medium_row
+from spectral_core.render.mitsuba_scene.media.rows import medium_row
 from spectral_core.render.plugins.lamps.light_points import Triangles
 from spectral_core.render.plugins.placing import is_regular
 from spectral_core.render.trace.media.table import ONLY_BORDER, MediumRow

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from spectral_core.errors import UnknownNameError
@@ -98,6 +98,11 @@ class EffectPlan:
     def is_on(self, name: str) -> bool:
         """True if an effect is simulated, in any amount."""
         return self[name].is_on
+
+    def changed(self, name: str, value: str) -> EffectPlan:
+        """The plan with another value of one effect. Raises UnknownNameError."""
+        other = replace(self[name], value=value)
+        return replace(self, decisions=tuple(other if each.name == name else each for each in self.decisions))
 
     def as_rows(self) -> list[dict[str, str | bool | float | None]]:
         """The plan as plain data, for reports."""

@@ -13,6 +13,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, Tables
 from spectral_core.render.plugins.closures.holdout import QUESTION
 from spectral_core.render.plugins.paints.ray_marks import camera_marks
+from spectral_core.render.trace.media import flight as flights
 from spectral_core.scene import Rays
 
 MOST_LAYERS = 64
@@ -91,7 +92,7 @@ class FirstHit:
                 # a medium that varies depends on where the piece begins
                 piece = mi.Ray3f(ray)
                 piece.o = origin
-                passed = dr.select(walking, passed * fills.clear(fog[0], way, piece, walking), passed)
+                passed = dr.select(walking, passed * flights.clear(fills, fog, way, piece, walking), passed)
                 fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met)
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < MOST_LAYERS)
             # a walk that ends at the limit has not reached the environment
@@ -101,7 +102,7 @@ class FirstHit:
 
         fog = mi.UInt32(0), mi.UInt32(0)
         if fills is not None:
-            fog = mi.UInt32(fills.camera), mi.UInt32(fills.around)
+            fog = mi.UInt32(fills.camera[0]), mi.UInt32(fills.camera[1])
         clear, hidden = mi.Spectrum(1.0), mi.Spectrum(0.0)
         start = (mi.Point3f(ray.o), mi.Float(ray.maxt), clear, hidden, fog, mi.UInt32(0), mi.Bool(True))
         _, _, passed, hole, _, _, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _f, _n, walking: walking, body)

@@ -8,6 +8,7 @@ from typing import Any
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT
 from spectral_core.render.plugins.closures.hair import FIBER
 from spectral_core.render.plugins.numbers import channel_mean
+from spectral_core.render.trace.media import flight as flights
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.scene import Rays
 
@@ -155,7 +156,7 @@ def shone_through(
         counts = blocks
         if fills is not None:
             length = dr.select(si.is_valid(), si.t, ray.maxt)
-            clear = dr.select(active, clear * fills.clear(fog[0], length, ray, active), clear)
+            clear = dr.select(active, clear * flights.clear(fills, fog, length, ray, active), clear)
             number = tables.shape_number(si)
             fog = fills.crossed(fog, number, si, (ray.d, ray.d), met)
             counts = blocks & ~fills.is_border(number, met)

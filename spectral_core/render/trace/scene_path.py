@@ -17,10 +17,11 @@ from spectral_core.render.plugins.closures import microfacet
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace import hit_sides, lobes, path_limits, reradiation
+from spectral_core.render.trace.below.dive import dive
+from spectral_core.render.trace.below.leaving import cosine_out, leaving
 from spectral_core.render.trace.media import in_media
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
-from spectral_core.render.trace.subsurface import cosine_out, leaving, walk
 from spectral_core.scene import Rays
 
 
@@ -63,7 +64,7 @@ def scene_path_class(variant: str) -> Any:
             self.asked_way: Any = None
             """Local direction to that light, and the surface's scattering from there."""
             self.fog: Any = None
-            """True if the path samples a light from within a medium now, and the medium."""
+            """True if the path samples a light from within media now, and these."""
             self.flight: Any = None
             """The segment in that medium."""
             self.carried: Any = None
@@ -88,7 +89,7 @@ def scene_path_class(variant: str) -> Any:
             """A path at the camera."""
             state = PathState(ray, active)
             if self.tables.media is not None:
-                state.medium, state.outer = mi.UInt32(self.tables.media.camera), mi.UInt32(self.tables.media.around)
+                state.medium, state.outer = (mi.UInt32(number) for number in self.tables.media.camera)
             return state
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
@@ -107,7 +108,7 @@ def scene_path_class(variant: str) -> Any:
             if self.tables.media is not None:
                 ends = path.active & si.is_valid() & ~unseen & ~self.tables.media.is_border(shape, path.active)
                 floats, place = self.fly(si, path, sampler, path.active & ~leaves)
-                self.fog = in_media.asks_light(self.flight, ends, self.lights), path.medium
+                self.fog = in_media.asks_light(self.flight, ends, self.lights), self.flight.parts
                 unseen &= ~floats
             arrived = self.arrived(si, path, path.active & ~unseen & ~leaves & ~floats)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
@@ -155,14 +156,13 @@ def scene_path_class(variant: str) -> Any:
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
             bounces = scatters
             if self.tables.media is not None:
-                limits = self.volume, self.bounces
-                turns = in_media.scatter(self.tables.media, (place, path), (pick, direction), floats, limits)
+                limits, of = (self.volume, self.bounces), (place, path, self.flight)
+                turns = in_media.scatter(self.tables.media, of, (pick, direction), floats, limits)
                 onward, bounces = onward | turns, scatters | turns
             path.leaves &= unseen
             if self.tables.subsurface:
-                below, factor, surfaces, sampler = walk(
-                    mi, dr, scene, self.tables, (si, shape, bs, weight, dives), sampler
-                )
+                start = (si, shape, bs, weight, dives, path.diffuse > 0)
+                below, factor, surfaces, sampler = dive(mi, dr, scene, self.tables, start, sampler)
                 dives &= surfaces
                 path.ray = dr.select(dives, below, path.ray)
                 path.throughput = dr.select(dives, path.throughput * factor, path.throughput)
@@ -227,7 +227,7 @@ def scene_path_class(variant: str) -> Any:
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
             si, bsdf, shape, (matt, along) = hit
-            floats, medium = (mi.Bool(False), mi.UInt32(0)) if self.fog is None else self.fog
+            floats, parts = (mi.Bool(False), []) if self.fog is None else self.fog
             wanted = active & (mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) | floats)
             both, kinds = self.sides_of(bsdf, path.leaves)
             to = Receiver(si.p, self.seen_side(si, path.ray.d), both | floats)
@@ -254,7 +254,7 @@ def scene_path_class(variant: str) -> Any:
             media = mi.UInt32(0), mi.UInt32(0)
             if self.tables.media is not None:
                 hits, ways = (si, shape, path), (path.ray.d, drawn.direction)
-                fog, media = in_media.toward(self.tables.media, hits, ways, (floats, medium), wanted)
+                fog, media = in_media.toward(self.tables.media, hits, ways, (floats, parts), wanted)
                 value, pdf = dr.select(floats, mi.Spectrum(fog[0]), value), dr.select(floats, fog[1], pdf)
             if self.tables.has_even_lobes:
                 out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi

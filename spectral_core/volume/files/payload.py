@@ -208,13 +208,14 @@ def parse_words(words: Sequence[bytes], dtype: np.dtype, source: Path) -> NDArra
     try:
         if dtype.kind == "f":
             return np.array(words, dtype=np.float64).astype(dtype.newbyteorder("="))
-        wide = np.array([int(word) for word in words], dtype=np.int64 if dtype.kind == "i" else np.uint64)
+        whole = [int(word) for word in words]
     except (ValueError, OverflowError) as error:
         raise FileFormatError(f"{source.name} holds text that is not a number of type {dtype.name}: {error}") from error
     limits = np.iinfo(dtype)
-    if wide.size and (wide.min() < limits.min or wide.max() > limits.max):
+    # Before the conversion: NumPy takes -1 for the largest unsigned number.
+    if whole and (min(whole) < limits.min or max(whole) > limits.max):
         raise FileFormatError(f"{source.name} lists a value outside the range of its type {dtype.name}")
-    return wide.astype(dtype.newbyteorder("="))
+    return np.array(whole, dtype=dtype.newbyteorder("="))
 
 
 def x_first(numbers: NDArray[Any], shape: Sequence[int]) -> NDArray[Any]:

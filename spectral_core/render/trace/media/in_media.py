@@ -7,7 +7,9 @@ from typing import Any
 
 from spectral_core.render.lights.choice import Chosen, Receiver
 from spectral_core.render.lights.stretch import Stretch
-from spectral_core.render.trace.media.table import Flight, Media
+from spectral_core.render.trace.media import flight as flights
+from spectral_core.render.trace.media.flight import Flight
+from spectral_core.render.trace.media.table import Media
 from spectral_core.scene import Rays
 
 BY_ANGLE = 0.5
@@ -24,7 +26,7 @@ def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[F
     import mitsuba as mi
 
     si, path = of
-    flight = media.fly(path, dr.select(si.is_valid(), si.t, dr.inf), sampler, active)
+    flight = flights.fly(media, path, dr.select(si.is_valid(), si.t, dr.inf), sampler, active)
     place = mi.SurfaceInteraction3f(si)
     place.p = dr.select(flight.scatters, path.ray.o + path.ray.d * flight.distance, si.p)
     # A point in a medium has no normal: lights are chosen by distance alone, not by a cosine.
@@ -85,17 +87,19 @@ def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], 
     return place, dr.select(flight.varies, at_point, along)
 
 
-def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]) -> Any:
-    """Change the direction of paths (``of``: point, path) that scatter in a medium; returns those that continue.
+def scatter(
+    media: Media, of: tuple[Any, Any, Flight], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]
+) -> Any:
+    """Change the direction of paths (``of``: point, path, flight) that scatter; returns those that continue.
 
     ``draws``: one random number and two; ``limits``: bounces in media, and in all.
     """
     import drjit as dr
     import mitsuba as mi
 
-    place, path = of
+    place, path, flight = of
     turns = floats & ~path.last
-    way, density, factor = media.turned(path.medium, path.ray.d, draws, turns)
+    way, density, factor = media.turned(flight.parts, path.ray.d, draws, turns)
     path.throughput = dr.select(turns, path.throughput * factor, path.throughput)
     path.depth = dr.select(turns, path.depth + 1, path.depth)
     path.volume = dr.select(turns, path.volume + 1, path.volume)
@@ -122,11 +126,11 @@ def toward(
     """Phase function and its density toward a light, and the medium (and the one around it) at the start of the ray.
 
     ``hits``: interaction, number of its shape, path; ``ways``: directions of the path and to the light; ``fog``: True
-    if the path scatters in a medium here, and the medium.
+    if the path scatters in media here, and these.
     """
     import drjit as dr
 
     si, shape, path = hits
-    floats, medium = fog
-    phase = media.phase(medium, dr.dot(*ways), active & floats)
+    floats, parts = fog
+    phase = media.phase(parts, dr.dot(*ways), active & floats)
     return phase, media.crossed((path.medium, path.outer), shape, si, ways, active & ~floats)

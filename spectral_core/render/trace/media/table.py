@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Media in objects and around them: free flight, scattering, and emission along rays.
+"""Media in objects and around them: their coefficients, phase functions and borders.
 
-A medium is a number, 0 for empty space. Distances are drawn by scattering alone, and absorption is a factor along the
-ray, so that nothing is lost in a medium that only absorbs. A distance is weighted by its density over all wavelengths
-(Wilkie et al. 2014, "Hero wavelength spectral sampling").
+A medium is a number, 0 for empty space. A ray knows the innermost medium at its place and the one around that; where
+objects with media overlap, or are in the world's medium, their media add up.
 """
 
 from __future__ import annotations
@@ -14,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.trace.media import tracking
+from spectral_core.render.trace.below.walk import scattering
 from spectral_core.render.trace.media.grids import GridRow, MediumGrids
-from spectral_core.render.trace.subsurface import scattering
 
 FARTHEST = 1e12
 """Length of a ray without end in a medium."""
@@ -39,48 +37,39 @@ class MediumRow:
     grid: GridRow | None = None
 
 
-@dataclass(slots=True, eq=False)
-class Flight:
-    """Rays on their way to the next surface: True if they scatter before it, the distance, the factor on their light,
-    and the emission along the whole way.
-
-    ``carried``: throughput before the flight; ``reach``: length of the segment; ``share``: probability of each
-    wavelength to draw the distance; ``scattering`` and ``extinction`` coefficients; ``inside``: True in a medium;
-    ``ends``: True if the segment ends at a surface, which samples lights itself; ``varies``: True in a medium that
-    varies, where lights are sampled from the scattering point alone.
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """Numbers of the world's medium and of the two innermost ones at the camera; ``overlap``: True if media of objects
+    overlap.
     """
 
-    scatters: Any
-    distance: Any
-    weight: Any
-    glow: Any
-    carried: Any
-    reach: Any
-    share: Any
-    scattering: Any
-    extinction: Any
-    inside: Any
-    ends: Any = True
-    varies: Any = False
+    world: int = 0
+    camera: tuple[int, int] = (0, 0)
+    overlap: bool = False
 
-    @property
-    def even(self) -> Any:
-        """True in a homogeneous medium."""
-        return self.inside & ~self.varies
+
+@dataclass(slots=True, eq=False)
+class Part:
+    """A medium at a point, and its scattering per unit of length there."""
+
+    medium: Any
+    scattering: Any
 
 
 class Media:
     """All media of a scene.
 
     ``inside``: the medium in a shape, by the shape's number, and ``ONLY_BORDER``. ``around``: the medium of the world;
-    ``camera``: the one at the camera.
+    ``camera``: the one at the camera and the one around that.
     """
 
-    def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, around: int, camera: int) -> None:
+    def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, at: Surroundings) -> None:
         import drjit as dr
 
         self._mi, self._dr, self._rows, self._inside = mitsuba, dr, rows, inside
-        self.around, self.camera = (dr.opaque(mitsuba.UInt32, number) for number in (around, camera))
+        self._overlap, self._in_world = at.overlap, at.world != 0 and inside is not None
+        self.around = dr.opaque(mitsuba.UInt32, at.world)
+        self.camera = tuple(dr.opaque(mitsuba.UInt32, number) for number in at.camera)
         self._lobes = max(len(row.lobes) for row in rows)
         table = np.zeros((len(rows) + 1, self._lobes, 3), np.float32)
         # Row 0 is empty space: one isotropic lobe, so that no lookup needs a case for it.
@@ -91,6 +80,19 @@ class Media:
         self.glows = any(row.glow is not None for row in rows)
         varies = any(row.grid is not None for row in rows)
         self.grids = MediumGrids(mitsuba, [row.grid for row in rows]) if varies else None
+
+    def present(self, media: tuple[Any, Any]) -> list[Any]:
+        """Numbers of the media at a place, whose coefficients add up; 0 for none. ``media``: the innermost one, and the
+        one around that.
+        """
+        mi, dr = self._mi, self._dr
+        medium, outer = media
+        found = [mi.UInt32(medium)]
+        if self._overlap or self._in_world:
+            found.append(mi.UInt32(dr.select(medium != self.around, outer, 0)))
+        if self._overlap and self._in_world:
+            found.append(mi.UInt32(dr.select((medium != self.around) & (outer != self.around), self.around, 0)))
+        return found
 
     def coefficients(self, medium: Any, wavelengths: Any, active: Any) -> tuple[Any, Any, Any]:
         """Scattering, absorption and emission per unit of length."""
@@ -107,86 +109,24 @@ class Media:
                 glow = dr.select(here, row.glow.eval(place, here), glow)
         return scatters, absorbs, glow
 
-    def fly(self, path: Any, reach: Any, sampler: Any, active: Any) -> Flight:
-        """Flight of a path's ray to its hit at a distance ``reach``."""
-        mi, dr = self._mi, self._dr
-        inside = active & (path.medium != 0)
-        reach = dr.minimum(reach, FARTHEST)
-        scatters, absorbs, glow = self.coefficients(path.medium, path.ray.wavelengths, inside)
-        # A wavelength is chosen by its remaining contribution: the brightest one draws the distance most often.
-        share = dr.abs(path.throughput * scatters)
-        total = dr.sum(share)
-        channels = dr.size_v(mi.Spectrum)
-        share = dr.select(total > 0.0, share / dr.maximum(total, 1e-30), 1.0 / channels)
-        pick, place = sampler.next_1d(), sampler.next_1d()
-        chosen, below = scatters[0], share[0]
-        for k in range(1, channels):
-            chosen = dr.select(pick >= below, scatters[k], chosen)
-            below = below + share[k]
-        # A wavelength that does not scatter never collides; its distance is beyond everything.
-        drawn = dr.select(chosen > 0.0, -dr.log(1.0 - place) / dr.maximum(chosen, 1e-30), FARTHEST)
-        collides = inside & (drawn < reach)
-        distance = dr.minimum(drawn, reach)
-        event = dr.select(collides, scatters, mi.Spectrum(1.0))
-        # Balance heuristic over wavelengths: the density with which any of them would have drawn this event.
-        density = dr.sum(share * event * dr.exp(-scatters * distance))
-        extinction = scatters + absorbs
-        gained = event * dr.exp(-extinction * distance) / dr.maximum(density, 1e-30)
-        weight = dr.select(inside, dr.select(density > 0.0, gained, 0.0), 1.0)
-        brought = mi.Spectrum(0.0)
-        if self.glows:
-            # Emission is integrated along the whole way, scattered or not, so it adds no noise.
-            depth = extinction * reach
-            # (1 - exp(-x)) / x, by its series if that cancels
-            mean = dr.select(depth > 1e-3, (1.0 - dr.exp(-depth)) / dr.maximum(depth, 1e-9), 1.0 - 0.5 * depth)
-            brought = dr.select(inside, glow * reach * mean, 0.0)
-        carried = mi.Spectrum(path.throughput)
-        flight = Flight(collides, distance, weight, brought, carried, reach, share, scatters, extinction, inside)
-        flight.varies = mi.Bool(False)
-        if self.grids is not None:
-            self._track(flight, path, (scatters, absorbs, glow), tracking.seed_of(pick, place), inside)
-        return flight
+    def varies(self, medium: Any, active: Any) -> Any:
+        """True for a medium that varies."""
+        return self._mi.Bool(False) if self.grids is None else self.grids.has(medium, active)
 
-    def is_even(self, medium: Any, active: Any) -> Any:
-        """True for a homogeneous medium."""
-        found = medium != 0
-        return found if self.grids is None else found & ~self.grids.has(medium, active)
+    def is_even(self, media: tuple[Any, Any], active: Any) -> Any:
+        """True in media of which none varies."""
+        found = self._mi.Bool(media[0] != 0)
+        for number in self.present(media):
+            found &= ~self.varies(number, active)
+        return found
 
-    def _track(self, flight: Flight, path: Any, light: tuple[Any, Any, Any], seed: Any, inside: Any) -> None:
-        """Fly through media that vary."""
-        mi, dr, grids = self._mi, self._dr, self.grids
-        assert grids is not None
-        # the closed forms above stay where the medium is homogeneous: they have less noise
-        varies = inside & grids.has(path.medium, inside)
-        way = grids.way(path.medium, path.ray, varies)
-        way.tints = self._tints(path.ray.wavelengths, varies)
-        found = tracking.fly(grids, way, flight.reach, (path.throughput, *light), seed, varies)
-        names = ("scatters", "distance", "weight", "glow")
-        for name, value in zip(names, found, strict=True):
-            setattr(flight, name, dr.select(varies, value, getattr(flight, name)))
-        flight.varies = mi.Bool(varies)
-
-    def _tints(self, wavelengths: Any, active: Any) -> Any:
-        """Red, green and blue at the wavelengths of rays; None if no grid has colors."""
+    def tints(self, wavelengths: Any, active: Any) -> Any:
+        """Red, green and blue at wavelengths; None if no grid has colors."""
         if self.grids is None or self.grids.tints is None:
             return None
         place = self._dr.zeros(self._mi.SurfaceInteraction3f)
         place.wavelengths = wavelengths
         return tuple(tint.eval(place, active) for tint in self.grids.tints)
-
-    def clear(self, medium: Any, length: Any, ray: Any, active: Any) -> Any:
-        """Transmittance of a ray through a medium, up to a distance; estimated where the medium varies."""
-        dr = self._dr
-        scatters, absorbs, _ = self.coefficients(medium, ray.wavelengths, active)
-        length = dr.minimum(length, FARTHEST)
-        passes = dr.exp(-(scatters + absorbs) * length)
-        if self.grids is not None:
-            varies = active & self.grids.has(medium, active)
-            way = self.grids.way(medium, ray, varies)
-            way.tints = self._tints(ray.wavelengths, varies)
-            tracked = tracking.transmittance(self.grids, way, length, (scatters, absorbs), varies)
-            passes = dr.select(varies, tracked, passes)
-        return dr.select(active & (medium != 0), passes, 1.0)
 
     def crossed(self, before: tuple[Any, Any], shape: Any, si: Any, ways: tuple[Any, Any], active: Any) -> Any:
         """Medium, and the one around it, after a ray has hit a shape.
@@ -201,9 +141,11 @@ class Media:
         through = active & (inside != 0) & (to * away > 0.0)
         enters, leaves = through & (away < 0.0), through & (away > 0.0)
         own = leaves & (medium == inside)
+        # objects that overlap may be left in any order
+        other = leaves & ~own & (outer == inside)
         after = dr.select(enters, inside, dr.select(own, outer, medium))
-        # of nested media two are known, as for a bottle and its drink
-        around = dr.select(enters, medium, dr.select(own, self.around, outer))
+        # of nested media two are known beside that of the world, as for a bottle and its drink
+        around = dr.select(enters, medium, dr.select(own | other, self.around, outer))
         return mi.UInt32(after), mi.UInt32(around)
 
     def inside(self, shape: Any, active: Any) -> Any:
@@ -222,8 +164,31 @@ class Media:
         start = (medium * self._lobes + k) * 3
         return tuple(dr.gather(mi.Float, self._table, start + part, active) for part in range(3))
 
-    def phase(self, medium: Any, cosine: Any, active: Any) -> tuple[Any, Any]:
-        """Value of the phase function at an angle to the forward direction, and the density of ``turned`` there."""
+    def phase(self, parts: list[Part], cosine: Any, active: Any) -> tuple[Any, Any]:
+        """Value of the phase function at an angle to the forward direction, and the density of ``turned`` there.
+
+        Media that overlap scatter by their coefficients: the value may differ by wavelength.
+        """
+        mi, dr = self._mi, self._dr
+        if len(parts) == 1:
+            return self._phase_of(parts[0].medium, cosine, active)
+        value, density, total = mi.Spectrum(0.0), mi.Float(0.0), mi.Spectrum(0.0)
+        for part, share in zip(parts, self._shares(parts), strict=True):
+            one, drawn = self._phase_of(part.medium, cosine, active)
+            value += part.scattering * one
+            total += part.scattering
+            density += share * drawn
+        return value * dr.rcp(dr.maximum(total, 1e-30)), density
+
+    def _shares(self, parts: list[Part]) -> list[Any]:
+        """Probability of each medium to turn a path."""
+        mi, dr = self._mi, self._dr
+        means = [mi.Float(dr.mean(part.scattering)) for part in parts]
+        total = sum(means[1:], means[0])
+        # a path without any scattering does not turn
+        return [mean * dr.rcp(dr.maximum(total, 1e-30)) for mean in means]
+
+    def _phase_of(self, medium: Any, cosine: Any, active: Any) -> tuple[Any, Any]:
         mi, dr = self._mi, self._dr
         value, density = mi.Float(0.0), mi.Float(0.0)
         for k in range(self._lobes):
@@ -237,17 +202,18 @@ class Media:
             value += plain * (1.0 + alpha * cosine * cosine) / (1.0 + alpha * (1.0 + 2.0 * square) / 3.0)
         return value, density
 
-    def turned(self, medium: Any, ahead: Any, draws: tuple[Any, Any], active: Any) -> tuple[Any, Any, Any]:
+    def turned(self, parts: list[Part], ahead: Any, draws: tuple[Any, Any], active: Any) -> tuple[Any, Any, Any]:
         """A direction after scattering, its density and the factor on its light; ``draws``: one number and two."""
         mi, dr = self._mi, self._dr
         pick, sample = draws
-        _, chosen, _ = self._lobe(medium, 0, active)
-        below = self._lobe(medium, 0, active)[0]
-        for k in range(1, self._lobes):
-            weight, g, _ = self._lobe(medium, k, active)
-            chosen = dr.select(pick >= below, g, chosen)
-            below += weight
+        chosen, below = mi.Float(0.0), mi.Float(0.0)
+        shares = self._shares(parts) if len(parts) > 1 else [mi.Float(1.0)]
+        for part, share in zip(parts, shares, strict=True):
+            for k in range(self._lobes):
+                weight, g, _ = self._lobe(part.medium, k, active)
+                chosen = dr.select((pick >= below) & (weight > 0.0), g, chosen)
+                below += share * weight
         # Directions are drawn by Henyey and Greenstein alone; Draine's factor, of mean 1, becomes a weight.
         local = scattering(mi, dr, chosen, sample)
-        value, density = self.phase(medium, local.z, active)
+        value, density = self.phase(parts, local.z, active)
         return mi.Frame3f(ahead).to_world(local), density, value / dr.maximum(density, 1e-20)

@@ -10,11 +10,14 @@ tracking for estimating attenuation in participating media").
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from spectral_core.render.trace import sobol
 from spectral_core.render.trace.media.grids import MediumGrids, Way
 
+EMISSION_POINTS = 16.0
+"""Mean number of points at which the emission of media that do not vary is read along a ray."""
 DIMMEST, SPARED = 0.05, 0.5
 """Below this transmittance a shadow ray ends with the probability 1 - SPARED at a collision."""
 
@@ -38,40 +41,98 @@ def uniform(seed: Any) -> tuple[Any, Any]:
     return mi.Float(sobol.hashed(seed) >> 8) * 2.0**-24, seed
 
 
-def _next(grids: MediumGrids, way: Way, along: Any, seed: Any, active: Any) -> tuple[Any, Any, Any, Any]:
-    """Distance to the next collision or to the end of the block, True for a collision, the bound and the next seed."""
+def _collision(along: Any, step: tuple[Any, Any], seed: Any, active: Any) -> tuple[Any, Any, Any]:
+    """Distance to the next collision or to the end of a ``step`` (bound, length), True for a collision, next seed."""
     import drjit as dr
 
-    bound, length = grids.block(way, along, active)
+    bound, length = step
     sample, seed = uniform(seed)
     free = dr.select(bound > 0.0, -dr.log(1.0 - sample) / dr.maximum(bound, 1e-30), dr.inf)
-    return along + dr.minimum(free, length), active & (free < length), bound, seed
+    return along + dr.minimum(free, length), active & (free < length), seed
 
 
-def fly(
-    grids: MediumGrids, way: Way, reach: Any, light: tuple[Any, ...], seed: Any, active: Any
-) -> tuple[Any, Any, Any, Any]:
+@dataclass(slots=True, eq=False)
+class Filled:
+    """The media along rays: ``ways`` through grids, with scattering, absorption and emission per unit of length where
+    the grid's factors are 1; and ``even``, the sums of these of media that do not vary, None without any.
+    """
+
+    grids: MediumGrids
+    ways: list[tuple[Way, tuple[Any, Any, Any]]]
+    even: tuple[Any, Any, Any] | None = None
+
+    def ends(self, reach: Any) -> tuple[Any, Any]:
+        """Distances between which there is a medium, up to ``reach``."""
+        import drjit as dr
+        import mitsuba as mi
+
+        if self.even is not None:
+            return mi.Float(0.0), reach
+        ((way, _),) = self.ways
+        return way.first, dr.minimum(reach, way.last)
+
+    def step(self, along: Any, reach: Any, active: Any) -> tuple[Any, Any]:
+        """Bound of the extinction at a distance, and the length on which it holds."""
+        import drjit as dr
+        import mitsuba as mi
+
+        if self.even is None:
+            return self.grids.block(self.ways[0][0], along, active)
+        scattering, absorption, emission = self.even
+        bound = mi.Float(dr.max(scattering + absorption))
+        # emission is summed at collisions, and a medium that only emits has none of its own
+        bound += dr.select(dr.max(emission) > 0.0, EMISSION_POINTS / dr.maximum(reach, 1e-30), 0.0)
+        length = mi.Float(dr.inf)
+        for way, _ in self.ways:
+            inside = active & (along >= way.first) & (along < way.last)
+            most, ahead = self.grids.block(way, along, inside)
+            bound += dr.select(inside, most, 0.0)
+            ahead = dr.select(inside, ahead, dr.select(along < way.first, way.first - along, dr.inf))
+            length = dr.minimum(length, ahead)
+        return bound, length
+
+    def at(self, along: Any, active: Any) -> list[Any]:
+        """Scattering, absorption and emission per unit of length at a distance."""
+        import drjit as dr
+        import mitsuba as mi
+
+        total = [mi.Spectrum(0.0)] * 3 if self.even is None else [mi.Spectrum(part) for part in self.even]
+        for way, light in self.ways:
+            by = self.factors(way, along, active)
+            inside = active if self.even is None else active & (along >= way.first) & (along <= way.last)
+            total = [
+                so_far + dr.select(inside, one * factor, 0.0)
+                for so_far, one, factor in zip(total, light, by, strict=True)
+            ]
+        return total
+
+    def factors(self, way: Way, along: Any, active: Any) -> tuple[Any, Any, Any]:
+        """Factors of a grid at a distance."""
+        return self.grids.factors(way, along, active)
+
+
+def fly(filled: Filled, reach: Any, carried: Any, seed: Any, active: Any) -> tuple[Any, Any, Any, Any]:
     """True where a path scatters before ``reach``, the distance, the factor on its light, and the emission on the way.
 
-    ``light``: the path's throughput, and scattering, absorption and emission per unit of length where the factors of
-    the grid are 1.
+    ``carried``: the path's throughput.
     """
     import drjit as dr
     import mitsuba as mi
 
-    carried, scattering, absorption, emission = (mi.Spectrum(part) for part in light)
-    end = dr.minimum(reach, way.last)
+    carried = mi.Spectrum(carried)
+    begin, end = filled.ends(reach)
 
     def body(along: Any, weight: Any, glow: Any, scatters: Any, seed: Any, active: Any) -> Any:
-        there, collides, bound, seed = _next(grids, way, along, seed, active)
+        step = filled.step(along, reach, active)
+        there, collides, seed = _collision(along, step, seed, active)
+        bound = step[0]
         collides &= there < end
         # without a collision the weight stays: the bound is the same for all wavelengths and cancels
-        by = grids.factors(way, there, collides)
-        scattered, absorbed = scattering * by[0], absorption * by[1]
+        scattered, absorbed, emitted = filled.at(there, collides)
         void = dr.maximum(bound - scattered - absorbed, 0.0)
         rate = dr.rcp(dr.maximum(bound, 1e-30))
         # collisions come at the rate of the bound, so its inverse makes their sum the integral of the emission
-        glow = dr.select(collides, glow + weight * emission * by[2] * rate, glow)
+        glow = dr.select(collides, glow + weight * emitted * rate, glow)
         of_scatter, of_void = (dr.mean(dr.abs(carried * weight * part)) for part in (scattered, void))
         # where all light is absorbed neither goes on
         total = of_scatter + of_void
@@ -84,7 +145,7 @@ def fly(
         active &= (there < end) & ~hits & (dr.max(weight) > 0.0)
         return along, weight, glow, scatters | hits, seed, active
 
-    start = (mi.Float(way.first), mi.Spectrum(1.0), mi.Spectrum(0.0), mi.Bool(False), seed, active & (way.first < end))
+    start = (mi.Float(begin), mi.Spectrum(1.0), mi.Spectrum(0.0), mi.Bool(False), seed, active & (begin < end))
     along, weight, glow, scatters, _, _ = dr.while_loop(
         start, lambda _a, _w, _g, _s, _seed, active: active, body,
         labels=("along", "weight", "glow", "scatters", "seed", "active"),
@@ -92,21 +153,24 @@ def fly(
     return scatters, dr.select(scatters, along, reach), weight, glow
 
 
-def transmittance(grids: MediumGrids, way: Way, reach: Any, light: tuple[Any, Any], active: Any) -> Any:
-    """Estimate of the transmittance of a way up to ``reach``; ``light``: scattering and absorption as in ``fly``."""
+def transmittance(grids: MediumGrids, way: Way, reach: Any, light: tuple[Any, Any], number: int, active: Any) -> Any:
+    """Estimate of the transmittance of a way up to ``reach``; ``light``: scattering and absorption where the factors of
+    the grid are 1; ``number``: of the way among several of one ray.
+    """
     import drjit as dr
     import mitsuba as mi
 
-    scattering, absorption = (mi.Spectrum(part) for part in light)
-    end = dr.minimum(reach, way.last)
+    filled = Filled(grids, [(way, (*light, mi.Spectrum(0.0)))])
+    begin, end = filled.ends(reach)
     # from the ray's own bits: a shadow ray needs as many numbers as it has collisions, which no sampler can plan for
-    seed = seed_of(*way.origin, *way.direction, reach)
+    seed = seed_of(*way.origin, *way.direction, reach) + number
 
     def body(along: Any, clear: Any, seed: Any, active: Any) -> Any:
-        there, collides, bound, seed = _next(grids, way, along, seed, active)
+        step = filled.step(along, reach, active)
+        there, collides, seed = _collision(along, step, seed, active)
         collides &= there < end
-        by = grids.factors(way, there, collides)
-        lost = (scattering * by[0] + absorption * by[1]) * dr.rcp(dr.maximum(bound, 1e-30))
+        scattered, absorbed, _ = filled.at(there, collides)
+        lost = (scattered + absorbed) * dr.rcp(dr.maximum(step[0], 1e-30))
         clear = dr.select(collides, clear * dr.maximum(1.0 - lost, 0.0), clear)
         sample, seed = uniform(seed)
         gambles = collides & (dr.max(clear) < DIMMEST)
@@ -114,7 +178,7 @@ def transmittance(grids: MediumGrids, way: Way, reach: Any, light: tuple[Any, An
         along = dr.select(active, there, along)
         return along, clear, seed, active & (there < end) & (dr.max(clear) > 0.0)
 
-    start = (mi.Float(way.first), mi.Spectrum(1.0), seed, active & (way.first < end))
+    start = (mi.Float(begin), mi.Spectrum(1.0), seed, active & (begin < end))
     _, clear, _, _ = dr.while_loop(
         start, lambda _a, _c, _s, active: active, body, labels=("along", "clear", "seed", "active")
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Participating media as textures per unit of length, and the medium at the camera."""
+"""Participating media as textures per unit of length."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.mitsuba_scene.medium_grid import grid_row, slots_of
+from spectral_core.render.mitsuba_scene.media.grid import grid_row, slots_of
 from spectral_core.render.trace.media.table import MediumRow
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import Color, Paint, ScatteringMedium, gray
@@ -20,8 +20,6 @@ from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]
-
-MOST_SURFACES = 256
 
 
 def medium_row(context: Context, medium: ScatteringMedium, subject: str) -> MediumRow | None:
@@ -75,24 +73,3 @@ def _texture(context: Context, values: Array) -> Any:
         return context.load({"type": "srgb", "color": [float(v) for v in rgb], "unbounded": True})
     full = np.broadcast_to(values, WAVELENGTHS_NM.shape)
     return paint.sampled_spectrum(context, Spectrum("medium", SpectralGrid(WAVELENGTHS_NM), np.array(full)))
-
-
-def medium_around(mitsuba: Any, scene: Any, inside: dict[int, int], point: Array, around: int) -> int:
-    """Number of the medium at ``point`` (3,): that behind the first border that a ray from there hits.
-
-    ``inside``: the medium in a shape, by the shape's number; ``around``: the medium of the world.
-    """
-    import drjit as dr
-
-    position = mitsuba.Point3f(*(float(value) for value in point))
-    direction = dr.normalize(mitsuba.Vector3f(0.3, 0.9, -0.33))  # any direction, but along no edge of a box
-    ray = mitsuba.Ray3f(position, direction)
-    for _ in range(MOST_SURFACES):
-        hit = scene.ray_intersect(ray)
-        if not np.any(hit.is_valid()):
-            return around
-        number = int(np.array(dr.reinterpret_array(mitsuba.UInt32, hit.shape))[0])
-        if number in inside:
-            return inside[number] if np.any(dr.dot(hit.n, direction) > 0) else around
-        ray = hit.spawn_ray(direction)
-    return around

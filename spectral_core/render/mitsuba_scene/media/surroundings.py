@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where media are: those at the camera, and objects whose media overlap."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import Instance, Scene
+from spectral_core.scene.geometry import box_of
+
+Array = NDArray[np.float64]
+
+MOST_SURFACES = 256
+_MOST_COMPARED = 2000
+"""Most objects whose boxes are compared with each other; of more it is assumed that some overlap."""
+
+
+def media_at(mitsuba: Any, scene: Any, inside: dict[int, int], point: Array, around: int) -> tuple[int, int]:
+    """Numbers of the two innermost media at ``point`` (3,): those whose borders a ray from there leaves and did not
+    enter.
+
+    ``inside``: the medium in a shape, by the shape's number; ``around``: the medium of the world.
+    """
+    import drjit as dr
+
+    position = mitsuba.Point3f(*(float(value) for value in point))
+    direction = dr.normalize(mitsuba.Vector3f(0.3, 0.9, -0.33))  # any direction, but along no edge of a box
+    ray = mitsuba.Ray3f(position, direction)
+    entered: list[int] = []
+    found: list[int] = []
+    for _ in range(MOST_SURFACES):
+        hit = scene.ray_intersect(ray)
+        if not np.any(hit.is_valid()):
+            break
+        number = int(np.array(dr.reinterpret_array(mitsuba.UInt32, hit.shape))[0])
+        if number in inside:
+            if np.all(dr.dot(hit.n, direction) < 0):
+                entered.append(number)
+            elif number in entered:
+                entered.remove(number)
+            else:
+                found.append(inside[number])
+        ray = hit.spawn_ray(direction)
+    inner, outer, *_ = (*found, around, around)
+    return inner, outer
+
+
+def overlapping_media(scene: Scene) -> tuple[bool, tuple[str, ...]]:
+    """True if the boxes of some objects with media overlap, and the names of objects where more than two do."""
+    filled = {material.name for material in scene.materials if material.medium is not None}
+    items = [item for item in scene.instances if filled.intersection(item.materials)]
+    if len(items) < 2:
+        return False, ()
+    if len(items) > _MOST_COMPARED:
+        return True, ()
+    low, high = _boxes(scene, items)
+    # boxes that only touch, as of cells side by side, do not overlap
+    slack = 1e-4 * np.minimum((high - low)[:, None], (high - low)[None])
+    meet = np.all((low[:, None] + slack < high[None]) & (low[None] + slack < high[:, None]), axis=2)
+    np.fill_diagonal(meet, False)
+    some = np.flatnonzero(meet.any(axis=1))
+    # boxes of which each two have common points have one common to all
+    pairs = meet[np.ix_(some, some)].astype(np.float32)
+    crowded = np.any((pairs @ pairs) * pairs > 0, axis=1) if len(some) else np.zeros(0, bool)
+    return bool(len(some)), tuple(items[k].shown_as or items[k].name for k in some[crowded])
+
+
+def _boxes(scene: Scene, items: list[Instance]) -> tuple[Array, Array]:
+    """Lowest and highest corners (n, 3) of objects in the world."""
+    boxes = {mesh.name: box_of(mesh) for mesh in scene.meshes}
+    corners = np.array([[bit >> 2 & 1, bit >> 1 & 1, bit & 1] for bit in range(8)], dtype=np.float64)
+    ends = []
+    for item in items:
+        box = np.asarray(boxes[item.mesh], dtype=np.float64)
+        if not len(box):
+            box = np.zeros((1, 3))
+        low, high = box.min(axis=0), box.max(axis=0)
+        placed = (low + corners * (high - low)) @ item.world_from_object[:3, :3].T + item.world_from_object[:3, 3]
+        ends.append((placed.min(axis=0), placed.max(axis=0)))
+    return np.array([low for low, _ in ends]), np.array([high for _, high in ends])

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Palettes whose weights differ a million times: no side gains a millionth, by another solver on the rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from benchmarks import _palette_hard_check as independent
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSolution, solve_palette
+from spectral_core.palette.assemble.requests import compiled_requests
+from spectral_core.palette.assemble.side import Assembler
+from spectral_core.palette.assemble.state import initial_state
+from spectral_core.palette.design.orthogonal import refined
+from spectral_core.palette.qp.engine import Engine
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+
+def weighty(seed: int, *, linked: bool = False) -> PaletteProblem:
+    """Two to four materials under two to four lights, weights from a thousandth to a thousand."""
+    rng = np.random.default_rng(seed)
+    rows, columns = rng.integers(2, 5, 2)
+    grid = SpectralGrid.uniform(400, 700, float(rng.choice([10, 20])))
+    nm = grid.wavelengths_nm
+    lights = []
+    for j in range(columns):
+        wave = 1 + 0.6 * np.sin(nm / rng.uniform(20, 60) + rng.uniform(0, 6))
+        lights.append(PaletteLight(Illuminant(f"l{j}", grid, wave * rng.uniform(0.5, 2) / 60), free=j > 0))
+    cells = [
+        [Cell.fixed(rng.uniform(0.05, 0.8, 3), weight=10 ** rng.uniform(-3, 3)) for _ in range(columns)]
+        for _ in range(rows)
+    ]
+    if linked:
+        cells[1][1] = Cell.same_as((0, 1), weight=10 ** rng.uniform(-3, 3))
+    materials = tuple(PaletteReflectance(f"r{i}") for i in range(rows))
+    smoothness = float(10 ** rng.uniform(-4, -1))
+    return PaletteProblem(grid, tuple(lights), materials, tuple(map(tuple, cells)), smoothness=smoothness)
+
+
+def rows_of(solution: PaletteSolution, side: str, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and right-hand side of one spectrum: colors by Simpson's rule, weights and roughness as documented."""
+    problem, axis = solution.problem, 0 if side == "reflectances" else 1
+    others = solution.illuminants if axis == 0 else solution.reflectances
+    weights, smoothness = independent._weights(problem)
+    rows, right = [], []
+    for cell, weight in weights.items():
+        if cell[axis] == k:
+            rows.append(independent._color_matrix(problem.grid, others[cell[1 - axis]]) * weight / np.sqrt(3))
+            right.append(problem.cells[cell[0]][cell[1]].target * weight / np.sqrt(3))
+    rows.append(smoothness * (1 if axis == 0 else 10) * independent._roughness(problem))
+    return np.concatenate(rows), np.concatenate([*right, np.zeros(problem.grid.size)])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_side_gains_a_millionth_however_weights_differ(seed: int) -> None:
+    solution = solve_palette(weighty(seed), explain=False, seconds=20)
+    assert solution.status in ("solved", "compromise")
+    for side, spectra in (("reflectances", solution.reflectances), ("lights", solution.illuminants)):
+        here = best = 0.0
+        bounds = getattr(solution.problem, f"{side[:-1]}_bounds")
+        for k, spectrum in enumerate(spectra):
+            if getattr(solution.problem, side)[k].free:
+                rows, right = rows_of(solution, side, k)
+                here += np.sum((rows @ spectrum.values - right) ** 2)
+                found = lsq_linear(rows, right, bounds, method="bvls", tol=1e-14, lsq_solver="exact", max_iter=4000)
+                best += 2 * found.cost
+        assert here - best <= 1e-6 * here
+
+
+@pytest.mark.parametrize("linked", [False, True], ids=["separate", "linked"])
+@pytest.mark.parametrize("seed", [2, 8, 12])
+def test_a_refined_side_is_the_optimum_of_its_rows(seed: int, linked: bool) -> None:
+    """Also with a shared free color; the engine alone is off by parts of the objective that weights hide."""
+    problem = weighty(seed, linked=linked)
+    assembler = Assembler(problem, compiled_requests(problem))
+    quadratic = assembler.assembled("reflectances", initial_state(problem)).quadratic
+    answer = Engine().solve(quadratic)
+    better = refined(quadratic, answer)
+    matrix, right = quadratic.least_squares()
+    bounds = quadratic.lower, quadratic.upper
+    best = lsq_linear(matrix.toarray(), right, bounds, method="bvls", tol=1e-15, lsq_solver="exact", max_iter=4000)
+    x = quadratic.joined(better.colors, better.values)
+    assert quadratic.objective(x) <= best.cost * (1 + 1e-9) + 1e-18
+    assert np.all((x >= quadratic.lower) & (x <= quadratic.upper))
+    assert quadratic.objective(x) <= quadratic.objective(quadratic.joined(answer.colors, answer.values))
+    assert better.check.passed
+
+
+def test_what_cannot_be_refined_is_returned_as_it_was() -> None:
+    problem = weighty(2)
+    cells = tuple((Cell.fixed(row[0].target, exact=True), *row[1:]) for row in problem.cells)
+    held = PaletteProblem(problem.grid, problem.lights, problem.reflectances, cells)
+    quadratic = Assembler(held, compiled_requests(held)).assembled("reflectances", initial_state(held)).quadratic
+    answer = Engine().solve(quadratic)
+    assert refined(quadratic, answer) is answer
