@@ -29,7 +29,7 @@ class Link:
         self.requests.append(request)
         return len(self.requests)
 
-    def wait(self, view, generation, seconds):
+    def wait(self, view, generation, seconds, level=0):
         return False
 
     def latest(self, view):

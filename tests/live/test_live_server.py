@@ -16,6 +16,7 @@ from spectral_core.render.live.changes import difference
 from spectral_core.render.live.messages import AreaName
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.server import Server
+from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import Color, Scene
 from tests.live import test_live_session as session
@@ -31,7 +32,7 @@ def test_a_change_is_traced_once_though_the_request_follows_later(
     launches: list[int] = []
     step = ViewPicture.step
     monkeypatch.setattr(ViewPicture, "step", lambda self: launches.append(1) or step(self))
-    monkeypatch.setattr(server_module, "FIRST_PICTURE_S", 1e9)  # a slow machine would get a coarser picture
+    monkeypatch.setattr(server_module, "STRIDES", {4: np.inf})  # a slow machine would get a coarser picture
     told: list[tuple[str, object]] = []
     server = Server(told.append)
     area = PixelArea.make((WIDTH + 8) * (HEIGHT + 8))
@@ -60,3 +61,61 @@ def test_a_change_is_traced_once_though_the_request_follows_later(
         assert len(launches) == 3
     finally:
         area.remove()
+
+
+@pytest.mark.parametrize(("launch_s", "stride"), [(0.001, 4), (0.06, 8), (0.5, 16)])
+def test_the_first_picture_is_as_coarse_as_its_launch_is_slow(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, launch_s: float, stride: int
+) -> None:
+    """``launch_s``: time of a launch of every fourth pixel. Single slow launches do not make the next picture coarser:
+    other programs cause them.
+    """
+    lanes = (WIDTH // 4) * (HEIGHT // 4)
+    step, slow = ViewPicture.step, [1.0]
+
+    def stepped(self: ViewPicture) -> bool:
+        shows_more = step(self)
+        self.latest_seconds = slow[0] * launch_s / lanes * self.columns * self.rows * self.latest_samples
+        return shows_more
+
+    monkeypatch.setattr(ViewPicture, "step", stepped)
+    server = Server(lambda _message: None)
+    area = PixelArea.make((WIDTH + 8) * (HEIGHT + 8))
+    request = ViewRequest("stage", Viewpoint.of_camera(scene.camera, scene.film), WIDTH, HEIGHT, 64, 1)
+    try:
+        server.hear("scene", ("stage", scene))
+        for generation, slow[0] in ((1, 1.0), (2, 1.0), (3, 30.0), (4, 1.0)):
+            server.hear("view", ("view", replace(request, generation=generation, exposure=generation), _name(area)))
+            server.work()
+            picture = server._views["view"].picture
+            assert picture is not None
+            assert picture.stride == (4 if generation == 1 else stride)
+    finally:
+        area.remove()
+
+
+def _name(area: PixelArea) -> AreaName:
+    return AreaName(area.path, area.pixels)
+
+
+def test_a_picture_read_after_each_launch_equals_one_read_at_the_end(scene: Scene) -> None:
+    """Only pixels traced since the last reading are copied, at every step of the grid."""
+    stage = Stage()
+    stage.show(scene)
+    stage.activate()
+    viewpoint = Viewpoint.of_camera(scene.camera, scene.film)
+    stage.look_from(viewpoint)
+    request = ViewRequest("stage", viewpoint, WIDTH, HEIGHT, 2, 0)
+    pictures = {stride: [ViewPicture(stage.launcher, request, stride) for _ in range(2)] for stride in (4, 8, 16)}
+    full = []
+    for often, once in pictures.values():
+        while not often.is_done:
+            often.step()
+            once.step()
+            level = often.level
+            width, height = request.part[2:]
+            assert often.pixels().shape == (-(-height // level), -(-width // level), 4)
+        np.testing.assert_array_equal(often.pixels(), once.pixels())
+        full.append(once.pixels().copy())
+    np.testing.assert_array_equal(full[0], full[1])
+    np.testing.assert_array_equal(full[0], full[2])

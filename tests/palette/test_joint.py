@@ -15,9 +15,10 @@ from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.design.interior import joint_descent
 from spectral_core.palette.design.joint import Joint
 from spectral_core.palette.design.rounds import Rounds, SolveTrace, is_nothing
-from spectral_core.spectra.catalogue import illuminant
-from spectral_core.spectra.observer import normalized
-from spectral_core.spectra.spectrum import SpectralGrid
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.color import linear_rgb_from_xyz
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 
 def _joint(problem: PaletteProblem, rounds: int = 2) -> tuple[Joint, Assembler]:
@@ -45,6 +46,39 @@ def test_derivatives_agree_with_differences(seed: int) -> None:
     assert (ahead[0] - behind[0]) / (2 * h) == pytest.approx(gradient @ step, rel=1e-6)
     numeric = (ahead[1] - behind[1]) / (2 * h)
     np.testing.assert_allclose(hessian @ step, numeric, atol=1e-6 * np.abs(numeric).max())
+
+
+def test_derivatives_of_groups_with_a_measured_color() -> None:
+    """A measured material under measured light pulls a free color; so do cells with one measured factor."""
+    grid = SpectralGrid(np.linspace(400, 700, 16))
+    wave = Illuminant("wave", grid, (1.2 + np.sin(grid.wavelengths_nm / 40)) / 60)
+    lights = (PaletteLight(normalized(illuminant("D65"))), PaletteLight(wave, free=True))
+    leaf = reflectance("foliage")
+    cells = (
+        (Cell.ignore(), Cell.fixed((0.2, 0.3, 0.1))),
+        (Cell.same_as((0, 0), weight=3.0), Cell.same_as((0, 0), weight=2.0)),
+        (Cell.fixed((0.3, 0.2, 0.1)), Cell.same_as((0, 0), weight=0.5)),
+    )
+    materials = (PaletteReflectance("leaf", leaf), PaletteReflectance("a"), PaletteReflectance("b"))
+    joint, _ = _joint(PaletteProblem(grid, lights, materials, cells))
+    assert joint.colors == 3 and len(joint.known[0]) == 3
+    rng = np.random.default_rng(5)
+    x = joint.start + 0.05 * rng.uniform(size=joint.start.size) * np.abs(joint.start).mean()
+    step = rng.normal(size=x.size)
+    total, gradient, hessian, _ = joint.derivatives(x, joint.slopes(x), 100.0)
+    assert total == pytest.approx(joint.objective(x, 100.0), rel=1e-12)
+    h = 1e-6
+    ahead, behind = (joint.derivatives(x + s * step, joint.slopes(x + s * step), 100.0) for s in (h, -h))
+    assert (ahead[0] - behind[0]) / (2 * h) == pytest.approx(gradient @ step, rel=1e-6)
+    numeric = (ahead[1] - behind[1]) / (2 * h)
+    np.testing.assert_allclose(hessian @ step, numeric, atol=1e-6 * np.abs(numeric).max())
+    # the pull of the measured color is its weight times its distance
+    measured = normalized(illuminant("D65")), leaf
+    shown = linear_rgb_from_xyz(xyz_of(*measured))
+    ties, targets, weights = joint.known
+    np.testing.assert_allclose(ties, np.eye(3))
+    np.testing.assert_allclose(-targets, shown, atol=1e-9)
+    assert np.ptp(weights) == 0 and weights[0] > 0
 
 
 @pytest.mark.parametrize("seed", [0, 16])

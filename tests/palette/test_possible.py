@@ -90,3 +90,33 @@ def test_a_measured_material_has_one_color() -> None:
     with pytest.raises(InvalidInputError, match="it shows the one color that it has"):
         possible_colors(measured, (0, 1))
     assert SECTION_LIMIT > 100
+
+
+@pytest.mark.parametrize("lightness", [3.0, 40.0, 90.0])
+def test_a_section_is_a_square_of_cielab(lightness: float) -> None:
+    """a* in columns and b* upward in rows, also where the cube root ends; against colors by the library's CIELAB."""
+    size = 7
+    lab = lab_from_linear_rgb(section_linear_rgb(lightness, size))
+    axis = np.linspace(-SECTION_LIMIT, SECTION_LIMIT, size)
+    np.testing.assert_allclose(lab[..., 0], lightness, atol=1e-6)
+    np.testing.assert_allclose(lab[..., 1], np.broadcast_to(axis, (size, size)), atol=1e-6)
+    np.testing.assert_allclose(lab[..., 2], np.broadcast_to(axis[:, None], (size, size)), atol=1e-6)
+
+
+def test_a_released_cell_leaves_the_distance_of_the_palette_without_it() -> None:
+    row = (Cell.fixed(COLORS[0], exact=True), Cell.fixed([0.2, 0.8, 0.1]), Cell.fixed(COLORS[2], exact=True))
+    found = possible_colors(problem(*row), (0, 1))
+    for k in (0, 2):
+        alone = possible_colors(problem(*(Cell.ignore() if i == k else c for i, c in enumerate(row))), (0, 1))
+        expected = alone.nearest([0.2, 0.8, 0.1]).delta_e_2000
+        assert found.without((0, k), [0.2, 0.8, 0.1]) == pytest.approx(expected, abs=1e-6)
+
+
+def test_black_and_ignored_cells_hold_black_and_nothing() -> None:
+    row = (Cell.black(exact=True), Cell.fixed([0.2, 0.8, 0.1]), Cell.fixed(COLORS[2], weight=3.0))
+    found = possible_colors(problem(*row), (0, 1))
+    assert found.held == ((0, 0),) and found.open == ((0, 2),)
+    ((light, color),) = found.exact
+    assert light is LIGHTS[0] and not np.any(color)
+    # a material without any light under D65 has none under sodium light
+    assert np.abs(found.nearest([0.5, 0.3, 0.0]).color).max() < 1e-6

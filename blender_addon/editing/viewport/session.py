@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import SpectralError
-from spectral_core.render.live.link import LiveLink, Shown
+from spectral_core.render.live.link import COARSEST, LiveLink, Shown
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import Camera, Film, Scene
 from spectral_core.scene.look import Look
@@ -30,10 +30,12 @@ from ..palette.picture import shown_in
 from . import stages
 from .stages import Stage
 
-FIRST_WAIT_S = 0.08
+FIRST_WAIT_S = 0.09
 """Largest wait of a redraw for the first picture of a change, minus the time of the change itself: a later picture
 needs another redraw, but the interface must not block for 100 ms.
 """
+FINE_LEVEL, FINE_WAIT_S = 4, 0.035
+"""Distance of pixels of a picture that a redraw prefers to a coarser one, and its wait for it: 30 redraws a second."""
 _names = itertools.count(1)
 
 
@@ -152,10 +154,12 @@ class ViewSession:
         if not settings.is_paused:
             asked = [side for side in self._sides if self._ask(side, context, depsgraph)]
             # less the time of the update itself: Blender's own work between the two is not this extension's
-            end = time.monotonic() + FIRST_WAIT_S - self._spent
+            began = time.monotonic() - self._spent
             self._spent = 0.0
-            for side in asked:
-                self.link.wait(side.name, side.generation, max(0.0, end - time.monotonic()))
+            for wait_s, level in ((FIRST_WAIT_S, COARSEST), (FINE_WAIT_S, FINE_LEVEL)):
+                for side in asked:
+                    left = began + wait_s - time.monotonic()
+                    self.link.wait(side.name, side.generation, max(0.0, left), level)
         return [self._picture(side) for side in self._sides]
 
     def _picture(self, side: _Side) -> Picture:

@@ -25,6 +25,8 @@ from spectral_core.scene import Scene
 MODULE = "spectral_core.render.live.server"
 MOST_CRASHES, CRASH_SPAN_S = 3, 30.0
 """After this number of crashes in this time, only the next change restarts the process."""
+COARSEST = 1 << 16
+"""Distance of two pixels that any picture keeps."""
 MEMORY_GROWTH, MEMORY_ALLOWANCE = 3.0, 1e9
 """Factor on the memory after the first picture, and bytes: a process that exceeds both is replaced."""
 
@@ -117,15 +119,18 @@ class LiveLink:
         with self._lock:
             return self._views[view].trouble if view in self._views else ""
 
-    def wait(self, view: str, generation: int, seconds: float) -> bool:
-        """Wait for a picture of ``generation`` or later, or for trouble; False after the time limit."""
+    def wait(self, view: str, generation: int, seconds: float, level: int = COARSEST) -> bool:
+        """Wait for a picture of ``generation`` or later whose pixels are at most ``level`` apart, or for trouble;
+        False after the time limit.
+        """
         end = time.monotonic() + seconds
         with self._news:
             while True:
                 kept = self._views.get(view)
                 if kept is None:
                     return False
-                if kept.shown is not None and kept.shown.frame.generation >= generation:
+                frame = None if kept.shown is None else kept.shown.frame
+                if frame is not None and frame.generation >= generation and frame.level <= level:
                     return True
                 left = end - time.monotonic()
                 if left <= 0 or kept.trouble or self._is_closed:

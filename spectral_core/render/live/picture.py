@@ -15,8 +15,10 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 
 Pixels = NDArray[np.float32]
 
-LAUNCH_S = 0.03
+LAUNCH_S = 0.02
 """Largest time of a launch of a settled picture; a change waits for at most one launch."""
+SHOWN_S = 0.15
+"""Time between two pictures after the first full one: each redraw of Blender takes time from the renderer."""
 MOST_SAMPLES = 16
 """Samples per pixel of one launch."""
 
@@ -38,11 +40,14 @@ class ViewPicture:
         self._camera = mi.Float([float(value) for value in request.viewpoint.numbers])
         self._sums: dict[tuple[int, int], Any] = {}
         self._counts: dict[tuple[int, int], int] = {}
+        self._traced: set[tuple[int, int]] = set()
+        self._image = np.zeros((self.rows * stride, self.columns * stride, 4), np.float32)
         self._sweep = 1
         self._next = 0
         self.samples = 0
         """Samples that every pixel has so far."""
         self.launches = 0
+        self._shown = 0.0
         self.seconds = 0.0
         self.latest_seconds, self.latest_samples = 0.0, 1
 
@@ -58,7 +63,7 @@ class ViewPicture:
         """
         if self.samples:
             return 1
-        return next((self.stride // (1 << k) for k in (3, 2, 1, 0) if self._next >= 4**k and self.stride >> k), 0)
+        return next((self.stride // (1 << k) for k in (4, 3, 2, 1, 0) if self._next >= 4**k and self.stride >> k), 0)
 
     def step(self) -> bool:
         """Trace the next launch. True if there is more to show than before."""
@@ -83,6 +88,7 @@ class ViewPicture:
         self.latest_seconds, self.latest_samples = took, last - first
         self.launches += 1
         self._sums[place], self._counts[place] = sums, last
+        self._traced.add(place)
         self._next += 1
         if self._next == len(self._order):
             self._next, self.samples = 0, last
@@ -91,24 +97,20 @@ class ViewPicture:
             elif took > 2 * LAUNCH_S:
                 self._sweep = max(1, self._sweep // 2)
             return True
-        return self.level != before or (self.samples > 0 and self._next % self.stride == 0)
+        return self.level != before or (self.samples > 0 and time.perf_counter() - self._shown > SHOWN_S)
 
     def pixels(self) -> Pixels:
         """(rows, columns, 4) linear sRGB and coverage of the finest complete grid, row 0 at the bottom."""
-        level = self.level
-        step = level or self.stride
-        blocks = self.stride // step
-        shown = np.zeros((self.rows * blocks, self.columns * blocks, 4), np.float32)
-        for (x, y), sums in self._sums.items():
-            if x % step or y % step:
-                continue
-            color, covered = sums
+        for x, y in self._traced:
+            color, covered = self._sums[x, y]
             part = np.empty((self.columns * self.rows, 4), np.float32)
             colors = np.array(color, dtype=np.float32).T
             part[:, :3] = colors if self._launcher.plan is None else colors @ RGB_FROM_XYZ.T.astype(np.float32)
+            part[:, :3] *= np.float32(self.request.exposure)
             part[:, 3] = np.array(covered)
             part /= self._counts[x, y]
-            shown[y // step :: blocks, x // step :: blocks] = part.reshape(self.rows, self.columns, 4)
-        shown[..., :3] *= np.float32(self.request.exposure)
-        width, height = (-(-size // step) for size in self.request.part[2:])
-        return shown[:height, :width]
+            self._image[y :: self.stride, x :: self.stride] = part.reshape(self.rows, self.columns, 4)
+        self._traced.clear()
+        self._shown = time.perf_counter()
+        step, (width, height) = self.level or self.stride, self.request.part[2:]
+        return self._image[:height:step, :width:step]

@@ -25,10 +25,14 @@ from spectral_core.render.live.view import ViewRequest
 from spectral_core.render.process.messages import receive, send
 from spectral_core.scene import Scene
 
-STRIDES = (4, 8)
-"""Step in pixels of the first picture, for a fast scene and for a slow one."""
-FIRST_PICTURE_S = 0.05
-"""Time limit of a first picture; a coarser one is made if it would take longer."""
+STRIDES = {4: 0.015, 8: 0.05, 16: float("inf")}
+"""Steps in pixels of a first picture, each with the time of a launch up to which it is used. A change waits for the
+launch in progress, and for the first one of its own.
+"""
+SLOWER = 1.1
+"""Largest growth of the time of a launch from one to the next: other programs slow down single launches."""
+NICENESS = 5
+"""Added to the process's niceness, so that pictures that are refined do not delay Blender's own drawing."""
 
 
 @dataclass
@@ -171,7 +175,8 @@ class Server:
         picture = view.picture
         stage.look_from(request.viewpoint)
         shows_more = picture.step()
-        kept.seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
+        seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
+        kept.seconds = seconds if kept.seconds is None else min(seconds, SLOWER * kept.seconds)
         if shows_more:
             self._show(name, view, kept)
 
@@ -189,10 +194,8 @@ class Server:
 
     def _stride(self, request: ViewRequest, kept: _Kept) -> int:
         """Step of the first picture, chosen so that it is fast."""
-        if kept.seconds is None:
-            return STRIDES[0]
-        pixels = request.part[2] * request.part[3]
-        return next((s for s in STRIDES if kept.seconds * pixels / s**2 < FIRST_PICTURE_S), STRIDES[-1])
+        per_grid = (kept.seconds or 0.0) * request.part[2] * request.part[3]
+        return next(stride for stride, longest in STRIDES.items() if per_grid / stride**2 <= longest)
 
 
 def memory_bytes() -> int:
@@ -206,6 +209,8 @@ def memory_bytes() -> int:
 def main() -> None:
     """Serve until the input closes."""
     faulthandler.enable()
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session handles Ctrl-C
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output of libraries goes to the log, not between the messages

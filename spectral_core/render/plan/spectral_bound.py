@@ -9,6 +9,7 @@ light that two surfaces reflect in turn.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -88,13 +89,11 @@ def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list
     others = np.concatenate([np.zeros((1, points.size)), spectra])
     other_rgb = np.concatenate([np.zeros((1, 3)), rgb])
     counts = is_spectral[:, None] | np.concatenate([[False], is_spectral])[None]
-    worst = 0.0
-    for k in range(len(surfaces)):
-        exact = ((1 + SECOND_BOUNCE * others) * spectra[k]) @ measure.T / size
-        simple = (1 + SECOND_BOUNCE * other_rgb) * rgb[k] * color / size
-        error = delta_e_2000(lab_from_linear_rgb(exact), lab_from_linear_rgb(simple))
-        worst = max(worst, float(np.max(np.where(counts[k], error, 0.0))))
-    return worst
+    weighted = spectra * measure[:, None]
+    exact = weighted.sum(axis=2)[..., None] + SECOND_BOUNCE * weighted @ others.T
+    simple = (1 + SECOND_BOUNCE * other_rgb) * rgb[:, None] * color
+    error = delta_e_2000(lab_from_linear_rgb(np.moveaxis(exact, 0, 2) / size), lab_from_linear_rgb(simple / size))
+    return float(np.max(np.where(counts, error, 0.0)))
 
 
 def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
@@ -102,8 +101,12 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     paints: list[Any] = [
         Color(_planck_rgb(light.color)) if light.is_planckian else light.color for light in scene.lights
     ]
+    # a pattern tints the light of a lamp; its mean color stands for it
+    paints += [Color(np.maximum(light.pattern.typical, 0.0)) for light in scene.lights
+               if light.pattern is not None and light.pattern.program.width == 3]  # fmt: skip
     if not scene.world.is_black:
-        paints.append(scene.world.color)
+        world = scene.world
+        paints.append(Color(_planck_rgb(world.color)) if world.is_planckian else world.color)
     shown = shown_materials(scene)
     for material in scene.materials:
         for leaf in leaves(material.surface) if material.name in shown else ():
@@ -166,4 +169,10 @@ def _colors(rows: Array) -> Iterator[tuple[Array, Any, bool]]:
         if np.ptp(row) < 1e-6:
             yield row, (lambda points, level=float(row[0]): np.full(points.shape, level)), False
         else:
-            yield row, (lambda points, color=row: upsampled(color, points)), False
+            yield row, (lambda points, color=row: _upsampled(color.tobytes(), points.tobytes())), False
+
+
+@lru_cache(256)
+def _upsampled(color: bytes, points: bytes) -> Array:
+    """Spectrum of a color; scenes that differ by an edit have most colors in common."""
+    return upsampled(np.frombuffer(color), np.frombuffer(points))
