@@ -160,6 +160,14 @@ class Tables:
             lit &= (self.look_up(self.unlit, receiver) & self._bit(emitter)) == 0
         return lit
 
+    def unlit_by(self, receiver: Any, active: Any) -> Any:
+        """Bits of the linked lights that do not illuminate a receiver (a shape's number); None without linking."""
+        import drjit as dr
+
+        if self.links is None or self.unlit is None:
+            return None
+        return dr.select(active, self.look_up(self.unlit, receiver), 0)
+
     def casts_shadow(self, shape: Any, emitter: Any) -> Any:
         """True if a shape occludes the light of an emitter."""
         mi = self._mi
