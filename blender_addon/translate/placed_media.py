@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import Instance, Material, Mesh, ScatteringMedium
-from spectral_core.scene.geometry import VOLUME_BOX, box_of, unit_box
+from spectral_core.scene.geometry import VOLUME_BOX, box_of, index_box, unit_box
 
 from .shading.attributes import PREFIX, object_attributes, random_of
 from .shading.materials import TranslatedMaterial
@@ -63,11 +63,8 @@ def in_mesh(
 
 def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMaterial, lattice: Lattice) -> Instance | None:
     """The box of a Volume object with its shader's medium; None for empty space."""
-    size = np.array(lattice.shape, dtype=np.float64)
-    index_box = np.eye(4)
-    index_box[:3, :3], index_box[:3, 3] = np.diag(size), -0.5
     world_from_object = np.array(instance.matrix_world, dtype=np.float64)
-    object_box = lattice.object_from_index @ index_box
+    object_box = lattice.object_from_index @ index_box(lattice.shape)
     corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
     assert item.filling is not None
     placed = _placed(

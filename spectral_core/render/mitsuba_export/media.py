@@ -15,6 +15,7 @@ from spectral_core.render.mitsuba_export import paints
 from spectral_core.render.mitsuba_export import xml_elements as xml
 from spectral_core.render.mitsuba_export.draft import Draft
 from spectral_core.scene import Color, MediumGrid, Paint, ScatteringMedium, VolumeObject
+from spectral_core.scene.geometry import index_box
 from spectral_core.spectra.spectrum import Spectrum
 from spectral_core.volume.transfer import interpolate
 
@@ -61,8 +62,7 @@ def _varying(
         return None
     if np.any(total.min(axis=3) < 0.99 * sigma - 1e-6 * largest):
         draft.note(subject, "absorbs some colors more than others where it varies; Mitsuba's grids have one extinction")
-    size = np.array(grid.shape, dtype=np.float64)
-    box = grid.world_from_index @ _box_of_voxels(size)
+    box = grid.world_from_index @ index_box(grid.shape)
     albedo = scattering / np.maximum(sigma, 1e-30)[..., None]
     draft.has_clear_surfaces = True
     return xml.plugin(
@@ -90,11 +90,6 @@ def _constant_rgb(draft: Draft, color: Paint, subject: str) -> Array:
 
         return np.maximum(RGB_FROM_XYZ @ xyz_of(white_light(), found), 0.0)
     return np.maximum(found.linear_rgb, 0.0)
-
-
-def _box_of_voxels(size: Array) -> Array:
-    """Matrix from the unit cube to the voxels of a grid, in index space."""
-    return np.block([[np.diag(size), np.full((3, 1), -0.5)], [np.zeros((1, 3)), np.ones((1, 1))]])
 
 
 def _constant(draft: Draft, color: Paint, subject: str) -> Color | Spectrum:
@@ -126,8 +121,7 @@ def volume(draft: Draft, item: VolumeObject) -> xml.Element:
     draft.leftover(item.name, item, {"name", "data", "world_from_index", "transfer", "rule", "quality"})
     extinction, albedo = _classified(draft, item)
     largest = float(extinction.max())
-    size = np.array(item.data.shape, dtype=np.float64)
-    box = item.world_from_index @ _box_of_voxels(size)
+    box = item.world_from_index @ index_box(item.data.shape)
     grids = [
         _grid(draft, item.name, name, values, box)
         for name, values in (("sigma_t", extinction[..., None] / max(largest, 1e-30)), ("albedo", albedo))
