@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.scene import STRAND_TANGENT, Instance, Light, Material, Mesh, Rays, VolumeObject
+from spectral_core.scene import Instance, Light, Material, Mesh, Rays, VolumeObject
 
 from .. import compat
 from .context import Translation, overridden
@@ -264,8 +264,6 @@ def _note_missing(found: Collected, obj: Any, reads: frozenset[str]) -> None:
     count = len(getattr(undeformed, "vertices", ())) if obj.original.type == "MESH" else len(obj.data.vertices)
     if "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
         found.translation.note(obj.name, "its generated coordinates are those of the mesh after its modifiers")
-    if STRAND_TANGENT in reads:
-        found.translation.note(obj.name, "it is no hair; a hair shader on it has another direction than in Cycles")
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
         missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
