@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.medium_grid import grid_row, slots_of
-from spectral_core.render.trace.media.table import MediumRow
+from spectral_core.render.trace.media.table import ONLY_BORDER, MediumRow
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import Color, Paint, ScatteringMedium, gray
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -77,14 +77,20 @@ def _texture(context: Context, values: Array) -> Any:
     return paint.sampled_spectrum(context, Spectrum("medium", SpectralGrid(WAVELENGTHS_NM), np.array(full)))
 
 
-def medium_around(mitsuba: Any, scene: Any, inside: dict[int, int], point: Array, around: int) -> int:
+def medium_around(mitsuba: Any, scene: Any, filled: list[tuple[Any, int]], point: Array, around: int) -> int:
     """Number of the medium at ``point`` (3,): that behind the first border that a ray from there hits.
 
-    ``inside``: the medium in a shape, by the shape's number; ``around``: the medium of the world.
+    ``filled``: shapes with media, as in ``RayRules.inside``; ``around``: the medium of the world.
     """
     import drjit as dr
 
-    position = mitsuba.Point3f(*(float(value) for value in point))
+    boxes = [shape.bbox() for shape, _ in filled]
+    if not any(np.all(point >= np.array(box.min)) and np.all(point <= np.array(box.max)) for box in boxes):
+        return around
+    number = lambda shape: int(dr.reinterpret_array(mitsuba.UInt32, mitsuba.ShapePtr(shape))[0])  # noqa: E731
+    inside = {number(shape): medium & (ONLY_BORDER - 1) for shape, medium in filled}
+    # read from memory, so that another point needs no new kernel
+    position = mitsuba.Point3f(*(dr.opaque(mitsuba.Float, float(value)) for value in point))
     direction = dr.normalize(mitsuba.Vector3f(0.3, 0.9, -0.33))  # any direction, but along no edge of a box
     ray = mitsuba.Ray3f(position, direction)
     for _ in range(MOST_SURFACES):

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.trace.media import tracking
+from spectral_core.render.plugins.numbers import table
 from spectral_core.render.trace.media.grids import GridRow, MediumGrids
 from spectral_core.render.trace.subsurface import scattering
 
@@ -80,17 +81,29 @@ class Media:
         import drjit as dr
 
         self._mi, self._dr, self._rows, self._inside = mitsuba, dr, rows, inside
-        self.around, self.camera = (dr.opaque(mitsuba.UInt32, number) for number in (around, camera))
+        self.around = dr.opaque(mitsuba.UInt32, around)
+        self.begin_in(camera)
         self._lobes = max(len(row.lobes) for row in rows)
-        table = np.zeros((len(rows) + 1, self._lobes, 3), np.float32)
-        # Row 0 is empty space: one isotropic lobe, so that no lookup needs a case for it.
-        table[0, 0, 0] = 1.0
-        for number, row in enumerate(rows, 1):
-            table[number, : len(row.lobes)] = row.lobes
-        self._table = mitsuba.Float(np.ascontiguousarray(table.ravel()))
         self.glows = any(row.glow is not None for row in rows)
-        varies = any(row.grid is not None for row in rows)
-        self.grids = MediumGrids(mitsuba, [row.grid for row in rows]) if varies else None
+        self.grids: MediumGrids | None = None
+        self.rewrite()
+
+    def begin_in(self, medium: int) -> None:
+        """Set the medium at the camera."""
+        # an array of its own: a recorded launch distinguishes one that two numbers share
+        self.camera = table(self._mi.UInt32, [medium])
+
+    def rewrite(self) -> None:
+        """Write the tables again, after rows were exchanged for others of equal structure."""
+        rows = self._rows
+        numbers = np.zeros((len(rows) + 1, self._lobes, 3), np.float32)
+        # Row 0 is empty space: one isotropic lobe, so that no lookup needs a case for it.
+        numbers[0, 0, 0] = 1.0
+        for number, row in enumerate(rows, 1):
+            numbers[number, : len(row.lobes)] = row.lobes
+        self._table = table(self._mi.Float, numbers)
+        if any(row.grid is not None for row in rows):
+            self.grids = MediumGrids(self._mi, [row.grid for row in rows])
 
     def coefficients(self, medium: Any, wavelengths: Any, active: Any) -> tuple[Any, Any, Any]:
         """Scattering, absorption and emission per unit of length."""
