@@ -24,8 +24,8 @@ from spectral_core.scene import (
     MediumGrid,
     Mesh,
     PointLight,
-    Scene,
     ScatteringMedium,
+    Scene,
     World,
     gray,
 )
