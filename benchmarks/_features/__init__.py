@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from benchmarks._features.stage import Stage
 
 FAMILIES = ("lamps", "world", "closures", "closure_sockets", "color_nodes", "textures", "inputs", "images", "camera",
-            "film", "objects", "hair", "normals", "volumes", "grids", "overlaps", "mixed", "mixed_light",
-            "combined")  # fmt: skip
+            "film", "objects", "hair", "normals", "volumes", "grids", "overlaps", "mixed", "mixed_light", "combined",
+            "further", "further_inputs", "lamp_trees", "shown", "world_trees")  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from benchmarks._features import feature
 from benchmarks._features.stage import Stage
 
 
-def _strands(stage: Stage, points: Any, radius: float) -> None:
+def strands(stage: Stage, points: Any, radius: float) -> None:
     """Hair curves (strands, points, 3) of one radius with the ball's material."""
     count, length = points.shape[:2]
     curves = bpy.data.hair_curves.new("Strands")
@@ -25,7 +25,7 @@ def _strands(stage: Stage, points: Any, radius: float) -> None:
     stage.object("Strands", curves)
 
 
-def _patch(stage: Stage) -> None:
+def patch(stage: Stage) -> None:
     """Strands side by side and one behind another, which stand upright in place of the ball."""
     bpy.data.objects.remove(stage.ball)
     rng = np.random.default_rng(2)
@@ -33,10 +33,10 @@ def _patch(stage: Stage) -> None:
     points = np.zeros((900, 6, 3))
     points[..., :2] = roots[:, None]
     points[..., 2] = np.linspace(0.0, 2.0, 6)
-    _strands(stage, points, 0.006)
+    strands(stage, points, 0.006)
 
 
-def _tuft(stage: Stage) -> None:
+def tuft(stage: Stage) -> None:
     """Strands that grow out of a dark ball and bend."""
     rng = np.random.default_rng(3)
     roots = rng.normal(size=(1200, 3))
@@ -45,7 +45,7 @@ def _tuft(stage: Stage) -> None:
     points = roots[:, None] * (0.98 + 0.5 * share) + share**2 * np.array([0.35, 0.0, -0.35])
     skin = stage.material("Skin", Color=(0.1, 0.1, 0.1, 1))
     stage.ball.data.materials[0] = skin
-    _strands(stage, points + np.array([0, 0, 1.0]), 0.008)
+    strands(stage, points + np.array([0, 0, 1.0]), 0.008)
 
 
 def _with(
@@ -64,27 +64,27 @@ def _with(
 
 PRINCIPLED, LOBE = "ShaderNodeBsdfHairPrincipled", "ShaderNodeBsdfHair"
 BLOND, PIGMENT = (0.7, 0.45, 0.2, 1), {"parametrization": "MELANIN"}
-for _name, _shape in (("patch", _patch), ("tuft", _tuft)):
+for _name, _shape in (("patch", patch), ("tuft", tuft)):
     feature(f"hair/{_name} of a color", _with(_shape, PRINCIPLED, Color=BLOND), 2)
     feature(f"hair/{_name} with melanin", _with(_shape, PRINCIPLED, PIGMENT, Melanin=0.5), 2)
     for _component in ("Reflection", "Transmission"):
         feature(f"hair/{_name} {_component.lower()} lobe", _with(
             _shape, LOBE, {"component": _component}, Color=BLOND, RoughnessU=0.3, RoughnessV=0.6), 2)  # fmt: skip
 feature("hair/absorption", _with(
-    _patch, PRINCIPLED, {"parametrization": "ABSORPTION"}, Absorption_Coefficient=(0.2, 0.5, 1.0)), 2)  # fmt: skip
-feature("hair/melanin redness", _with(_patch, PRINCIPLED, PIGMENT, Melanin=0.7, Melanin_Redness=0.2), 2)
-feature("hair/melanin tint", _with(_patch, PRINCIPLED, PIGMENT, Melanin=0.2, Tint=(0.3, 0.8, 0.5, 1)), 2)
+    patch, PRINCIPLED, {"parametrization": "ABSORPTION"}, Absorption_Coefficient=(0.2, 0.5, 1.0)), 2)  # fmt: skip
+feature("hair/melanin redness", _with(patch, PRINCIPLED, PIGMENT, Melanin=0.7, Melanin_Redness=0.2), 2)
+feature("hair/melanin tint", _with(patch, PRINCIPLED, PIGMENT, Melanin=0.2, Tint=(0.3, 0.8, 0.5, 1)), 2)
 for _input, _values in (
     ("Roughness", (0.1, 0.8)), ("Radial Roughness", (0.1, 0.9)), ("Coat", (0.9,)), ("IOR", (1.2, 2.0)),
     ("Offset", (0.3,)),
 ):  # fmt: skip
     for _value in _values:
         feature(f"hair/{_input.lower()} {_value}", _with(
-            _patch, PRINCIPLED, Color=BLOND, **{_input.replace(" ", "_"): _value}), 2)  # fmt: skip
-feature("hair/random color", _with(_patch, PRINCIPLED, PIGMENT, Melanin=0.5, Random_Color=0.9), 2)
-feature("hair/random roughness", _with(_patch, PRINCIPLED, Color=BLOND, Random_Roughness=0.9), 2)
-feature("hair/Huang", _with(_patch, PRINCIPLED, {"model": "HUANG"}, Color=BLOND), 2)
-feature("hair/lobe with an offset", _with(_patch, LOBE, RoughnessU=0.2, Offset=0.4), 2)
+            patch, PRINCIPLED, Color=BLOND, **{_input.replace(" ", "_"): _value}), 2)  # fmt: skip
+feature("hair/random color", _with(patch, PRINCIPLED, PIGMENT, Melanin=0.5, Random_Color=0.9), 2)
+feature("hair/random roughness", _with(patch, PRINCIPLED, Color=BLOND, Random_Roughness=0.9), 2)
+feature("hair/Huang", _with(patch, PRINCIPLED, {"model": "HUANG"}, Color=BLOND), 2)
+feature("hair/lobe with an offset", _with(patch, LOBE, RoughnessU=0.2, Offset=0.4), 2)
 
 
 def _particles(stage: Stage) -> None:
@@ -102,7 +102,7 @@ def _told(output: str) -> Callable[[Stage], None]:
 
     def build(stage: Stage) -> None:
         stage.glow(stage.node("ShaderNodeHairInfo").outputs[output])
-        _tuft(stage)
+        tuft(stage)
 
     return build
 

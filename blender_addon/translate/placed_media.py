@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import Instance, Material, Mesh, ScatteringMedium
-from spectral_core.scene.geometry import VOLUME_BOX, box_of, unit_box
+from spectral_core.scene.geometry import VOLUME_BOX, box_of, index_box, unit_box
 
 from .shading.attributes import PREFIX, object_attributes, random_of
 from .shading.materials import TranslatedMaterial
@@ -87,9 +87,7 @@ def _filled(
     item: TranslatedMaterial, lattice: Lattice, placed: Region, scale: float, name: str
 ) -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
     """The box of a lattice in object space, and the material with its medium; None for empty space."""
-    index_box = np.eye(4)
-    index_box[:3, :3], index_box[:3, 3] = np.diag(np.array(lattice.shape, dtype=np.float64)), -0.5
-    object_box = lattice.object_from_index @ index_box
+    object_box = lattice.object_from_index @ index_box(lattice.shape)
     corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
     half = np.abs(np.ptp(corners, axis=0)) / 2
     world_from_index = placed.world_from_object @ lattice.object_from_index

@@ -56,10 +56,12 @@ from spectral_core.scene.surface import (
     ScatteringMedium,
     Sheen,
     Subsurface,
+    SubsurfaceModel,
     Surface,
     Toon,
     Translucent,
     Transparent,
+    nominal_ior,
 )
 
 __all__ = [
@@ -116,6 +118,7 @@ __all__ = [
     "SpectralImage",
     "SpotLight",
     "Subsurface",
+    "SubsurfaceModel",
     "SunLight",
     "Surface",
     "Toon",
@@ -129,6 +132,7 @@ __all__ = [
     "leaves",
     "map_leaves",
     "mesh_inputs_of",
+    "nominal_ior",
     "programs_of",
     "scene_hash",
     "values_of",

@@ -6,6 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.fluorescent import Fluorescent
@@ -14,6 +16,20 @@ from spectral_core.scene.hair import Hair, HairLobe
 from spectral_core.scene.paint import LARGEST, Color, Numbers, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.spectrum import Spectrum
+
+SODIUM_NM = 589.3
+"""Wavelength at which an index of refraction is given as one number."""
+
+
+def nominal_ior(ior: float | Spectrum | Computed) -> float:
+    """An index of refraction as one number: that at the sodium line, or the mean of a varying one."""
+    if isinstance(ior, Spectrum):
+        return float(ior.at(SODIUM_NM)) or 1.5
+    return float(np.mean(ior.typical)) if isinstance(ior, Computed) else float(ior)
+
+
+SubsurfaceModel = Literal["random_walk", "random_walk_skin", "burley"]
+"""How light scatters below a surface: Random Walk, Random Walk (Skin), Christensen-Burley."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,14 +61,14 @@ class Glossy(Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glass(Numbers):
-    """Dielectric that reflects and refracts by Fresnel; ``ior`` is a number, or a spectrum for dispersion.
+    """Dielectric that reflects and refracts by Fresnel; ``ior``: a number, a varying one, or a spectrum for dispersion.
 
     ``thin_film_thickness`` (nm; 0 for none) and ``thin_film_ior``: of a thin film on the surface, as in other closures.
     """
 
     color: Paint = field(default_factory=lambda: gray(1.0))
     roughness: Scalar = 0.0
-    ior: float | Spectrum = 1.5
+    ior: float | Spectrum | Computed = 1.5
     normal: Computed | None = None
     reflects: bool = True
     multiple_scattering: bool = True
@@ -134,13 +150,19 @@ class Emission(Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subsurface(Numbers):
-    """Subsurface scattering: mean free paths are proportional to ``radius`` (of red, green, blue) times ``scale``."""
+    """Subsurface scattering: mean free paths are proportional to ``radius`` (of red, green, blue) times ``scale``.
+
+    ``ior``, ``roughness``: of the facets that refract light into the medium.
+    """
 
     color: Paint = field(default_factory=lambda: gray(0.8))
-    radius: tuple[float, float, float] = (1.0, 0.2, 0.1)
+    radius: tuple[float, float, float] | Computed = (1.0, 0.2, 0.1)
     scale: Scalar = 0.05
-    scattering_anisotropy: float = 0.0
+    scattering_anisotropy: Scalar = 0.0
     normal: Computed | None = None
+    ior: Scalar = 1.4
+    roughness: Scalar = 1.0
+    model: SubsurfaceModel = "random_walk"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,9 +172,9 @@ class Principled(Numbers):
     base_color: Paint = field(default_factory=lambda: gray(0.8))
     metallic: Scalar = 0.0
     roughness: Scalar = 0.5
-    ior: float | Spectrum = 1.5
+    ior: float | Spectrum | Computed = 1.5
     alpha: Scalar = 1.0
-    specular_level: float = 0.5
+    specular_level: Scalar = 0.5
     specular_tint: Paint = field(default_factory=lambda: gray(1.0))
     anisotropic: Scalar = 0.0
     anisotropic_rotation: Scalar = 0.0
@@ -168,9 +190,11 @@ class Principled(Numbers):
     sheen_roughness: Scalar = 0.5
     sheen_tint: Paint = field(default_factory=lambda: gray(1.0))
     subsurface_weight: Scalar = 0.0
-    subsurface_radius: tuple[float, float, float] = (1.0, 0.2, 0.1)
+    subsurface_radius: tuple[float, float, float] | Computed = (1.0, 0.2, 0.1)
     subsurface_scale: Scalar = 0.05
-    subsurface_anisotropy: float = 0.0
+    subsurface_anisotropy: Scalar = 0.0
+    subsurface_ior: Scalar = 1.4
+    subsurface_model: SubsurfaceModel = "random_walk"
     normal: Computed | None = None
     emission_color: Paint = field(default_factory=lambda: Color((1.0, 1.0, 1.0)))  # type: ignore[arg-type]
     emission_strength: Scalar = 0.0

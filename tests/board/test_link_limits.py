@@ -199,6 +199,13 @@ def test_an_empty_bundle_holds_no_message_and_its_elements_have_a_size() -> None
             list(numbers_in(broken))
 
 
+def test_osc_listens_on_port_9000_of_this_machine_by_default() -> None:
+    import inspect
+
+    defaults = {name: each.default for name, each in inspect.signature(OscLink).parameters.items()}
+    assert (defaults["host"], defaults["port"], defaults["feedback"]) == ("127.0.0.1", 9000, None)
+
+
 def test_the_outermost_ports_are_in_range(monkeypatch: pytest.MonkeyPatch) -> None:
     """Port 65535 may be occupied, but it is a port; feedback goes to any."""
     for port in (65536, -1):

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from benchmarks._palette_hard_check import side_gains
-from spectral_core.errors import GridMismatchError
+from spectral_core.errors import GridMismatchError, InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.assemble.criteria import second_differences
 from spectral_core.palette.paint.fluorescence import color_from_light, color_from_surface
 from spectral_core.palette.paint.fluorescent_design import FluorescentSolution, solve_fluorescent
 from spectral_core.palette.paint.fluorescent_report import palette_solution
+from spectral_core.palette.qp.optimality import Check
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.fluorescence import FluorescentDye, share_per_amount
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
@@ -130,3 +131,50 @@ def test_the_status_with_dyes_counts_the_worst_pair() -> None:
     apart = replace(solution, worst_pair_delta_e_2000=5.0, delta_e_2000=np.zeros((2, 2)))
     assert palette_solution(apart).status == "compromise"
     assert palette_solution(apart).max_delta_e_2000 == 5.0
+
+
+def test_the_report_of_dyes_names_amounts_and_the_largest_share() -> None:
+    found = solve_fluorescent(measured(), {0: [DYE], 1: [DYE]})
+    solution = palette_solution(found)
+    worst = float(np.nanmax(found.delta_e_2000))
+    assert solution.status == ("solved" if max(worst, found.worst_pair_delta_e_2000) <= 3.0 else "compromise")
+    for surface in found.surfaces:
+        amount = float(surface.amounts[0])
+        text = f"{surface.name} holds {amount:.2f} of green; it returns at most {surface.returned_share().max():.0%}."
+        assert (text in solution.notes) == (amount > 1e-4)
+    assert bool(solution.notes) == any(surface.amounts[0] > 1e-4 for surface in found.surfaces)
+    if solution.notes:
+        assert solution.notes[-1].startswith("Apply to Scene gives materials their dyes")
+    assert solution.bound_violation == max(found.largest_returned_share - 1.0, 0.0) < 1e-9
+    assert solution.rounds == found.rounds and solution.kkt_residual == found.check.kkt
+    np.testing.assert_array_equal(solution.delta_e_2000, found.delta_e_2000)
+    assert found.largest_returned_share == max(float(each.returned_share().max()) for each in found.surfaces)
+    for each, surface in zip(solution.reflectances, found.surfaces, strict=True):
+        np.testing.assert_allclose(each.values, np.clip(surface.reflectance.values, 0, 1))
+
+
+@pytest.mark.parametrize(
+    ("changed", "status"),
+    [({"exact_error": 2e-6}, "exact_conflict"), ({"settled": False}, "still_improving"),
+     ({"check": Check(1.0, 0.0, 0.0)}, "inaccurate"), ({"delta_e_2000": np.full((2, 2), 3.01)}, "compromise"),
+     ({"delta_e_2000": np.full((2, 2), 2.99)}, "solved"), ({"delta_e_2000": np.full((2, 2), np.nan)}, "solved")],
+)  # fmt: skip
+def test_the_status_with_dyes_follows_from_the_solution(changed: dict, status: str) -> None:
+    solution = solve_fluorescent(measured(), {0: [DYE]})
+    plain = replace(solution, worst_pair_delta_e_2000=0.0, delta_e_2000=np.zeros((2, 2)), settled=True)
+    assert plain.trusted and palette_solution(plain).status == "solved"
+    assert palette_solution(replace(plain, **changed)).status == status
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"observers": ("cie_1931_2deg", "cie_1964_10deg")}, {"match": "perceptual"}, {"reflectance_bounds": (-0.1, 1.0)},
+     {"reflectance_bounds": (0.0, 1.1)}, {"scale_lights": True}],
+)  # fmt: skip
+def test_settings_that_dyes_do_not_support_are_named(wrong: dict) -> None:
+    with pytest.raises(InvalidInputError, match="a palette with fluorescence has"):
+        solve_fluorescent(replace(measured(), **wrong), {0: [DYE]})
+    for item in (-1, 2):
+        with pytest.raises(InvalidInputError, match="expected 0 to 1"):
+            solve_fluorescent(measured(), {item: [DYE]})
+    solve_fluorescent(measured(), {1: [DYE]}, seconds=0.0)

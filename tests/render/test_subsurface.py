@@ -45,16 +45,35 @@ def _ball(surface, transport="rgb"):
 
 @pytest.mark.parametrize("color", [0.3, 0.8, 1.0])
 def test_under_a_uniform_sky_a_ball_shows_its_color(color):
-    """The single-scattering albedo is derived from this condition; a ball of color 1 absorbs nothing."""
+    """Refracted light goes deeper than the even light for which the albedo is fitted, and is absorbed more, as in
+    Cycles; a ball of color 1 absorbs nothing.
+    """
     seen = _ball(Subsurface(gray(color), (1.0, 1.0, 1.0), 0.3))
-    np.testing.assert_allclose(seen, color, rtol=0.06)
-    assert seen.max() < 1.02
+    assert np.all(seen < 1.02 * color)
+    # walks of more than 256 steps are lost
+    assert np.all(seen > (0.93 if color == 1 else 0.85) * color)
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_a_disk_shows_the_color(transport):
+    """The profile of Christensen and Burley keeps all light that a diffuse surface of its color reflects."""
+    color = Color([0.7, 0.4, 0.2])
+    disk = Subsurface(color, (1.0, 0.2, 0.1), 0.05, model="burley")
+    np.testing.assert_allclose(_ball(disk, transport), _ball(Diffuse(color), transport), rtol=0.03)
+
+
+def test_channels_without_a_radius_stay():
+    """Blue light, whose radius is 0, is reflected diffusely."""
+    seen = _ball(Subsurface(gray(0.5), (0.5, 0.2, 0.0), 0.3))
+    assert seen[2] == pytest.approx(0.5, rel=0.02)
+    assert seen[0] < 0.485
 
 
 def test_short_paths_look_diffuse():
     color = Color([0.7, 0.4, 0.2])
-    near, matt = _ball(Subsurface(color, (1.0, 0.2, 0.1), 0.01)), _ball(Diffuse(color))
-    np.testing.assert_allclose(near, matt, rtol=0.05)
+    near, matt = _ball(Subsurface(color, (1.0, 0.2, 0.1), 0.01, model="random_walk_skin")), _ball(Diffuse(color))
+    np.testing.assert_allclose(near, matt, rtol=0.12)
+    assert np.all(near < 1.02 * matt)
 
 
 def test_transports_agree_and_principled_has_its_share():
@@ -62,4 +81,6 @@ def test_transports_agree_and_principled_has_its_share():
     whole = {transport: _ball(Principled(color, subsurface_weight=1.0, subsurface_scale=0.2), transport)
              for transport in ("rgb", "spectral")}  # fmt: skip
     np.testing.assert_allclose(whole["spectral"], whole["rgb"], rtol=0.06)
-    np.testing.assert_allclose(whole["rgb"], _ball(Principled(color)), rtol=0.06)
+    plain = _ball(Principled(color))
+    assert np.all(whole["rgb"] > 0.85 * plain)
+    assert np.all(whole["rgb"] < 1.02 * plain)

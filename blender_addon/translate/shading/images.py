@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import ImageTexture
-from spectral_core.spectra.color import linear_from_display_rgb
+from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
 
-from ... import compat
 from ..context import Translation
 from ..ledger import note_changed
 from .image_files import frame_image, frame_of, tile_image, tiles_of
+from .image_files.color_spaces import scene_linear
 
 Array = NDArray[Any]
 
@@ -184,14 +184,16 @@ def _float_image(translation: Translation, name: str, colors: Array, *, is_color
 def _byte_image(translation: Translation, name: str, colors: Array, space: str) -> ImageTexture:
     if space in NUMBER_SPACES or space in LINEAR_SPACES:
         return ImageTexture(name, _compact(colors), color_space="raw" if space in NUMBER_SPACES else "linear")
-    matrix = compat.rec709_from_working("Linear Rec.2020" if space == "Rec.2020" else space)
-    if matrix is not None:
-        rgb = linear_from_display_rgb(colors[..., :3]) if space == "Rec.2020" else colors[..., :3]
-        linear = np.concatenate([np.broadcast_to(rgb, (*rgb.shape[:2], 3)) @ matrix.T, colors[..., 3:]], axis=2)
-        return ImageTexture(name, linear.astype(np.float32), color_space="linear")
-    if space != "sRGB":
-        translation.note(name, f"the color space {space!r} of this image is read as sRGB")
-    return ImageTexture(name, _compact(colors), color_space="srgb")
+    if space == "sRGB":
+        return ImageTexture(name, _compact(colors), color_space="srgb")
+    # Cycles stores such colors as bytes of its scene-linear space, with the curve of sRGB
+    rgb = np.broadcast_to(colors[..., :3], (*colors.shape[:2], 3))
+    linear = np.clip(scene_linear(rgb, space), 0, 1)
+    if np.array_equal(translation.rgb_from_working, np.eye(3)):
+        curved = np.concatenate([display_rgb_from_linear(linear), colors[..., 3:]], axis=2)
+        return ImageTexture(name, _compact(curved), color_space="srgb")
+    linear = np.concatenate([translation.linear_rgb(linear), colors[..., 3:]], axis=2)
+    return ImageTexture(name, linear.astype(np.float32), color_space="linear")
 
 
 def _compact(values: Array, is_float: bool = False) -> Array:

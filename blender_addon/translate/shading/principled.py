@@ -5,12 +5,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.scene import Color, Computed, Paint, Principled, Surface, gray
+from spectral_core.scene import IOR, Color, Computed, Paint, Principled, Surface, gray
 from spectral_core.spectra.spectrum import Spectrum
 
 from .fields import Value, paint_of
 from .reader import Reader
-from .shader_inputs import direction_at, ior, lobe_tangent, main_color, note_model, radius_of, thin_film
+from .shader_inputs import (
+    direction_at,
+    held,
+    ior,
+    lobe_tangent,
+    main_color,
+    model_of,
+    radius_of,
+    thin_film,
+    varying_ior,
+)
 from .tree import Output, linked
 
 
@@ -55,23 +65,19 @@ def principled(reader: Reader, output: Output) -> Surface:
         reader.note(f"{output.label!r}: its coat follows the normal of what lies below it")
     anisotropic = scalar("Anisotropic", 0.0)
     below = reader.factor(output.input("Subsurface Weight"), 0.0)
-    if below != 0:
-        note_model(reader, output, getattr(output.node, "subsurface_method", "RANDOM_WALK"))
     strength = scalar("Emission Strength", 0.0)
     lit = isinstance(strength, Computed) or strength != 0
-    index, transmission = ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
+    index, transmission = varying_ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
     coat_tint = reader.paint(output.input("Coat Tint"), gray(1.0))
     if coat_weight != 0 and transmission != 0 and not _is_white(coat_tint):
         reader.note(f"{output.label!r}: its coat does not tint the transmitted light")
-    if index < 1 and transmission != 1:
-        reader.note(f"{output.label!r}: an index of refraction below 1 reflects less at grazing angles than in Cycles")
     return Principled(
         base_color=main_color(reader, output, 0.8, "Base Color"),
         metallic=scalar("Metallic", 0.0),
         roughness=scalar("Roughness", 0.5),
         ior=index,
         alpha=reader.factor(output.input("Alpha"), 1.0),
-        specular_level=reader.number(output.input("Specular IOR Level"), 0.5),
+        specular_level=scalar("Specular IOR Level", 0.5),
         specular_tint=reader.paint(output.input("Specular Tint"), gray(1.0)),
         anisotropic=anisotropic,
         anisotropic_rotation=scalar("Anisotropic Rotation", 0.0),
@@ -89,7 +95,9 @@ def principled(reader: Reader, output: Output) -> Surface:
         subsurface_weight=below,
         subsurface_radius=radius_of(reader, output, "Subsurface Radius") if below != 0 else (1.0, 0.2, 0.1),
         subsurface_scale=scalar("Subsurface Scale", 0.05),
-        subsurface_anisotropy=reader.number(output.input("Subsurface Anisotropy"), 0.0),
+        subsurface_anisotropy=scalar("Subsurface Anisotropy", 0.0),
+        subsurface_ior=held(scalar("Subsurface IOR", 1.4), IOR),
+        subsurface_model=model_of(getattr(output.node, "subsurface_method", "RANDOM_WALK")),
         emission_color=_emission_color(reader, output, is_coated=coat_weight != 0) if lit else gray(1.0),
         emission_strength=strength,
         normal=normal,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.scene import FILM_THICKNESS_NM, IOR, Color, Computed, Paint, Scalar, gray
+from spectral_core.scene import FILM_THICKNESS_NM, IOR, Color, Computed, Paint, Scalar, SubsurfaceModel, gray
 from spectral_core.scene.shading import Raised
 
 from .. import spectra
@@ -37,15 +37,20 @@ def lobe_tangent(reader: Reader, output: Output, anisotropy: Scalar) -> Computed
     return direction_at(reader, output, "Tangent") or Computed(round_tangent(reader).program(3))
 
 
-def note_model(reader: Reader, output: Output, model: str) -> None:
-    if model != "RANDOM_WALK":
-        reader.note(f"{output.label!r}: light below the surface goes by Random Walk instead of {model.capitalize()}")
+SUBSURFACE_MODELS: dict[str, SubsurfaceModel] = {"RANDOM_WALK_SKIN": "random_walk_skin", "BURLEY": "burley"}
+"""Methods of light below the surface other than Random Walk."""
 
 
-def radius_of(reader: Reader, output: Output, name: str) -> tuple[float, float, float]:
-    """Radii of red, green and blue, one for the whole surface."""
-    if (value := reader.read(output, name, np.array((1.0, 0.2, 0.1)))).constant is None:
-        reader.note(f"{output.label!r}: a radius that varies is shown with its mean")
+def model_of(method: str) -> SubsurfaceModel:
+    """The model of light below the surface by Blender's name."""
+    return SUBSURFACE_MODELS.get(method, "random_walk")
+
+
+def radius_of(reader: Reader, output: Output, name: str) -> tuple[float, float, float] | Computed:
+    """Radii of red, green and blue."""
+    value = reader.read(output, name, np.array((1.0, 0.2, 0.1)))
+    if value.constant is None:
+        return Computed(value.program(3))
     red, green, blue = (float(part) for part in np.broadcast_to(mean_color(value), (3,)))
     return max(red, 0.0), max(green, 0.0), max(blue, 0.0)
 
@@ -54,6 +59,12 @@ def ior(reader: Reader, place: Input | None, fallback: float) -> float:
     """Index of refraction: one number, within the range of a dielectric."""
     value = reader.number(place, fallback)
     return min(max(value, IOR[0]), IOR[1])
+
+
+def varying_ior(reader: Reader, place: Input | None, fallback: float) -> float | Computed:
+    """Index of refraction, which may vary over the surface."""
+    found = held(reader.scalar(place, fallback), IOR)
+    return found if isinstance(found, Computed) else ior(reader, place, fallback)
 
 
 def thin_film(reader: Reader, output: Output) -> dict[str, Scalar]:

@@ -27,6 +27,7 @@ from spectral_core.scene import (
 )
 
 from .. import spectra
+from ..lighting import light_inputs  # noqa: F401  (as below)
 from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (importing the node modules registers their evaluators)
 from .fields import scalar_of
 from .hair import hair_lobe, principled_hair
@@ -35,12 +36,12 @@ from .reader import Reader
 from .shader_inputs import (
     conductor_colors,
     direction_at,
-    ior,
     lobe_tangent,
     main_color,
-    note_model,
+    model_of,
     radius_of,
     thin_film,
+    varying_ior,
 )
 from .tree import Input, Output, linked
 
@@ -124,7 +125,7 @@ def _metallic(reader: Reader, output: Output) -> Surface:
 
 def _glass(reader: Reader, output: Output) -> Surface:
     refracts_only = output.node.type == "BSDF_REFRACTION"
-    index = ior(reader, output.input("IOR"), 1.5)
+    index = varying_ior(reader, output.input("IOR"), 1.5)
     normal = direction_at(reader, output, "Normal")
     keeps_energy = not refracts_only and getattr(output.node, "distribution", "") == "MULTI_GGX"
     roughness = _roughness(reader, output, 0.0)
@@ -200,13 +201,15 @@ def _eevee(reader: Reader, output: Output) -> Surface:
 
 
 def _subsurface(reader: Reader, output: Output) -> Surface:
-    note_model(reader, output, getattr(output.node, "falloff", "RANDOM_WALK"))
     return Subsurface(
         main_color(reader, output, 0.8),
         radius_of(reader, output, "Radius"),
         reader.scalar(output.input("Scale"), 0.05),
-        reader.number(output.input("Anisotropy"), 0.0),
+        reader.scalar(output.input("Anisotropy"), 0.0),
         direction_at(reader, output, "Normal"),
+        varying_ior(reader, output.input("IOR"), 1.4),
+        reader.scalar(output.input("Roughness"), 1.0),
+        model_of(getattr(output.node, "falloff", "RANDOM_WALK")),
     )
 
 

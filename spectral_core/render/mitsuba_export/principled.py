@@ -20,7 +20,7 @@ _WRITTEN = {
 _OF_WEIGHT = {
     "sheen_weight": {"sheen_roughness", "sheen_tint"},
     "coat_weight": {"coat_roughness", "coat_ior", "coat_tint"},
-    "subsurface_weight": {"subsurface_radius", "subsurface_scale", "subsurface_anisotropy"},
+    "subsurface_weight": {f"subsurface_{name}" for name in ("radius", "scale", "anisotropy", "ior", "model")},
     "thin_film_thickness": {"thin_film_ior"},
 }
 """Inputs without effect where a weight is 0."""

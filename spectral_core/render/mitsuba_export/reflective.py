@@ -11,11 +11,11 @@ from spectral_core.render.mitsuba_export import paints
 from spectral_core.render.mitsuba_export import xml_elements as xml
 from spectral_core.render.mitsuba_export.draft import Draft
 from spectral_core.render.mitsuba_scene.closures.facets import is_smooth
-from spectral_core.scene import Color, Glass, Glossy, Metal, Scalar, Transparent
+from spectral_core.scene import Color, Computed, Glass, Glossy, Metal, Scalar, Transparent, nominal_ior
+from spectral_core.scene.surface import SODIUM_NM
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
-SODIUM_NM = 589.3
 _METAL_NM = np.arange(360.0, 831.0, 5.0)
 
 
@@ -78,7 +78,9 @@ def interface(draft: Draft, closure: Any, colors: tuple[Any, Any], subject: str,
     index = closure.ior
     if isinstance(index, Spectrum):
         draft.note(subject, f"its dispersion is left out; the index at {SODIUM_NM:g} nm is written")
-        index = float(index.at(SODIUM_NM)) or 1.5
+    elif isinstance(index, Computed):
+        draft.note(subject, "its index of refraction varies; the mean is written")
+    index = nominal_ior(index)
     tints = (
         paints.reflectance(draft, "specular_reflectance", colors[0], subject),
         paints.reflectance(draft, "specular_transmittance", colors[1], subject, power),

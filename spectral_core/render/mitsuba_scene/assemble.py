@@ -148,11 +148,10 @@ def load_scene(
     rules.surfaces, rules.meshes = context.bsdf.surfaces, context.meshes
     loaded = context.load(description)
     _fill(rules, bits, shapes, scene, loaded)
-    fogged = rules.around.world != 0
-    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded, fogged=fogged)
+    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded, rules)
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
-    rules.subsurface, rules.holdouts = context.has_subsurface, context.has_holdouts
+    rules.subsurface, rules.disks, rules.holdouts = context.has_subsurface, context.has_disks, context.has_holdouts
     home = LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
     context.tables.live_in(home)
     return home
@@ -186,15 +185,15 @@ def _enter_body(context: Context, body: Any) -> None:
     context.meshes.add(body)
 
 
-def _scene_lights(context: Context, lights: LightList, loaded: Any, *, fogged: bool) -> SceneLights:
-    """Tables of all lights of a loaded scene; ``fogged``: True if a medium attenuates distant light."""
-    box = loaded.bbox()
+def _scene_lights(context: Context, lights: LightList, loaded: Any, rules: RayRules) -> SceneLights:
+    """Tables of all lights of a loaded scene."""
+    box, fogged = loaded.bbox(), rules.around.world != 0  # a medium of the world attenuates distant light
     reach = FARTHEST if fogged else 1e3
     if box.valid() and not fogged:
         reach = 4 * float(np.linalg.norm(np.array(box.max) - np.array(box.min))) + 1e-3
     texture_of = partial(sampled_spectrum, context)
     emission = Emission(context.mitsuba, lights, spectral=context.spectral, texture_of=texture_of)
-    return SceneLights(context.mitsuba, lights, reach, emission)
+    return SceneLights(context.mitsuba, lights, reach, emission, rules)
 
 
 def _link_bits(context: Context, scene: Scene) -> dict[str, int]:

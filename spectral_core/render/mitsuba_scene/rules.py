@@ -46,6 +46,8 @@ class RayRules:
     camera_world: Any | None = None
     subsurface: bool = False
     """True if a surface has subsurface scattering."""
+    disks: bool = False
+    """True if some of it is by the profile of Christensen and Burley."""
     surfaces: Any = None
     """``SurfaceTables`` of the scene."""
     meshes: Any = None
@@ -84,7 +86,7 @@ class Tables:
         self.links = self._table(emitter, [(item, number + 1) for item, number in rules.links])
         self.unlit = self._table(shape, rules.unlit)
         self.clear = self._table(shape, rules.clear)
-        self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
+        self.camera_world, self.subsurface, self.disks = rules.camera_world, rules.subsurface, rules.disks
         self.surfaces, self.meshes = rules.surfaces, rules.meshes
         self.media: Any = None
         self.has_holdout_surfaces = rules.holdouts
@@ -162,6 +164,14 @@ class Tables:
         if self.links is not None and self.unlit is not None:
             lit &= (self.look_up(self.unlit, receiver) & self._bit(emitter)) == 0
         return lit
+
+    def unlit_by(self, receiver: Any, active: Any) -> Any:
+        """Bits of the linked lights that do not illuminate a receiver (a shape's number); None without linking."""
+        import drjit as dr
+
+        if self.links is None or self.unlit is None:
+            return None
+        return dr.select(active, self.look_up(self.unlit, receiver), 0)
 
     def casts_shadow(self, shape: Any, emitter: Any) -> Any:
         """True if a shape occludes the light of an emitter."""

@@ -15,7 +15,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.closures.facets import glass, glossy, metal
 from spectral_core.render.mitsuba_scene.closures.principled import principled
-from spectral_core.render.mitsuba_scene.closures.soft import diffuse, sheen, subsurface
+from spectral_core.render.mitsuba_scene.closures.soft import Below, diffuse, sheen, subsurface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.fluorescent import fluorescent_lobes
 from spectral_core.render.mitsuba_scene.glow import emission, is_dark
@@ -72,10 +72,17 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
         normal = getattr(closure, "normal", None)
         if normal is not None and made.name not in ("clear", "holdout"):
             fades = not isinstance(normal, Raised)
-            softens = fades and isinstance(closure, (Diffuse, Translucent, Subsurface))
+            softens = fades and _is_diffuse(closure)
             bent = {"normal": paint.vector(normal.program), "softens": softens, "fades": fades}
             made = Lobe("bent", {"closure": made, **bent})
         yield amount, made
+
+
+def _is_diffuse(closure: Any) -> bool:
+    """True for what Cycles calls diffuse: such light fades toward the horizon of a smooth surface."""
+    if isinstance(closure, Toon):
+        return not closure.glossy
+    return closure.microfiber if isinstance(closure, Sheen) else isinstance(closure, (Diffuse, Translucent, Subsurface))
 
 
 def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
@@ -98,8 +105,9 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
     elif isinstance(closure, Sheen):
         yield weight, sheen(context, (closure.color, closure.roughness, closure.microfiber), subject)
     elif isinstance(closure, Subsurface):
-        medium = (closure.radius, closure.scale, closure.scattering_anisotropy)
-        made = subsurface(context, closure.color, medium, subject)
+        anisotropy, facets = closure.scattering_anisotropy, (closure.ior, closure.roughness)
+        below = Below(closure.color, closure.radius, closure.scale, anisotropy, *facets, closure.model)
+        made = subsurface(context, below, subject)
         yield weight, made or diffuse(context, Diffuse(closure.color), subject)
     elif isinstance(closure, Principled):
         yield from principled(context, closure, weight, subject)

@@ -24,12 +24,10 @@ from spectral_core.scene import (
     Surface,
     World,
     map_leaves,
+    nominal_ior,
 )
 from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
-
-SODIUM_D_NM = 589.3
-"""Wavelength at which an index of refraction is quoted as one number."""
 
 
 def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
@@ -100,7 +98,7 @@ def _surface(surface: Surface, plan: EffectPlan) -> Surface:
 
 def _closure(surface: Closure, plan: EffectPlan) -> Closure:
     if isinstance(surface, (Glass, Principled)) and isinstance(surface.ior, Spectrum) and not plan.is_on("dispersion"):
-        surface = replace(surface, ior=float(surface.ior.at(SODIUM_D_NM)) or 1.5)
+        surface = replace(surface, ior=nominal_ior(surface.ior))
     if (
         isinstance(surface, (Glass, Metal, Principled))
         and surface.thin_film_thickness != 0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.paint import white_light
-from spectral_core.scene import Color, Glass, Material, Metal, Principled, leaves
+from spectral_core.scene import Color, Glass, Material, Metal, Principled, leaves, nominal_ior
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import STANDARD, observer, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
@@ -81,8 +81,7 @@ def _base(closure: Filmed) -> complex:
         return _metal(_mean(closure.color, 0.6), _mean(closure.edge_tint, 0.7))
     if isinstance(closure, Principled) and isinstance(closure.metallic, (int, float)) and closure.metallic >= 0.5:
         return _metal(_mean(closure.base_color, 0.8), 1.0)
-    index = closure.ior
-    return complex(index if isinstance(index, (int, float)) else float(index.at(589.3)) or 1.5)
+    return complex(nominal_ior(closure.ior))
 
 
 def _metal(facing: float, edge: float) -> complex:

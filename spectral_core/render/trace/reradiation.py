@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plugins.numbers import Rows, table
+from spectral_core.render.trace.below.leaving import exit_normal, outer_normal
 from spectral_core.render.trace.wavelengths import cell_edges, share_by_cell
 from spectral_core.scene import Fluorescent
 from spectral_core.scene.fluorescent import EXCITED_NM
@@ -175,7 +176,7 @@ class Reradiation:
 
 
 def even_lobe(integrator: Any, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
-    """True if light leaves diffusely for any closure, and a direction on the side on which it leaves.
+    """True if light leaves diffusely for any closure, and the normal about which it leaves.
 
     This holds for light from below the surface, and for the emission of a dye: the path then continues at the
     wavelengths that excite the dye.
@@ -185,11 +186,16 @@ def even_lobe(integrator: Any, si: Any, path: Any, sampler: Any, active: Any) ->
 
     toward, tables = mi.Vector3f(si.dn_du), integrator.tables.reradiation
     if tables is None:
-        return path.leaves, -toward
+        return path.leaves, exit_normal(mi, dr, integrator.tables, si, -toward, path.leaves & active)
     others, factor, shifted = tables.shift(si, sampler, active & ~path.leaves)
     si.wavelengths = others
     path.throughput *= factor
-    return path.leaves | shifted, dr.select(shifted, toward, -toward)
+    normal = outer_normal(mi, dr, si, toward)
+    if integrator.tables.subsurface:
+        normal = dr.select(
+            path.leaves, exit_normal(mi, dr, integrator.tables, si, -toward, path.leaves & active), normal
+        )
+    return path.leaves | shifted, normal
 
 
 def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emission: Array) -> Array:

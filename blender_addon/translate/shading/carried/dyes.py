@@ -20,6 +20,7 @@ from spectral_core.scene import (
     gray,
     leaves,
     map_leaves,
+    nominal_ior,
 )
 from spectral_core.scene.surface import Closure
 from spectral_core.spectra.fluorescence import FluorescentDye
@@ -104,7 +105,7 @@ def _on_principled(
     Light that the gloss above reflects does not reach the dyes.
     """
     within = _fitting(translation, name, leaf.base_color, dyes, amounts, None)
-    reached = 1.0 - mean_reflectance(leaf.ior if isinstance(leaf.ior, (int, float)) else float(leaf.ior.at(589.3)))
+    reached = 1.0 - mean_reflectance(nominal_ior(leaf.ior))
     glow: Surface = Fluorescent(gray(0.0), within.dyes, tuple(amount * reached for amount in within.amounts))
     covers: tuple[tuple[Scalar, bool], ...] = ((leaf.metallic, True), (leaf.transmission, True), (leaf.alpha, False))
     for share, hides in covers:

@@ -16,7 +16,7 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.closures import albedo
 from spectral_core.render.plugins.closures.film import response
 from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
-from spectral_core.scene import Computed, Glass, Metal, Principled
+from spectral_core.scene import Computed, Glass, Metal, Principled, Scalar, nominal_ior
 from spectral_core.scene.shading import Builder
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -25,8 +25,12 @@ Array = NDArray[np.float64]
 
 def _kept(name: str, table: Array) -> dict[str, Any]:
     """A table of the energy of one bounce, and of its mean over the hemisphere."""
-    mean = np.repeat(albedo.average(table)[:, None], albedo.SIZE, axis=1)
-    return {name: Albedos(table), f"{name}_mean" if name != "single" else "mean": Albedos(mean)}
+    return {name: Albedos(table), f"{name}_mean" if name != "single" else "mean": Albedos(_mean(table))}
+
+
+def _mean(table: Array) -> Array:
+    """A table's mean over the hemisphere, at every cosine."""
+    return np.repeat(albedo.average(table)[:, None], albedo.SIZE, axis=1)
 
 
 def facet_inputs() -> dict[str, Any]:
@@ -40,8 +44,33 @@ def specular_inputs(ior: float, keeps_energy: bool) -> dict[str, Any]:
         "ior": Number(ior),
         "ior_fresnel": Number(_average_fresnel(ior)),
         "facing_reflectance": Number(((ior - 1.0) / (ior + 1.0)) ** 2),
-        "specular_albedo": Albedos(_layer_albedo(ior, keeps_energy)),
+        # as in Cycles, the light below is that below the inverse of an index under 1, and not what total reflection
+        # leaves
+        "specular_albedo": Albedos(_layer_albedo(max(ior, 1 / ior), keeps_energy)),
     }
+
+
+def varying_specular_inputs(
+    context: Context, numbers: tuple[Scalar, Scalar], keeps_energy: bool, subject: str
+) -> dict[str, Any]:
+    """Inputs of that layer where the index of refraction or the specular level varies (``numbers``)."""
+    names = ("ior", "specular_level")
+    return {
+        **{name: paint.number(context, value, subject) for name, value in zip(names, numbers, strict=True)},
+        "specular_layers": Albedos(_layer_stack(keeps_energy)),
+    }
+
+
+@cache
+def _layer_stack(keeps_energy: bool) -> Array:
+    return np.stack([_layer_albedo(ior, keeps_energy) for ior in albedo.layer_iors()])
+
+
+@cache
+def _glass_stack() -> tuple[Array, Array]:
+    """Energy of one bounce on glass seen from outside and from inside, by index of refraction."""
+    outside, inside = ([albedo.dielectric(ior**power)[1] for ior in albedo.layer_iors()] for power in (1, -1))
+    return np.stack(outside), np.stack(inside)
 
 
 def coat_inputs(ior: float) -> dict[str, Any]:
@@ -68,10 +97,20 @@ def coat_at_view(ior: float, roughness: float) -> Computed:
     return Computed(builder.program(builder.add("ramp_number", (cosine,), data=row[:, None])))
 
 
-def glass_inputs(context: Context, ior: float | Spectrum, *, keeps_energy: bool) -> dict[str, Any]:
+def glass_inputs(
+    context: Context, ior: float | Spectrum | Computed, subject: str, *, keeps_energy: bool
+) -> dict[str, Any]:
     """Inputs of a transmissive interface; RGB transport reads a spectrum of the index at the sodium line."""
-    nominal = (float(ior.at(589.3)) or 1.5) if isinstance(ior, Spectrum) else float(ior)
-    index: Any = Number(nominal)
+    index: Any
+    if isinstance(ior, Computed):
+        index = paint.number(context, ior, subject)
+        if not keeps_energy:
+            return {"ior": index}
+        stacks = dict(zip(("outside", "inside"), _glass_stack(), strict=True))
+        means = {f"{name}_mean": np.stack([_mean(table) for table in stack]) for name, stack in stacks.items()}
+        return {"ior": index, "layered": True, **{name: Albedos(stack) for name, stack in (stacks | means).items()}}
+    nominal = nominal_ior(ior)
+    index = Number(nominal)
     if isinstance(ior, Spectrum) and context.spectral:
         index = Textured(paint.sampled_spectrum(context, ior), "color")
     if not keeps_energy:

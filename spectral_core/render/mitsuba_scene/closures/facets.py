@@ -9,7 +9,7 @@ from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.closures.dielectric import facet_inputs, film_inputs, glass_inputs
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.surfaces.sources import Lobe, Source
-from spectral_core.scene import Glass, Glossy, Metal, Principled, Scalar
+from spectral_core.scene import Computed, Glass, Glossy, Metal, Principled, Scalar
 from spectral_core.spectra.spectrum import Spectrum
 
 MIRROR_ROUGHNESS = 0.03
@@ -68,7 +68,7 @@ def glass(
     context: Context,
     colors: tuple[Source, Source],
     closure: Glass | Principled,
-    ior: float | Spectrum,
+    ior: float | Spectrum | Computed,
     subject: str,
     *,
     halves: bool = False,
@@ -96,14 +96,13 @@ def _glass(given: tuple[Any, ...], *, smooth: bool, keeps_energy: bool, halves: 
         "halves": halves,
         "reflects": getattr(closure, "reflects", True),
         "keeps_energy": keeps_energy,
-        **glass_inputs(context, ior, keeps_energy=keeps_energy and not smooth),
+        **glass_inputs(context, ior, subject, keeps_energy=keeps_energy and not smooth),
         **film_inputs(context, closure, subject, passes=True),
     }
     if tint is not None:
         inputs["specular_tint"] = tint
     if not smooth:
         inputs["distribution"] = getattr(closure, "distribution", "ggx")
-        inputs["facet_color"] = colors[1]
         inputs["roughness"] = paint.number(context, closure.roughness, subject)
         if closure.thin_film_thickness != 0:
             inputs |= facet_inputs()

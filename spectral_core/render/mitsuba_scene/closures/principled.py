@@ -15,13 +15,14 @@ from spectral_core.render.mitsuba_scene.closures.dielectric import (
     facet_inputs,
     film_inputs,
     specular_inputs,
+    varying_specular_inputs,
 )
 from spectral_core.render.mitsuba_scene.closures.facets import direction, glass
-from spectral_core.render.mitsuba_scene.closures.soft import sheen, subsurface
+from spectral_core.render.mitsuba_scene.closures.soft import Below, sheen, subsurface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.glow import sheen_clear
 from spectral_core.render.plugins.surfaces.sources import Lobe, Number, Source, Tint
-from spectral_core.scene import Color, Principled, Weight
+from spectral_core.scene import Color, Computed, Principled, Weight, nominal_ior
 
 
 def principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
@@ -51,7 +52,7 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
         "roughness": paint.number(context, closure.roughness, subject),
         "keeps_energy": closure.multiple_scattering,
         **facet_inputs(),
-        **specular_inputs(ior, closure.multiple_scattering),
+        **_specular(context, closure, ior, subject),
         **direction(context, closure.anisotropic, closure.anisotropic_rotation, closure.tangent, subject),
         **film_inputs(context, closure, subject),
     }
@@ -69,8 +70,7 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
     if closure.diffuse_roughness != 0:
         reflecting["diffuse_roughness"] = paint.number(context, closure.diffuse_roughness, subject)
     if closure.subsurface_weight != 0:
-        medium = (closure.subsurface_radius, closure.subsurface_scale, closure.subsurface_anisotropy)
-        below = subsurface(context, closure.base_color, medium, subject)
+        below = subsurface(context, _below(closure, ior), subject)
         if below is not None:
             weight_below = paint.number(context, closure.subsurface_weight, subject)
             reflecting |= {"subsurface": below, "subsurface_weight": weight_below}
@@ -78,6 +78,23 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
     if closure.transmission != 0 and closure.metallic != 0:
         metal = opaque.times(closure.transmission).times(closure.metallic)
         yield metal, Lobe("blender_principled", {**reflecting, "metallic": Number(1.0)})
+
+
+def _specular(context: Context, closure: Principled, ior: float, subject: str) -> dict[str, Any]:
+    """The dielectric layer over the diffuse part, of an index of refraction that may vary."""
+    keeps_energy = closure.multiple_scattering
+    if not isinstance(closure.ior, Computed) and isinstance(closure.specular_level, float | int):
+        return specular_inputs(ior, keeps_energy)
+    index = closure.ior if isinstance(closure.ior, Computed) else nominal_ior(closure.ior)
+    return varying_specular_inputs(context, (index, closure.specular_level), keeps_energy, subject)
+
+
+def _below(closure: Principled, ior: float) -> Below:
+    """The medium below the surface; skin has an index of refraction of its own."""
+    entry_ior = closure.subsurface_ior if closure.subsurface_model == "random_walk_skin" else ior
+    radius, scale, anisotropy = closure.subsurface_radius, closure.subsurface_scale, closure.subsurface_anisotropy
+    facets, model = (entry_ior, closure.roughness), closure.subsurface_model
+    return Below(closure.base_color, radius, scale, anisotropy, *facets, model, squares=True)
 
 
 def _below_coat(closure: Principled, weight: Weight) -> Iterator[Weight]:
@@ -115,10 +132,10 @@ def _is_white(color: Any) -> bool:
 
 def specular_ior(closure: Principled) -> float:
     """Index of refraction with the reflectance of the specular level: F0 times twice the level (Blender 4)."""
-    ior = closure.ior if isinstance(closure.ior, float | int) else float(closure.ior.at(589.3)) or 1.5
-    if closure.specular_level == 0.5:
-        return float(ior)
-    normal = float(np.clip(((ior - 1) / (ior + 1)) ** 2 * 2 * closure.specular_level, 0.0, 0.99))
+    ior, level = nominal_ior(closure.ior), paint.typical_number(closure.specular_level)
+    if level == 0.5:
+        return ior
+    normal = float(np.clip(((ior - 1) / (ior + 1)) ** 2 * 2 * level, 0.0, 0.99))
     raised = (1 + np.sqrt(normal)) / (1 - np.sqrt(normal))
     return float(raised if ior >= 1 else 1 / raised)
 

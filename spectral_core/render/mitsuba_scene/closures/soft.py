@@ -3,15 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.closures.sheen import sheen_tables
-from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number
-from spectral_core.scene import Diffuse, Paint, Scalar
+from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number, Source
+from spectral_core.scene import Computed, Diffuse, Paint, Scalar, SubsurfaceModel
 
 
 def diffuse(context: Context, closure: Diffuse, subject: str) -> Lobe:
@@ -21,24 +20,47 @@ def diffuse(context: Context, closure: Diffuse, subject: str) -> Lobe:
     return Lobe("rough_diffuse", {"color": color, "roughness": paint.number(context, closure.roughness, subject)})
 
 
-def subsurface(
-    context: Context, color: Paint, medium: tuple[tuple[float, float, float], Scalar, float], subject: str
-) -> Lobe | None:
-    """Subsurface scattering (radius, scale, anisotropy); None, with a note, if the integrator does not support it."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Below:
+    """The medium below a surface; ``squares``: True if the alpha of the facets is the roughness squared."""
+
+    color: Paint
+    radius: tuple[float, float, float] | Computed
+    scale: Scalar
+    anisotropy: Scalar
+    ior: Scalar
+    roughness: Scalar
+    model: SubsurfaceModel
+    squares: bool = False
+
+
+def subsurface(context: Context, below: Below, subject: str) -> Lobe | None:
+    """Subsurface scattering; None if light leaves where it entered, or, with a note, where the integrator does not
+    support it.
+    """
     if not context.walks_below:
-        context.note(subject, "light below the surface is shown as diffuse where media or volumes are in the scene")
+        context.note(subject, "light below the surface is shown as diffuse where volumes are in the scene")
         return None
-    radius, scale, anisotropy = medium
-    if max(radius) <= 0 or (isinstance(scale, float) and scale <= 0):
-        return None  # light leaves where it entered: as diffuse light
+    radius: dict[str, Source] = {}
+    if isinstance(below.radius, Computed):
+        radius["radius"] = paint.vector(below.radius.program)
+    else:
+        if max(below.radius) <= 0 or (isinstance(below.scale, float) and below.scale <= 0):
+            return None
+        radius = {f"radius_{k}": Number(float(max(value, 0.0))) for k, value in enumerate(below.radius)}
     context.has_subsurface = True
-    inputs = {
-        "color": paint.color(context, color, subject),
-        "scale": paint.number(context, scale, subject),
-        "anisotropy": Number(float(np.clip(anisotropy, -0.99, 0.99))),
-        **{f"radius_{k}": Number(float(max(value, 0.0))) for k, value in enumerate(radius)},
-    }
-    return Lobe("subsurface", inputs)
+    context.has_disks |= below.model == "burley"
+    numbers = {name: getattr(below, name) for name in ("scale", "anisotropy", "ior", "roughness")}
+    return Lobe(
+        "subsurface",
+        {
+            "color": paint.color(context, below.color, subject),
+            **radius,
+            **{name: paint.number(context, value, subject) for name, value in numbers.items()},
+            "model": below.model,
+            "squares": below.squares,
+        },
+    )
 
 
 def sheen(context: Context, made_of: tuple[Paint, Scalar, bool], subject: str) -> Lobe:

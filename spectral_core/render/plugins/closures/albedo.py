@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating]
 
 SIZE = 48
+LAYERS = 12
+"""Tables of a stack over the index of refraction, at even steps of √((n - 1) / (n + 1)) up to ``HIGHEST``."""
+HIGHEST = 0.95
 _POINTS = 1024
 _SMALLEST_ALPHA, _SMALLEST_COSINE = 1e-3, 1e-3
 
@@ -86,6 +89,12 @@ def facing_halves(lost: bool = False) -> tuple[Array, Array]:
     below = np.clip(0.5 * total - (np.cumsum(weights, axis=2) - weights), 0.0, weights)
     first, second = (2 * (facing * part / total).sum(axis=2) for part in (below, weights - below))
     return np.clip(first, 0.0, 1.0), np.clip(second, 0.0, 1.0)
+
+
+def layer_iors() -> list[float]:
+    """Indices of refraction of the tables of a stack."""
+    places = np.linspace(0, HIGHEST, LAYERS) ** 2
+    return [max(float((1 + place) / (1 - place)), 1 + 1e-6) for place in places]
 
 
 def average(table: Array) -> Array:

@@ -7,7 +7,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.closures.upright import softening, toward_viewer
+from spectral_core.render.plugins.closures.upright import is_drawn, softening, toward_viewer, with_valid_normal
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -25,10 +25,11 @@ def register(mi: Any, dr: Any) -> None:
             self.child, self.normal = inputs["closure"], inputs["normal"]
             self.softens = bool(inputs["softens"])
             self.child.is_bent = bool(inputs["fades"])
-            self.m_flags = self.child.flags()
+            self.m_flags, self.dives = self.child.flags(), self.child.dives
+            self.bends_below = self.dives
             glossy = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.GlossyTransmission
             # reflecting lobes turn the normal, and check sides by that
-            self.corrects = bool(self.m_flags & int(glossy))
+            self.corrects = bool(self.m_flags & int(glossy)) or self.child.turns_normal
 
         def about(self, si: Any, active: Any) -> Any:
             """The hit in the frame of the bent normal."""
@@ -49,7 +50,7 @@ def register(mi: Any, dr: Any) -> None:
             # further
             local = bent.to_local(toward)
             bent.wi = mi.Vector3f(local.x, local.y, dr.mulsign(dr.abs(local.z), si.wi.z))
-            return bent
+            return with_valid_normal(mi, dr, bent) if self.child.turns_normal else bent
 
         def softened(self, si: Any, bent: Any, inner: Any, wo: Any) -> Any:
             """Share of the light that reaches the facets of the bent surface."""
@@ -67,7 +68,9 @@ def register(mi: Any, dr: Any) -> None:
             bs.wo = dr.select(dives, inner, bs.wo)
             valid = active & ((inner.z * bs.wo.z > 0.0) | straight | dives | self.corrects)
             bs.pdf = dr.select(valid, bs.pdf, 0.0)
-            softened = dr.select(dives, 1.0, self.softened(si, bent, inner, bs.wo))
+            # as in Cycles, transmitted light fades where a lamp is sampled, not where its direction is drawn
+            plain = dives | mi.has_flag(bs.sampled_type, mi.BSDFFlags.Transmission)
+            softened = dr.select(plain, 1.0, self.softened(si, bent, inner, bs.wo))
             return bs, dr.select(valid, weight * softened, 0.0)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
@@ -75,8 +78,12 @@ def register(mi: Any, dr: Any) -> None:
             inner = bent.to_local(si.to_world(wo))
             valid = active & ((inner.z * wo.z > 0.0) | self.corrects)
             value, density = self.child.eval_pdf(ctx, bent, inner, valid)
-            value *= self.softened(si, bent, inner, wo)
+            plain = is_drawn(si) & (wo.z * si.wi.z < 0.0)
+            value *= dr.select(plain, 1.0, self.softened(si, bent, inner, wo))
             return dr.select(valid, value, 0.0), dr.select(valid, density, 0.0)
+
+        def normal_below(self, si: Any, active: Any) -> Any:
+            return self.child.normal_below(self.about(si, active), active)
 
         def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
             return self.child.eval_null_transmission(si, active)
@@ -108,16 +115,17 @@ def register(mi: Any, dr: Any) -> None:
             return dr.select(active, self.color.eval(si, active) * value, 0.0), dr.select(active, density, 0.0)
 
     class Translucent(Simple):
-        """Lambertian transmission."""
+        """Lambertian transmission, about a normal that mirrors the viewer to the outer side (Cycles)."""
 
-        kind = mi.BSDFFlags.DiffuseTransmission
+        kind, turns_normal = mi.BSDFFlags.DiffuseTransmission, True
 
         def draw(self, si: Any, sample: Any, active: Any) -> Any:
-            wo = mi.warp.square_to_cosine_hemisphere(sample)
-            return mi.Vector3f(wo.x, wo.y, -dr.mulsign(wo.z, si.wi.z))
+            wo, valid = mi.warp.square_to_cosine_hemisphere(sample), with_valid_normal(mi, dr, si)
+            return si.to_local(valid.to_world(mi.Vector3f(wo.x, wo.y, -dr.mulsign(wo.z, si.wi.z))))
 
         def measure(self, si: Any, wo: Any, active: Any) -> Any:
-            density = dr.select(si.wi.z * wo.z < 0.0, dr.abs(wo.z) / dr.pi, 0.0)
+            height = with_valid_normal(mi, dr, si).to_local(si.to_world(wo)).z
+            density = dr.select(si.wi.z * height < 0.0, dr.abs(height) / dr.pi, 0.0)
             return density, density
 
     class Toon(Simple):

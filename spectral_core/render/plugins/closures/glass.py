@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.albedo import HIGHEST
 from spectral_core.render.plugins.closures.film import film_of
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, kept_of, least_alpha
+from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_of, least_alpha
 from spectral_core.render.plugins.closures.upright import keeps_side
 from spectral_core.render.plugins.numbers import channel_mean
 
@@ -20,9 +21,9 @@ def register(mi: Any, dr: Any) -> None:
 
         ``ior``: a number or, with ``disperses``, a spectrum that is read at the first wavelength (all wavelengths of
         such a path are equal). ``smooth``: a sharp interface; else ``roughness`` with GGX facets, whose energy is kept
-        by ``outside`` and ``inside`` (tables) and their means; what is transmitted after bouncing between facets is
-        tinted by ``facet_color``. ``halves``: each of two surfaces takes half of the transmission's color. Radiance is
-        not scaled by the squared index, as in Cycles: what enters also leaves. It may have a thin film.
+        by ``outside`` and ``inside`` (tables) and their means. ``halves``: each of two surfaces takes half of the
+        transmission's color. Radiance is not scaled by the squared index, as in Cycles: what enters also leaves. It may
+        have a thin film.
         """
 
         def __init__(self, inputs: Any) -> None:
@@ -43,10 +44,10 @@ def register(mi: Any, dr: Any) -> None:
             self.kinds = [int(kind) for kind in kinds]
             self.m_flags = int(kinds[0] | kinds[1] | sides)
             if not self.smooth:
-                self.roughness, self.facet_color = inputs["roughness"], inputs["facet_color"]
+                self.roughness = inputs["roughness"]
+                self.layered = bool(inputs.get("layered", False))
                 if self.keeps_energy:
-                    self.kept_outside = inputs["outside"], inputs["outside_mean"]
-                    self.kept_inside = inputs["inside"], inputs["inside_mean"]
+                    self.tables = [(inputs[side], inputs[f"{side}_mean"]) for side in ("outside", "inside")]
                 if self.film is not None:
                     self.mirror, self.facing_halves = inputs["single"], (inputs["small_half"], inputs["large_half"])
 
@@ -94,6 +95,17 @@ def register(mi: Any, dr: Any) -> None:
             mirror = self.mirror(roughness, cosine)
             changed = single + (bare - filmed) * (single - mirror) / dr.maximum(1.0 - bare, 1e-3)
             return dr.clip(changed, 0.05, 1.0)
+
+        def energy(self, si: Any, eta: Any, roughness: Any, cosine: Any) -> tuple[Any, Any]:
+            """Energy of one bounce between facets, and its mean over the hemisphere."""
+            place, outer = None, si.wi.z > 0.0
+            if self.layered:
+                place, outer = dr.sqrt(dr.abs(eta - 1.0) / (eta + 1.0)) / HIGHEST, eta > 1.0
+            read = lambda table: (  # noqa: E731
+                table(roughness, cosine) if place is None else table.layer(place, roughness, cosine)
+            )
+            single, mean = (dr.select(outer, read(a), read(b)) for a, b in zip(*self.tables, strict=True))
+            return single, mean
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             eta = self.relative_ior(si, active)
@@ -148,20 +160,15 @@ def register(mi: Any, dr: Any) -> None:
             def kept(color: Any) -> Any:
                 if not self.keeps_energy:
                     return mi.Float(1.0)
-                both = (self.kept_outside, self.kept_inside)
-                if self.film is None:
-                    outside, inside = (kept_energy(single, mean, roughness, wi.z, color) for single, mean in both)
-                    return dr.select(si.wi.z > 0.0, outside, inside)
-                outer = si.wi.z > 0.0
-                single, mean = (
-                    dr.select(outer, a(roughness, wi.z), b(roughness, wi.z)) for a, b in zip(*both, strict=True)
-                )
-                return kept_of(self.under_film(si, roughness, wi.z, single, active), mean, color)
+                single, mean = self.energy(si, eta, roughness, wi.z)
+                if self.film is not None:
+                    single = self.under_film(si, roughness, wi.z, single, active)
+                return kept_of(single, mean, color)
 
-            mirror_color = self.reflection_color.eval(si, active)
-            value = mirror_color * kept(dr.minimum(mirror_color, 1.0)) * (reflected * mirror)
+            # as in Cycles, light between facets has the color of the transmission, also where it is reflected
             tint = self.transmission_color(si, active)
-            value += tint * kept(dr.minimum(self.facet_color.eval(si, active), 1.0)) * (passed * through * masked)
+            value = self.reflection_color.eval(si, active) * (reflected * mirror) + tint * (passed * through * masked)
+            value *= kept(dr.minimum(tint, 1.0))
             density = self.chance(reflected) * mirror_density + self.chance(passed) * through
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 

@@ -27,6 +27,12 @@ class Closure:
     is_bent = False
     """True if its diffuse light fades toward the horizon of a smooth surface that its normal leans away from."""
 
+    turns_normal = False
+    """True if it is diffuse, but about a normal that mirrors the viewer to the outer side, as reflecting lobes are."""
+
+    dives = bends_below = False
+    """True if light enters the surface in some of it, and if it leaves about another normal than that of the shape."""
+
     def __init__(self, inputs: Any) -> None:
         del inputs
 
@@ -43,6 +49,12 @@ class Closure:
         import mitsuba as mi
 
         return mi.Spectrum(0.0), mi.Float(0.0)
+
+    def normal_below(self, si: Any, active: Any) -> Any:
+        """Normal about which light from below leaves, times its share; 0 if there is no such light."""
+        import mitsuba as mi
+
+        return mi.Vector3f(0.0)
 
     def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
         """Share of light that passes straight through."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.albedo import HIGHEST
 from spectral_core.render.plugins.closures.film import film_of, metal_reflectance
 from spectral_core.render.plugins.closures.lobe import register_closure
 from spectral_core.render.plugins.closures.matt import oren_nayar
@@ -12,6 +13,70 @@ from spectral_core.render.plugins.closures.microfacet import Microfacets, least_
 from spectral_core.render.plugins.closures.rough import both_sides
 from spectral_core.render.plugins.closures.upright import sees_facets, softening, with_valid_normal
 from spectral_core.render.plugins.numbers import channel_mean
+
+MOST_FACING = 0.99
+"""Highest reflectance at normal incidence that a specular level gives (Cycles)."""
+
+
+class SpecularLayer:
+    """Inputs ``ior``, ``facing_reflectance``, ``ior_fresnel`` (mean over the hemisphere) and ``specular_albedo``."""
+
+    def __init__(self, inputs: dict[str, Any]) -> None:
+        self.ior, self.inputs = inputs["ior"], inputs
+
+    def index(self, si: Any, active: Any) -> Any:
+        """Index of refraction."""
+        return self.ior.eval_1(si, active)
+
+    def facing(self, si: Any, active: Any) -> Any:
+        """Reflectance at normal incidence."""
+        return self.inputs["facing_reflectance"].eval_1(si, active)
+
+    def average(self, si: Any, active: Any) -> Any:
+        """Reflectance as a mean over the hemisphere."""
+        return self.inputs["ior_fresnel"].eval_1(si, active)
+
+    def albedo(self, si: Any, roughness: Any, cosine: Any, active: Any) -> Any:
+        """Directional albedo."""
+        return self.inputs["specular_albedo"](roughness, cosine)
+
+
+def varying_layer(mi: Any, dr: Any) -> Any:
+    """Class of layers whose inputs ``ior`` and ``specular_level`` vary; ``specular_layers``: albedos by the index."""
+
+    class VaryingLayer(SpecularLayer):
+        """As Cycles computes them at a hit."""
+
+        def index(self, si: Any, active: Any) -> Any:
+            ior = dr.maximum(self.ior.eval_1(si, active), 1e-3)
+            level = dr.maximum(self.inputs["specular_level"].eval_1(si, active), 0.0)
+            facing = dr.clip(dr.square((ior - 1.0) / (ior + 1.0)) * 2.0 * level, 0.0, MOST_FACING)
+            root = dr.sqrt(facing)
+            raised = (1.0 + root) / (1.0 - root)
+            return dr.select(ior < 1.0, dr.rcp(raised), raised)
+
+        def facing(self, si: Any, active: Any) -> Any:
+            ior = self.index(si, active)
+            return dr.square((ior - 1.0) / (ior + 1.0))
+
+        def average(self, si: Any, active: Any) -> Any:
+            # fits of d'Eon 2021, "An analytic BRDF for materials with spherical Lambertian scatterers"
+            ior = self.index(si, active)
+            above = (ior - 1.0) / (4.08567 + 1.00071 * ior)
+            below = 0.997118 + ior * (0.1014 - ior * (0.965241 + ior * 0.130607))
+            return dr.select(ior < 1.0, below, above)
+
+        def albedo(self, si: Any, roughness: Any, cosine: Any, active: Any) -> Any:
+            ior = self.index(si, active)
+            place = dr.sqrt(dr.abs(ior - 1.0) / (ior + 1.0)) / HIGHEST
+            return self.inputs["specular_layers"].layer(place, roughness, cosine)
+
+    return VaryingLayer
+
+
+def specular_layer(mi: Any, dr: Any, inputs: dict[str, Any]) -> Any:
+    """The layer of a closure's inputs."""
+    return (varying_layer(mi, dr) if "specular_layers" in inputs else SpecularLayer)(inputs)
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -22,17 +87,15 @@ def register(mi: Any, dr: Any) -> None:
         """Coat over (metal mixed with specular over diffuse).
 
         ``specular_tint``, ``diffuse_roughness``, and inputs whose names begin with ``coat`` and ``subsurface`` may be
-        absent. ``ior`` and ``coat_ior`` come with the reflectance at normal incidence, its hemispherical mean and the
-        table of the directional albedo. As in Cycles a layer subtracts that albedo at the view direction from the light
-        of the layers below.
+        absent. ``coat_ior`` comes with the hemispherical mean of its reflectance and the table of the directional
+        albedo, the layer below with the inputs of ``specular_layer``. As in Cycles a layer subtracts that albedo at
+        the view direction from the light of the layers below.
         """
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs, mi.BSDFFlags.DiffuseReflection)
             self.base_color, self.metallic = inputs["base_color"], inputs["metallic"]
-            self.roughness, self.ior = inputs["roughness"], inputs["ior"]
-            self.ior_fresnel, self.facing_reflectance = inputs["ior_fresnel"], inputs["facing_reflectance"]
-            self.specular_albedo = inputs["specular_albedo"]
+            self.roughness, self.specular = inputs["roughness"], specular_layer(mi, dr, inputs)
             self.coat_weight, self.coat_roughness = inputs.get("coat_weight", None), inputs.get("coat_roughness", None)
             if self.coat_weight is not None:
                 self.coat_ior, self.coat_fresnel = inputs["coat_ior"], inputs["coat_fresnel"]
@@ -43,7 +106,7 @@ def register(mi: Any, dr: Any) -> None:
             self.diffuse_roughness = inputs.get("diffuse_roughness", None)
             self.below = inputs.get("subsurface", None)
             self.below_weight = inputs.get("subsurface_weight", None)
-            self.film = film_of(inputs)
+            self.dives, self.film = self.below is not None, film_of(inputs)
             if self.film is not None:
                 self.halves = inputs["small_half"], inputs["large_half"]
 
@@ -51,7 +114,7 @@ def register(mi: Any, dr: Any) -> None:
             """A dielectric's reflectance with the specular tint at normal incidence."""
             if self.specular_tint is None:
                 return reflectance
-            facing = self.facing_reflectance.eval_1(si, active)
+            facing = self.specular.facing(si, active)
             grazing = dr.clip((reflectance - facing) / (1.0 - facing), 0.0, 1.0)
             return dr.lerp(self.specular_tint.eval(si, active) * facing, mi.Spectrum(1.0), grazing)
 
@@ -61,10 +124,10 @@ def register(mi: Any, dr: Any) -> None:
 
         def on_film(self, si: Any, film: Any, cosine: Any, active: Any) -> Any:
             """Reflectance of a dielectric under a thin film; the specular tint colors it more where it is low."""
-            reflected = film.on_dielectric(cosine, mi.Float(1.0), self.ior.eval_1(si, active))
+            reflected = film.on_dielectric(cosine, mi.Float(1.0), self.specular.index(si, active))
             if self.specular_tint is None:
                 return reflected
-            facing = self.facing_reflectance.eval_1(si, active)
+            facing = self.specular.facing(si, active)
             share = dr.clip((1.0 - reflected) / dr.maximum(1.0 - facing, 1e-6), 0.0, 1.0)
             return reflected * dr.lerp(mi.Spectrum(1.0), self.specular_tint.eval(si, active), share)
 
@@ -80,7 +143,7 @@ def register(mi: Any, dr: Any) -> None:
             smooth = self.on_film(si, film, cosine, active)
             if not self.keeps_energy:
                 return dr.clip(dr.maximum(smooth, single * halves), 0.0, 1.0)
-            kept = self.kept(roughness, cosine, self.ior_fresnel.eval_1(si, active))
+            kept = self.kept(roughness, cosine, self.specular.average(si, active))
             return dr.clip(single * kept * dr.maximum(smooth, halves), 0.0, 1.0)
 
         def layers(self, si: Any, wi: Any, active: Any) -> Any:
@@ -101,7 +164,7 @@ def register(mi: Any, dr: Any) -> None:
                 tint = dr.maximum(self.coat_tint.eval(si, active), 1e-6) ** dr.rcp(dr.maximum(inner, 1e-3))
                 below_coat *= dr.lerp(mi.Spectrum(1.0), tint, coat_weight)
             if self.film is None:
-                specular = mi.Spectrum(self.tinted(si, self.specular_albedo(roughness, wi.z), active))
+                specular = mi.Spectrum(self.tinted(si, self.specular.albedo(si, roughness, wi.z, active), active))
             else:
                 specular = self.film_albedo(si, roughness, wi.z, active)
             brightness, passes = dr.maximum(channel_mean(dr, color), 0.02), channel_mean(dr, below_coat)
@@ -130,6 +193,11 @@ def register(mi: Any, dr: Any) -> None:
             above = channel_mean(dr, below_coat) * (1.0 - metallic) * dr.maximum(1.0 - dr.max(specular), 0.0)
             dive.pdf = above / dr.maximum(chances[3], 1e-9)
             return dr.select(dives, dive, bs), dr.select(dives, color, value)
+
+        def normal_below(self, si: Any, active: Any) -> Any:
+            if self.below is None:
+                return mi.Vector3f(0.0)
+            return self.below.normal_below(si, active) * self.share_below(si, active)
 
         def share_below(self, si: Any, active: Any) -> Any:
             """Share of the diffuse light that goes below the surface."""
@@ -194,9 +262,9 @@ def register(mi: Any, dr: Any) -> None:
             value += diffuse
             kept = mi.Float(1.0)
             if self.keeps_energy:
-                kept = self.kept(roughness, wi.z, self.tinted(si, self.ior_fresnel.eval_1(si, active), active))
+                kept = self.kept(roughness, wi.z, self.tinted(si, self.specular.average(si, active), active))
             if film is None:
-                reflected = self.tinted(si, mi.fresnel(facing, self.ior.eval_1(si, active))[0], active)
+                reflected = self.tinted(si, mi.fresnel(facing, self.specular.index(si, active))[0], active)
             else:
                 reflected = self.on_film(si, film, facing, active)
             value += (1.0 - metallic) * reflected * kept * mirror

@@ -65,6 +65,18 @@ def sees_facets(mi: Any, dr: Any, si: Any) -> Any:
     return dr.dot(si.n, toward) * dr.dot(si.sh_frame.n, toward) > 0.0
 
 
+def mark_drawn(mi: Any, dr: Any, si: Any, drawn: Any) -> Any:
+    """The hit with a mark in ``duv_dy``, which nothing else reads, for the closure that has drawn the direction."""
+    place = mi.SurfaceInteraction3f(si)
+    place.duv_dy = mi.Vector2f(dr.select(drawn, mi.Float(1.0), 0.0), 0.0)
+    return place
+
+
+def is_drawn(si: Any) -> Any:
+    """True if a closure is evaluated in a direction that it has drawn itself."""
+    return si.duv_dy.x > 0.5
+
+
 def keeps_side(mi: Any, dr: Any, si: Any, wo: Any) -> Any:
     """True if a local direction leaves on the same side of the geometry as of the shading, seen from the viewer."""
     outside = dr.dot(si.n, toward_viewer(mi, dr, si)) * dr.dot(si.n, si.to_world(wo)) > 0.0
@@ -75,11 +87,11 @@ def keeps_side(mi: Any, dr: Any, si: Any, wo: Any) -> Any:
 def softening(dr: Any, smooth: Any, bent: Any, together: Any) -> Any:
     """Share of diffuse light that a bent surface scatters: it fades toward the horizon of the smooth surface.
 
-    ``smooth``, ``bent``: cosines of the light to the two normals; ``together``: cosine between these. A normal that
-    leans below the smooth surface scatters nothing (Estevez, Lecocq and Stein 2019, "A microfacet-based shadowing
-    function to solve the bump terminator problem", as in Cycles).
+    ``smooth``, ``bent``: cosines of the light to the two normals; ``together``: cosine between these. Light that one of
+    the two normals would reflect and the other transmit is lost (Estevez, Lecocq and Stein 2019, "A microfacet-based
+    shadowing function to solve the bump terminator problem", as in Cycles).
     """
     alpha_squared = dr.minimum(0.125 * (dr.rcp(together * together) - 1.0), 1.0)
     tangent_squared = dr.rcp(dr.maximum(smooth * smooth, 1e-12)) - 1.0
     share = 2.0 / (1.0 + dr.safe_sqrt(1.0 + alpha_squared * tangent_squared))
-    return dr.select((together > 0.0) & (smooth * bent > 0.0), share, 0.0)
+    return dr.select(smooth * bent * together >= 0.0, share, 0.0)

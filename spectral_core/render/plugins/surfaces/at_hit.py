@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from spectral_core.render.plugins.closures.subsurface import DIVES
+from spectral_core.render.plugins.closures.upright import mark_drawn
 from spectral_core.render.plugins.surfaces.kinds import ClosureKind, computed_inputs
 from spectral_core.render.plugins.surfaces.table import FACTOR, SurfaceTables
 
@@ -97,7 +98,7 @@ class SurfaceAt:
             amount = self.weight(leaf, si, active)
             return dr.select(active, amount * value, 0.0), dr.select(active & (amount > 0.0), density, 0.0)
         total = self._total(si, leaves)
-        return self._weighed(ctx, si, wo, dr.select(total > 0.0, dr.rcp(total), 0.0), leaves)
+        return self._weighed(ctx, si, wo, dr.select(total > 0.0, dr.rcp(total), 0.0), (*leaves, None))
 
     def _measured(self, leaf: Any, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
         def call(closure: Any, si: Any, rest: tuple[Any, ...], active: Any) -> tuple[Any, Any]:
@@ -118,16 +119,20 @@ class SurfaceAt:
 
         return self._over_leaves((self.mi.Float(0.0),), add, leaves)[0]
 
-    def _weighed(self, ctx: Any, si: Any, wo: Any, scale: Any, leaves: tuple[Any, Any, Any]) -> tuple[Any, Any]:
-        """Sum over all leaves, and the density of drawing ``wo``; ``scale``: 1 over the sum of weights."""
-        mi, active = self.mi, leaves[2]
+    def _weighed(self, ctx: Any, si: Any, wo: Any, scale: Any, leaves: tuple[Any, ...]) -> tuple[Any, Any]:
+        """Sum over all leaves, and the density of drawing ``wo``; ``scale``: 1 over the sum of weights.
+
+        ``leaves``: the first, the one after the last, True where there are any, and the leaf that has drawn ``wo``.
+        """
+        mi, active, drawn = self.mi, leaves[2], leaves[3]
 
         def add(leaf: Any, value: Any, density: Any) -> tuple[Any, Any]:
             amount = self.weight(leaf, si, active)
-            mine, own = self._measured(leaf, ctx, si, wo, active)
+            place = si if drawn is None else mark_drawn(mi, self.dr, si, leaf == drawn)
+            mine, own = self._measured(leaf, ctx, place, wo, active)
             return value + amount * mine, density + amount * scale * own
 
-        value, density = self._over_leaves((mi.Spectrum(0.0), mi.Float(0.0)), add, leaves)
+        value, density = self._over_leaves((mi.Spectrum(0.0), mi.Float(0.0)), add, leaves[:3])
         return value, density
 
     def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
@@ -153,7 +158,7 @@ class SurfaceAt:
         sharp = mi.has_flag(flag, mi.BSDFFlags.Delta) | mi.has_flag(flag, mi.BSDFFlags.Null) | dives
         spread = mine & ~sharp & (drawn.pdf > 0.0)
         first, end, _ = leaves
-        every, density = self._weighed(ctx, si, drawn.wo, scale, (first, end, spread))
+        every, density = self._weighed(ctx, si, drawn.wo, scale, (first, end, spread, chosen))
         drawn.pdf = dr.select(spread, density, drawn.pdf)
         value = dr.select(spread, every / dr.maximum(density, 1e-20), value)
         return drawn, dr.select(mine & (drawn.pdf > 0.0), value, 0.0)
@@ -182,6 +187,18 @@ class SurfaceAt:
 
         bs, value = self._by_kind(leaf, call, si, samples, active)
         return bs, value
+
+    def normal_below(self, si: Any, active: Any) -> Any:
+        """Normal about which light from below the surface leaves, of any length."""
+        leaves = self._leaves(active)
+
+        def add(leaf: Any, total: Any) -> tuple[Any]:
+            def call(closure: Any, si: Any, rest: tuple[Any, ...], active: Any) -> Any:
+                return closure.normal_below(si, active)
+
+            return (total + self.weight(leaf, si, leaves[2]) * self._by_kind(leaf, call, si, (), leaves[2]),)
+
+        return self._over_leaves((self.mi.Vector3f(0.0),), add, leaves)[0]
 
     def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
         """Share of light that passes straight through."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins.closures.albedo import SIZE
+from spectral_core.render.plugins.closures.albedo import LAYERS, SIZE
 from spectral_core.render.plugins.paints.interpreter import Interpreter
 from spectral_core.render.plugins.paints.loaded import TracedProgram
 from spectral_core.render.plugins.paints.tables import SceneTables
@@ -59,6 +59,18 @@ class AlbedoLookup:
         at = self.first + row * SIZE + column
         low, next_low, high, next_high = (dr.gather(mi.Float, self.stack, at + k) for k in (0, 1, SIZE, SIZE + 1))
         return dr.lerp(dr.lerp(low, next_low, right), dr.lerp(high, next_high, right), up)
+
+    def layer(self, place: Any, roughness: Any, cosine: Any) -> Any:
+        """Value of a stack of tables of ``LAYERS``; ``place``: in [0, 1] from the first to the last."""
+        import drjit as dr
+        import mitsuba as mi
+
+        place = dr.clip(place, 0.0, 1.0) * (LAYERS - 1)
+        low = dr.minimum(mi.UInt32(place), LAYERS - 2)
+        below, above = (
+            AlbedoLookup(self.stack, self.first + (low + k) * (SIZE * SIZE))(roughness, cosine) for k in (0, 1)
+        )
+        return dr.lerp(below, above, place - mi.Float(low))
 
     def entry(self, place: Any) -> Any:
         """One number of the table, by its place."""
@@ -125,6 +137,10 @@ class Slot:
     def __call__(self, roughness: Any, cosine: Any) -> Any:
         """Entry of a table of albedos."""
         return self.value(roughness, cosine)
+
+    def layer(self, place: Any, roughness: Any, cosine: Any) -> Any:
+        """Value of a stack of tables of albedos."""
+        return self.value.layer(place, roughness, cosine)
 
     def entry(self, place: Any) -> Any:
         """Number of a table at a place."""

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plugins.numbers import table
+from spectral_core.render.trace.below.walk import scattering
 from spectral_core.render.trace.media.grids import GridRow, MediumGrids
-from spectral_core.render.trace.subsurface import scattering
 
 FARTHEST = 1e12
 """Length of a ray without end in a medium."""

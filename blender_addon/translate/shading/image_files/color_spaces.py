@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colors of any space of Blender's OpenColorIO configuration: Blender converts them where it reads a picture."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+WIDTH = 1024
+"""Pixels of a row of the picture that Blender reads."""
+
+
+def scene_linear(colors: Array, space: str) -> Array:
+    """Colors (height, width, 3) of a color space, in Blender's scene-linear space."""
+    levels = np.rint(np.clip(colors, 0, 1) * 255).astype(np.uint32)
+    packed = (levels[..., 0] << 16) | (levels[..., 1] << 8) | levels[..., 2]
+    found, place = np.unique(packed, return_inverse=True)
+    rgb = np.stack([(found >> shift) & 255 for shift in (16, 8, 0)], axis=-1) / np.float32(255)
+    return _converted(rgb.astype(np.float32), space)[place.reshape(packed.shape)]
+
+
+def _converted(rgb: Array, space: str) -> Array:
+    """Colors (n, 3) after their way through a file that Blender reads in that space."""
+    width = min(WIDTH, len(rgb))
+    height = -(-len(rgb) // width)
+    pixels = np.ones((height * width, 4), np.float32)
+    pixels[: len(rgb), :3] = rgb
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "colors.exr")
+        written = bpy.data.images.new("Colors", width, height, float_buffer=True)
+        try:
+            written.colorspace_settings.name = "Non-Color"
+            written.pixels.foreach_set(pixels.ravel())
+            written.filepath_raw, written.file_format = path, "OPEN_EXR"
+            written.save()
+        finally:
+            bpy.data.images.remove(written)
+        read = bpy.data.images.load(path, check_existing=False)
+        try:
+            read.colorspace_settings.name = space
+            read.pixels.foreach_get(values := np.empty(height * width * 4, np.float32))
+        finally:
+            bpy.data.images.remove(read)
+    return values.reshape(-1, 4)[: len(rgb), :3]
