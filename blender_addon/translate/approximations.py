@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from spectral_core.scene import (
@@ -21,6 +23,7 @@ from spectral_core.scene import (
 )
 
 from .context import Translation
+from .meshes import OUTPUTS, uv_layer
 
 LEANING_COSINE = 0.7
 """Cosine between a face's normal and a shading normal of its corners below which refraction differs visibly."""
@@ -101,3 +104,18 @@ def _leans(mesh: Mesh, cosine: float) -> bool:
     normals = mesh.normals[mesh.triangles[kept]].astype(np.float64)
     cosines = np.einsum("tci,ti->tc", normals, faces[kept] / size[kept, None])
     return bool((cosines < cosine).mean() > FEW) if cosines.size else False
+
+
+def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> None:
+    """Name the UV maps and attributes that materials read but the mesh lacks: they read as 0, as in Blender."""
+    if "uv" in reads and uv_layer(obj.data, "") is None:
+        translation.note(obj.name, "it has no UV map for the images on it; they show their corner pixel")
+    undeformed = getattr(obj.original, "data", None)
+    count = len(getattr(undeformed, "vertices", ())) if obj.original.type == "MESH" else len(obj.data.vertices)
+    if "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
+        translation.note(obj.name, "its generated coordinates are those of the mesh after its modifiers")
+    for name in sorted(reads):
+        kind, _, attribute = name.partition(":")
+        missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
+        if kind in OUTPUTS and attribute and missing:
+            translation.note(obj.name, f"it has no UV map or attribute {attribute!r}; its materials read 0")

@@ -16,17 +16,19 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Instance, Light, Material, Mesh, Rays, VolumeObject
 
 from .. import compat
+from .approximations import note_missing
 from .context import Translation, overridden
+from .displacement.moved import displaced
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
-from .meshes import OUTPUTS, READS_UV, object_mesh, uv_layer
+from .meshes import READS_UV, object_mesh
 from .placed_media import grids_read, in_mesh, in_volume
 from .shading.attributes import object_attributes, random_of, root_of
 from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
 from .visibility import Linking, hidden_from, terminator_cosine
-from .volumes import has_transfer, lattice_of, translate_volume
+from .volumes import GridFile, has_transfer, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces Blender lists as a separate mesh instance."""
@@ -139,7 +141,7 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     if item.filling is None:
         found.translation.note(obj.name, "its material has no volume shader; nothing of it is visible")
         return
-    placed = in_volume(found, obj, instance, item, lattice_of(obj.data, grids_read(item.filling.inputs)))
+    placed = in_volume(found, obj, instance, item, GridFile.of(obj.data, grids_read(item.filling.inputs)))
     if placed is not None:
         hidden = hidden_from(obj)
         found.originals.append(obj.original)
@@ -148,7 +150,7 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
 
 def _light(found: Collected, obj: Any, instance: Any) -> Light | None:
     name, original = found.unique("light", obj.name_full), obj.original
-    make = partial(translate_light, found.translation, name, obj, instance.matrix_world)
+    make = partial(translate_light, found.translation, name, obj, instance.matrix_world, random_of(obj, instance))
     if instance.is_instance:
         return make()
     makers = frozenset((original.session_uid, original.data.session_uid))
@@ -172,6 +174,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
     mesh = _mesh(found, obj, reads | shows_uv, instance)
     if mesh is None:
         return
+    mesh = displaced(found, obj, instance, mesh, materials)
     materials = [in_mesh(found, obj, instance, mesh, item, (rows,)) for item in materials]
     name, original = found.unique("instance", obj.name_full), obj.original
     layer = found.translation.depsgraph.view_layer
@@ -217,7 +220,7 @@ def _instance(
     highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
     # a face beyond the last slot has the last material, as in Blender
     materials = materials + [materials[-1]] * (highest + 1 - len(materials))
-    _note_missing(found, obj, reads)
+    note_missing(found.translation, obj, reads)
     note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
     if obj.mode == "SCULPT" and any(each.type == "MULTIRES" for each in obj.modifiers):
         found.translation.note(
@@ -254,21 +257,6 @@ def _material(translation: Translation, material: Any) -> TranslatedMaterial:
         note_changed(translation, material.name, item)
     note_nodes(translation, material.name, compat.node_tree(material))
     return translate_material(translation, material)
-
-
-def _note_missing(found: Collected, obj: Any, reads: frozenset[str]) -> None:
-    """Name the UV maps and attributes that materials read but the mesh lacks: they read as 0, as in Blender."""
-    if "uv" in reads and uv_layer(obj.data, "") is None:
-        found.translation.note(obj.name, "it has no UV map for the images on it; they show their corner pixel")
-    undeformed = getattr(obj.original, "data", None)
-    count = len(getattr(undeformed, "vertices", ())) if obj.original.type == "MESH" else len(obj.data.vertices)
-    if "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
-        found.translation.note(obj.name, "its generated coordinates are those of the mesh after its modifiers")
-    for name in sorted(reads):
-        kind, _, attribute = name.partition(":")
-        missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
-        if kind in OUTPUTS and attribute and missing:
-            found.translation.note(obj.name, f"it has no UV map or attribute {attribute!r}; its materials read 0")
 
 
 def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> Mesh | None:

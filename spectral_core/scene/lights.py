@@ -19,6 +19,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.scene.geometry import affine
 from spectral_core.scene.paint import Color, ImageTexture, Paint, gray
 from spectral_core.scene.rays import Rays
+from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.surface import ScatteringMedium
 
 LARGEST = 1e30
@@ -80,6 +81,11 @@ class _Light:
     """Number of bounces after which the light no longer counts."""
     casts_shadow: bool = True
     falloff: Falloff = EVEN
+    pattern: Computed | None = None
+    """Factor of the emission, a number or a color, at a point of the light toward a receiver. The program may read the
+    point (``position``), the direction toward the receiver (``incoming``), the light's ``normal`` there, which is that
+    direction for points, spots and suns unless they are balls, the distance (``ray:Ray Length``) and the camera.
+    """
     is_planckian: bool = False
     """True if ``color`` is that of a black body, which three channels represent well."""
     is_in_footage: bool = True
@@ -95,18 +101,21 @@ class _Light:
 
 
 _RANGES = (
-    ("power_w", 0.0, LARGEST), ("radius", 0.0, LARGEST), ("irradiance", 0.0, LARGEST), ("size", 0.0, LARGEST),
+    ("power_w", -LARGEST, LARGEST), ("radius", 0.0, LARGEST), ("irradiance", -LARGEST, LARGEST),
+    ("size", 0.0, LARGEST),
     ("angle_rad", 0.0, 2 * np.pi), ("cone_angle_rad", 0.0, 2 * np.pi), ("blend", 0.0, 1.0),
     ("spread_rad", 0.0, 2 * np.pi), ("cone_scale", 1e-9, LARGEST),
 )  # fmt: skip
-"""Every number of a light with its range; NaN and infinity are outside every range."""
+"""Every number of a light with its range; NaN and infinity are outside every range. A light of negative power removes
+light, as in Blender.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class PointLight(_Light):
     """``power_w`` in watts as defined by Blender: radiant intensity power / 4π, from a ball of ``radius``.
 
-    ``soft_falloff``: Blender's option, on by default: the ball illuminates like a disk that faces the receiver.
+    ``soft_falloff``: Blender's option, on by default: a disk that faces the receiver takes the place of the ball.
     """
 
     power_w: float = 10.0
@@ -170,6 +179,8 @@ class World:
     max_bounces: int = 1024
     camera_view: World | None = None
     medium: ScatteringMedium | None = None
+    is_planckian: bool = False
+    """True if ``color`` is that of a black body, which three channels represent well."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_environment", affine("world", self.world_from_environment))

@@ -83,6 +83,10 @@ def reflectance(name: str) -> Reflectance:
     return Reflectance(name, SpectralGrid(wavelengths), values, source="color checker, N. Ohta 1997")
 
 
+PLANCK = "Planck's law"
+"""Source of the spectra of black bodies, which are so smooth that three channels represent them well as lights."""
+
+
 def blackbody(temperature_k: float, grid: SpectralGrid | None = None) -> Illuminant:
     """Planck's law, relative to its value at 560 nm, at ``temperature_k`` from 500 to 50,000 kelvin."""
     kelvin = require_range("temperature", temperature_k, 500, 50_000, " K")
@@ -93,7 +97,7 @@ def blackbody(temperature_k: float, grid: SpectralGrid | None = None) -> Illumin
         return wavelengths_nm**-5 / np.expm1(second_radiation_constant_nm_k / (wavelengths_nm * kelvin))
 
     values = relative(grid.wavelengths_nm) / relative(np.array([560.0]))
-    return Illuminant(f"blackbody {kelvin:g}", grid, values, source="Planck's law")
+    return Illuminant(f"blackbody {kelvin:g}", grid, values, source=PLANCK)
 
 
 def natural_reflectance_components() -> tuple[NDArray[np.float64], NDArray[np.float64]]:

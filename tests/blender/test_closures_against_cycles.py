@@ -82,7 +82,9 @@ def test_fibers_on_a_mesh(build, stage, tmp_path, shader):  # noqa: F811
 def test_bytes_in_any_color_space(build, stage, tmp_path, space):  # noqa: F811
     image = bpy.data.images.new("Colors", 8, 8)
     v, u = np.mgrid[0:8, 0:8] / 8
-    image.pixels.foreach_set(np.stack([0.1 + 0.6 * u, 0.5 - 0.4 * v, 0.3 + 0 * u, 1 + 0 * u], -1).astype(np.float32).ravel())
+    image.pixels.foreach_set(
+        np.stack([0.1 + 0.6 * u, 0.5 - 0.4 * v, 0.3 + 0 * u, 1 + 0 * u], -1).astype(np.float32).ravel()
+    )
     image.colorspace_settings.name = space
     image.pack()
     material = build.material()

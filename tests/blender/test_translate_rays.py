@@ -114,7 +114,7 @@ BAD_TABLES = {
     "no number": "TILT=NONE\n1 2 x",
     "too short": "TILT=NONE\n1 2 3",
     "huge": IES.replace(" 3 1 1 2", " 99999 99999 1 2"),
-    "type A": IES.replace(" 3 1 1 2", " 3 1 3 2"),
+    "no type": IES.replace(" 3 1 1 2", " 3 1 7 2"),
     "cut off": IES.replace("100 80 20", "100 80"),
 }
 

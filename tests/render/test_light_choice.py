@@ -215,7 +215,7 @@ def test_a_uniform_world_beside_a_sun_is_not_sampled_as_a_light():
             from spectral_core.render.mitsuba_scene.assemble import _scene_lights
 
             job._integrators[""].lights = _scene_lights(
-                job._loaded.parts.context, lights, job._loaded.scene, fogged=False
+                job._loaded.parts.context, lights, job._loaded.scene, job._loaded.rules
             )
         job.trace(samples)
         return job.picture()[..., :3].astype(float)

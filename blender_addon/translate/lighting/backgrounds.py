@@ -26,6 +26,7 @@ class Term:
     color: Paint
     strength: float = 1.0
     turn: NDArray[np.float64] = field(default_factory=lambda: np.eye(4), compare=False)
+    is_planckian: bool = False
 
 
 def depends_on_ray_type(source: Output | None, depth: int = 0) -> bool:

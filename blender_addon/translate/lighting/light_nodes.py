@@ -4,29 +4,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from spectral_core.errors import InvalidInputError
-from spectral_core.scene import Color, Falloff, ImageTexture, Paint, Photometry
-from spectral_core.spectra.catalogue import blackbody
-from spectral_core.spectra.luminaire import read_ies
+from spectral_core.scene import Color, Computed, Falloff, Paint, Photometry
+from spectral_core.spectra.catalogue import PLANCK, blackbody
 from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
 from .. import spectra
-from ..context import Translation
-from ..shading.fields import mean_color
+from ..shading.fields import Value, value_of
 from ..shading.reader import Reader
 from ..shading.tree import Input, Output, linked, surface_output
-
-FALLOFF_POWERS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
-
+from .lamp_reader import LampReader
+from .light_inputs import BROKEN, FALLOFF_POWERS, luminaire_of
 
 EVEN = Falloff()
 """The physical falloff: the inverse square alone."""
+WHITE = Color(np.ones(3))
 
 
 @dataclass(frozen=True)
@@ -38,12 +33,19 @@ class Shine:
     falloff: Falloff = EVEN
     photometry: Photometry | None = None
     is_planckian: bool = False
+    pattern: Computed | None = None
+
+    @property
+    def is_shaped(self) -> bool:
+        """True if it has a falloff or a luminaire's distribution."""
+        return self.falloff != EVEN or self.photometry is not None
 
 
-def shine_of(translation: Translation, lamp: Any) -> Shine:
+def shine_of(reader: LampReader) -> Shine:
     """Light of a lamp from its color, temperature, spectrum and nodes, without its power."""
+    translation, lamp = reader.translation, reader.lamp
     tint = translation.linear_rgb(lamp.color)
-    nodes = _of_nodes(translation, lamp)
+    nodes = _of_nodes(reader)
     spectrum = spectra.spectrum_of(translation, lamp)
     if spectrum is not None:
         return replace(nodes, color=spectrum, factor=nodes.factor * spectra.strength_of(translation, lamp))
@@ -61,105 +63,138 @@ def shine_of(translation: Translation, lamp: Any) -> Shine:
     return replace(nodes, factor=nodes.factor * float(tint.mean()))
 
 
-def _of_nodes(translation: Translation, lamp: Any) -> Shine:
+def _of_nodes(reader: LampReader) -> Shine:
     """Light of a lamp's node tree: white of factor 1 without nodes."""
-    white = Shine(Color(np.ones(3)))
-    tree = compat.node_tree(lamp)
+    tree = compat.node_tree(reader.lamp)
     output = surface_output(tree, "OUTPUT_LIGHT") if tree is not None else None
     if output is None:
-        return white
+        return Shine(WHITE)
     source = linked(Input(output.inputs["Surface"]))
     if source is None:
-        return replace(white, factor=0.0)  # black, as in Cycles
-    shine = _shader(Reader(translation, lamp.name), source)
-    if shine is None:
-        message = f"its nodes end in {source.label!r}, not in an Emission node; its own color is used"
-        translation.note(lamp.name, message)
-        return white
-    return shine
+        return Shine(WHITE, 0.0)  # black, as in Cycles
+    plain = _plain(reader, source)
+    return _varying(reader, source) if plain is None else plain
 
 
-def _shader(reader: Reader, source: Output, depth: int = 0) -> Shine | None:
-    """An Emission node, or several that are mixed by a number or added; None for anything else."""
+def _plain(reader: LampReader, source: Output, depth: int = 0) -> Shine | None:
+    """Emission of one color, with the usual falloffs and luminaires, or a mix of such; None if it varies otherwise."""
     node = source.node
     if node.type == "EMISSION":
         return _emission(reader, source)
-    if node.type not in ("MIX_SHADER", "ADD_SHADER") or depth > 50:
+    if node.type not in SUMS or depth > 50:
         return None
     inputs = [Input(socket, source.groups) for socket in node.inputs if socket.type == "SHADER"]
-    parts = [(found, _shader(reader, found, depth + 1)) for place in inputs if (found := linked(place)) is not None]
-    shines = [shine for _, shine in parts if shine is not None]
-    factor = reader.number(source.input("Fac") or source.input("Factor"), 0.5) if node.type == "MIX_SHADER" else 1.0
-    weights = [1.0 - factor, factor] if node.type == "MIX_SHADER" else [1.0, 1.0]
-    if len(shines) != len(inputs):
-        reader.note(f"{source.label!r} combines other nodes than Emission; these count as black")
-    if not all(isinstance(shine.color, Color) for shine in shines):
-        reader.note(f"{source.label!r} combines spectra; the first alone was used")
-        return shines[0] if shines else None
-    total = np.zeros(3)
-    for weight, shine in zip(weights, shines, strict=False):
-        assert isinstance(shine.color, Color)
-        total = total + weight * shine.factor * shine.color.linear_rgb
-    shaped = next((shine for shine in shines if shine.falloff != EVEN or shine.photometry), Shine(Color(total)))
-    return replace(shaped, color=Color(total), factor=1.0)
-
-
-def _emission(reader: Reader, source: Output) -> Shine:
-    white = Color(np.ones(3))
-    spectrum = spectra.spectrum_of(reader.translation, source.node)
-    paint = spectrum if spectrum is not None else reader.paint(source.input("Color"), white)
-    shine = _strength(reader, source.input("Strength"))
-    if isinstance(paint, ImageTexture):
-        reader.note("an image on a lamp is shown as its mean color")
-        paint = Color(mean_color(paint))
-    planckian = spectrum is None and isinstance(paint, Spectrum) and paint.source == "Planck's law"
-    factor = shine.factor * spectra.strength_of(reader.translation, source.node)
-    return replace(shine, color=paint, factor=factor, is_planckian=planckian)
-
-
-def _strength(reader: Reader, place: Input | None) -> Shine:
-    """A strength: a number, a Light Falloff or IES node, or such a node times numbers."""
-    white = Color(np.ones(3))
-    source = linked(place)
-    if source is None:
-        return Shine(white, reader.number(place, 1.0))
-    kind = source.node.type
-    if kind == "LIGHT_FALLOFF":
-        falloff = Falloff(FALLOFF_POWERS.get(source.socket.name, 0), max(_number(reader, source, "Smooth"), 0.0))
-        inner = _strength(reader, source.input("Strength"))
-        return replace(inner, falloff=falloff)
-    if kind == "TEX_IES":
-        photometry = _luminaire(reader, source)
-        if linked(source.input("Vector")) is not None:
-            reader.note(f"coordinates into {source.label!r} are not supported; its own axes are used")
-        return replace(_strength(reader, source.input("Strength")), photometry=photometry)
-    if kind == "MATH" and source.node.operation == "MULTIPLY":
-        first, second = (_strength(reader, Input(socket, source.groups)) for socket in source.node.inputs[:2])
-        shaped = first if first.falloff != EVEN or first.photometry is not None else second
-        return replace(shaped, factor=first.factor * second.factor)
-    return Shine(white, reader.number(place, 1.0))
-
-
-def _number(reader: Reader, source: Output, name: str) -> float:
-    return reader.number(source.input(name), 0.0)
-
-
-def _luminaire(reader: Reader, source: Output) -> Photometry | None:
-    """The table of an IES node, read from its text or file; None, with a note, if it cannot be read."""
-    import bpy
-
-    node = source.node
-    if node.mode == "INTERNAL":
-        text = node.ies.as_string() if node.ies is not None else ""
-    else:
-        try:
-            with Path(bpy.path.abspath(node.filepath)).open(encoding="latin-1") as file:
-                text = file.read(1 << 22)
-        except (OSError, ValueError) as error:
-            reader.note(f"the file of {source.label!r} cannot be read ({error}); the lamp emits evenly")
+    weights = [1.0, 1.0]
+    if node.type == "MIX_SHADER":
+        share = value_of(reader.field(_factor(source))).constant
+        if share is None:
             return None
-    try:
-        return Photometry(*read_ies(text))
-    except InvalidInputError as error:
-        reader.note(f"{source.label!r}: {error}; the lamp emits evenly")
+        weights = [1.0 - float(np.clip(share[0], 0, 1)), float(np.clip(share[0], 0, 1))]
+    total = np.zeros(3)
+    for weight, place in zip(weights, inputs, strict=False):
+        found = linked(place)
+        part = None if found is None else _plain(reader, found, depth + 1)
+        if found is not None and (part is None or part.is_shaped or not isinstance(part.color, Color)):
+            return None
+        if part is not None and isinstance(part.color, Color):
+            total = total + weight * part.factor * part.color.linear_rgb
+    return Shine(Color(total))
+
+
+SUMS = ("MIX_SHADER", "ADD_SHADER")
+
+
+def _factor(source: Output) -> Input:
+    place = source.input("Fac") or source.input("Factor")
+    assert place is not None
+    return place
+
+
+def _emission(reader: LampReader, source: Output) -> Shine | None:
+    """An Emission node of one color; None if it varies."""
+    spectrum = spectra.spectrum_of(reader.translation, source.node)
+    found = spectrum if spectrum is not None else _color(reader, source)
+    color: Color | Spectrum | None
+    if isinstance(found, Value):
+        color = None if found.constant is None else Color(np.broadcast_to(found.constant, (3,)))
+    else:
+        color = found
+    shine = None if color is None else _strength(reader, source.input("Strength"))
+    if color is None or shine is None:
         return None
+    planckian = spectrum is None and isinstance(color, Spectrum) and color.source == PLANCK
+    factor = shine.factor * spectra.strength_of(reader.translation, source.node)
+    return replace(shine, color=color, factor=factor, is_planckian=planckian)
+
+
+def _color(reader: LampReader, source: Output) -> Spectrum | Value:
+    """Color of an Emission node; a mix or a texture of spectra as its color."""
+    place = source.input("Color")
+    found = reader.literal(np.ones(3)) if place is None else reader.field(place)
+    return found if isinstance(found, (Spectrum, Value)) else reader.as_value(found)
+
+
+def _strength(reader: LampReader, place: Input | None) -> Shine | None:
+    """A number, a Light Falloff or IES node, or one such node times numbers; None for any other strength."""
+    source = linked(place)
+    kind = "" if source is None else source.node.type
+    if source is not None and kind == "LIGHT_FALLOFF":
+        inner = _strength(reader, source.input("Strength"))
+        smooth = value_of(reader.field(source.input("Smooth"))).constant  # type: ignore[arg-type]
+        if inner is None or inner.falloff != EVEN or smooth is None:
+            return None
+        falloff = Falloff(FALLOFF_POWERS.get(source.socket.name, 0), max(float(smooth[0]), 0.0))
+        return inner if reader.is_far else replace(inner, falloff=falloff)
+    if source is not None and kind == "TEX_IES" and reader.lamp.type in ("POINT", "SPOT"):
+        inner = _strength(reader, source.input("Strength"))
+        if inner is None or inner.photometry is not None or linked(source.input("Vector")) is not None:
+            return None
+        table = luminaire_of(reader, source.node)
+        return replace(inner, factor=inner.factor * BROKEN) if table is None else replace(inner, photometry=table)
+    if source is not None and kind == "MATH" and source.node.operation == "MULTIPLY" and not source.node.use_clamp:
+        first, second = (_strength(reader, Input(socket, source.groups)) for socket in source.node.inputs[:2])
+        if first is None or second is None or (first.is_shaped and second.is_shaped):
+            return None
+        return replace(first if first.is_shaped else second, factor=first.factor * second.factor)
+    value = None if place is None else value_of(reader.field(place)).constant
+    if place is not None and value is None:
+        return None
+    return Shine(WHITE, reader.number(place, 1.0))
+
+
+def _varying(reader: LampReader, source: Output) -> Shine:
+    """Emission that varies over the lamp, by direction or with distance, as a factor of white or of a spectrum."""
+    if source.node.type == "EMISSION":
+        spectrum = spectra.spectrum_of(reader.translation, source.node)
+        color = spectrum if spectrum is not None else _color(reader, source)
+        if isinstance(color, Spectrum):
+            strength = reader.read(source, "Strength", 1.0)
+            return Shine(color, spectra.strength_of(reader.translation, source.node), pattern=_computed(strength, 1))
+    total = radiance_of(reader, source)
+    constant = total.constant
+    if constant is not None:
+        return Shine(Color(np.broadcast_to(constant, (3,))))
+    return Shine(WHITE, pattern=_computed(total, 3))
+
+
+def _computed(value: Value, width: int) -> Computed:
+    return Computed(value.program(width))
+
+
+def radiance_of(reader: Reader, source: Output, depth: int = 0) -> Value:
+    """Radiance of a tree of Emission nodes as a color; other shaders count as black, with a note."""
+    node = source.node
+    if node.type == "EMISSION":
+        found = reader.read(source, "Color", np.ones(3)), reader.read(source, "Strength", 1.0)
+        return reader.emit("vector_math", *found, 0.0, 0.0, settings=("MULTIPLY",))
+    if node.type not in SUMS or depth > 50:
+        reader.note(f"its nodes hold {source.label!r}, which emits no light of a lamp; it counts as black")
+        return reader.literal(np.zeros(3))
+    inputs = [linked(Input(socket, source.groups)) for socket in node.inputs if socket.type == "SHADER"]
+    first, second = (
+        reader.literal(np.zeros(3)) if part is None else radiance_of(reader, part, depth + 1) for part in inputs
+    )
+    if node.type == "ADD_SHADER":
+        return reader.emit("vector_math", first, second, 0.0, 0.0, settings=("ADD",))
+    share = reader.emit("clamp", reader.as_value(reader.field(_factor(source))), 0.0, 1.0, settings=("MINMAX",))
+    return reader.emit("mix_vector", share, first, second)

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import AreaLight, Color, Falloff, Light, PointLight, Rays, SpotLight, SunLight
+from spectral_core.scene import AreaLight, Color, Light, PointLight, Rays, SpotLight, SunLight
 
 from ... import compat
 from ..context import Translation
 from ..frames import rigid
 from ..ledger import note_changed, note_nodes
 from ..visibility import cycles_settings, hidden_from
+from .lamp_reader import LampReader
 from .light_nodes import shine_of
 
 LIGHT_RAYS = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
@@ -23,23 +24,25 @@ LIGHT_RAYS = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
 SHEARED = 0.01
 """Largest cosine between the axes of an area light that is no parallelogram."""
 SMALLEST_SIZE = 1e-4
-"""Edge of an area light of size 0: its power is kept, emitted from a very small area."""
+"""Least edge of an area light: the power of a smaller one is emitted from this."""
 
 
-def translate_light(translation: Translation, name: str, obj: Any, world_from_light: Any) -> Light | None:
-    """Light of an evaluated object at ``world_from_light`` (4, 4); None if it emits nothing."""
+def translate_light(
+    translation: Translation, name: str, obj: Any, world_from_light: Any, random: float = 0.0
+) -> Light | None:
+    """Light of an evaluated object at ``world_from_light`` (4, 4); None if it emits nothing.
+
+    ``random``: the object's random number, as its nodes see it.
+    """
     lamp, matrix = obj.data, np.asarray(world_from_light, dtype=np.float64)
     if lamp.type == "AREA" and cycles_settings(lamp, "is_portal", False):
         return None  # a portal only guides Cycles' sampling of the environment
     for item in (lamp, getattr(lamp, "cycles", None)):
         note_changed(translation, name, item)
     note_nodes(translation, name, compat.node_tree(lamp))
-    shine = shine_of(translation, lamp)
+    shine = shine_of(_reader(translation, obj, matrix, random))
     color, power = shine.color, lamp.energy * compat.light_exposure_factor(lamp) * shine.factor
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
-        return None
-    if power < 0:
-        translation.note(name, "a light of negative power is not supported; it was left out")
         return None
     shared: dict[str, Any] = {
         "name": name,
@@ -53,14 +56,10 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
         "casts_shadow": lamp.use_shadow,
         "is_planckian": shine.is_planckian,
         "falloff": shine.falloff,
+        "pattern": shine.pattern,
     }
     if lamp.type == "SUN":
-        if shine.falloff.power:
-            translation.note(name, "a sun is infinitely far, so a falloff with distance has no meaning; it has none")
-        shared["falloff"] = Falloff()
         return SunLight(**shared, irradiance=power * _sun_area(lamp), angle_rad=lamp.angle)
-    if shine.photometry is not None and lamp.type == "AREA":
-        translation.note(name, "a measured luminaire on an area light is not supported; it emits evenly")
     if lamp.type == "AREA":
         return _area(translation, lamp, power, matrix, shared)
     radius = lamp.shadow_soft_size
@@ -79,6 +78,16 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
     return PointLight(**shared, power_w=power)
 
 
+def _reader(translation: Translation, obj: Any, matrix: NDArray[np.float64], random: float) -> LampReader:
+    """Reader of the nodes of a lamp."""
+    info = {
+        "object_location": matrix[:3, 3], "object_color": np.array(obj.color[:3]), "object_alpha": obj.color[3],
+        "object_index": float(obj.pass_index), "object_random": random,
+    }  # fmt: skip
+    far = obj.data.type == "SUN"
+    return LampReader(translation, obj.data.name, on_surface=True, is_far=far, lamp=obj.data, matrix=matrix, info=info)
+
+
 def _sun_area(lamp: Any) -> float:
     """Projected solid angle of a sun whose strength is its radiance; 1 if it is its irradiance."""
     if compat.light_is_normalized(lamp):
@@ -88,8 +97,8 @@ def _sun_area(lamp: Any) -> float:
 
 def _area(
     translation: Translation, lamp: Any, power: float, matrix: NDArray[np.float64], shared: dict[str, Any]
-) -> AreaLight:
-    """Area light: an object's scale changes its extent, as in Cycles, and not its power."""
+) -> AreaLight | None:
+    """Area light: an object's scale changes its extent, as in Cycles, and not its power; None without area."""
     stretch = np.linalg.norm(matrix[:3, :2], axis=0)
     cosines = [abs(float(matrix[:3, j] @ matrix[:3, k])) for j, k in ((0, 1), (0, 2), (1, 2))]
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
@@ -97,9 +106,10 @@ def _area(
         translation.note(shared["name"], "its parents shear it; it is rendered as a rectangle, with another brightness")
     width, height = lamp.size, (lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size)
     size = (float(width * stretch[0]), float(height * stretch[1]))
-    if min(size) < SMALLEST_SIZE:
-        translation.note(shared["name"], f"an area light without area is rendered {SMALLEST_SIZE:g} wide")
-        size = (max(size[0], SMALLEST_SIZE), max(size[1], SMALLEST_SIZE))
+    if min(size) <= 0:
+        translation.note(shared["name"], "an area light without area emits no light; give it a size and a scale")
+        return None
+    size = (max(size[0], SMALLEST_SIZE), max(size[1], SMALLEST_SIZE))
     ellipse = lamp.shape in ("DISK", "ELLIPSE")
     if not compat.light_is_normalized(lamp):
         power *= size[0] * size[1] * (np.pi / 4 if ellipse else 1.0)

@@ -72,11 +72,9 @@ def world_light(
     from ... import compat
     from ..shading.tree import surface_output
 
-    reader = Reader(translation, world.name, on_surface=True)
+    reader = Reader(translation, world.name, on_surface=True, is_far=True)
     output = surface_output(compat.node_tree(world), "OUTPUT_WORLD")
     place = Input(output.inputs["Surface"])
-    if linked(Input(output.inputs["Volume"])) is not None:
-        reader.note("a volume in the world is left out")
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
     radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree, after which its images are known
@@ -86,11 +84,9 @@ def world_light(
 
     def drawn(look: Look) -> Term:
         found = radiance(reader, place, look).reshape(grid.shape)
-        if found.min() < 0:
-            reader.note("the world has colors below zero; they are black here")
-        if np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
-            return Term(Color(np.maximum(found[0, 0], 0.0)))
-        return Term(environment_of(world.name, np.maximum(found, 0.0)))
+        if found.min() >= 0 and np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
+            return Term(Color(found[0, 0]))
+        return Term(environment_of(world.name, found))
 
     window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
     lights = drawn(Look(grid.reshape(-1, 3), view, window=window))

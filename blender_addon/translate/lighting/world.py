@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Rays, SunLight, World, gray
+from spectral_core.spectra.catalogue import PLANCK
+from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
 from .. import spectra
@@ -64,7 +66,10 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     if spectrum is not None:
         lights = sees = Term(spectrum, lights.strength * spectra.strength_of(translation, world))
         suns = ()
-    made = World(color=lights.color, strength=lights.strength, world_from_environment=lights.turn, medium=medium, **own)
+    made = World(
+        color=lights.color, strength=lights.strength, world_from_environment=lights.turn, medium=medium,
+        is_planckian=lights.is_planckian, **own,
+    )  # fmt: skip
     if sees == lights or Rays.CAMERA & own["hidden_from"]:
         return made, suns
     view = World(color=sees.color, strength=sees.strength, world_from_environment=sees.turn)
@@ -134,7 +139,7 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
         reader.note("the background is a mix of two colors or images; their mean was used")
         color = Color(np.broadcast_to(mean_color(reader.field(place)), (3,)))  # type: ignore[arg-type]
     if not isinstance(color, ImageTexture):
-        return Term(color, strength)
+        return Term(color, strength, is_planckian=isinstance(color, Spectrum) and color.source == PLANCK)
     assert image is not None
     mirror_ball = image.node.projection == "MIRROR_BALL"
     mapping = _mapping(reader, image)

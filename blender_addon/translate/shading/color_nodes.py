@@ -265,10 +265,16 @@ def _blackbody(reader: Reader, output: Output) -> Any:
     return blackbody(min(max(kelvin, 800.0), 12000.0))  # the range of Blender's own table ends here
 
 
+FARTHEST = 3.4028234663852886e38
+"""Length of a ray from a sun or the world."""
+
+
 @evaluator("LIGHT_PATH")
 def _light_path(reader: Reader, output: Output) -> Any:
     """Type of the ray that hits the surface."""
     name = output.socket.name
     if name == "Portal Depth":
         return 0.0
+    if name == "Ray Length" and reader.is_far:
+        return FARTHEST
     return reader.point(f"ray:{name}", 1)

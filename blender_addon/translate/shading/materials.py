@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from spectral_core.scene import (
@@ -24,6 +25,7 @@ from spectral_core.scene.leaves import inputs_of
 from ... import compat
 from .. import spectra
 from ..context import Translation
+from ..displacement.offset import Displacement
 from . import media
 from .aovs import aov_outputs
 from .carried.dyes import with_dyes
@@ -47,8 +49,10 @@ class TranslatedMaterial:
     material: Material
     reads: frozenset[str]
     filling: media.Filling | None = None
+    displacement: Displacement | None = None
 
 
+@cache
 def default_volume() -> TranslatedMaterial:
     """Material of a Volume object without one."""
     return TranslatedMaterial(Material("No volume material", None), frozenset(), media.default_filling())
@@ -78,6 +82,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     output = surface_output(tree)
     filling = media.filling_of(reader, output) if output is not None else None
     medium = None if filling is None else media.medium_alike(filling)
+    displacement: Displacement | None = None
     surface: Surface | None
     if tree is None:
         surface = Diffuse(Color(translation.linear_rgb(material.diffuse_color)))  # the viewport color
@@ -86,9 +91,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         surface = surface_of(reader, None)
     else:
         place = Input(output.inputs["Surface"])
-        reader.raised = raised_normal(reader, Input(output.inputs["Displacement"]))
-        if reader.raised is not None and material.displacement_method != "BUMP":
-            reader.note("displacement does not move the surface; it bends its normals alone")
+        displacement = _displacement(reader, Input(output.inputs["Displacement"]), material.displacement_method)
         surface = None if filling is not None and linked(place) is None else surface_of(reader, place)
     if reader.skies:
         reader.note("a sky on a surface is read by direction alone, without the sun's disk")
@@ -107,7 +110,19 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     outputs = aov_outputs(reader, tree)
     made = Material(name, surface, medium, index=int(material.pass_index), outputs=outputs)
     reads = mesh_inputs_of(surface) | inputs_of(value for _, value in outputs)
-    return TranslatedMaterial(made, reads, filling)
+    if displacement is not None:
+        reads |= inputs_of((displacement.offset,))
+    return TranslatedMaterial(made, reads, filling, displacement)
+
+
+def _displacement(reader: Reader, place: Input, method: str) -> Displacement | None:
+    """The offset of a displaced surface, unless it bends its normals alone; sets the reader's bent normal."""
+    if linked(place) is None:
+        return None
+    offset = None if method == "BUMP" else Computed(reader.as_value(reader.field(place)).program(3))
+    if method != "DISPLACEMENT":
+        reader.raised = raised_normal(reader, place)
+    return None if offset is None else Displacement(offset, bends=method == "DISPLACEMENT")
 
 
 def _opaque_in_shadows(reader: Reader, surface: Surface) -> Surface:

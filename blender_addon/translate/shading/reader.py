@@ -42,6 +42,8 @@ class Reader:
     material_index: int = 0
     raised: Value | None = None
     """The normal of a displaced surface; None without displacement."""
+    is_far: bool = False
+    """True for what is infinitely far: suns and worlds."""
     _known: dict[Any, Field] = field(default_factory=dict)
     _open: set[Any] = field(default_factory=set)
     skies: dict[int, tuple[ImageTexture, Atmosphere, float, float]] = field(default_factory=dict)

@@ -27,6 +27,7 @@ from spectral_core.scene import (
 )
 
 from .. import spectra
+from ..lighting import light_inputs  # noqa: F401  (as below)
 from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (importing the node modules registers their evaluators)
 from .fields import scalar_of
 from .hair import hair_lobe, principled_hair

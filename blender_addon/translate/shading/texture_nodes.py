@@ -262,7 +262,7 @@ def _brick(reader: Reader, output: Output) -> Any:
     )
 
 
-PATTERNS = ("TEX_MUSGRAVE", "TEX_IES", "TEX_POINTDENSITY", "SCRIPT")
+PATTERNS = ("TEX_MUSGRAVE", "TEX_POINTDENSITY", "SCRIPT")
 
 
 @evaluator(*PATTERNS)

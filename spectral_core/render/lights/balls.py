@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.lights.listing import Ball
-from spectral_core.render.plugins.lamps.shaping import every_degree
+from spectral_core.render.plugins.lamps.ball_points import (
+    ball_density,
+    disk_density,
+    draw_in_ball,
+    draw_on_disk,
+    meet_ball,
+    meet_disk,
+)
+from spectral_core.render.plugins.lamps.shaping import degrees_of
 from spectral_core.render.plugins.numbers import table
 
 DEGREES = 181
@@ -60,10 +68,12 @@ class Balls:
     def __init__(self, mitsuba: Any, balls: list[Ball]) -> None:
         mi = self._mi = mitsuba
         self.places = table(mi.Float, [[*ball.center, ball.radius] for ball in balls])
-        self.softenings = table(mi.Float, [ball.softening for ball in balls])
         self.falloffs = Falloffs(mi, [ball.falloff for ball in balls])
-        self.have_size = any(ball.radius > 0 for ball in balls)
-        self.have_points = any(ball.radius <= 0 for ball in balls)
+        round_ones = [ball for ball in balls if ball.radius > 0]
+        self.have_size = bool(round_ones)
+        self.have_disks = any(ball.faces_receiver for ball in round_ones)
+        self.have_balls = any(not ball.faces_receiver for ball in round_ones)
+        self.faces = table(mi.UInt32, [int(ball.faces_receiver) for ball in balls])
         self.are_even = all(ball.beam.is_even for ball in balls)
         if not self.are_even:
             self._load_beams(balls)
@@ -80,7 +90,7 @@ class Balls:
                 continue
             key = id(ball.beam.photometry)
             if key not in measured:
-                degrees = every_degree(ball.beam.photometry)
+                degrees = degrees_of(ball.beam.photometry)
                 measured[key] = len(rows)
                 rows.append(np.broadcast_to(degrees, (361, DEGREES)) if len(degrees) == 1 else degrees)
             which[number] = measured[key]
@@ -98,7 +108,7 @@ class Balls:
         return mi.Point3f(row.x, row.y, row.z), row.w
 
     def draw(self, slot: Any, place: Any, uv: Any, active: Any) -> Drawn:
-        """A direction drawn uniformly in the cone that a ball subtends; exactly the direction of a point."""
+        """A direction to a point of a lamp with a radius; exactly the direction of a point."""
         import drjit as dr
 
         mi = self._mi
@@ -107,64 +117,81 @@ class Balls:
         squared = dr.squared_norm(away)
         distance = dr.sqrt(squared)
         axis = away * dr.rcp(dr.maximum(distance, 1e-30))
+        zero, flat = mi.Float(0.0), mi.Point2f(0.0, 0.0)
         if not self.have_size:
             factor = self.strength(slot, (place, axis, distance), active) / dr.maximum(squared, 1e-30)
-            zero = mi.Float(0.0)
-            return Drawn(
-                axis, distance, factor, mi.Float(1.0), mi.Bool(True), mi.Normal3f(-axis), mi.Point2f(zero, zero)
-            )
-        below_one = self.cone(squared, radius)
-        along = 1.0 - uv.x * below_one
-        # 1 - cos² would cancel for a small cone
-        sine_squared = dr.clip(uv.x * below_one * (2.0 - uv.x * below_one), 0.0, 1.0)
-        turn_sine, turn_cosine = dr.sincos(2.0 * dr.pi * uv.y)
-        across = dr.sqrt(sine_squared)
-        local = mi.Vector3f(across * turn_cosine, across * turn_sine, along)
+            return Drawn(axis, distance, factor, mi.Float(1.0), mi.Bool(True), mi.Normal3f(-axis), flat)
         is_point = radius <= 0.0
-        direction = dr.select(is_point, axis, mi.Frame3f(axis).to_world(local))
-        near = distance * along - dr.safe_sqrt(radius * radius - squared * sine_squared)
-        near = dr.select(is_point, distance, dr.maximum(near, 0.0))
-        outside = squared > radius * radius
-        # intensity / (π r²) is radiance, times the cone's solid angle 2 π (1 - cos)
-        per = dr.select(is_point, dr.rcp(dr.maximum(squared, 1e-30)), 2.0 * below_one / dr.square(radius))
-        strength = self.strength(slot, (place, direction, near), active)
-        factor = dr.select(outside, per * strength, 0.0)
-        pdf = dr.select(is_point, 1.0, dr.rcp(2.0 * dr.pi * dr.maximum(below_one, 1e-30)))
-        normal = mi.Normal3f(place + direction * near - center) * dr.rcp(dr.maximum(radius, 1e-30))
-        return Drawn(direction, near, factor, pdf, is_point, dr.select(is_point, -axis, normal), mi.Point2f(0.0, 0.0))
+        direction, length, pdf, normal = axis, distance, zero + 1.0, mi.Normal3f(-axis)
+        faces = self._faces(slot, active)
+        if self.have_disks:
+            found = draw_on_disk(place, center, radius, uv)
+            flat_one = faces & ~is_point
+            direction, length, pdf = (
+                dr.select(flat_one, new, old) for new, old in zip(found, (direction, length, pdf), strict=True)
+            )
+            normal = mi.Normal3f(-direction)
+        if self.have_balls:
+            found = draw_in_ball(place, center, radius, uv)
+            ball = ~faces & ~is_point
+            direction, length, pdf = (
+                dr.select(ball, new, old) for new, old in zip(found, (direction, length, pdf), strict=True)
+            )
+            outward = mi.Normal3f(place + direction * length - center) * dr.rcp(dr.maximum(radius, 1e-30))
+            normal = dr.select(ball, outward, normal)
+        # intensity / (π r²) is radiance
+        per = dr.rcp(dr.maximum(dr.select(is_point, squared, dr.pi * radius * radius * pdf), 1e-30))
+        factor = per * self.strength(slot, (place, direction, length), active)
+        return Drawn(direction, length, factor, dr.select(is_point, 1.0, pdf), is_point, normal, flat)
 
-    def cone(self, squared: Any, radius: Any) -> Any:
-        """1 - cos of the half angle of the cone that a ball subtends, from the square of a distance."""
+    def _faces(self, slot: Any, active: Any) -> Any:
+        """True for lamps whose disk faces the receiver."""
         import drjit as dr
 
-        sine_squared = dr.minimum(radius * radius / dr.maximum(squared, 1e-30), 1.0)
-        return sine_squared / (1.0 + dr.safe_sqrt(1.0 - sine_squared))
+        return dr.gather(self._mi.UInt32, self.faces, slot, active) != 0
 
-    def pdf(self, slot: Any, place: Any, active: Any) -> Any:
-        """Density per solid angle of ``draw`` in a direction that meets the ball."""
+    def pdf(self, slot: Any, place: Any, direction: Any, active: Any) -> Any:
+        """Density per solid angle of ``draw`` in a direction that meets the lamp."""
         import drjit as dr
 
         center, radius = self.place(slot, active)
-        below_one = self.cone(dr.squared_norm(center - place), radius)
-        return dr.select(below_one > 0.0, dr.rcp(2.0 * dr.pi * dr.maximum(below_one, 1e-30)), 0.0)
+        if not self.have_balls:
+            return disk_density(place, center, radius, direction)
+        density = ball_density(place, center, radius)
+        if not self.have_disks:
+            return density
+        return dr.select(self._faces(slot, active), disk_density(place, center, radius, direction), density)
 
-    def meet(self, slot: Any, ray: tuple[Any, Any, Any], active: Any) -> Any:
-        """Distance along a ray (origin, direction, length) to a ball's near side; infinite if the ray misses it."""
+    def meet(self, slot: Any, ray: tuple[Any, Any, Any], place: Any, active: Any) -> Any:
+        """Distance along a ray (origin, direction, length) from a receiver at ``place`` to a lamp; infinite if the
+        ray misses it.
+        """
         import drjit as dr
 
         origin, direction, length = ray
         center, radius = self.place(slot, active)
-        away = center - origin
-        along = dr.dot(away, direction)
-        # from the foot of the perpendicular: the difference of large squares would cancel
-        missed = dr.squared_norm(away - direction * along)
-        inside = radius * radius - missed
-        distance = along - dr.safe_sqrt(inside)
-        meets = active & (inside > 0.0) & (distance > 0.0) & (distance < length)
+        distance = self._mi.Float(dr.inf)
+        if self.have_balls:
+            distance = meet_ball((origin, direction), center, radius)
+        if self.have_disks:
+            flat = meet_disk((origin, direction), place, center, radius)
+            distance = dr.select(self._faces(slot, active), flat, distance) if self.have_balls else flat
+        meets = active & (radius > 0.0) & (distance > 0.0) & (distance < length)
         return dr.select(meets, distance, dr.inf)
 
+    def normal(self, slot: Any, point: Any, direction: Any, active: Any) -> Any:
+        """Normal of a lamp at a point of it that a ray hits along ``direction``."""
+        import drjit as dr
+
+        facing = self._mi.Normal3f(-direction)
+        if not self.have_balls:
+            return facing
+        center, radius = self.place(slot, active)
+        outward = self._mi.Normal3f(point - center) * dr.rcp(dr.maximum(radius, 1e-30))
+        return dr.select(self._faces(slot, active), facing, outward)
+
     def radiance(self, slot: Any, place: Any, direction: Any, distance: Any, active: Any) -> Any:
-        """Radiance per intensity from a ball that is hit to a receiver."""
+        """Radiance per intensity from a lamp that is hit to a receiver."""
         import drjit as dr
 
         _, radius = self.place(slot, active)
@@ -172,22 +199,26 @@ class Balls:
         return self.strength(slot, (place, direction, distance), active) / size
 
     def strength(self, slot: Any, ray: tuple[Any, Any, Any], active: Any) -> Any:
-        """Soft falloff, beam, luminaire and falloff with distance, along a ray from the receiver."""
+        """Beam, luminaire and falloff with distance, along a ray from the receiver."""
         import drjit as dr
 
         mi = self._mi
         place, direction, distance = ray
         amount = self.falloffs(slot, distance, active)
-        if self.have_size:
-            softening = dr.gather(mi.Float, self.softenings, slot, active)
-            squared = dr.squared_norm(self.place(slot, active)[0] - place)
-            amount *= dr.select(softening > 0.0, squared / (squared + softening * softening), 1.0)
         if self.are_even:
             return amount
         local = self._local(self.beams, slot, -direction, active)
         edge = dr.gather(mi.Vector2f, self.edges, slot, active)
         step = dr.clip((local.z - edge.x) / edge.y, 0.0, 1.0)
-        amount *= dr.select(edge.x < -1.0, 1.0, step * step * (3.0 - 2.0 * step))
+        shares = step * step * (3.0 - 2.0 * step)
+        if self.have_balls:
+            # for receivers within the ball the cone has no edge, as in Cycles, whose rays miss the half of the ball
+            # that is turned away from them; sampling lights finds that half, and its share is a half on matt surfaces
+            center, radius = self.place(slot, active)
+            away = place - center
+            within = (dr.squared_norm(away) <= radius * radius) & ~self._faces(slot, active)
+            shares = dr.select(within, dr.select(dr.dot(direction, away) >= 0.0, 0.5, 1.0), shares)
+        amount *= dr.select(edge.x < -1.0, 1.0, shares)
         return amount * self._measured(slot, -direction, active) if self.has_photometry else amount
 
     def _local(self, axes: list[Any], slot: Any, direction: Any, active: Any) -> Any:

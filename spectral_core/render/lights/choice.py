@@ -36,6 +36,10 @@ class Receiver:
     both_sides: Any
     floats: Any = None
     stretch: Stretch | None = None
+    kinds: Any = None
+    """Types of rays along which it scatters light (bits of ``Rays``); None if all lights may illuminate it."""
+    unlit: Any = None
+    """Bits of the linked lights that do not illuminate it; None without linking."""
 
 
 @dataclass
@@ -54,7 +58,8 @@ class Chosen:
 class Choice:
     """Draws one of ``count`` items; with one item there is nothing to draw."""
 
-    def __init__(self, mitsuba: Any, hierarchy: Hierarchy) -> None:
+    def __init__(self, mitsuba: Any, hierarchy: Hierarchy, rules: Any = None) -> None:
+        """``rules``: (items, 2) types of rays that an item does not illuminate, and its bit among linked lights."""
         mi, rows = mitsuba, hierarchy.rows
         self._mi = mi
         self.count = len(hierarchy.row_of_item)
@@ -72,6 +77,11 @@ class Choice:
         self._row_of_item, self._item_of_row = whole(hierarchy.row_of_item), whole(np.maximum(hierarchy.item_of_row, 0))
         self._first, self._children = whole(hierarchy.first), whole(hierarchy.count)
         self._parent = whole(hierarchy.parent + 1)
+        self._rules = None
+        if rules is not None and np.any(rules):
+            # a cluster may hold lights that illuminate the receiver, so it has no rules
+            of_row = np.where(hierarchy.item_of_row[:, None] >= 0, rules[np.maximum(hierarchy.item_of_row, 0)], 0)
+            self._rules = whole(of_row)
         import drjit
 
         self._top_first = drjit.opaque(mi.UInt32, hierarchy.top[0])
@@ -123,7 +133,17 @@ class Choice:
             if to.stretch is not None:
                 least = dr.select(to.floats, dr.maximum(least, LEAST_ALONG), least)
             amount *= dr.clip(axis.w + along + steep * slack, least, 1.0)
+        if self._rules is not None and to.kinds is not None:
+            amount = dr.select(self._is_ruled_out(row, to, active), 0.0, amount)
         return dr.select(active, amount, 0.0)
+
+    def _is_ruled_out(self, row: Any, to: Receiver, active: Any) -> Any:
+        """True for a light that is hidden from all that a receiver scatters, or linked to others only."""
+        import drjit as dr
+
+        rule = dr.gather(self._mi.Vector2u, self._rules, row, active)
+        hidden = (rule.x != 0) & ((rule.x & to.kinds) == to.kinds)
+        return hidden if to.unlit is None else hidden | ((rule.y & to.unlit) != 0)
 
     def place(self, item: Any, active: Any) -> tuple[Any, Any]:
         """Center of an item and its radius, below 0 if it is infinitely far away."""

@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.render.lights.glows import geometry
 from spectral_core.render.lights.hierarchy import FAR_SUN, FAR_WORLD, Rows
@@ -13,6 +16,19 @@ STEEPEST = 1e3
 """Largest slope of a beam's edge in the cosine: steeper edges behave the same, and 32 bits represent it."""
 WIDE_SUN = 0.15
 """Half angle (radian) from which a sun's weight has no cosine: it lights surfaces that face away from its center."""
+
+
+def rules_by_source(rules: Any, count: int) -> NDArray[np.uint32]:
+    """(sources, 2): the types of rays that a source does not illuminate, and its bit among the linked lights.
+
+    ``rules``: the scene's ``RayRules``, which number sources from 1.
+    """
+    found = np.zeros((count, 2), np.uint32)
+    for number, bits in rules.lights:
+        found[number - 1, 0] |= bits
+    for number, place in rules.links:
+        found[number - 1, 1] |= np.uint32(1 << place)
+    return found
 
 
 def near_rows(lights: LightList) -> Rows:

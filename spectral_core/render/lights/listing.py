@@ -36,14 +36,17 @@ class Source:
     group: str
     emitter: Any | None = None
     camera_visible: bool = False
+    pattern: Any | None = None
+    """Texture of a factor that varies over a lamp, None for none; ``pattern_mean``: its mean magnitude."""
+    pattern_mean: float = 1.0
 
     @property
     def brightness(self) -> float:
-        """Mean brightness of the emission over the channels; 1 if only the emitter knows it."""
+        """Mean magnitude of the emission over the channels; 1 if only the emitter knows it."""
         if self.emitted is None:
             return 1.0
-        seen = xyz_of(self.emitted) if isinstance(self.emitted, Spectrum) else np.maximum(self.emitted, 0.0)
-        return max(float(np.mean(seen)), 0.0)
+        seen = xyz_of(self.emitted) if isinstance(self.emitted, Spectrum) else np.asarray(self.emitted)
+        return abs(float(np.mean(seen))) * self.pattern_mean
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,12 +71,15 @@ class Beam:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ball:
-    """A point (radius 0) or a ball; the source's ``emitted`` is its radiant intensity."""
+    """A point (radius 0) or a ball; the source's ``emitted`` is its radiant intensity.
+
+    ``faces_receiver``: True if a disk that faces the receiver takes the place of the ball.
+    """
 
     source: int
     center: Array
     radius: float
-    softening: float
+    faces_receiver: bool
     beam: Beam
     falloff: tuple[int, float]
 

@@ -135,6 +135,10 @@ class Panels:
         meets = active & (cosine > 1e-7) & within & (distance > 0.0) & (distance < length)
         return dr.select(meets, distance, dr.inf)
 
+    def normal(self, slot: Any, _point: Any, _direction: Any, active: Any) -> Any:
+        """Normal of a lamp's front."""
+        return self._mi.Normal3f(self._row(self.normals, slot, active)[0])
+
     def radiance(self, slot: Any, direction: Any, distance: Any, active: Any) -> Any:
         """Share of the radiance of a lamp that is emitted back along a ray's direction."""
         import drjit as dr

@@ -16,19 +16,21 @@ from spectral_core.render.lights.choice import Choice, Chosen, Receiver
 from spectral_core.render.lights.emission import Emission
 from spectral_core.render.lights.glows import Glows
 from spectral_core.render.lights.hierarchy import build
-from spectral_core.render.lights.items import far_rows, near_rows
+from spectral_core.render.lights.items import far_rows, near_rows, rules_by_source
 from spectral_core.render.lights.listing import BALL, PANEL, SUN, TRIANGLE, WORLD, LightList
+from spectral_core.render.lights.met_lamps import met_body, met_suns, pattern_factor
 from spectral_core.render.lights.panels import Panels, Suns
 from spectral_core.render.lights.results import LightSample, Met, Rule, either
+from spectral_core.render.plugins.lamps.patterns import Patterns
 from spectral_core.render.plugins.numbers import table
 
 
 class SceneLights:
-    """Tables of every light. ``reach``: a distance larger than the scene."""
+    """Tables of every light. ``reach``: a distance larger than the scene; ``rules``: ``RayRules`` of the scene."""
 
     asked_along_ways = True
 
-    def __init__(self, mitsuba: Any, lights: LightList, reach: float, emission: Emission) -> None:
+    def __init__(self, mitsuba: Any, lights: LightList, reach: float, emission: Emission, rules: Any = None) -> None:
         import drjit
 
         mi = self._mi = mitsuba
@@ -38,7 +40,7 @@ class SceneLights:
         self._starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)
         self.kinds = [kind for kind, count in enumerate(counts) if count]
         # numbers that kernels read: another lamp needs no new kernel
-        self._first = [drjit.opaque(mi.UInt32, int(start)) for start in self._starts]
+        self.first = [drjit.opaque(mi.UInt32, int(start)) for start in self._starts]
         self.balls: Any = Balls(mi, lights.balls) if lights.balls else None
         self.panels: Any = Panels(mi, lights.panels) if lights.panels else None
         self.glows: Any = Glows(mi, lights.glows, int(self._starts[TRIANGLE])) if lights.glows else None
@@ -62,7 +64,8 @@ class SceneLights:
         sources = [item.source for group in (lights.balls, lights.panels) for item in group]
         sources += [glow.source for glow in lights.glows for _ in range(len(glow.corners))]
         sources += [sun.source for sun in lights.suns] + ([] if lights.world is None else [lights.world[0]])
-        self._sources = table(mi.UInt32, sources)
+        self.sources = table(mi.UInt32, sources)
+        self.patterns = Patterns(mi, [source.pattern for source in lights.sources])
         self._varied = None
         emitters = [source.emitter for source in lights.sources]
         if any(glow.source is not None and emitters[glow.source] is not None for glow in lights.glows):
@@ -75,7 +78,8 @@ class SceneLights:
                 shapes[glow.source], firsts[glow.source] = glow.shape, first
                 first += len(glow.corners)
             self._shapes, self._first_triangles = mi.ShapePtr(shapes), table(mi.UInt32, firsts)
-        self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)))
+        by_item = None if rules is None else rules_by_source(rules, len(lights.sources))[np.array(sources)]
+        self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)), by_item)
 
     def kinds_by_number(self) -> NDArray[np.uint32]:
         """By number of a light: 1 for the environment, 2 for an emissive surface, 0 for a lamp."""
@@ -99,12 +103,13 @@ class SceneLights:
         mi = self._mi
         uv, item, probability = sampler.next_2d(), chosen.item, chosen.probability
         active = active & (probability > 0.0)
-        source = dr.gather(mi.UInt32, self._sources, item, active)
+        source = dr.gather(mi.UInt32, self.sources, item, active)
         drawn, value = self._drawn(si, item, source, uv, active)
         told = probability
         if to.stretch is not None:
             # the weight of a ray that hits the light uses the probability at its point, so this one does, too
-            here = self.choice.probability(item, Receiver(si.p, si.n, to.both_sides, to.floats), active & to.floats)
+            there = Receiver(si.p, si.n, to.both_sides, to.floats, kinds=to.kinds, unlit=to.unlit)
+            here = self.choice.probability(item, there, active & to.floats)
             told = dr.select(to.floats, here, told)
         pdf = dr.select(drawn.delta, 1.0, drawn.pdf * told)
         value = dr.select(active & (drawn.pdf > 0.0), value / dr.maximum(probability, 1e-37), 0.0)
@@ -120,7 +125,7 @@ class SceneLights:
         value = mi.Spectrum(0.0)
         for kind in self.kinds:
             alone = len(self.kinds) == 1
-            start, end = self._first[kind], self._first[kind + 1]
+            start, end = self.first[kind], self.first[kind + 1]
             of_kind = active if alone else active & (item >= start) & (item < end)
             slot = item - start
             if kind == WORLD:
@@ -144,7 +149,11 @@ class SceneLights:
         mi = self._mi
         source, slot = which
         light = self.emission.of(source, si.wavelengths, active)
-        if kind != TRIANGLE or self._varied is None:
+        if kind != TRIANGLE:
+            bounces = si.dn_dv.y + 1.0 if hasattr(si, "dn_dv") else mi.Float(1.0)
+            way = (si.p, drawn.direction, drawn.distance)
+            return light * pattern_factor(self, source, (way, drawn.normal), (si, bounces), active)
+        if self._varied is None:
             return light
         emitter = dr.gather(mi.EmitterPtr, self._varied, source, active)
         varied = active & (emitter != None)  # noqa: E711 (an array of pointers)
@@ -174,14 +183,14 @@ class SceneLights:
         total.lamps += self._met_bodies(si, path, rule, to, may_meet & ~in_fog)
         missed = active & ~si.is_valid() & shows_world
         if self.suns is not None and self.suns.have_size:
-            total.lamps += self._met_suns(to, path, rule, may_meet & ~si.is_valid())
+            total.lamps += met_suns(self, (to, path, rule), may_meet & ~si.is_valid())
         if self.world is not None:
             source = mi.UInt32(self._world_source)
             ds = dr.zeros(mi.DirectionSample3f)
             ds.d, ds.emitter, ds.dist, ds.p = path.ray.d, mi.EmitterPtr(self.world), self._reach, si.p
             wanted = missed & ~path.before_delta
             pdf = self.world.pdf_direction(path.before, ds, wanted)
-            pdf *= self.choice.probability(self._first[WORLD], to, wanted)
+            pdf *= self.choice.probability(self.first[WORLD], to, wanted)
             shown = mi.Spectrum(self.world.eval(si, missed)) * self.emission.gain(source, missed)
             total.world = shown * rule(source + 1, pdf, missed)
         return total
@@ -196,7 +205,9 @@ class SceneLights:
         import drjit as dr
 
         floats = None if tables.media is None else dr.squared_norm(path.before.n) == 0.0
-        return Receiver(path.before.p, path.before.n, path.before_both, floats)
+        lit = self._mi.Bool(True) if floats is None else ~floats
+        rules = {"kinds": path.before_kinds, "unlit": tables.unlit_by(path.before_shape, lit)}
+        return Receiver(path.before.p, path.before.n, path.before_both, floats, **rules)
 
     def _may_meet(self, path: Any, active: Any) -> Any:
         return active & (self._mi.Bool(True) if self.any_visible else path.depth > 0)
@@ -209,9 +220,9 @@ class SceneLights:
             return self._mi.Spectrum(0.0)
         length = dr.minimum(si.t, path.ray.maxt)
         met = (length, to, path, rule, extinction)
-        return self.bodies.each(path.ray, length, active, lambda item, on: self._met_body(item, met, on))
+        return self.bodies.each(path.ray, length, active, lambda item, on: met_body(self, item, met, on))
 
-    def _seen(self, source: Any, path: Any, active: Any) -> Any:
+    def seen(self, source: Any, path: Any, active: Any) -> Any:
         """Lamps that this ray hits; for camera rays only lamps that are visible to the camera."""
         import drjit as dr
 
@@ -235,57 +246,6 @@ class SceneLights:
         wanted = glows & ~path.before_delta
         away = si.p - to.place
         distance = dr.norm(away)
-        pdf = self.glows.pdf(item - self._first[TRIANGLE], path.ray.d, distance, wanted)
+        pdf = self.glows.pdf(item - self.first[TRIANGLE], path.ray.d, distance, wanted)
         pdf *= self.choice.probability(item, to, wanted)
         return dr.select(glows, light * rule(number, pdf, glows), 0.0)
-
-    def _met_body(self, item: Any, met_by: tuple[Any, Receiver, Any, Rule, Any], active: Any) -> Any:
-        import drjit as dr
-
-        mi = self._mi
-        length, to, path, rule, extinction = met_by
-        source = dr.gather(mi.UInt32, self._sources, item, active)
-        active = self._seen(source, path, active)
-        ray = path.ray.o, path.ray.d, length
-        amount, pdf, met, way = mi.Float(0.0), mi.Float(0.0), mi.Bool(False), mi.Float(0.0)
-        for kind in (BALL, PANEL):
-            lamps = self.balls if kind == BALL else self.panels
-            if lamps is None:
-                continue
-            start = self._first[kind]
-            of_kind = active & (item >= start) & (item < self._first[kind + 1])
-            slot = item - start
-            at = lamps.meet(slot, ray, of_kind)
-            of_kind &= dr.isfinite(at)
-            distance = dr.norm(path.ray.o + path.ray.d * at - to.place)
-            if kind == BALL:
-                own = self.balls.radiance(slot, to.place, path.ray.d, distance, of_kind)
-                density = self.balls.pdf(slot, to.place, of_kind)
-            else:
-                own = self.panels.radiance(slot, path.ray.d, distance, of_kind)
-                density = self.panels.pdf(slot, to.place, path.ray.d, distance, of_kind)
-            amount, pdf = dr.select(of_kind, own, amount), dr.select(of_kind, density, pdf)
-            met, way = met | of_kind, dr.select(of_kind, at, way)
-        met &= amount > 0.0
-        pdf *= self.choice.probability(item, to, met & ~path.before_delta)
-        light = self.emission.of(source, path.ray.wavelengths, met) * amount
-        if extinction is not None:
-            light = light * dr.exp(-extinction * way)
-        return dr.select(met, light * rule(source + 1, pdf, met), 0.0)
-
-    def _met_suns(self, to: Receiver, path: Any, rule: Rule, active: Any) -> Any:
-        import drjit as dr
-
-        mi = self._mi
-        start, end = self._first[SUN], self._first[SUN + 1]
-
-        def body(item: Any, total: Any) -> Any:
-            source = dr.gather(mi.UInt32, self._sources, item, active)
-            shown = self._seen(source, path, active)
-            met, pdf = self.suns.meets(item - start, path.ray.d, shown)
-            pdf *= self.choice.probability(item, to, met & ~path.before_delta)
-            light = self.emission.of(source, path.ray.wavelengths, met)
-            return item + 1, total + dr.select(met, light * rule(source + 1, pdf, met), 0.0)
-
-        begin = (mi.UInt32(start), mi.Spectrum(0.0))
-        return dr.while_loop(begin, lambda item, _t: active & (item < end), body, labels=("item", "total"))[1]

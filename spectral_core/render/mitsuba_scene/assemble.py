@@ -23,7 +23,7 @@ from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
-from spectral_core.render.trace.media.table import FARTHEST, ONLY_BORDER, Surroundings
+from spectral_core.render.trace.media.table import FARTHEST, Surroundings
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 from spectral_core.scene.geometry import box_of, corners_of
 
@@ -148,8 +148,7 @@ def load_scene(
     rules.surfaces, rules.meshes = context.bsdf.surfaces, context.meshes
     loaded = context.load(description)
     _fill(rules, bits, shapes, scene, loaded)
-    fogged = rules.around.world != 0
-    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded, fogged=fogged)
+    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded, rules)
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
     rules.subsurface, rules.disks, rules.holdouts = context.has_subsurface, context.has_disks, context.has_holdouts
@@ -165,15 +164,11 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
             rules.lights.append((source, hidden))
         if instance.name in bits:
             rules.links.append((source, bits[instance.name].bit_length() - 1))
-    import drjit as dr
-
     around = shapes.fill(scene.world.medium, "World")
     rules.media, rules.inside = shapes.media, shapes.inside
     if rules.media:
-        mi = shapes.context.mitsuba
-        number = lambda shape: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])  # noqa: E731
-        inside = {number(shape): medium & (ONLY_BORDER - 1) for shape, medium in rules.inside}
-        camera = media_at(mi, loaded, inside, scene.camera.world_from_camera[:3, 3], around)
+        eye = scene.camera.world_from_camera[:3, 3]
+        camera = media_at(shapes.context.mitsuba, loaded, rules.inside, eye, around)
         overlap, crowded = overlapping_media(scene)
         for name in crowded:
             shapes.context.note(name, CROWDED)
@@ -190,15 +185,15 @@ def _enter_body(context: Context, body: Any) -> None:
     context.meshes.add(body)
 
 
-def _scene_lights(context: Context, lights: LightList, loaded: Any, *, fogged: bool) -> SceneLights:
-    """Tables of all lights of a loaded scene; ``fogged``: True if a medium attenuates distant light."""
-    box = loaded.bbox()
+def _scene_lights(context: Context, lights: LightList, loaded: Any, rules: RayRules) -> SceneLights:
+    """Tables of all lights of a loaded scene."""
+    box, fogged = loaded.bbox(), rules.around.world != 0  # a medium of the world attenuates distant light
     reach = FARTHEST if fogged else 1e3
     if box.valid() and not fogged:
         reach = 4 * float(np.linalg.norm(np.array(box.max) - np.array(box.min))) + 1e-3
     texture_of = partial(sampled_spectrum, context)
     emission = Emission(context.mitsuba, lights, spectral=context.spectral, texture_of=texture_of)
-    return SceneLights(context.mitsuba, lights, reach, emission)
+    return SceneLights(context.mitsuba, lights, reach, emission, rules)
 
 
 def _link_bits(context: Context, scene: Scene) -> dict[str, int]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from spectral_core.render.lights.glows import geometry as triangle_geometry
 from spectral_core.render.lights.listing import Ball, Beam, Glow, LightList, Panel, Source, Sun
+from spectral_core.render.lights.varying import pattern_mean, pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.light import SMALLEST_AREA, beam_axes, plain_color, spread_of
@@ -47,7 +48,9 @@ def add_lamp(context: Context, lights: LightList, light: Light) -> int | None:
 
 def _source(context: Context, lights: LightList, light: Light, color: Color | Spectrum, strength: float) -> int:
     emitted = emitted_by(context, color, strength)
-    source = lights.add_source(Source(emitted, light.group, camera_visible=light.camera_visible))
+    pattern, mean = pattern_texture(context, light), pattern_mean(light)
+    shown = {"camera_visible": light.camera_visible}
+    source = lights.add_source(Source(emitted, light.group, **shown, pattern=pattern, pattern_mean=mean))
     _switched(context, lights, source, light.group)
     return source
 
@@ -78,7 +81,7 @@ def _ball(context: Context, lights: LightList, light: PointLight | SpotLight, co
             source,
             light.world_from_light[:3, 3],
             radius,
-            radius if light.soft_falloff else 0.0,
+            light.soft_falloff,
             Beam(axes, cosine, softness, plain, light.photometry),
             (light.falloff.power, light.falloff.smooth),
         )
@@ -148,9 +151,9 @@ def _read_numbers(context: Context, emitter: Any) -> None:
 
 
 def _mean_brightness(world: World) -> float:
-    """Mean radiance over all directions and channels."""
+    """Mean magnitude of the radiance over all directions and channels."""
     if isinstance(world.color, ImageTexture):
-        pixels = np.maximum(paint.color_pixels(world.color), 0.0).mean(axis=2)
+        pixels = np.abs(paint.color_pixels(world.color)).mean(axis=2)
         rows = np.cos((np.arange(len(pixels)) + 0.5) / len(pixels) * np.pi - np.pi / 2)
         return float(world.strength * (pixels.mean(axis=1) @ rows) / rows.sum())
     if isinstance(world.color, Color):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lights.varying import pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.lamps.light_points import NarrowPanel
@@ -78,7 +79,7 @@ def plain_color(context: Context, light: Light) -> Color | Spectrum:
 def _point(context: Context, light: PointLight | SpotLight, color: Color | Spectrum) -> LightObject:
     """A point or a ball with its distribution over directions."""
     center = context.mitsuba.ScalarPoint3f(light.world_from_light[:3, 3])
-    shaping = _shaping(light)
+    shaping = _shaping(context, light)
     if light.radius <= 0:
         emitted = _emitted(context, light, color, radiometry.intensity_of_point(light.power_w))
         emitter = context.load({"type": "blender_point", "center": center, "intensity": emitted})
@@ -88,29 +89,27 @@ def _point(context: Context, light: PointLight | SpotLight, color: Color | Spect
         {
             "type": "blender_ball",
             "center": center,
-            "softening": float(light.radius) if light.soft_falloff else 0.0,
+            "radius": float(light.radius),
+            "faces_receiver": light.soft_falloff,
             "radiance": _emitted(context, light, color, radiometry.radiance_of_ball(light.power_w, light.radius)),
         }
     )
     emitter.shaping = shaping
-    description = {
-        "type": "sphere",
-        "center": [float(value) for value in light.world_from_light[:3, 3]],
-        "radius": float(light.radius),
-        "bsdf": {"type": "null"},
-        "emitter": emitter,
-    }
-    return LightObject(context.load(description), emitter)
+    place = {"center": [float(value) for value in light.world_from_light[:3, 3]], "radius": float(light.radius)}
+    return LightObject(context.load({"type": "sphere", **place, "bsdf": {"type": "null"}, "emitter": emitter}), emitter)
 
 
-def _shaping(light: Light) -> Shaping:
+def _shaping(context: Context, light: Light) -> Shaping:
     factors: list[Any] = []
     if isinstance(light, SpotLight):
         cosine = float(np.cos(min(light.cone_angle_rad, np.pi) / 2))
         factors.append(Cone(beam_axes(light, light.cone_scale), cosine, float(light.blend)))
     if isinstance(light, (PointLight, SpotLight)) and light.photometry is not None:
         factors.append(Luminaire(beam_axes(light), light.photometry))
-    return Shaping(factors, light.falloff.power, light.falloff.smooth)
+    return Shaping(
+        factors, light.falloff.power, light.falloff.smooth, pattern=pattern_texture(context, light),
+        is_far=isinstance(light, SunLight),
+    )  # fmt: skip
 
 
 def beam_axes(light: Light, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Array:
@@ -128,20 +127,19 @@ def _sun(
         return []
     direction = direction / length
     half_angle = min(light.angle_rad, np.pi) / 2
-    if half_angle < 1e-5:
+    if half_angle < 1e-5 and light.pattern is None:
         irradiance = _emitted(context, light, color, light.irradiance)
         emitter = context.load(
             {"type": "directional", "direction": list(map(float, direction)), "irradiance": irradiance}
         )
         return [LightObject(emitter, emitter)]
     center, radius = scene_sphere
-    half_angle = min(half_angle, np.radians(89.0))
+    half_angle = min(max(half_angle, 1e-4), np.radians(89.0))
     distance = SUN_DISTANCE * max(radius, 1e-6)
     corners = _ellipse(_basis(direction), center - direction * distance, 2 * distance * np.tan(half_angle) * np.ones(2))
     radiance = radiometry.radiance_of_sun(light.irradiance, half_angle)
-    return [
-        _emitting_polygon(context, geometry.polygon(corners, light.name), _emitted(context, light, color, radiance))
-    ]
+    part, emitted = geometry.polygon(corners, light.name), _emitted(context, light, color, radiance)
+    return [_emitting_polygon(context, part, emitted, _shaping(context, light) if light.pattern else None)]
 
 
 def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[LightObject]:
@@ -164,10 +162,8 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
     tangent, gain = spread_of(light)
     is_narrow = tangent > 0
     spread = {"spread_tangent": tangent, "spread_gain": gain} if is_narrow else {}
-    is_shaped = light.falloff != Falloff()
-    made = _emitting_polygon(context, part, radiance, spread, is_shaped=is_shaped)
-    if is_shaped:
-        made.emitter.shaping = _shaping(light)
+    is_shaped = light.falloff != Falloff() or light.pattern is not None
+    made = _emitting_polygon(context, part, radiance, _shaping(context, light) if is_shaped else None, spread)
     if is_narrow:
         half_axes = axes[:, :2] * size / 2 * np.array([np.sign(np.linalg.det(axes)), 1.0])
         made.emitter.surface = NarrowPanel(origin, half_axes, tangent, ellipse=light.shape == "ellipse")
@@ -182,7 +178,7 @@ def spread_of(light: AreaLight) -> tuple[float, float]:
     """
     if light.spread_rad >= np.pi - 1e-6:
         return 0.0, 1.0
-    half_angle = max(light.spread_rad, np.radians(1.0)) / 2  # Cycles allows no narrower beam
+    half_angle = max(light.spread_rad, np.radians(0.1)) / 2  # a parallel beam, for all that a picture shows
     tangent = np.tan(half_angle)
     return float(tangent), float(tangent / (tangent - half_angle))
 
@@ -204,19 +200,23 @@ def _ellipse(axes: Array, origin: Array, size: Array) -> Array:
 
 
 def _emitted(context: Context, light: Light, color: Color | Spectrum, strength: float) -> Any:
-    return context.switched(paint.constant_emission(context, color, strength), light.group)
+    emitted = paint.constant_emission(context, color, abs(strength))
+    if strength < 0:  # Mitsuba's spectra are not negative
+        emitted = context.load({"type": "product_paint", "color": emitted, "amount": context.constant(-1.0)})
+    return context.switched(emitted, light.group)
 
 
 def _emitting_polygon(
     context: Context,
     part: geometry.Part,
     radiance: Any,
+    shaping: Shaping | None,
     spread: dict[str, float] | None = None,
-    *,
-    is_shaped: bool = False,
 ) -> LightObject:
-    kind = "blender_area" if spread or is_shaped else "area"
+    kind = "blender_area" if spread or shaping else "area"
     emitter = context.load({"type": kind, "radiance": radiance, **(spread or {})})
+    if shaping is not None:
+        emitter.shaping = shaping
     children = {"bsdf": context.load({"type": "null"}), "emitter": emitter}
     return LightObject(geometry.mesh_shape(context, part, children), emitter)
 
@@ -261,24 +261,25 @@ def rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _environment(context: Context, world: World, image: ImageTexture) -> Any | None:
-    mi = context.mitsuba
-    pixels = np.maximum(paint.color_pixels(image), 0.0)
-    if not pixels.any():
-        return None
+    pixels = paint.color_pixels(image)
     if pixels.shape[2] == 1:
         pixels = np.repeat(pixels, 3, axis=2)
+    if pixels.min() >= 0:
+        return _environment_of(context, world, pixels) if pixels.any() else None
+    # without a pixel above 0 Mitsuba would refuse a part
+    parts = {"bright": np.maximum(pixels, 1e-20), "dark": np.maximum(-pixels, 1e-20), "magnitude": np.abs(pixels)}
+    made = {name: _environment_of(context, world, part) for name, part in parts.items()}
+    return context.load({"type": "signed_environment", **made})
+
+
+def _environment_of(context: Context, world: World, pixels: NDArray[np.float32]) -> Any:
+    mi = context.mitsuba
     rows_from_top = rows_from_pole_to_pole(pixels[::-1])
     # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
     unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
     scale = float(world.strength) * unit
-    emitter = context.load(
-        {
-            "type": "envmap",
-            "bitmap": mi.Bitmap(rows_from_top),
-            "scale": scale,
-            "to_world": mi.ScalarTransform4f(world.world_from_environment @ ENVIRONMENT_AXES),
-        }
-    )
+    turn = mi.ScalarTransform4f(world.world_from_environment @ ENVIRONMENT_AXES)
+    emitter = context.load({"type": "envmap", "bitmap": mi.Bitmap(rows_from_top), "scale": scale, "to_world": turn})
     if context.switches is not None:
         import drjit
 
@@ -292,7 +293,6 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
     if context.spectral and context.white is not None:
         daylight = context.load({"type": "d65", "scale": unit})
         white = paint.sampled_spectrum(context, context.white)
-        return context.load(
-            {"type": "tinted_environment", "environment": emitter, "white": white, "daylight": daylight}
-        )
+        parts = {"environment": emitter, "white": white, "daylight": daylight}
+        return context.load({"type": "tinted_environment", **parts})
     return emitter

@@ -122,7 +122,9 @@ def emitted_rgb(paint: Color | Spectrum) -> Array:
     """Linear sRGB (3,) of an emission; Y = 1 for a sampled spectrum."""
     if isinstance(paint, Color):
         return np.asarray(paint.linear_rgb)
-    return RGB_FROM_XYZ @ xyz_of(unit_luminance(paint))
+    rgb = RGB_FROM_XYZ @ xyz_of(unit_luminance(paint))
+    # the blue of a black body below 1900 K is outside of sRGB; Cycles cuts it off
+    return np.maximum(rgb, 0.0) if paint.source == catalogue.PLANCK else rgb
 
 
 def emitted_spectrum(paint: Color | Spectrum, white: Spectrum | None = None) -> Spectrum:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.passes import lobes
+from spectral_core.render.trace import lobes
 from spectral_core.scene.passes import GROUP_PREFIX, LIGHT_PASSES, LOBES
 
 LIGHT_ROWS = {name: row for row, name in enumerate(LIGHT_PASSES)}

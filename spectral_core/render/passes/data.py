@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.passes import cryptomatte
 from spectral_core.render.passes.joined import OF_FIRST_SAMPLE
-from spectral_core.render.passes.lobes import drawn_parts
 from spectral_core.render.passes.subjects import Subjects
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
+from spectral_core.render.trace.lobes import drawn_parts
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film

@@ -17,7 +17,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene.rules import Tables
 from spectral_core.render.passes import books
 from spectral_core.render.passes.books import LIGHT_ROWS
-from spectral_core.render.passes.lobes import drawn_parts
+from spectral_core.render.trace.lobes import drawn_parts
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.render.trace.scene_path import scene_path_class
 

@@ -83,7 +83,9 @@ def take_inventory(scene: Scene) -> Inventory:
     spectral_lights = tuple(
         light.name for light in scene.lights if not light.is_planckian and _has_spectrum(light.color)
     )
-    world = ("World",) if not scene.world.is_black and _has_spectrum(scene.world.color) else ()
+    environment = scene.world
+    is_spectral = _has_spectrum(environment.color) and not environment.is_planckian
+    world = ("World",) if is_spectral and not environment.is_black else ()
     spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
     emissive = which(lambda m: any(map(_emits, leaves(m.surface))))
     bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)

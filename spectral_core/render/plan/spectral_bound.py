@@ -101,8 +101,12 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     paints: list[Any] = [
         Color(_planck_rgb(light.color)) if light.is_planckian else light.color for light in scene.lights
     ]
+    # a pattern tints the light of a lamp; its mean color stands for it
+    paints += [Color(np.maximum(light.pattern.typical, 0.0)) for light in scene.lights
+               if light.pattern is not None and light.pattern.program.width == 3]  # fmt: skip
     if not scene.world.is_black:
-        paints.append(scene.world.color)
+        world = scene.world
+        paints.append(Color(_planck_rgb(world.color)) if world.is_planckian else world.color)
     shown = shown_materials(scene)
     for material in scene.materials:
         for leaf in leaves(material.surface) if material.name in shown else ():

@@ -7,6 +7,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.hair import FIBER
 from spectral_core.render.plugins.terminator import lifts, rounded
+from spectral_core.render.trace.lobes import kinds_of
 from spectral_core.scene import Rays
 
 
@@ -49,11 +50,15 @@ def seen_side(_self: Any, si: Any, direction: Any) -> Any:
     return dr.select(dr.dot(si.n, direction) > 0.0, -si.n, si.n)
 
 
-def lets_through(_self: Any, bsdf: Any) -> Any:
-    """True if light from behind a surface reaches its front."""
+def sides_of(_self: Any, bsdf: Any, leaves: Any) -> tuple[Any, Any]:
+    """True if light from behind a surface reaches its front, and the types of rays along which it scatters light;
+    ``leaves``: True for paths that come from below it.
+    """
+    import drjit as dr
     import mitsuba as mi
 
-    return mi.has_flag(bsdf.flags(), mi.BSDFFlags.Transmission)
+    both = mi.has_flag(bsdf.flags(), mi.BSDFFlags.Transmission) | leaves
+    return both, kinds_of(bsdf, both) | dr.select(leaves, mi.UInt32(int(Rays.DIFFUSE)), 0)
 
 
 def kind_of(_self: Any, bsdf: Any, si: Any, wo: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.mitsuba_scene.rules import HOLDOUT
 from spectral_core.render.plugins.closures.hair import FIBER
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.media import flight as flights
@@ -40,6 +41,16 @@ def share_of(tables: Any, path: Any, of: Any = None) -> Any:
         return dr.select(lit, own, 0.0)
 
     return share
+
+
+def is_hole(integrator: Any, shape: Any, kind: Any) -> Any:
+    """True if a ray of the camera hits a holdout, which shows nothing."""
+    import mitsuba as mi
+
+    if integrator.tables.shapes is None:
+        return mi.Bool(False)
+    bits = integrator.tables.look_up(integrator.tables.shapes, shape)
+    return ((bits & HOLDOUT) != 0) & ((kind & int(Rays.CAMERA)) != 0)
 
 
 def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:

@@ -45,11 +45,13 @@ def path_state_class(variant: str) -> Any:
             "before_shape": mi.UInt32,
             "least_density": mi.Float,  # of the bounces so far, for Filter Glossy
             "before_both": mi.Bool,  # True if that surface transmits light as well
+            "before_kinds": mi.UInt32,  # types of rays along which it scatters light
         }
 
         before: Any
         before_shape: Any
         before_both: Any
+        before_kinds: Any
 
         def __init__(self, ray: Any = None, active: Any = None) -> None:
             for name, kind in self.DRJIT_STRUCT.items():
@@ -62,12 +64,16 @@ def path_state_class(variant: str) -> Any:
             self.kind = mi.UInt32(int(Rays.CAMERA))
             self.before.p = ray.o
 
-        def remember(self, si: Any, bs: Any, shape: Any, scatters: Any, both: Any) -> None:
-            """Store the point where the path has scattered, and the density."""
+        def remember(self, si: Any, bs: Any, shape: Any, scatters: Any, sides: tuple[Any, Any]) -> None:
+            """Store the point where the path has scattered, and the density.
+
+            ``sides``: True if light from behind counts there, and the types of rays along which it scatters light.
+            """
             place = mi.Interaction3f(si)
             place.n = dr.select(dr.dot(si.n, self.ray.d) > 0.0, -si.n, si.n)
             self.before = dr.select(scatters, place, self.before)
-            self.before_both = dr.select(scatters, both, self.before_both)
+            self.before_both = dr.select(scatters, sides[0], self.before_both)
+            self.before_kinds = dr.select(scatters, sides[1], self.before_kinds)
             self.before_pdf = dr.select(scatters, bs.pdf, self.before_pdf)
             delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
             self.before_delta = dr.select(scatters, delta, self.before_delta)

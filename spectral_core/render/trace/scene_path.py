@@ -12,11 +12,11 @@ from functools import cache
 from typing import Any
 
 from spectral_core.render.lights.choice import Receiver
-from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
+from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.plugins.closures import microfacet
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
-from spectral_core.render.trace import hit_sides, path_limits, reradiation
+from spectral_core.render.trace import hit_sides, lobes, path_limits, reradiation
 from spectral_core.render.trace.below.dive import dive
 from spectral_core.render.trace.below.leaving import cosine_out, leaving
 from spectral_core.render.trace.media import in_media
@@ -44,8 +44,8 @@ def scene_path_class(variant: str) -> Any:
         State = PathState
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
         shadow_ray = hit_sides.shadow_ray
-        even_lobe = reradiation.even_lobe
-        seen_side, lets_through, kind_of = hit_sides.seen_side, hit_sides.lets_through, hit_sides.kind_of
+        even_lobe, is_hole = reradiation.even_lobe, path_limits.is_hole
+        seen_side, sides_of, kind_of = hit_sides.seen_side, hit_sides.sides_of, hit_sides.kind_of
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
             super().__init__(mi.Properties())
@@ -148,7 +148,7 @@ def scene_path_class(variant: str) -> Any:
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
             path.passed = dr.select(hit & straight & ~border, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
-            path.remember(si, bs, shape, scatters, self.lets_through(bsdf) | leaves)
+            path.remember(si, bs, shape, scatters, self.sides_of(bsdf, leaves))
 
             # A surface that is passed straight does not renew the ray's length.
             rest = path.ray.maxt - si.t
@@ -229,7 +229,9 @@ def scene_path_class(variant: str) -> Any:
             si, bsdf, shape, (matt, along) = hit
             floats, parts = (mi.Bool(False), []) if self.fog is None else self.fog
             wanted = active & (mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) | floats)
-            to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves | floats)
+            both, kinds = self.sides_of(bsdf, path.leaves)
+            to = Receiver(si.p, self.seen_side(si, path.ray.d), both | floats)
+            to.kinds, to.unlit = dr.select(floats, int(Rays.VOLUME), kinds), self.tables.unlit_by(shape, ~floats)
             if self.flight is not None:
                 to.floats, to.stretch = floats, in_media.stretch_of(self.flight, path.ray)
             chosen = self.lights.choose(to, sampler, wanted)
@@ -240,7 +242,8 @@ def scene_path_class(variant: str) -> Any:
             wanted &= drawn.pdf != 0.0
             self.asked = drawn.number
             wo = si.to_local(drawn.direction)
-            kind = dr.select(floats, int(Rays.VOLUME), self.kind_of(bsdf, si, wo))
+            # of a surface, the closures that the light is visible to count; see ``lobes``
+            kind = dr.select(floats, int(Rays.VOLUME), dr.select(matt, self.kind_of(bsdf, si, wo), 0))
             wanted &= self.tables.lights_it(drawn.number, kind, path.depth, dr.select(floats, 0, shape))
             # reflecting lobes check the geometry themselves, with a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
@@ -256,6 +259,9 @@ def scene_path_class(variant: str) -> Any:
             if self.tables.has_even_lobes:
                 out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
                 value, pdf = dr.select(matt, mi.Spectrum(out), value), dr.select(matt, out, pdf)
+            if self.tables.lights is not None:
+                hidden = self.tables.look_up(self.tables.lights, drawn.number)
+                value *= lobes.visible_share(hidden, (place, bsdf), wo, value, wanted & ~matt & ~floats)
             self.asked_way = (wo, value)
             share = dr.select(drawn.delta, 1.0, path_limits.squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
@@ -277,13 +283,6 @@ def scene_path_class(variant: str) -> Any:
             if not (self.settings.transparency or self.tables.blocks_selectively or self.tables.media is not None):
                 return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
             return path_limits.shone_through(self.tables, self.layers, (scene, ray, media), light, mi.Bool(active))
-
-        def is_hole(self, shape: Any, kind: Any) -> Any:
-            """True if a ray of the camera hits a holdout, which shows nothing."""
-            if self.tables.shapes is None:
-                return mi.Bool(False)
-            bits = self.tables.look_up(self.tables.shapes, shape)
-            return ((bits & HOLDOUT) != 0) & ((kind & int(Rays.CAMERA)) != 0)
 
         def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
             """True if a diffuse ray hits a mirror or a glass whose caustics are switched off."""

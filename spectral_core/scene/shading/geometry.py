@@ -210,3 +210,23 @@ def sphere_place(xp: Any, direction: Any) -> Any:
     """Equirectangular coordinates of a direction, as an Environment Texture reads it."""
     x, y, z = normalized(xp, direction)
     return -xp.atan2(y, x) / (2 * pi) + 0.5, xp.atan2(z, xp.sqrt(x * x + y * y)) / pi + 0.5, 0.0 * x
+
+
+MERIDIAN = 181
+"""Entries of a luminaire's table from straight down to straight up."""
+
+
+@operation("3", 1)
+def luminaire(xp: Any, direction: Any, table: Any) -> Any:
+    """IES Texture: strength of a luminaire along a direction toward the receiver.
+
+    ``table``: (361 · 181, 1), by whole degrees around and from -Z.
+    """
+    x, y, z = normalized(xp, direction)
+    down = xp.acos(clip(xp, -z, -1.0, 1.0)) * (180.0 / pi)
+    around = (xp.atan2(x, y) + pi) * (180.0 / pi)
+    row, column = (xp.minimum(xp.floor(angle), last) for angle, last in ((around, 359.0), (down, MERIDIAN - 2.0)))
+    start = row * MERIDIAN + column
+    low, high, low_next, high_next = (xp.entry(table, start + k, 0) for k in (0, 1, MERIDIAN, MERIDIAN + 1))
+    share = down - column
+    return mix(mix(low, high, share), mix(low_next, high_next, share), around - row)

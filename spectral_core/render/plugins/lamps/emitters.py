@@ -6,6 +6,14 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+from spectral_core.render.plugins.lamps.ball_points import (
+    ball_density,
+    disk_density,
+    draw_in_ball,
+    draw_on_disk,
+    meet_ball,
+    meet_disk,
+)
 from spectral_core.render.plugins.lamps.shaping import Shaping
 from spectral_core.render.plugins.numbers import opaque_number
 
@@ -45,7 +53,8 @@ def register(mi: Any, dr: Any) -> None:
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             si = dr.zeros(mi.SurfaceInteraction3f)
             si.wavelengths, si.p, si.time = it.wavelengths, ds.p, it.time
-            return self.intensity.eval(si, active) * self.shaping(-ds.d, ds.dist) / (ds.dist * ds.dist)
+            tint = self.shaping.tint((ds.p, -ds.d), -ds.d, ds.dist, it, active)
+            return self.intensity.eval(si, active) * tint * self.shaping(-ds.d, ds.dist) / (ds.dist * ds.dist)
 
         def eval(self, si: Any, active: Any = True) -> Any:
             return mi.Spectrum(0.0)
@@ -60,10 +69,8 @@ def register(mi: Any, dr: Any) -> None:
             return "BlenderPoint"
 
     class BlenderBall(mi.Emitter):
-        """An emissive ball: ``radiance``, optionally with Blender's soft falloff; ``shaping`` is set later.
-
-        Soft falloff (``softening``: the radius, else 0): Cycles then illuminates as a disk of the ball's radius that
-        faces the receiver at its center, which is less than the ball by d² / (d² + r²).
+        """An emissive ball: ``radiance``, and ``faces_receiver`` for Blender's soft falloff (``lamps.ball_points``);
+        ``shaping`` is set later.
         """
 
         def __init__(self, properties: Any) -> None:
@@ -72,35 +79,54 @@ def register(mi: Any, dr: Any) -> None:
             self.m_needs_sample_3 = False
             self.radiance, self.shaping = properties["radiance"], Shaping()
             self.center = [number(value) for value in properties["center"]]
-            self.softening = number(properties["softening"])
+            self.radius, self.faces_receiver = number(properties["radius"]), bool(properties["faces_receiver"])
 
-        def strength(self, receiver: Any, direction: Any, distance: Any) -> Any:
-            """Radiance at a receiver along ``direction``, toward the ball."""
-            squared = dr.squared_norm(mi.Point3f(*self.center) - receiver)
-            softened = squared / (squared + self.softening * self.softening)
-            return softened * self.shaping(-direction, distance)
+        def emitted(self, it: Any, receiver: Any, direction: Any, distance: Any, active: Any) -> Any:
+            """Radiance at a receiver along ``direction``, toward a point of the lamp."""
+            point = receiver + direction * distance
+            normal = -direction if self.faces_receiver else dr.normalize(point - mi.Point3f(*self.center))
+            tint = self.shaping.tint((point, normal), -direction, distance, it, active)
+            return self.radiance.eval(it, active) * tint * self.shaping(-direction, distance)
 
         def eval(self, si: Any, active: Any = True) -> Any:
-            toward = si.to_world(si.wi)
-            amount = self.strength(si.p + toward * si.t, -toward, si.t)
-            return self.radiance.eval(si, active) * dr.select(mi.Frame3f.cos_theta(si.wi) > 0.0, amount, 0.0)
+            toward, center = si.to_world(si.wi), mi.Point3f(*self.center)
+            receiver = si.p + toward * si.t
+            # a receiver within the lamp hits its wall from behind; any other counts it at the front. A ray that went
+            # through the front starts again a little below it
+            below = 1e-3 * (1.0 + dr.max(dr.abs(center)))
+            within = dr.norm(receiver - center) < self.radius - below
+            shown = active & ((mi.Frame3f.cos_theta(si.wi) > 0.0) != within)
+            distance = si.t
+            if self.faces_receiver:
+                distance = meet_disk((receiver, -toward), receiver, center, self.radius)
+                shown &= dr.isfinite(distance)
+            return dr.select(shown, self.emitted(si, receiver, -toward, distance, shown), 0.0)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
-            ds = self.get_shape().sample_direction(it, sample, active)
-            usable = active & (ds.pdf > 0.0) & (dr.dot(ds.d, ds.n) < 0.0)
-            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            center, ds = mi.Point3f(*self.center), dr.zeros(mi.DirectionSample3f)
+            draw = draw_on_disk if self.faces_receiver else draw_in_ball
+            ds.d, distance, ds.pdf = draw(it.p, center, self.radius, sample)
+            # rays to the disk end where they enter the body
+            ds.dist = dr.minimum(distance, meet_ball((it.p, ds.d), center, self.radius))
+            ds.p, ds.time, ds.delta = it.p + ds.d * ds.dist, it.time, mi.Bool(False)
+            ds.n = mi.Normal3f(-ds.d if self.faces_receiver else dr.normalize(ds.p - center))
             ds.emitter = mi.EmitterPtr(self)
-            value = self.radiance.eval(si, usable) * self.strength(it.p, ds.d, ds.dist) / ds.pdf
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            usable = active & (ds.pdf > 0.0)
+            value = self.emitted(si, it.p, ds.d, distance, usable) * dr.rcp(dr.maximum(ds.pdf, 1e-30))
             return ds, dr.select(usable, value, 0.0)
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-            value = self.get_shape().pdf_direction(it, ds, active)
-            return dr.select(dr.dot(ds.d, ds.n) < 0.0, value, 0.0)
+            center = mi.Point3f(*self.center)
+            if self.faces_receiver:
+                return disk_density(it.p, center, self.radius, ds.d)
+            return ball_density(it.p, center, self.radius)
 
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
-            facing = dr.dot(ds.d, ds.n) < 0.0
-            return self.radiance.eval(si, active) * dr.select(facing, self.strength(it.p, ds.d, ds.dist), 0.0)
+            si, distance = mi.SurfaceInteraction3f(ds, it.wavelengths), ds.dist
+            if self.faces_receiver:
+                distance = meet_disk((it.p, ds.d), it.p, mi.Point3f(*self.center), self.radius)
+            return self.emitted(si, it.p, ds.d, distance, active)
 
         def bbox(self) -> Any:
             return self.get_shape().bbox()
@@ -140,8 +166,9 @@ def register(mi: Any, dr: Any) -> None:
             return dr.select(cosine > 0.0, dr.maximum(0.0, 1.0 - tangent / self.tangent) * self.gain, 0.0)
 
         def eval(self, si: Any, active: Any = True) -> Any:
-            amount = self.profile(mi.Frame3f.cos_theta(si.wi)) * self.shaping(si.to_world(si.wi), si.t)
-            return self.radiance.eval(si, active) * amount
+            toward = si.to_world(si.wi)
+            amount = self.profile(mi.Frame3f.cos_theta(si.wi)) * self.shaping(toward, si.t)
+            return self.radiance.eval(si, active) * amount * self.shaping.tint((si.p, si.n), toward, si.t, si, active)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
             own = self.get_shape() if self.surface is None else self.surface
@@ -152,6 +179,7 @@ def register(mi: Any, dr: Any) -> None:
             si.wi, si.t = si.to_local(-ds.d), ds.dist  # data that the paint may read
             ds.emitter = mi.EmitterPtr(self)
             amount = self.profile(cosine) * self.shaping(-ds.d, ds.dist)
+            amount = amount * self.shaping.tint((ds.p, ds.n), -ds.d, ds.dist, it, usable)
             return ds, dr.select(usable, self.radiance.eval(si, usable) * amount / ds.pdf, 0.0)
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
@@ -162,7 +190,7 @@ def register(mi: Any, dr: Any) -> None:
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             si = mi.SurfaceInteraction3f(ds, it.wavelengths)
             amount = self.profile(-dr.dot(ds.d, ds.n)) * self.shaping(-ds.d, ds.dist)
-            return self.radiance.eval(si, active) * amount
+            return self.radiance.eval(si, active) * amount * self.shaping.tint((ds.p, ds.n), -ds.d, ds.dist, it, active)
 
         def bbox(self) -> Any:
             return self.get_shape().bbox()

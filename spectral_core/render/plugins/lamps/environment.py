@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``tinted_environment``: an environment image whose colors tint a white other than D65."""
+"""``tinted_environment``: an environment image whose colors tint a white other than D65; ``signed_environment``: one
+with colors below zero, which take light away as in Cycles.
+"""
 
 from __future__ import annotations
 
@@ -54,4 +56,46 @@ def register(mi: Any, dr: Any) -> None:
         def to_string(self) -> str:
             return "TintedEnvironment"
 
+    class SignedEnvironment(mi.Emitter):
+        """``bright`` minus ``dark``, two environments; directions are drawn by a third, ``magnitude``."""
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            self.m_flags = mi.EmitterFlags.Infinite | mi.EmitterFlags.SpatiallyVarying
+            self.m_needs_sample_3 = False
+            self.bright, self.dark, self.magnitude = (properties[name] for name in ("bright", "dark", "magnitude"))
+
+        def set_scene(self, scene: Any) -> None:
+            for part in (self.bright, self.dark, self.magnitude):
+                part.set_scene(scene)
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            return self.bright.eval(si, active) - self.dark.eval(si, active)
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
+            ds, _ = self.magnitude.sample_direction(it, sample, active)
+            ds.emitter = mi.EmitterPtr(self)
+            usable = active & (ds.pdf > 0.0)
+            light = self.eval_direction(it, ds, usable) * dr.rcp(dr.maximum(ds.pdf, 1e-30))
+            return ds, dr.select(usable, light, 0.0)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return self.magnitude.pdf_direction(it, ds, active)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            si = dr.zeros(mi.SurfaceInteraction3f)
+            si.wi, si.wavelengths, si.t = -ds.d, it.wavelengths, mi.Float(dr.inf)
+            return self.eval(si, active)
+
+        def bbox(self) -> Any:
+            return self.magnitude.bbox()
+
+        def traverse(self, callback: Any) -> None:
+            for name in ("bright", "dark", "magnitude"):
+                callback.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
+
+        def to_string(self) -> str:
+            return "SignedEnvironment"
+
+    mi.register_emitter("signed_environment", lambda properties: SignedEnvironment(properties))
     mi.register_emitter("tinted_environment", lambda properties: TintedEnvironment(properties))

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.plugins.lamps.patterns import lamp_place
 from spectral_core.render.plugins.numbers import opaque_number
 from spectral_core.scene import Photometry
+from spectral_core.spectra.luminaire import every_degree
 
 
 def _number(value: float) -> Any:
@@ -54,7 +56,7 @@ class Luminaire:
         import mitsuba as mi
 
         self.axes = _Axes(own_from_world)
-        table = every_degree(measured)
+        table = degrees_of(measured)
         self.wraps = len(table) > 1
         self.table = mi.Float(table.astype(np.float32).ravel())
 
@@ -83,29 +85,37 @@ class Luminaire:
         return dr.lerp(first, second, vertical - mi.Float(low))
 
 
-def every_degree(measured: Photometry) -> NDArray[np.float64]:
-    """The table at every degree: (1 or 361, 181); a table of a half or a quarter is mirrored all around."""
-    vertical = np.radians(np.arange(181.0))
-    rows = np.stack([
-        np.interp(vertical, measured.vertical_rad, row, left=0.0, right=0.0) for row in measured.strength
-    ])  # fmt: skip
-    if len(rows) == 1:
-        return rows
-    angles = np.degrees(measured.horizontal_rad) - np.degrees(measured.horizontal_rad[0])
-    around = np.arange(361.0)
-    if angles[-1] < 359.0:
-        span = angles[-1]
-        around = around % (2 * span)
-        around = np.where(around > span, 2 * span - around, around)
-    return np.stack([np.interp(around, angles, column) for column in rows.T], axis=1)
+def degrees_of(measured: Photometry) -> NDArray[np.float64]:
+    """The table of a luminaire at every degree: (1 or 361, 181)."""
+    return every_degree(measured.vertical_rad, measured.horizontal_rad, measured.strength)
 
 
 class Shaping:
-    """A product of factors of the direction, and the falloff with distance: dᵖ · d² / (s + d²)."""
+    """A product of factors of the direction, and the falloff with distance: dᵖ · d² / (s + d²).
 
-    def __init__(self, factors: Sequence[Callable[[Any], Any]] = (), power: int = 0, smooth: float = 0.0) -> None:
+    ``pattern``: texture of a factor that varies (``lamps.patterns``), None for none; ``is_far``: True for a sun.
+    """
+
+    def __init__(
+        self, factors: Sequence[Callable[[Any], Any]] = (), power: int = 0, smooth: float = 0.0, *,
+        pattern: Any = None, is_far: bool = False,
+    ) -> None:  # fmt: skip
         self.factors, self.power = tuple(factors), power
         self.smooth = _number(smooth) if smooth > 0 else None
+        self.pattern, self.is_far = pattern, is_far
+
+    def tint(self, spot: tuple[Any, Any], toward_receiver: Any, distance: Any, it: Any, active: Any) -> Any:
+        """The factor that varies, at a point of the lamp and its normal (``spot``)."""
+        import drjit as dr
+        import mitsuba as mi
+
+        if self.pattern is None:
+            return mi.Float(1.0)
+        point, normal = spot
+        if self.is_far:  # Cycles puts the points of a sun at the direction that its light travels in
+            point, normal, distance = mi.Point3f(toward_receiver), toward_receiver, mi.Float(dr.inf)
+        place = lamp_place(point, normal, (toward_receiver, distance), it)
+        return self.pattern.eval(place, active)
 
     def __call__(self, toward_receiver: Any, distance: Any) -> Any:
         import mitsuba as mi

@@ -111,6 +111,7 @@ def scatter(
     path.spread(density, turns)
     path.before_delta &= ~turns
     path.before_both |= turns
+    path.before_kinds = dr.select(turns, int(Rays.VOLUME), path.before_kinds)
     # Shape 0: light linking is defined for surfaces only.
     path.before_shape = dr.select(turns, 0, path.before_shape)
     onward = mi.Ray3f(path.ray)

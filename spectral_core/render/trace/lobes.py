@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.scene import Rays
+
 
 def parts_of(mi: Any, dr: Any, si: Any, bsdf: Any, wo: Any, value: Any, active: Any) -> tuple[Any, Any]:
     """Diffuse and glossy shares of ``value``, the BSDF's value toward ``wo``.
@@ -31,3 +33,31 @@ def drawn_parts(mi: Any, dr: Any, si: Any, bsdf: Any, bs: Any, active: Any) -> t
     diffuse, glossy = parts_of(mi, dr, si, bsdf, bs.wo, value, blunt)
     mirrored = dr.select(mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection), mi.Spectrum(1.0), 0.0)
     return dr.select(sharp, 0.0, diffuse), dr.select(sharp, mirrored, glossy)
+
+
+def kinds_of(bsdf: Any, both_sides: Any) -> Any:
+    """Types of rays along which a surface may scatter light; ``both_sides``: True if light from behind counts."""
+    import drjit as dr
+    import mitsuba as mi
+
+    flags = bsdf.flags()
+    has = lambda lobes: (flags & int(lobes)) != 0  # noqa: E731
+    diffuse = dr.select(has(mi.BSDFFlags.Diffuse), mi.UInt32(int(Rays.DIFFUSE)), 0)
+    glossy = dr.select(has(int(mi.BSDFFlags.Glossy) | int(mi.BSDFFlags.Delta)), mi.UInt32(int(Rays.GLOSSY)), 0)
+    return diffuse | glossy | dr.select(both_sides, mi.UInt32(int(Rays.TRANSMISSION)), 0)
+
+
+def visible_share(hidden: Any, hit: tuple[Any, Any], wo: Any, value: Any, active: Any) -> Any:
+    """Share of a surface's scattering toward a light that is hidden from some types of rays (bits of ``Rays``): its
+    closures of the other types. ``hit``: interaction and BSDF.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    partly = active & (hidden != 0)
+    diffuse, glossy = parts_of(mi, dr, *hit, wo, value, partly)
+    shares = (diffuse, Rays.DIFFUSE), (glossy, Rays.GLOSSY), (1.0 - diffuse - glossy, Rays.TRANSMISSION)
+    kept = mi.Spectrum(0.0)
+    for share, kind in shares:
+        kept += dr.select((hidden & int(kind)) != 0, mi.Spectrum(0.0), share)
+    return dr.select(partly, kept, mi.Spectrum(1.0))

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Displaced meshes: the vertices of an object moved by its materials' displacement, as Cycles moves them.
+
+Cycles evaluates the displacement once at each vertex, with its smooth normal, and adds no vertices of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import Mesh
+
+from ..shading.attributes import random_of
+from ..viewport.kept import kept_or_made
+from .offset import Displacement
+
+Array = NDArray[Any]
+
+
+def displaced(found: Any, obj: Any, instance: Any, mesh: Mesh, materials: Sequence[Any]) -> Mesh:
+    """The mesh of an object as its materials (``TranslatedMaterial``) displace it; the same mesh if none does."""
+    moves = [item.displacement for item in materials]
+    if not any(moves):
+        return mesh
+    matrix = np.array(instance.matrix_world, dtype=np.float64)
+    numbers = {
+        "object_location": matrix[:3, 3], "object_color": np.array(obj.color[:3]), "object_alpha": obj.color[3],
+        "object_index": float(obj.pass_index), "object_random": random_of(obj, instance),
+    }  # fmt: skip
+    # objects of one mesh share its displaced form, as in Cycles
+    key = ("displaced", mesh.name, *(item.material.name for item in materials))
+    if key not in found.meshes:
+        make, number = partial(moved_mesh, mesh, moves, matrix, numbers), obj.original.session_uid
+        state = (mesh, tuple(moves), matrix.tobytes(), tuple(obj.color), obj.pass_index)
+        made = kept_or_made(found.kept, found.translation, ("displaced", number), frozenset((number,)), state, make)
+        found.meshes[key] = replace(made, name=found.unique("mesh", f"{mesh.name} displaced"))
+    return found.meshes[key]
+
+
+def moved_mesh(
+    mesh: Mesh, moves: Sequence[Displacement | None], matrix: Array, numbers: dict[str, Any] | None = None
+) -> Mesh:
+    """A mesh with moved vertices.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    moves : displacement of each material slot.
+    matrix : (4, 4) world from object.
+    numbers : what the Object Info node gives, by the input's name.
+    """
+    positions = mesh.positions.astype(np.float64)
+    _, first, welded = np.unique(positions, axis=0, return_index=True, return_inverse=True)
+    welded = welded.reshape(-1)
+    slots = np.zeros(len(mesh.triangles), int) if mesh.material_indices is None else mesh.material_indices.astype(int)
+    slots = np.minimum(slots, len(moves) - 1)
+    normals = _smooth_normals(positions, mesh.triangles, welded, len(first))
+    backward = np.linalg.pinv(matrix[:3, :3])
+    offsets = np.zeros((len(first), 3))
+    done = np.zeros(len(first), bool)
+    corners, of_slot = mesh.triangles.reshape(-1), np.repeat(slots, 3)
+    for slot, move in enumerate(moves):
+        chosen = corners[of_slot == slot]
+        if move is None or len(chosen) == 0:
+            continue
+        vertices, at = np.unique(welded[chosen], return_index=True)
+        fresh = ~done[vertices]
+        vertices, places = vertices[fresh], chosen[at[fresh]]
+        done[vertices] = True
+        read = _Reading(mesh, matrix, positions, normals[welded], places, numbers or {})
+        found = np.nan_to_num(move.offset.program.evaluate(read, transform=read.transform), posinf=0.0, neginf=0.0)
+        offsets[vertices] = np.broadcast_to(found.reshape(len(found), -1), (len(vertices), 3)) @ backward.T
+    positions = positions + offsets[welded]
+    bent = np.array([move is not None and move.bends for move in moves])[slots]
+    shaded: Array | None = mesh.normals
+    if shaded is not None and bent.any():
+        faces = _face_normals(positions, mesh.triangles[bent])
+        sums = np.zeros((len(first), 3))
+        for k in range(3):
+            np.add.at(sums, welded[mesh.triangles[bent][:, k]], faces)
+        touched = np.unique(mesh.triangles[bent])
+        shaded = shaded.astype(np.float64).copy()
+        shaded[touched] = _unit(sums[welded[touched]], shaded[touched])
+    normals_out = None if shaded is None else np.asarray(shaded, np.float32)
+    return replace(mesh, positions=positions.astype(np.float32), normals=normals_out)
+
+
+class _Reading:
+    """Inputs of a program at chosen vertices of a mesh, ``places``."""
+
+    def __init__(
+        self, mesh: Mesh, matrix: Array, positions: Array, normals: Array, places: Array, numbers: dict[str, Any]
+    ) -> None:
+        self._mesh, self._matrix, self._places, self._numbers = mesh, matrix, places, numbers
+        self._positions, self._normals = positions, normals
+        turning = np.linalg.pinv(matrix[:3, :3]).T
+        self._position = positions[places] @ matrix[:3, :3].T + matrix[:3, 3]
+        self._normal = _unit(normals[places] @ turning.T, normals[places])
+
+    def __call__(self, name: str, shift: int) -> Any:
+        zero = np.zeros(len(self._places))
+        if name == "position":
+            return tuple(self._position.T)
+        if name in ("normal", "true_normal", "incoming"):  # as in Cycles, each vertex is seen along its normal
+            return tuple(self._normal.T)
+        if name == "uv":
+            uvs = np.zeros((len(self._mesh.positions), 2)) if self._mesh.uvs is None else self._mesh.uvs
+            return (*uvs[self._places].astype(np.float64).T, zero)
+        if name in ("tangent", "bitangent"):
+            return tuple(self._tangents(name).T)
+        if name in self._numbers:
+            value = self._numbers[name]
+            return tuple(zero + part for part in value) if np.ndim(value) else zero + value
+        for attribute in self._mesh.attributes:
+            if attribute.name == name:
+                values = tuple(attribute.values[self._places].astype(np.float64).T)
+                return values[0] if name.startswith(("attribute_alpha", "attribute_factor")) else values
+        if name.startswith(("ray:", "attribute_alpha", "attribute_factor")) or name == "backfacing":
+            return zero
+        return (zero, zero, zero)
+
+    def transform(self, vector: Any, kind: str, space: str, inverse: bool) -> Any:
+        """From the world to the object's space, or back; the camera's space counts as the world's."""
+        if space != "OBJECT":
+            return vector
+        matrix = self._matrix if inverse else np.linalg.pinv(self._matrix)
+        rows = np.stack(np.broadcast_arrays(*vector), axis=-1)
+        turning = np.linalg.pinv(matrix[:3, :3]).T if kind == "NORMAL" else matrix[:3, :3]
+        turned = rows @ turning.T + (matrix[:3, 3] if kind == "POINT" else 0.0)
+        return tuple(turned.T)
+
+    def _tangents(self, name: str) -> Array:
+        """Directions in the world along which the UV map grows, at right angles to the normal."""
+        mesh, triangles = self._mesh, self._mesh.triangles
+        uvs = np.zeros((len(mesh.positions), 2)) if mesh.uvs is None else mesh.uvs.astype(np.float64)
+        first, second = (self._positions[triangles[:, k]] - self._positions[triangles[:, 0]] for k in (1, 2))
+        one, other = (uvs[triangles[:, k]] - uvs[triangles[:, 0]] for k in (1, 2))
+        area = one[:, :1] * other[:, 1:] - one[:, 1:] * other[:, :1]
+        sign = np.where(area < 0, -1.0, 1.0)
+        along = (first * other[:, 1:] - second * one[:, 1:]) * sign
+        sums, signs = np.zeros((len(mesh.positions), 3)), np.zeros((len(mesh.positions), 1))
+        for k in range(3):
+            np.add.at(sums, triangles[:, k], along)
+            np.add.at(signs, triangles[:, k], sign)
+        tangent = sums[self._places] @ self._matrix[:3, :3].T
+        tangent = tangent - self._normal * np.sum(tangent * self._normal, axis=1, keepdims=True)
+        tangent = _unit(tangent, np.zeros_like(tangent))
+        across = np.cross(self._normal, tangent) * np.where(signs[self._places] < 0, -1.0, 1.0)
+        return tangent if name == "tangent" else across
+
+
+def _face_normals(positions: Array, triangles: Array) -> Array:
+    first, second, third = (positions[triangles[:, k]] for k in range(3))
+    crossed = np.cross(second - first, third - first)
+    return _unit(crossed, np.zeros_like(crossed))
+
+
+def _smooth_normals(positions: Array, triangles: Array, welded: Array, count: int) -> Array:
+    """Normal (count, 3) of each welded vertex: of its faces, weighted by their angles there, as Blender's."""
+    faces, sums = _face_normals(positions, triangles), np.zeros((count, 3))
+    for k in range(3):
+        here, after, before = (positions[triangles[:, (k + j) % 3]] for j in range(3))
+        one, other = (_unit(side - here, np.zeros_like(here)) for side in (after, before))
+        angle = np.arccos(np.clip(np.sum(one * other, axis=1), -1, 1))
+        np.add.at(sums, welded[triangles[:, k]], faces * angle[:, None])
+    return _unit(sums, np.broadcast_to((0.0, 0.0, 1.0), sums.shape))
+
+
+def _unit(vectors: Array, fallback: Array) -> Array:
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.where(lengths > 1e-30, vectors / np.maximum(lengths, 1e-30), fallback)

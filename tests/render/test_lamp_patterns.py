@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps whose emission varies, lamps around their receivers, and lamps that remove light, against closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.render import job as job_module
+from spectral_core.render import plan_effects, render_scene
+from spectral_core.render.job import RenderJob
+from spectral_core.scene import AreaLight, Camera, Color, Computed, PointLight, SpotLight, SunLight
+from spectral_core.scene.shading import Builder
+from tests.render.scenes import lit_plane, matrix
+
+pytest.importorskip("mitsuba")
+HEIGHT, INTENSITY = 3.0, 100 / (4 * np.pi)
+ABOVE = matrix((0, 0, HEIGHT))
+PATHS = pytest.mark.parametrize("mitsubas", [False, True], ids=["tables", "mitsuba"])
+
+
+def picture(scene, monkeypatch, mitsubas, samples=64):
+    """(height, width, 3) with the light tables, or with Mitsuba's emitters as in live views."""
+    if mitsubas:
+        load = job_module.load_scene
+        monkeypatch.setattr(job_module, "load_scene", lambda *a, **k: load(*a, **{**k, "own_lights": False}))
+    job = RenderJob(scene, plan_effects(scene))
+    job.trace(samples)
+    return job.picture()[..., :3].astype(np.float64)
+
+
+def component(name, axis, width=3):
+    """Absolute value of a component of an input, as a pattern."""
+    builder = Builder()
+    part = builder.add("component", (builder.add("vector_input", (), name, 0),), axis)
+    size = builder.add("math", (part, builder.number(0.0), builder.number(0.0)), "ABSOLUTE")
+    return Computed(builder.program(builder.as_width(size, width)))
+
+
+def tinted(red, green, blue):
+    """A constant color that the renderer cannot know to be constant: a point's component times 0 plus a color."""
+    builder = Builder()
+    none = builder.add("component", (builder.add("vector_input", (), "incoming", 0),), 0)
+    zero = builder.add("math", (none, builder.number(0.0), builder.number(0.0)), "MULTIPLY")
+    color = builder.add("vector_math", (builder.as_width(zero, 3), builder.number((red, green, blue)),
+                                        builder.number((0.0, 0.0, 0.0)), builder.number(0.0)), "ADD")  # fmt: skip
+    return Computed(builder.program(color))
+
+
+def ray_length():
+    builder = Builder()
+    return Computed(builder.program(builder.add("number_input", (), "ray:Ray Length", 0)))
+
+
+@PATHS
+@pytest.mark.parametrize("height", [0.5, 1.0])
+def test_a_disk_that_faces_its_receiver_lights_it_within_its_radius(monkeypatch, mitsubas, height):
+    """On the axis of a disk of radius r and intensity I the irradiance is I / (d² + r²)."""
+    light = PointLight(name="lamp", world_from_light=matrix((0, 0, height)), power_w=100, radius=0.8)
+    expected = 0.5 / np.pi * INTENSITY / (height**2 + 0.8**2)
+    found = picture(lit_plane(light), monkeypatch, mitsubas).mean(axis=(0, 1))
+    assert found == pytest.approx([expected] * 3, rel=1e-2)
+
+
+@PATHS
+@pytest.mark.parametrize("kind", [PointLight, SpotLight])
+def test_a_ball_lights_receivers_within_it_from_all_sides(monkeypatch, mitsubas, kind):
+    """Its radiance is I / (π r²) in every direction, so the irradiance within it is I / r²."""
+    if mitsubas and kind is SpotLight:
+        pytest.skip("a spot around its receiver has its cone in live views")
+    light = kind(name="lamp", world_from_light=matrix((0.1, 0, 0.2)), power_w=100, radius=0.8, soft_falloff=False)
+    found = picture(lit_plane(light), monkeypatch, mitsubas, 256).mean(axis=(0, 1))
+    assert found == pytest.approx([0.5 / np.pi * INTENSITY / 0.8**2] * 3, rel=2e-2)
+
+
+@PATHS
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_a_pattern_is_a_factor_of_the_emission(monkeypatch, mitsubas, transport):
+    light = PointLight(name="lamp", world_from_light=ABOVE, power_w=100, pattern=tinted(2.0, 0.5, 0.25))
+    expected = 0.5 / np.pi * INTENSITY / HEIGHT**2 * np.array((2.0, 0.5, 0.25))
+    found = picture(lit_plane(light, transport=transport), monkeypatch, mitsubas).mean(axis=(0, 1))
+    assert found == pytest.approx(expected, rel=1e-2)
+
+
+@PATHS
+def test_a_pattern_reads_the_direction_toward_the_receiver(monkeypatch, mitsubas):
+    """The cosine of the direction about the vertical, at a receiver that the lamp is 45 degrees away from."""
+    place = matrix((HEIGHT, 0, HEIGHT))
+    plain = lit_plane(PointLight(name="lamp", world_from_light=place, power_w=100))
+    light = replace(plain.lights[0], pattern=component("incoming", 2))
+    found = picture(replace(plain, lights=(light,)), monkeypatch, mitsubas).mean()
+    without = picture(plain, monkeypatch, mitsubas).mean()
+    assert found / without == pytest.approx(np.sqrt(0.5), rel=1e-2)
+
+
+@PATHS
+@pytest.mark.parametrize("kind", ["point", "panel"])
+def test_a_pattern_reads_the_distance(monkeypatch, mitsubas, kind):
+    own = {"name": "lamp", "world_from_light": ABOVE, "power_w": 100}
+    light = PointLight(**own) if kind == "point" else AreaLight(**own, size=(0.05, 0.05))
+    plain = picture(lit_plane(light), monkeypatch, mitsubas).mean()
+    found = picture(lit_plane(replace(light, pattern=ray_length())), monkeypatch, mitsubas).mean()
+    assert found / plain == pytest.approx(HEIGHT, rel=1e-2)
+
+
+@PATHS
+def test_a_pattern_reads_the_point_of_a_panel(monkeypatch, mitsubas):
+    """The mean of |x| over a small panel of width w is w / 4."""
+    light = AreaLight(name="lamp", world_from_light=ABOVE, power_w=100, size=(0.2, 0.2))
+    plain = picture(lit_plane(light), monkeypatch, mitsubas).mean()
+    found = picture(lit_plane(replace(light, pattern=component("position", 0))), monkeypatch, mitsubas, 256).mean()
+    assert found / plain == pytest.approx(0.05, rel=2e-2)
+
+
+@PATHS
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+def test_a_pattern_reads_the_direction_of_a_sun(monkeypatch, mitsubas, angle):
+    light = SunLight(name="sun", world_from_light=ABOVE, irradiance=2.0, angle_rad=angle)
+    plain = picture(lit_plane(light), monkeypatch, mitsubas).mean()
+    found = picture(lit_plane(replace(light, pattern=component("normal", 2))), monkeypatch, mitsubas).mean()
+    assert found / plain == pytest.approx(1.0, rel=2e-2)
+
+
+@PATHS
+def test_several_patterns_stay_with_their_lamps(monkeypatch, mitsubas):
+    own = {"world_from_light": ABOVE, "power_w": 100}
+    lights = (
+        PointLight(name="red", pattern=tinted(1.0, 0.0, 0.0), **own),
+        PointLight(name="plain", color=Color([0.0, 1.0, 0.0]), **own),
+        AreaLight(name="blue", pattern=tinted(0.0, 0.0, 0.5), world_from_light=ABOVE, power_w=25, size=(0.1, 0.1)),
+    )
+    scene = replace(lit_plane(lights[0]), lights=lights)
+    unit = 0.5 / np.pi * INTENSITY / HEIGHT**2
+    found = picture(scene, monkeypatch, mitsubas, 256).mean(axis=(0, 1))
+    assert found == pytest.approx([unit, unit, 0.5 * unit], rel=3e-2)
+
+
+@PATHS
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_a_lamp_of_negative_power_removes_light(monkeypatch, mitsubas, transport):
+    own = {"world_from_light": ABOVE}
+    lights = (PointLight(name="a", power_w=100, **own), PointLight(name="b", power_w=-60, **own))
+    scene = replace(lit_plane(lights[0], transport=transport), lights=lights)
+    expected = 0.5 / np.pi * 0.4 * INTENSITY / HEIGHT**2
+    assert picture(scene, monkeypatch, mitsubas, 256).mean(axis=(0, 1)) == pytest.approx([expected] * 3, rel=2e-2)
+
+
+def test_the_camera_sees_the_disk_of_a_lamp():
+    """A disk of radius r at distance d covers the angle atan(r / d), where a ball covers asin(r / d)."""
+    lamp = PointLight(name="lamp", world_from_light=matrix((0, 0, 0)), power_w=100, radius=1.0, camera_visible=True)
+    scene = lit_plane(lamp)
+    camera = Camera(world_from_camera=matrix((0, 0, 1.5)), field_of_view_rad=1.6, near=1e-3)
+    scene = replace(scene, instances=(), camera=camera)
+    scene = replace(scene, film=replace(scene.film, width=64, height=64, samples=16))
+    shown = render_scene(scene).pixels[..., 0] > 0.5 * INTENSITY / np.pi
+    edge = np.tan(1.6 / 2)
+    assert shown.mean() == pytest.approx(np.pi * (1 / 1.5) ** 2 / (2 * edge) ** 2, rel=0.03)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photometric tables of the three types, and their interpolation as in Cycles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.spectra.luminaire import WATTS_PER_CANDELA, every_degree, read_ies
+
+
+def text(kind, vertical, horizontal, values):
+    numbers = " ".join(map(str, [*vertical, *horizontal, *np.ravel(values)]))
+    return f"IESNA:LM-63-1995\nTILT=NONE\n1 -1 1 {len(vertical)} {len(horizontal)} {kind} 2 0 0 0\n1 1 100\n{numbers}\n"
+
+
+def degrees(kind, vertical, horizontal, values):
+    return every_degree(*read_ies(text(kind, vertical, horizontal, values))) / WATTS_PER_CANDELA
+
+
+def test_a_smooth_profile_is_interpolated_by_cubic_pieces():
+    """A parabola between even angles: the cubic of Cycles is exact where both neighbors are known."""
+    angles = np.arange(0, 91, 15)
+    table = degrees(1, angles, [0], [100 - (angles / 10.0) ** 2])
+    np.testing.assert_allclose(table[0, 15:76], 100 - (np.arange(15, 76) / 10.0) ** 2, rtol=1e-12)
+    assert np.all(table[0, 91:] == 0)  # nothing is known beyond the last angle
+    # linear interpolation would be off by this much in the middle of a piece
+    assert abs(np.interp(37.5, angles, 100 - (angles / 10.0) ** 2) - (100 - 3.75**2)) > 0.5
+
+
+@pytest.mark.parametrize("last", [90.0, 180.0, 360.0])
+def test_a_quarter_and_a_half_are_mirrored_all_around(last):
+    around = np.linspace(0, last, int(last / 30) + 1)
+    values = np.outer(10 + np.cos(np.radians(2 * around)), np.ones(3))
+    table = degrees(1, [0, 90, 180], around, values)
+    assert table.shape == (361, 181)
+    np.testing.assert_allclose(table[:, 45], 10 + np.cos(np.radians(2 * np.arange(361.0))), atol=0.03)
+
+
+def test_a_circle_without_its_last_entry_is_closed():
+    around = np.arange(0, 360, 30)
+    table = degrees(1, [0, 90, 180], around, np.outer(10 + np.sin(np.radians(around)), np.ones(3)))
+    np.testing.assert_allclose(table[345, 90], 10 + np.sin(np.radians(345)), atol=0.01)
+
+
+def test_type_a_counts_from_the_horizon():
+    """Straight ahead (0°, 0°) of type A is 90° from straight down, and 180° around."""
+    values = np.zeros((3, 3))
+    values[1, 1] = 5.0
+    table = degrees(3, [-90, 0, 90], [-90, 0, 90], values)
+    assert table[180, 90] == pytest.approx(5.0) and table[90, 90] == pytest.approx(0.0)
+    assert np.all(table[:80] == 0)  # behind the lamp
+
+
+def test_type_b_exchanges_the_angles():
+    values = np.zeros((3, 5))
+    values[1, 3] = 5.0  # 0° across, 45° along
+    table = degrees(2, [-90, -45, 0, 45, 90], [-90, 0, 90], values)
+    assert np.unravel_index(np.argmax(table), table.shape) == (135, 90)
+    half = degrees(2, [0, 45, 90], [0, 90], np.array([[1.0, 5.0, 1.0], [1.0, 1.0, 1.0]]))
+    assert half[135, 90] == pytest.approx(half[45, 90]) == pytest.approx(5.0)
+
+
+def test_dark_dips_do_not_become_negative():
+    table = degrees(1, [0, 30, 60, 90], [0], [[100, 0, 0, 100]])
+    assert table.min() == 0.0
