@@ -99,6 +99,8 @@ def world_light(
 
     def drawn(look: Look) -> Term:
         found = radiance(reader, place, look).reshape(grid.shape)
+        if found.max() < 0:
+            reader.note("every color of the world is below zero; it takes light away, otherwise than in Cycles")
         if found.min() >= 0 and np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
             return Term(Color(found[0, 0]))
         return Term(environment_of(world.name, found))
