@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from benchmarks._random_shading import (
+    fog,
     group_edit,
     group_node,
     lamp,
@@ -21,6 +22,7 @@ from benchmarks._random_shading import (
     on,
     one_of,
     paint,
+    some_nodes,
     some_object,
     some_shader,
     world,
@@ -220,6 +222,7 @@ EDITS: dict[str, Edit] = {
     "group node": on(some_shader, group_node),
     "group edit": on(some_shader, group_edit),
     "paint": on(some_shader, paint),
+    "fog": on(some_nodes, fog),
     "world": world,
     "frame": frame,
     "film": film,

@@ -56,6 +56,30 @@ def number(node, rng):
     node.inputs["Base Color"].default_value = (*rng.uniform(0, 1, 3), 1.0)
 
 
+def fog(material, rng):
+    """A volume that varies, another strength of it, or no volume any more."""
+    tree = material.node_tree
+    output = next((node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"), None)
+    if output is None:
+        return
+    socket, strength = output.inputs["Volume"], tree.nodes.get("Strength")
+    if strength is None:
+        volume, strength = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeMath")
+        strength.name, strength.operation = "Strength", "MULTIPLY"
+        noise = tree.nodes.new("ShaderNodeTexNoise")
+        noise.inputs["Scale"].default_value = noise.inputs["Detail"].default_value = 0.3  # a coarse grid is enough
+        tree.links.new(noise.outputs[0], strength.inputs[0])
+        tree.links.new(strength.outputs[0], volume.inputs["Density"])
+        tree.links.new(volume.outputs[0], socket)
+    elif socket.is_linked and rng.random() < 0.3:
+        tree.links.remove(socket.links[0])
+    strength.inputs[1].default_value = float(rng.uniform(0, 2))
+
+
+def some_nodes(rng):
+    return one_of(rng, list(bpy.data.materials), lambda material: material.node_tree is not None)
+
+
 def node_added(node, rng):
     tree = node.id_data
     kind = str(rng.choice(["ShaderNodeTexNoise", "ShaderNodeTexCoord", "ShaderNodeAttribute", "ShaderNodeTexImage"]))

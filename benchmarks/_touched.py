@@ -3,7 +3,8 @@
 
 ``benchmarks.mutation`` runs the tests of a room once with it (``-p benchmarks._touched``, with the path of the file to
 write in ``TOUCHED``), and then tries each mutant with the tests alone that call the changed function. The line of the
-file for each test is an object: its node id, its seconds, and the functions as pairs of a path and a first line.
+file for each test is an object: its node id, its seconds, True if it passed, and the functions as pairs of a path and
+a first line.
 """
 
 from __future__ import annotations
@@ -21,11 +22,18 @@ import pytest
 
 ROOT = Path(os.environ["TOUCHED_TREE"])
 _called: set[CodeType] = set()
+_failed: set[str] = set()
 
 
 def _record(frame: FrameType, event: str, _: object) -> None:
     if event == "call":
         _called.add(frame.f_code)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Remember the tests that fail."""
+    if report.failed:
+        _failed.add(report.nodeid)
 
 
 @pytest.hookimpl(hookwrapper=True)
@@ -44,6 +52,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
         for code in _called.copy()
         if code.co_filename.startswith(inside)
     )
-    record = {"test": item.nodeid, "seconds": time.perf_counter() - start, "functions": touched}
+    seconds, passed = time.perf_counter() - start, item.nodeid not in _failed
+    record = {"test": item.nodeid, "seconds": seconds, "passed": passed, "functions": touched}
     with Path(os.environ["TOUCHED"]).open("a", encoding="utf-8") as file:
         file.write(json.dumps(record) + "\n")

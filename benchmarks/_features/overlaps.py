@@ -77,7 +77,7 @@ def phases(stage: Stage) -> None:
 
 
 def emission_in_absorption(stage: Stage) -> None:
-    """A glowing medium in an absorbing one."""
+    """An emissive medium in an absorbing one."""
     _ball(stage, ABSORB, Color=WARM, Density=0.7)
     _cube(stage, (0.4, 0.0, 1.0), 1.2, "ShaderNodeEmission", Color=COLD, Strength=0.5)
 

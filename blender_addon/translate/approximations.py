@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from spectral_core.scene import (
-    STRAND_TANGENT,
     Glass,
     Glossy,
     Mesh,
@@ -109,8 +108,6 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
     count = len(getattr(undeformed, "vertices", ())) if obj.original.type == "MESH" else len(obj.data.vertices)
     if "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
         translation.note(obj.name, "its generated coordinates are those of the mesh after its modifiers")
-    if STRAND_TANGENT in reads:
-        translation.note(obj.name, "it is no hair; a hair shader on it has another direction than in Cycles")
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
         missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups

@@ -28,7 +28,7 @@ from .shading.materials import TranslatedMaterial, default_volume, translate_mat
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
 from .visibility import Linking, hidden_from, terminator_cosine
-from .volumes import has_transfer, lattice_of, translate_volume
+from .volumes import GridFile, has_transfer, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces Blender lists as a separate mesh instance."""
@@ -141,7 +141,7 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     if item.filling is None:
         found.translation.note(obj.name, "its material has no volume shader; nothing of it is visible")
         return
-    placed = in_volume(found, obj, instance, item, lattice_of(obj.data, grids_read(item.filling.inputs)))
+    placed = in_volume(found, obj, instance, item, GridFile.of(obj.data, grids_read(item.filling.inputs)))
     if placed is not None:
         hidden = hidden_from(obj)
         found.originals.append(obj.original)

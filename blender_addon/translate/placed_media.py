@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import Instance, Material, Mesh, ScatteringMedium
-from spectral_core.scene.geometry import VOLUME_BOX, box_of, unit_box
+from spectral_core.scene.geometry import VOLUME_BOX, box_of, index_box, unit_box
 
 from .shading.attributes import PREFIX, object_attributes, random_of
 from .shading.materials import TranslatedMaterial
 from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box
 from .shading.media.shaders import GRID
 from .viewport.kept import kept_or_made
-from .volumes import Lattice
+from .volumes import GridFile, Lattice
 
 if TYPE_CHECKING:
     from .objects import Collected
@@ -39,7 +39,8 @@ def in_mesh(
         else (corners.mean(axis=0), np.ptp(corners, axis=0) / 2)
     )  # fmt: skip
     placed = _placed(found, obj, instance, center, half, item.filling.inputs)
-    name = f"{item.material.name} in {obj.name_full}"
+    # each object takes a name, whether its medium is kept or not: another one would get the same
+    name = found.unique("material", f"{item.material.name} in {obj.name_full}")
 
     def make() -> TranslatedMaterial:
         assert item.filling is not None
@@ -48,48 +49,75 @@ def in_mesh(
             found.translation.note(
                 obj.name, f"its volume varies more finely than the grid that it is rendered with; {error:.0%} is lost"
             )
-        return _specific(item, found.unique("material", name), medium)
+        return _specific(item, name, medium)
 
-    if instance.is_instance:
-        made = make()
-    else:
-        makers = frozenset((obj.original.session_uid, obj.original.data.session_uid))
-        facts = tuple(sorted(placed.facts.items()))
-        key = (f"medium {item.material.name}", obj.original.session_uid)
-        made = kept_or_made(found.kept, found.translation, key, makers, (*state, item, facts, mesh), make)
+    made: TranslatedMaterial = _kept(
+        found, obj, instance, f"medium {item.material.name}", (*state, *_facts(item, placed), mesh, name), make
+    )
     found.translated["medium", made.material.name] = made
     return made
 
 
-def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMaterial, lattice: Lattice) -> Instance | None:
-    """The box of a Volume object with its shader's medium; None for empty space."""
-    size = np.array(lattice.shape, dtype=np.float64)
-    index_box = np.eye(4)
-    index_box[:3, :3], index_box[:3, 3] = np.diag(size), -0.5
+def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMaterial, file: GridFile) -> Instance | None:
+    """The box of a Volume object with its shader's medium; None for empty space. Raises InvalidInputError."""
     world_from_object = np.array(instance.matrix_world, dtype=np.float64)
-    object_box = lattice.object_from_index @ index_box
-    corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
+    name = found.unique("instance", obj.name_full)
+    material = found.unique("material", name)
     assert item.filling is not None
-    placed = _placed(
-        found, obj, instance, corners.mean(axis=0), np.abs(np.ptp(corners, axis=0)) / 2, item.filling.inputs
-    )
-    world_from_index = world_from_object @ lattice.object_from_index
-    region = replace(placed, shape=lattice.shape, world_from_index=world_from_index, grids=lattice.grids)
+    placed = _placed(found, obj, instance, np.zeros(3), np.ones(3), item.filling.inputs)
+    scale = _density_scale(obj.data, world_from_object)
+
+    def make() -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
+        return _filled(item, file.lattice(), placed, scale, material)
+
+    state = (world_from_object.tobytes(), *_facts(item, placed), file, scale, material)
+    made = _kept(found, obj, instance, "medium of a volume", state, make)
+    if made is None:
+        return None
+    object_box, filled = made
+    found.translated["medium", material] = filled
+    box = found.meshes[VOLUME_BOX] = unit_box()
+    return Instance(
+        name, box.name, world_from_object @ object_box, (material,), group=obj.original.lightgroup,
+        index=int(obj.pass_index), shown_as=obj.name,
+    )  # fmt: skip
+
+
+def _filled(
+    item: TranslatedMaterial, lattice: Lattice, placed: Region, scale: float, name: str
+) -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
+    """The box of a lattice in object space, and the material with its medium; None for empty space."""
+    object_box = lattice.object_from_index @ index_box(lattice.shape)
+    corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
+    half = np.abs(np.ptp(corners, axis=0)) / 2
+    world_from_index = placed.world_from_object @ lattice.object_from_index
+    region = replace(
+        placed, shape=lattice.shape, world_from_index=world_from_index, grids=lattice.grids,
+        center=corners.mean(axis=0), half=np.where(half == 0, 1.0, half),
+    )  # fmt: skip
+    assert item.filling is not None
     medium = item.filling.inside(region.at_voxels, lattice.shape, world_from_index)
     if medium is None:
         return None
-    scale = _density_scale(obj.data, world_from_object)
     medium = replace(medium, density=medium.density * scale, emission_strength=medium.emission_strength * scale)
-    name = found.unique("instance", obj.name_full)
-    made = _specific(
-        replace(item, material=replace(item.material, surface=None)), found.unique("material", name), medium
-    )
-    found.translated["medium", made.material.name] = made
-    box = found.meshes[VOLUME_BOX] = unit_box()
-    return Instance(
-        name, box.name, world_from_object @ object_box, (made.material.name,), group=obj.original.lightgroup,
-        index=int(obj.pass_index), shown_as=obj.name,
-    )  # fmt: skip
+    return object_box, _specific(replace(item, material=replace(item.material, surface=None)), name, medium)
+
+
+def _kept(found: Collected, obj: Any, instance: Any, kind: str, state: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+    """The result of ``make``; in a viewport that of an earlier translation if nothing that it reads has changed."""
+    if instance.is_instance:
+        return make()
+    number = obj.original.session_uid
+    makers = frozenset((number, obj.original.data.session_uid))
+    return kept_or_made(found.kept, found.translation, (kind, number), makers, state, make)
+
+
+def _facts(item: TranslatedMaterial, placed: Region) -> tuple[Any, ...]:
+    """What a volume shader reads of its object and of the camera."""
+    assert item.filling is not None
+    settings = {each for program in item.filling.programs_of for step in program.instructions for each in step.settings}
+    camera = placed.camera_from_world.tobytes() if "CAMERA" in settings else b""
+    return item, tuple(sorted(placed.facts.items())), camera
 
 
 def _density_scale(data: Any, world_from_object: NDArray[np.float64]) -> float:

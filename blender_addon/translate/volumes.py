@@ -66,21 +66,38 @@ def voxels_of(data: Any) -> ScalarVolume:
     return _read(path, data.spectral.grid, state.st_mtime_ns, state.st_size)
 
 
-def lattice_of(data: Any, names: list[str]) -> Lattice:
-    """The grids of a Volume data-block, by name, on the voxels of the first one; missing ones are left out.
+@dataclass(frozen=True)
+class GridFile:
+    """Grids of a file as it was at a time: two that are equal have the same numbers."""
 
-    One voxel of nothing surrounds them, because they fade out over it. Raises InvalidInputError.
-    """
-    path = file_of(data)
-    try:
-        state = path.stat()
-        return _lattice(path, tuple(names), state.st_mtime_ns, state.st_size)
-    except OSError as error:
-        raise InvalidInputError(
-            f"the file {path} of volume {data.name!r} cannot be opened ({error.strerror})"
-        ) from error
-    except SpectralError as error:
-        raise InvalidInputError(str(error)) from error
+    path: Path
+    names: tuple[str, ...]
+    modified: int
+    size: int
+
+    @classmethod
+    def of(cls, data: Any, names: list[str]) -> GridFile:
+        """The file of a Volume data-block at its present frame. Raises InvalidInputError."""
+        path = file_of(data)
+        try:
+            state = path.stat()
+        except OSError as error:
+            raise InvalidInputError(
+                f"the file {path} of volume {data.name!r} cannot be opened ({error.strerror})"
+            ) from error
+        return cls(path, tuple(names), state.st_mtime_ns, state.st_size)
+
+    def lattice(self) -> Lattice:
+        """Its grids by name on the voxels of the first one; missing ones are left out.
+
+        One voxel of nothing surrounds them, because they fade out over it. Raises InvalidInputError.
+        """
+        try:
+            return _lattice(self.path, self.names, self.modified, self.size)
+        except OSError as error:
+            raise InvalidInputError(f"the file {self.path} cannot be opened ({error.strerror})") from error
+        except SpectralError as error:
+            raise InvalidInputError(str(error)) from error
 
 
 @lru_cache(maxsize=2)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import weakref
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -95,6 +96,13 @@ def unit_box() -> Mesh:
     sides = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     faces = [(a, b, c) for a, b, c, _ in sides] + [(a, c, d) for a, _, c, d in sides]
     return Mesh(VOLUME_BOX, corners, np.array(faces, dtype=np.uint32))
+
+
+def index_box(shape: Sequence[int]) -> NDArray[np.float64]:
+    """Matrix (4, 4) from the unit box to the voxels of a grid in index space, whose centers are whole numbers."""
+    made = np.diag([*map(float, shape), 1.0])
+    made[:3, 3] = -0.5
+    return made
 
 
 def box_of(mesh: Mesh) -> NDArray[np.float64]:

@@ -67,7 +67,8 @@ def whole(stage):
 
     known = next(iter(stage.link.scenes.values()))
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    return translate_scene(depsgraph, film=known.film, seen_from=Camera(world_from_camera=np.eye(4)))
+    camera = Camera(world_from_camera=np.eye(4))
+    return translate_scene(depsgraph, film=known.film, seen_from=camera, shows=lambda _instance: True)
 
 
 def updated(stage, edit=lambda _stage: None):

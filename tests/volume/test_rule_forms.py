@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.march import bricks
 from spectral_core.volume.march.brick_word import BrickWord
 from spectral_core.volume.march.bricks import brick_statistics, voxel_statistics
 from spectral_core.volume.march.ranges import RangeTables
@@ -41,6 +44,18 @@ def test_statistics_of_voxels_by_loops() -> None:
     assert not found.second_difference.any()
     flat = voxel_statistics(ScalarVolume("f", rng.normal(size=(5, 1, 1))), 1)
     assert flat.shape == (1, 1, 5)
+
+
+@pytest.mark.parametrize("edge", [1, 2, 4])
+def test_slabs_of_a_field_have_the_statistics_of_the_whole(edge: int) -> None:
+    """Also the second differences at the faces between two slabs, and the last, shorter one."""
+    data = np.random.default_rng(4).normal(size=(15, 6, 5))
+    layers = bricks._brick_count(15, edge)
+    whole = bricks._slab(data, edge, 0, layers)
+    for parts in ((0, 1, layers), (0, layers - 1, layers), tuple(range(layers + 1))):
+        slabs = [bricks._slab(data, edge, a, b) for a, b in pairwise(parts)]
+        for number, expected in enumerate(whole):
+            np.testing.assert_array_equal(np.concatenate([slab[number] for slab in slabs]), expected)
 
 
 def test_roughness_is_raised_by_the_roughest_neighbor() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from spectral_core.scene import (
@@ -51,6 +52,7 @@ class TranslatedMaterial:
     displacement: Displacement | None = None
 
 
+@cache
 def default_volume() -> TranslatedMaterial:
     """Material of a Volume object without one."""
     return TranslatedMaterial(Material("No volume material", None), frozenset(), media.default_filling())

@@ -14,7 +14,19 @@ from ..context import Translation
 Value = TypeVar("Value")
 
 KNOWN = frozenset(
-    ("Object", "Mesh", "Material", "World", "Scene", "Camera", "PointLight", "SunLight", "SpotLight", "AreaLight")
+    (
+        "Object",
+        "Mesh",
+        "Material",
+        "World",
+        "Scene",
+        "Camera",
+        "PointLight",
+        "SunLight",
+        "SpotLight",
+        "AreaLight",
+        "Volume",
+    )
 )
 """Blender's names of data whose edits affect only the parts made from them. Any other edit drops all parts except
 meshes.

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.job import Loaded
+from spectral_core.render.live import media
 from spectral_core.render.live.changes import equal
 from spectral_core.render.live.transplant import transplant
 from spectral_core.render.mitsuba_scene import geometry, light, surface
@@ -51,8 +52,10 @@ class Edit:
 
     def material(self, old: Material, new: Material) -> bool:
         """Change the numbers of a material."""
-        if not equal(old.medium, new.medium) or dyed(old) or dyed(new):
+        if dyed(old) or dyed(new):
             return False  # the emission of dyes is stored in tables of the whole scene
+        if not equal(old.medium, new.medium) and not self._medium(old, new):
+            return False
         surfaces = self._parts.context.bsdf.surfaces
         if not surfaces.has(old.name):  # not assigned to any rendered object
             return True
@@ -66,6 +69,15 @@ class Edit:
         done = surfaces.take(new.name, made, lambda mine, given: transplant(mine, given, self._mi))
         if done and radiance is not None:
             done = all(transplant(emitter.radiance, radiance, self._mi) for emitter in self._emitters_of(new.name))
+        self._drop(kept)
+        return done
+
+    def _medium(self, old: Material, new: Material) -> bool:
+        """Change the numbers of a material's medium."""
+        if old.medium is None or new.medium is None:
+            return False
+        kept = self._made()
+        done = media.take(self._loaded, new.name, new.medium)
         self._drop(kept)
         return done
 

@@ -39,8 +39,11 @@ def block_order(stride: int) -> list[tuple[int, int]]:
 class Launcher(Accumulator):
     """Traces launches of one loaded scene; all of its views share the recording."""
 
-    def __init__(self, loaded: Loaded, film: Film) -> None:
+    def __init__(self, loaded: Loaded, film: Film, unit: float) -> None:
         import drjit
+
+        self.unit = unit
+        """The renderer's units per unit of the scene."""
 
         sampling = replace(film, width=1, height=1, crop=None)
         super().__init__(loaded.mitsuba, Camera(world_from_camera=np.eye(4)), sampling, loaded.wavelengths)

@@ -15,6 +15,7 @@ from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.live import edits
 from spectral_core.render.live.changes import difference, equal
 from spectral_core.render.live.held import lay_open
+from spectral_core.render.live.media import look_from
 from spectral_core.render.live.passes import Launcher
 from spectral_core.render.live.view import Viewpoint
 from spectral_core.render.mitsuba_scene.assemble import scene_radius
@@ -109,11 +110,13 @@ class Stage:
             return
         self._seen_from = viewpoint
         assert self._job is not None
-        context = self._job.loaded.scene.parts.context
-        context.tables.look_from(viewpoint.camera_from_world, viewpoint.window)
+        seen, context = viewpoint.scaled(self._job.unit), self._job.loaded.scene.parts.context
+        context.tables.look_from(seen.camera_from_world, seen.window)
         readers = [made for made in context.made if hasattr(made, "program")]
         if readers:
             lay_open(readers, self._job.loaded.mitsuba)
+        if look_from(self._job.loaded, seen.eye):
+            self.launcher.refresh()
 
     def _load(self, scene: Scene, simulated: Scene, plan: EffectPlan) -> None:
         self.forget()
@@ -121,7 +124,7 @@ class Stage:
         self._spare = self._job.loaded.scene.parts.context.meshes.spare_shapes()
         if sum(len(mesh.triangles) for mesh in simulated.meshes) <= MOST_WARMED:
             edits.Edit(self._job.loaded, simulated, simulated).warm()
-        self._launcher = Launcher(self._job.loaded, scene.film)
+        self._launcher = Launcher(self._job.loaded, scene.film, self._job.unit)
         self.scene, self._simulated, self._plan = scene, simulated, plan
         self.loads += 1
         self.number += 1
@@ -136,7 +139,7 @@ class Stage:
         if not equal(_sampling(scene), _sampling(self.scene)) or not equal(scene.settings, self.scene.settings):
             return False
         names = [item.name for item in simulated.instances]
-        if len(set(names)) < len(names) or plan.is_on("media") or not equal(old.volumes, simulated.volumes):
+        if len(set(names)) < len(names) or not equal(old.volumes, simulated.volumes):
             return False
         for kind in ("meshes", "materials", "instances", "lights"):
             if [item.name for item in getattr(old, kind)] != [item.name for item in getattr(simulated, kind)]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,6 +99,24 @@ class Viewpoint:
         """Width and height of the picture at distance 1, its shift as a share of the size, and 1 for perspective."""
         size, middle = self.high - self.low, (self.high + self.low) / 2
         return (*size, *(middle / size), 1.0 if self.is_perspective else 0.0)
+
+    def scaled(self, factor: float) -> Viewpoint:
+        """The view of a scene that is larger by a factor."""
+        if factor == 1.0:
+            return self
+        placed = self.world_from_view.copy()
+        placed[:3, 3] *= factor
+        window = 1.0 if self.is_perspective or self.panorama is not None else factor
+        names = ("near", "far", "lens_radius", "focus_distance")
+        lengths = {name: getattr(self, name) * factor for name in names}
+        return replace(self, world_from_view=placed, low=self.low * window, high=self.high * window, **lengths)
+
+    @property
+    def eye(self) -> Array:
+        """(3,) where the ray through the middle of the picture begins, or the lens of a view with perspective."""
+        axes, middle = self.world_from_view, (self.low + self.high) / 2
+        start = (0.0, 0.0, 0.0) if self.is_perspective or self.panorama is not None else (*middle, -self.near)
+        return np.asarray(axes[:3, :3] @ start + axes[:3, 3])
 
     def same_as(self, other: Viewpoint | None) -> bool:
         """True if another viewpoint gives the same picture."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Participating media, and sampled volumes as grids."""
+"""Participating media, homogeneous or on grids, and sampled volumes as grids."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from spectral_core.files.whole import write_bytes
 from spectral_core.render.mitsuba_export import paints
 from spectral_core.render.mitsuba_export import xml_elements as xml
 from spectral_core.render.mitsuba_export.draft import Draft
-from spectral_core.scene import Color, Paint, ScatteringMedium, VolumeObject
+from spectral_core.scene import Color, MediumGrid, Paint, ScatteringMedium, VolumeObject
+from spectral_core.scene.geometry import index_box
 from spectral_core.spectra.spectrum import Spectrum
 from spectral_core.volume.transfer import interpolate
 
@@ -22,8 +23,11 @@ Array = NDArray[np.float64]
 
 
 def medium(draft: Draft, item: ScatteringMedium, subject: str, identifier: str) -> xml.Element | None:
-    """A homogeneous medium; None if it neither absorbs nor scatters."""
-    draft.leftover(subject, item, {"density", "color", "extinction", "anisotropy", "emission_color", "lobes"})
+    """A medium; None if it neither absorbs nor scatters."""
+    known = {"density", "color", "extinction", "anisotropy", "emission_color", "lobes", "grid"}
+    draft.leftover(subject, item, known)
+    if item.grid is not None:
+        return _varying(draft, item, item.grid, subject, identifier)
     extinction = Color(np.ones(3)) if item.extinction is None else _constant(draft, item.extinction, subject)
     largest = float(np.max(extinction.values if isinstance(extinction, Spectrum) else extinction.linear_rgb))
     if item.density * largest <= 0:
@@ -40,6 +44,52 @@ def medium(draft: Draft, item: ScatteringMedium, subject: str, identifier: str) 
         paints.reflectance(draft, "albedo", _constant(draft, item.color, subject), subject),
         _phase(draft, item, subject), identifier=identifier,
     )  # fmt: skip
+
+
+def _varying(
+    draft: Draft, item: ScatteringMedium, grid: MediumGrid, subject: str, identifier: str
+) -> xml.Element | None:
+    """A medium that varies: Mitsuba's grid of one extinction for all colors, and a grid of albedos."""
+    ones = Color(np.ones(3))
+    color, extinction = (_constant_rgb(draft, paint, subject) for paint in (item.color, item.extinction or ones))
+    color = np.clip(color, 0.0, 1.0)
+    scattering = _coefficient(grid, grid.scattering, item.density * extinction * color, item.density)
+    absorption = _coefficient(grid, grid.absorption, item.density * extinction * (1.0 - color), item.density)
+    total = scattering + absorption
+    sigma = total.max(axis=3)
+    largest = float(sigma.max())
+    if largest <= 0:
+        return None
+    if np.any(total.min(axis=3) < 0.99 * sigma - 1e-6 * largest):
+        draft.note(subject, "absorbs some colors more than others where it varies; Mitsuba's grids have one extinction")
+    box = grid.world_from_index @ index_box(grid.shape)
+    albedo = scattering / np.maximum(sigma, 1e-30)[..., None]
+    draft.has_clear_surfaces = True
+    return xml.plugin(
+        "medium", "heterogeneous", xml.number("scale", largest),
+        _grid(draft, subject, "sigma_t", sigma[..., None] / largest, box),
+        _grid(draft, subject, "albedo", albedo, box), _phase(draft, item, subject), identifier=identifier,
+    )  # fmt: skip
+
+
+def _coefficient(grid: MediumGrid, values: NDArray[np.float32] | None, constant: Array, scale: float) -> Array:
+    """A coefficient as linear RGB (nx, ny, nz, 3) per unit of length."""
+    if values is None:
+        return np.broadcast_to(constant, (*grid.shape, 3))
+    if values.ndim == 4:
+        return np.asarray(scale * values, dtype=np.float64)
+    return np.asarray(values[..., None] * constant, dtype=np.float64)
+
+
+def _constant_rgb(draft: Draft, color: Paint, subject: str) -> Array:
+    found = _constant(draft, color, subject)
+    if isinstance(found, Spectrum):
+        from spectral_core.render.mitsuba_scene.paint import white_light
+        from spectral_core.spectra.color import RGB_FROM_XYZ
+        from spectral_core.spectra.observer import xyz_of
+
+        return np.maximum(RGB_FROM_XYZ @ xyz_of(white_light(), found), 0.0)
+    return np.maximum(found.linear_rgb, 0.0)
 
 
 def _constant(draft: Draft, color: Paint, subject: str) -> Color | Spectrum:
@@ -71,10 +121,7 @@ def volume(draft: Draft, item: VolumeObject) -> xml.Element:
     draft.leftover(item.name, item, {"name", "data", "world_from_index", "transfer", "rule", "quality"})
     extinction, albedo = _classified(draft, item)
     largest = float(extinction.max())
-    size = np.array(item.data.shape, dtype=np.float64)
-    box = item.world_from_index @ np.block(
-        [[np.diag(size), np.full((3, 1), -0.5)], [np.zeros((1, 3)), np.ones((1, 1))]]
-    )
+    box = item.world_from_index @ index_box(item.data.shape)
     grids = [
         _grid(draft, item.name, name, values, box)
         for name, values in (("sigma_t", extinction[..., None] / max(largest, 1e-30)), ("albedo", albedo))

@@ -23,7 +23,7 @@ from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
-from spectral_core.render.trace.media.table import FARTHEST, ONLY_BORDER, Surroundings
+from spectral_core.render.trace.media.table import FARTHEST, Surroundings
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 from spectral_core.scene.geometry import box_of, corners_of
 
@@ -164,15 +164,11 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
             rules.lights.append((source, hidden))
         if instance.name in bits:
             rules.links.append((source, bits[instance.name].bit_length() - 1))
-    import drjit as dr
-
     around = shapes.fill(scene.world.medium, "World")
     rules.media, rules.inside = shapes.media, shapes.inside
     if rules.media:
-        mi = shapes.context.mitsuba
-        number = lambda shape: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])  # noqa: E731
-        inside = {number(shape): medium & (ONLY_BORDER - 1) for shape, medium in rules.inside}
-        camera = media_at(mi, loaded, inside, scene.camera.world_from_camera[:3, 3], around)
+        eye = scene.camera.world_from_camera[:3, 3]
+        camera = media_at(shapes.context.mitsuba, loaded, rules.inside, eye, around)
         overlap, crowded = overlapping_media(scene)
         for name in crowded:
             shapes.context.note(name, CROWDED)

@@ -58,6 +58,8 @@ class RayRules:
     """By shape the number of its medium, and True if the shape is only the border of the medium."""
     around: Surroundings = field(default_factory=Surroundings)
     """Numbers of the media of the world and at the camera."""
+    made_media: Media | None = None
+    """The media as tables of the renderer, which all tracers of the scene share."""
     holdouts: bool = False
     """True if parts of some surface are holdouts."""
     reradiation: Any | None = None
@@ -90,7 +92,10 @@ class Tables:
         self.has_holdout_surfaces = rules.holdouts
         self.cuts_holes = rules.holdouts or any(bits & HOLDOUT for _, bits in rules.shapes)
         if rules.media:
-            self.media = Media(mitsuba, rules.media, self._table(shape, rules.inside), rules.around)
+            if rules.made_media is None:
+                inside = self._table(shape, rules.inside)
+                rules.made_media = Media(mitsuba, rules.media, inside, rules.around)
+            self.media = rules.made_media
         self.reradiation = rules.reradiation
         self.has_even_lobes = rules.subsurface or rules.reradiation is not None
         self.has_strands = any(bits & STRAND for _, bits in rules.shapes)

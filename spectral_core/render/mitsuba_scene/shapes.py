@@ -130,6 +130,10 @@ class Shapes:
         self.media.append(row)
         return len(self.media)
 
+    def number_of_medium(self, material: str) -> int:
+        """Number of the medium of a material, 0 for none."""
+        return self._numbers.get(material, 0)
+
     def _remember_medium(self, instance: Instance, index: int, shape: Any) -> None:
         material = self._material(instance, index)
         number = self._numbers[material.name]

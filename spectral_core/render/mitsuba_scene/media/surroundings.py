@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.trace.media.table import ONLY_BORDER
 from spectral_core.scene import Instance, Scene
 from spectral_core.scene.geometry import box_of
 
@@ -18,15 +19,21 @@ _MOST_COMPARED = 2000
 """Most objects whose boxes are compared with each other; of more it is assumed that some overlap."""
 
 
-def media_at(mitsuba: Any, scene: Any, inside: dict[int, int], point: Array, around: int) -> tuple[int, int]:
+def media_at(mitsuba: Any, scene: Any, filled: list[tuple[Any, int]], point: Array, around: int) -> tuple[int, int]:
     """Numbers of the two innermost media at ``point`` (3,): those whose borders a ray from there leaves and did not
     enter.
 
-    ``inside``: the medium in a shape, by the shape's number; ``around``: the medium of the world.
+    ``filled``: shapes with media, as in ``RayRules.inside``; ``around``: the medium of the world.
     """
     import drjit as dr
 
-    position = mitsuba.Point3f(*(float(value) for value in point))
+    boxes = [shape.bbox() for shape, _ in filled]
+    if not any(np.all(point >= np.array(box.min)) and np.all(point <= np.array(box.max)) for box in boxes):
+        return around, around
+    number_of = lambda shape: int(dr.reinterpret_array(mitsuba.UInt32, mitsuba.ShapePtr(shape))[0])  # noqa: E731
+    inside = {number_of(shape): medium & (ONLY_BORDER - 1) for shape, medium in filled}
+    # read from memory, so that another point needs no new kernel
+    position = mitsuba.Point3f(*(dr.opaque(mitsuba.Float, float(value)) for value in point))
     direction = dr.normalize(mitsuba.Vector3f(0.3, 0.9, -0.33))  # any direction, but along no edge of a box
     ray = mitsuba.Ray3f(position, direction)
     entered: list[int] = []

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.plugins.numbers import table
 from spectral_core.render.trace.below.walk import scattering
 from spectral_core.render.trace.media.grids import GridRow, MediumGrids
 
@@ -69,17 +70,28 @@ class Media:
         self._mi, self._dr, self._rows, self._inside = mitsuba, dr, rows, inside
         self._overlap, self._in_world = at.overlap, at.world != 0 and inside is not None
         self.around = dr.opaque(mitsuba.UInt32, at.world)
-        self.camera = tuple(dr.opaque(mitsuba.UInt32, number) for number in at.camera)
+        self.begin_in(at.camera)
         self._lobes = max(len(row.lobes) for row in rows)
-        table = np.zeros((len(rows) + 1, self._lobes, 3), np.float32)
-        # Row 0 is empty space: one isotropic lobe, so that no lookup needs a case for it.
-        table[0, 0, 0] = 1.0
-        for number, row in enumerate(rows, 1):
-            table[number, : len(row.lobes)] = row.lobes
-        self._table = mitsuba.Float(np.ascontiguousarray(table.ravel()))
         self.glows = any(row.glow is not None for row in rows)
-        varies = any(row.grid is not None for row in rows)
-        self.grids = MediumGrids(mitsuba, [row.grid for row in rows]) if varies else None
+        self.grids: MediumGrids | None = None
+        self.rewrite()
+
+    def begin_in(self, camera: tuple[int, int]) -> None:
+        """Set the media at the camera, the innermost one first."""
+        # arrays of their own: a recorded launch distinguishes one that two numbers share
+        self.camera = tuple(table(self._mi.UInt32, [number]) for number in camera)
+
+    def rewrite(self) -> None:
+        """Write the tables again, after rows were exchanged for others of equal structure."""
+        rows = self._rows
+        numbers = np.zeros((len(rows) + 1, self._lobes, 3), np.float32)
+        # Row 0 is empty space: one isotropic lobe, so that no lookup needs a case for it.
+        numbers[0, 0, 0] = 1.0
+        for number, row in enumerate(rows, 1):
+            numbers[number, : len(row.lobes)] = row.lobes
+        self._table = table(self._mi.Float, numbers)
+        if any(row.grid is not None for row in rows):
+            self.grids = MediumGrids(self._mi, [row.grid for row in rows])
 
     def present(self, media: tuple[Any, Any]) -> list[Any]:
         """Numbers of the media at a place, whose coefficients add up; 0 for none. ``media``: the innermost one, and the

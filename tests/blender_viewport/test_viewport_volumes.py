@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Volumes that vary, in a 3D view: an edit evaluates only the grids that it changes, and every scene is up to date."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from tests.blender_viewport.test_viewport_edits import shader, updated, whole  # noqa: E402
+
+
+def smoke(name, density=2.0):
+    """A material whose density follows a noise."""
+    material = bpy.data.materials.new(name)
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    volume = tree.nodes.new("ShaderNodeVolumeScatter")
+    noise, scaled = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes.new("ShaderNodeMath")
+    scaled.name, scaled.operation, scaled.inputs[1].default_value = "Strength", "MULTIPLY", density
+    noise.inputs["Scale"].default_value = 0.6
+    tree.links.new(noise.outputs[0], scaled.inputs[0])
+    tree.links.new(scaled.outputs[0], volume.inputs["Density"])
+    tree.links.new(volume.outputs[0], output.inputs["Volume"])
+    return material
+
+
+@pytest.fixture
+def volumes(stage, tmp_path):
+    """A cube of smoke, an object of the same mesh in a collection that an empty shows, and a file of grids."""
+    from spectral_core.volume.field import ScalarVolume
+    from spectral_core.volume.files import write_volume
+
+    bpy.ops.mesh.primitive_cube_add(location=(0, 0, 1))
+    cube = bpy.context.object
+    cube.data.materials.append(smoke("Smoke"))
+    group = bpy.data.collections.new("Group")
+    group.objects.link(cube)
+    empty = bpy.data.objects.new("Shows", None)
+    empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", group, (3, 0, 0)
+    stage.scene.collection.objects.link(empty)
+    for number in range(3):
+        values = np.linspace(0.1, 1 + number, 8 * 6 * 5).reshape(8, 6, 5).astype(np.float32)
+        grid = ScalarVolume.from_spacing("density", values, (0.2, 0.2, 0.2))
+        path = write_volume(grid, tmp_path / f"smoke_{number}.vdb")
+        data = bpy.data.volumes.new(f"Cloud {number}")
+        data.filepath = str(path)
+        data.spectral.enabled = False
+        stage.scene.collection.objects.link(bpy.data.objects.new(f"Cloud {number}", data))
+    return stage
+
+
+@pytest.fixture
+def evaluated(monkeypatch):
+    """The shapes of the grids on which programs are evaluated."""
+    from blender_addon.translate.shading.media.regions import Region
+
+    shapes, at_voxels = [], Region.at_voxels
+    monkeypatch.setattr(Region, "at_voxels", lambda region, p: shapes.append(region.shape) or at_voxels(region, p))
+    return shapes
+
+
+def clouded(cloud):
+    """A Principled Volume shader on a Volume object."""
+    material = bpy.data.materials.new("Cloud")
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    volume, output = tree.nodes.new("ShaderNodeVolumePrincipled"), tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(volume.outputs[0], output.inputs["Volume"])
+    cloud.data.materials.append(material)
+    return volume
+
+
+def is_up_to_date(stage):
+    from spectral_core.render.live.changes import difference
+
+    after = next(iter(stage.link.scenes.values()))
+    left = difference(after, whole(stage))
+    assert left.is_empty or set(left.singles) == {"film"}, (left.items, left.singles)
+    names = [material.name for material in after.materials]
+    assert len(names) == len(set(names))
+    return after
+
+
+def test_an_edit_evaluates_only_the_grids_that_it_changes(volumes, evaluated):
+    principled = clouded(bpy.data.objects["Cloud 1"])
+    updated(volumes)
+    once = len([shape for shape in evaluated if shape == (10, 8, 7)]) // 3
+    before = is_up_to_date(volumes)
+    fogs = [material for material in before.materials if material.medium is not None]
+    assert len(fogs) == 5, [material.name for material in before.materials]
+    assert evaluated
+    evaluated.clear()
+    updated(volumes, lambda s: setattr(shader(s.material)["Roughness"], "default_value", 0.1))
+    shown = [shape for shape in evaluated if shape == (10, 8, 7)]
+    assert shown == [], "the grids of files were evaluated again"
+    count = len(evaluated)
+    after = is_up_to_date(volumes)
+    for old, new in zip(before.materials, after.materials, strict=True):
+        assert (old is new) == (new.name != "Paint")
+
+    evaluated.clear()
+    strength = bpy.data.materials["Smoke"].node_tree.nodes["Strength"].inputs[1]
+    updated(volumes, lambda s: setattr(strength, "default_value", 3.0))
+    assert len(evaluated) > count, "the smoke in the cube was not evaluated again"
+    assert not [shape for shape in evaluated if shape == (10, 8, 7)]
+    changed = is_up_to_date(volumes)
+    pairs = zip(after.materials, changed.materials, strict=True)
+    assert {new.name for old, new in pairs if old is not new} == {"Smoke in Cube", "Smoke in Cube #2"}
+
+    evaluated.clear()
+    density = principled.inputs["Density"]
+    updated(volumes, lambda s: setattr(density, "default_value", 3.0))
+    assert len([shape for shape in evaluated if shape == (10, 8, 7)]) == once
+    is_up_to_date(volumes)
+
+
+def test_a_moved_cloud_and_another_file_are_followed(volumes, tmp_path):
+    updated(volumes)
+    is_up_to_date(volumes)
+    updated(volumes, lambda s: setattr(bpy.data.objects["Cloud 1"], "location", (1, 2, 3)))
+    is_up_to_date(volumes)
+    updated(volumes, lambda s: setattr(bpy.data.objects["Cube"], "location", (1, 0, 1)))
+    is_up_to_date(volumes)
+    path = bpy.data.volumes["Cloud 0"].filepath
+    updated(volumes, lambda s: setattr(bpy.data.volumes["Cloud 2"], "filepath", path))
+    scene = is_up_to_date(volumes)
+    first, last = (next(m for m in scene.materials if m.name == f"Cloud {k}") for k in (0, 2))
+    np.testing.assert_array_equal(first.medium.grid.scattering, last.medium.grid.scattering)
+    assert first.medium.density == last.medium.density
