@@ -56,8 +56,8 @@ def visible_share(hidden: Any, hit: tuple[Any, Any], wo: Any, value: Any, active
     import drjit as dr
     import mitsuba as mi
 
-    # Cycles leaves closures out one by one (surface_shader_exclude); rays that hit the light by chance follow the type of
-    # the closure that has drawn them, so that both halves of the light's weight count the same closures.
+    # Cycles leaves closures out one by one (surface_shader_exclude); rays that hit the light by chance follow the type
+    # of the closure that has drawn them, so that both halves of the light's weight count the same closures.
     partly = active & (hidden != 0)
     diffuse, glossy = parts_of(mi, dr, *hit, wo, value, partly)
     shares = (diffuse, Rays.DIFFUSE), (glossy, Rays.GLOSSY), (1.0 - diffuse - glossy, Rays.TRANSMISSION)
