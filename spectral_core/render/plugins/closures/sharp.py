@@ -9,6 +9,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.microfacet import least_alpha
+from spectral_core.render.plugins.closures.upright import with_valid_normal
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -24,11 +25,13 @@ def register(mi: Any, dr: Any) -> None:
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             bs = dr.zeros(mi.BSDFSample3f)
-            bs.wo, bs.eta = mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z), mi.Float(1.0)
+            valid = with_valid_normal(mi, dr, si)
+            bs.wo = si.to_local(valid.to_world(mi.Vector3f(-valid.wi.x, -valid.wi.y, valid.wi.z)))
+            bs.eta = mi.Float(1.0)
             bs.pdf, bs.sampled_type = mi.Float(1.0), mi.UInt32(int(mi.BSDFFlags.DeltaReflection))
-            valid = active & (si.wi.z != 0.0)
-            bs.pdf = dr.select(valid, bs.pdf, 0.0)
-            return bs, dr.select(valid, self.color.eval(si, active), 0.0)
+            usable = active & (si.wi.z != 0.0)
+            bs.pdf = dr.select(usable, bs.pdf, 0.0)
+            return bs, dr.select(usable, self.color.eval(si, active), 0.0)
 
     class Clear(Closure):
         """Transmits all light without refraction."""

@@ -231,6 +231,20 @@ class DrJit:
         first, second, _ = barycentric(dr, corners, si.p)
         return dr.select(is_triangle, first, 0.0), dr.select(is_triangle, second, 0.0), mi.Float(0.0)
 
+    def _edge_u(self) -> Any:
+        """In the world, from the triangle's first corner to its second; 0 where no triangle is hit."""
+        return self._edge(1)
+
+    def _edge_v(self) -> Any:
+        """From the triangle's first corner to its third."""
+        return self._edge(2)
+
+    def _edge(self, corner: int) -> Any:
+        if not self.tables.is_live:
+            return self._tuple(self.si.dp_du)
+        corners, is_triangle = self.tables.meshes.corners(self.si, self.active)
+        return self._tuple(self.dr.select(is_triangle, corners[corner] - corners[0], 0.0))
+
     def _tangent(self) -> Any:
         mi, dr, si = self.mi, self.dr, self.si
         normal = si.sh_frame.n
