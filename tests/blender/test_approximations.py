@@ -70,11 +70,6 @@ def test_ray_types_on_diffuse_and_glossy_surfaces_get_a_note(build, translate):
     assert "counts as diffuse" in found and "caustics are off" in found
 
 
-def test_low_refractive_indices_get_a_note(build, translate):
-    shaded(build.plane(), "ShaderNodeBsdfPrincipled", Emission_Strength=1.0, Coat_Weight=0.5, IOR=0.8)
-    assert "below 1" in messages(translate())
-
-
 def test_generated_coordinates_of_a_modified_mesh_get_a_note(build, translate):
     cube = smooth_cube()
     tree, node = shaded(cube, "ShaderNodeBsdfDiffuse")
