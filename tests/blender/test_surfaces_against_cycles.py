@@ -43,7 +43,6 @@ PRINCIPLED = {
     "coat tint": {"Coat Weight": 1.0, "Coat Tint": (0.9, 0.3, 0.2, 1)},
     "coat IOR": {"Coat Weight": 1.0, "Coat IOR": 2.2},
     "index below 1": {"IOR": 0.8},
-    "colored rough glass": {"Transmission Weight": 1.0, "Roughness": 0.7, "Base Color": (0.7, 0.35, 0.2, 1)},
     "diffuse roughness": {"Diffuse Roughness": 1.0},
     "single scattering metal": {"Metallic": 1.0, "Roughness": 0.9, "distribution": "GGX"},
     "single scattering plastic": {"Roughness": 0.8, "IOR": 2.0, "distribution": "GGX"},
