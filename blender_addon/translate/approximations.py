@@ -13,7 +13,6 @@ from spectral_core.scene import (
     Mesh,
     Metal,
     Principled,
-    Rays,
     Scene,
     Sheen,
     Subsurface,
@@ -62,11 +61,6 @@ def note_approximations(translation: Translation, scene: Scene) -> None:
                 translation.note(name, message)
     if not any(_is_mixed(surface) for surface in surfaces.values()):
         return
-    for light in scene.lights:
-        hidden = light.hidden_from
-        if bool(hidden & Rays.DIFFUSE) != bool(hidden & Rays.GLOSSY):
-            message = "diffuse or glossy rays alone pass it: a surface that scatters both ways counts as diffuse for it"
-            translation.note(light.name, message)
     limits = scene.settings.light_paths
     if not (limits.reflective_caustics and limits.refractive_caustics):
         message = "caustics are off: a surface that is partly diffuse keeps the caustics of its glossy part"
