@@ -135,8 +135,9 @@ _BELOW: dict[str, dict[str, Any]] = {
 for _name, _inputs in _BELOW.items():
     feature(f"closures/subsurface {_name}", made(SSS, **({"Color": BASE} | _inputs)), 2)
 for _model, _scale in (("RANDOM_WALK_SKIN", 0.05), ("BURLEY", 1.0), ("BURLEY", 0.1)):
+    _own = {"IOR": 1.6} if "SKIN" in _model else {}
     feature(f"closures/subsurface {_model} {_scale:g}", made(
-        SSS, {"falloff": _model}, Color=(0.85, 0.5, 0.35, 1), Scale=_scale, IOR=1.6), 2)  # fmt: skip
+        SSS, {"falloff": _model}, Color=(0.85, 0.5, 0.35, 1), Scale=_scale, **_own), 2)  # fmt: skip
 feature("closures/subsurface scale of noise", driven(made(SSS, Color=BASE), "Scale", 0.0, 0.4), 2)
 feature("closures/subsurface radius of noise", lambda s: s.link(
     noise(s, 3.0, 1), made(SSS, Color=BASE, Scale=0.3)(s).inputs["Radius"]), 2)  # fmt: skip

@@ -181,7 +181,7 @@ def _glowing(connect: Callable[[Stage, Any], None]) -> Callable[[Stage], None]:
 
 
 feature("lamp trees/luminaire on a mesh", _glowing(lambda s, e: (
-    setattr(s.ball, "rotation_euler", (1.3, 0.0, 0.0)), _ies(False)(s, None, e))), 2)  # fmt: skip
+    setattr(s.ball, "rotation_euler", (-1.3, 0.0, 0.0)), _ies(False)(s, None, e))), 2)  # fmt: skip
 feature("lamp trees/luminaire on a mesh through a mapping", _glowing(lambda s, e: _ies(True)(s, None, e)), 2)
 for _output in ("Quadratic", "Linear", "Constant"):
     feature(f"lamp trees/{_output} falloff on a mesh", _glowing(

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from spectral_core.scene import (
-    STRAND_TANGENT,
     Glass,
     Glossy,
     Mesh,
     Metal,
     Principled,
-    Rays,
     Scene,
     Sheen,
     Subsurface,
@@ -63,11 +61,6 @@ def note_approximations(translation: Translation, scene: Scene) -> None:
                 translation.note(name, message)
     if not any(_is_mixed(surface) for surface in surfaces.values()):
         return
-    for light in scene.lights:
-        hidden = light.hidden_from
-        if bool(hidden & Rays.DIFFUSE) != bool(hidden & Rays.GLOSSY):
-            message = "diffuse or glossy rays alone pass it: a surface that scatters both ways counts as diffuse for it"
-            translation.note(light.name, message)
     limits = scene.settings.light_paths
     if not (limits.reflective_caustics and limits.refractive_caustics):
         message = "caustics are off: a surface that is partly diffuse keeps the caustics of its glossy part"
@@ -115,8 +108,6 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
     count = len(getattr(undeformed, "vertices", ())) if obj.original.type == "MESH" else len(obj.data.vertices)
     if "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
         translation.note(obj.name, "its generated coordinates are those of the mesh after its modifiers")
-    if STRAND_TANGENT in reads:
-        translation.note(obj.name, "it is no hair; a hair shader on it has another direction than in Cycles")
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
         missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups

@@ -85,10 +85,8 @@ def joined(rest: Pixels, lit: Pixels, alone: Pixels, background: Pixels | None) 
     ``lit``, ``alone``: the catchers with the rest of the scene and without it, on transparent films.
     """
     share = lit[..., 3:]
-    ratio = np.divide(lit[..., :3], alone[..., :3], out=np.full_like(lit[..., :3], np.nan), where=alone[..., :3] > 0)
-    dark = np.isnan(ratio)
-    known = np.where(dark, 0, ratio).sum(-1, keepdims=True) / np.maximum((~dark).sum(-1, keepdims=True), 1)
-    ratio = np.where(dark, known, ratio)  # channels without light are as dark as the others
+    # a channel without light has no shadow, as in Cycles
+    ratio = np.divide(lit[..., :3], alone[..., :3], out=np.ones_like(lit[..., :3]), where=alone[..., :3] > 0)
     covered = 1.0 if background is not None else np.clip(rest[..., 3:] + share, 0, 1)
     ratio = (1 - covered) + covered * ratio
     bright = np.where(share > 0, np.clip(ratio.mean(-1, keepdims=True), 0, 1), 1.0)

@@ -27,7 +27,7 @@ class Hair(Numbers):
     ``color``: with ``is_fur``, that of a coat of many fibers; else the transmittance of a depth of one radius, for an
     absorption coefficient of -ln(color) · ``depth``. ``roughness`` along the strand, ``radial_roughness`` around it;
     ``coat``: share by which the first reflection is less rough; ``offset_rad``: tilt of the cuticle's scales.
-    ``tangent``: direction of the strand in the world.
+    ``tangent``: direction of the strand in the world; where it is 0, as on meshes, ``edge`` is it.
     """
 
     color: Paint = field(default_factory=lambda: gray(0.5))
@@ -39,13 +39,15 @@ class Hair(Numbers):
     ior: Scalar = 1.55
     offset_rad: Scalar = 0.0349
     tangent: Computed | None = None
+    edge: Computed | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HairLobe(Numbers):
     """One lobe of a strand, around its mirrored direction or, ``transmits``, its continued one.
 
-    ``roughness_along`` and ``roughness_around`` the strand, ``offset_rad`` and ``tangent`` as in ``Hair``.
+    ``roughness_along`` and ``roughness_around`` the strand, ``offset_rad``, ``tangent`` and ``edge`` as in ``Hair``;
+    along an edge there is no offset.
     """
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -54,3 +56,4 @@ class HairLobe(Numbers):
     roughness_around: Scalar = 1.0
     offset_rad: Scalar = 0.0
     tangent: Computed | None = None
+    edge: Computed | None = None

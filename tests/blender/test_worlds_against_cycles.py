@@ -14,7 +14,10 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 SCENES = (
     "world/sky multiple_scattering", "world/gradient spherical", "inputs/light path Ray Length",
     "textures/displacement bump", "inputs/attribute of the object", "combined/steep bump of BsdfPrincipled",
-    "combined/attribute stored on instances",
+    "combined/attribute stored on instances", "combined/emissive cube not visible to diffuse",
+    "lamp trees/image on a spot by UV", "lamp trees/point of soft falloff that touches the floor",
+    "lamp trees/mix of emissions by a pattern", "shown/plastic under a world not visible to diffuse",
+    "mixed/displacement displacement",
     "combined/tangent of a UV map by name", "combined/transparent by Transparent Depth",
 )  # fmt: skip
 

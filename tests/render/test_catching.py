@@ -26,7 +26,11 @@ def test_a_shadow_is_one_minus_the_ratio():
     brighter = joined(nothing, pixel(0.9, 0.9, 0.9, 1), alone, None)
     np.testing.assert_allclose(brighter, pixel(0, 0, 0, 0), err_msg="light that a catcher gains is not shown")
     blue = joined(nothing, pixel(0, 0, 0.1, 1), pixel(0, 0, 0.4, 1), None)
-    np.testing.assert_allclose(blue, pixel(0, 0, 0, 0.75), err_msg="channels without light are as dark as the others")
+    np.testing.assert_allclose(
+        blue, pixel(0, 0, 0, 0.25), err_msg="channels without light have no shadow, as in Cycles"
+    )
+    unlit = joined(nothing, pixel(0, 0, 0, 1), pixel(0, 0, 0, 1), None)
+    np.testing.assert_allclose(unlit, pixel(0, 0, 0, 0), err_msg="outside of a spot's cone nothing is shadowed")
     sky = joined(nothing, pixel(0.2, 0.2, 0.2, 1), alone, pixel(0.3, 0.6, 0.9, 1))
     np.testing.assert_allclose(sky, pixel(0.15, 0.3, 0.45, 1), rtol=1e-6)
     beside = joined(pixel(0.3, 0, 0, 0.5), pixel(0.1, 0.1, 0.1, 0.5), pixel(0.2, 0.2, 0.2, 0.5), None)

@@ -55,6 +55,21 @@ def test_plastic_without_highlight_is_its_diffuse_part():
     assert 0.8 * matt < without < matt and gloss > 0.2 * with_gloss
 
 
+def test_rays_of_plastic_have_the_type_of_the_part_that_scatters_them():
+    """A sky that only one part of a surface sees: the two pictures add up to that of a plain sky, and the matt part is
+    that of a surface without gloss.
+    """
+    surface = Principled(base_color=Color([0.6, 0.6, 0.6]), roughness=0.4)
+    sky = World(gray(1.0))
+
+    def under(hidden, of=surface):
+        return brightness(lit_plane(world=replace(sky, hidden_from=hidden), surface=of))
+
+    matt, gloss = under(Rays.GLOSSY), under(Rays.DIFFUSE)
+    assert matt + gloss == pytest.approx(under(Rays.NONE), rel=0.01)
+    assert 0.5 < matt < 0.6 and 0.02 < gloss < 0.1
+
+
 @pytest.mark.parametrize("how", ["hidden", "linked"])
 def test_lights_that_cannot_illuminate_a_surface_add_no_noise(how):
     """A lamp a hundred times as bright, which the plane does not see, is not drawn for it."""

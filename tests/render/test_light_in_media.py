@@ -143,21 +143,21 @@ def _traced(scene, samples, *, along=True):
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_mean_equals_that_of_scattering_points(name):
-    """Every block agrees within the noise."""
+    """Every block agrees within the noise, which is that of scattering points near the lamps, and within them."""
     ours, plain = _traced(CASES[name], 1024), _traced(CASES[name], 4096, along=False)
-    assert ours.mean() == pytest.approx(plain.mean(), rel=0.01)
+    assert ours.mean() == pytest.approx(plain.mean(), rel=0.02)
     blocks = [p.reshape(2, 8, 2, 8, 3).mean(axis=(1, 3, 4)) for p in (ours, plain)]
     np.testing.assert_allclose(*blocks, rtol=0.03, atol=0.01 * plain.mean())
 
 
 def test_sampling_along_segments_has_less_noise():
-    """The squared error is at most a third."""
+    """The squared error is at most a half; the fog within a lamp is lit, too, and equally noisy in both."""
     limit = _traced(CASES["balls"], 4096)
     seeds = [replace(CASES["balls"], film=replace(CASES["balls"].film, seed=seed)) for seed in (11, 12, 13, 14)]
     along, plain = (
         float(np.mean([np.square(_traced(scene, 16, along=of) - limit) for scene in seeds])) for of in (True, False)
     )
-    assert along < plain / 3
+    assert along < plain / 2
 
 
 def test_points_on_a_segment_are_drawn_with_their_density():

@@ -118,7 +118,7 @@ def test_denser_and_sharper_pilots() -> None:
 def test_the_time_of_an_iteration_grows_with_its_work() -> None:
     """Adaptive 10 %, pre-integrated 5 %, and 10 % for each further packet of eight columns of the table."""
     pilot = begun(Law())
-    columns = 2 + 0  # two materials that do not glow
+    columns = 2 + 0  # two materials that do not emit light
     for rule, quadrature in (
         ("uniform", "midpoint"),
         ("error", "midpoint"),

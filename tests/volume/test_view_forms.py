@@ -214,3 +214,9 @@ def test_gaps_that_make_an_end_a_fill_value(values: list[float], expected: tuple
     low, high = bounds(values)
     size = max(abs(low), abs(high))
     assert low == pytest.approx(expected[0], abs=1e-9 * size) and high == pytest.approx(expected[1], rel=1e-9)
+
+
+def test_up_is_plus_z_unless_stated() -> None:
+    view = View.looking((0, -5, 0), (0, 0, 0))
+    np.testing.assert_allclose(view.world_from_camera[:3, 1], [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(View.looking((4, -5, 1), (0, 0, 0)).world_from_camera[2, 0], 0, atol=1e-12)

@@ -101,7 +101,7 @@ def radiance(reader: Reader, place: Input, look: Look) -> Array:
     field: Callable[[Any, float], Field] = lambda of, other: reader.literal(other) if of is None else reader.field(of)  # noqa: E731
     if kind in ("BACKGROUND", "EMISSION"):
         color = look.value(field(source.input("Color"), 1.0), 3)
-        return np.asarray(color * np.maximum(look.value(field(source.input("Strength"), 1.0), 1), 0.0))
+        return np.asarray(color * look.value(field(source.input("Strength"), 1.0), 1))
     places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]
     if kind == "MIX_SHADER":
         share = np.clip(look.value(field(source.input("Fac") or source.input("Factor"), 0.5), 1), 0.0, 1.0)

@@ -33,8 +33,8 @@ def _varies(source: Output | None, depth: int) -> bool:
     kind = source.node.type
     if kind in ("BACKGROUND", "EMISSION"):
         color = linked(source.input("Color"))
-        plain = color is None or color.node.type in PLAIN or _is_placed_image(color)
-        return not plain or not _is_number(source.input("Strength"))
+        plain = color is None or _is_plain(color) or _is_placed_image(color)
+        return not plain or not _is_number(source.input("Strength")) or _is_negative(source.input("Strength"))
     if kind == "MIX_SHADER" and not _is_number(source.input("Fac") or source.input("Factor")):
         return True
     shaders = (Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER")
@@ -43,6 +43,19 @@ def _varies(source: Output | None, depth: int) -> bool:
 
 PLAIN = ("RGB", "BLACKBODY", "WAVELENGTH", "CUSTOM GROUP")
 """Nodes with a constant color or spectrum."""
+
+
+def _is_plain(source: Output) -> bool:
+    """True for a node with a constant color or spectrum."""
+    return source.node.type in PLAIN and not any(
+        linked(Input(socket, source.groups)) is not None for socket in source.node.inputs
+    )
+
+
+def _is_negative(place: Input | None) -> bool:
+    """True for a strength below zero, which takes light away."""
+    end = None if place is None else place.source()
+    return isinstance(end, Input) and isinstance(end.default, float) and end.default < 0
 
 
 def _is_number(place: Input | None) -> bool:
@@ -75,6 +88,8 @@ def world_light(
     reader = Reader(translation, world.name, on_surface=True, is_far=True)
     output = surface_output(compat.node_tree(world), "OUTPUT_WORLD")
     place = Input(output.inputs["Surface"])
+    if any(node.type == "TEX_WHITE_NOISE" for node in compat.node_tree(world).nodes):
+        reader.note(f"white noise is drawn as an image of {ROWS} rows; it is finer in Cycles")
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
     radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree, after which its images are known
@@ -84,6 +99,8 @@ def world_light(
 
     def drawn(look: Look) -> Term:
         found = radiance(reader, place, look).reshape(grid.shape)
+        if found.max() < 0:
+            reader.note("every color of the world is below zero; it takes light away, otherwise than in Cycles")
         if found.min() >= 0 and np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
             return Term(Color(found[0, 0]))
         return Term(environment_of(world.name, found))

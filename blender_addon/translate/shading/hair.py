@@ -64,6 +64,7 @@ def principled_hair(reader: Reader, output: Output) -> Surface:
         "ior": held(reader.scalar(output.input("IOR"), 1.55), IOR),
         "offset_rad": reader.scalar(output.input("Offset"), 0.0349),
         "tangent": _tangent(reader),
+        "edge": Computed(reader.point("edge_u").program(3)),
     }
     if node.parametrization == "COLOR":
         return Hair(main_color(reader, output, 0.5), **inputs)
@@ -87,8 +88,9 @@ def hair_lobe(reader: Reader, output: Output) -> Surface:
         for name, fallback in (("RoughnessU", 0.1), ("RoughnessV", 1.0), ("Offset", 0.0))
     )
     tangent = direction_at(reader, output, "Tangent") or _tangent(reader)
+    edge = Computed(reader.point("edge_v").program(3))
     transmits = output.node.component == "Transmission"
-    return HairLobe(main_color(reader, output, 0.8), transmits, along, around, offset, tangent)
+    return HairLobe(main_color(reader, output, 0.8), transmits, along, around, offset, tangent, edge)
 
 
 def _tangent(reader: Reader) -> Computed:

@@ -178,7 +178,7 @@ def spread_of(light: AreaLight) -> tuple[float, float]:
     """
     if light.spread_rad >= np.pi - 1e-6:
         return 0.0, 1.0
-    half_angle = max(light.spread_rad, np.radians(0.1)) / 2  # a parallel beam, for all that a picture shows
+    half_angle = max(light.spread_rad, np.radians(0.5)) / 2  # of narrower beams 32 bits keep no cosine
     tangent = np.tan(half_angle)
     return float(tangent), float(tangent / (tangent - half_angle))
 

@@ -124,7 +124,7 @@ def _lobe_of_fields(context: Context, closure: Closure, subject: str) -> Lobe:
             inputs[entry.name] = paint.color(context, value, subject, bright=isinstance(closure, (Translucent, Toon)))
         elif entry.type == "Scalar":
             inputs[entry.name] = paint.number(context, value, subject)
-        elif entry.name == "tangent":
+        elif entry.name in ("tangent", "edge"):
             inputs[entry.name] = paint.vector(NOWHERE if value is None else value.program)
         elif entry.name != "normal":  # ``_scattering`` bends every closure that has one
             inputs[entry.name] = value

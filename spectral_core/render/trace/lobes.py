@@ -40,6 +40,8 @@ def kinds_of(bsdf: Any, both_sides: Any) -> Any:
     import drjit as dr
     import mitsuba as mi
 
+    # A superset is safe here: a light is passed over only if it is hidden from all of these types, and a type that the
+    # surface does not scatter along merely keeps such a light in the choice.
     flags = bsdf.flags()
     has = lambda lobes: (flags & int(lobes)) != 0  # noqa: E731
     diffuse = dr.select(has(mi.BSDFFlags.Diffuse), mi.UInt32(int(Rays.DIFFUSE)), 0)
@@ -54,6 +56,8 @@ def visible_share(hidden: Any, hit: tuple[Any, Any], wo: Any, value: Any, active
     import drjit as dr
     import mitsuba as mi
 
+    # Cycles leaves closures out one by one (surface_shader_exclude); rays that hit the light by chance follow the type
+    # of the closure that has drawn them, so that both halves of the light's weight count the same closures.
     partly = active & (hidden != 0)
     diffuse, glossy = parts_of(mi, dr, *hit, wo, value, partly)
     shares = (diffuse, Rays.DIFFUSE), (glossy, Rays.GLOSSY), (1.0 - diffuse - glossy, Rays.TRANSMISSION)

@@ -28,7 +28,8 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags, self.dives = self.child.flags(), self.child.dives
             self.bends_below = self.dives
             glossy = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.GlossyTransmission
-            # reflecting lobes turn the normal, and check sides by that
+            glossy = glossy | mi.BSDFFlags.DeltaReflection | mi.BSDFFlags.DeltaTransmission
+            # reflecting and refracting lobes turn the normal, and check sides by that
             self.corrects = bool(self.m_flags & int(glossy)) or self.child.turns_normal
 
         def about(self, si: Any, active: Any) -> Any:

@@ -26,6 +26,8 @@ def register(mi: Any, dr: Any) -> None:
         have a thin film.
         """
 
+        turns_normal = True
+
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.reflection_color, self.transmission = inputs["reflection_color"], inputs["transmission_color"]

@@ -26,7 +26,8 @@ LEAST, MOST = 1e-3, 1.0
 class Fiber:
     """Axes of a strand at a hit, in the world: ``along`` it, ``across`` it and the view, ``away`` from the viewer.
 
-    ``height``: place of the ray across the strand, -1 to 1. ``toward``: direction to the viewer.
+    ``height``: place of the ray across the strand, -1 to 1. ``toward``: direction to the viewer. ``is_strand``: False
+    on meshes.
     """
 
     along: Any
@@ -34,13 +35,14 @@ class Fiber:
     away: Any
     height: Any
     toward: Any
+    is_strand: Any
 
 
-def fiber_at(mi: Any, dr: Any, si: Any, tangent: Any) -> Fiber:
-    """The strand at a hit; a surface without strands has them along its UV map."""
+def fiber_at(mi: Any, dr: Any, si: Any, tangent: Any, edge: Any) -> Fiber:
+    """The strand at a hit; a mesh has them along an edge of the triangle, as in Cycles."""
     toward = toward_viewer(mi, dr, si)
     is_strand = dr.squared_norm(tangent) > 1e-12
-    along = dr.select(is_strand, tangent, mi.Vector3f(si.dp_du))
+    along = dr.select(is_strand, tangent, dr.mulsign(edge, dr.dot(si.n, toward)))
     size = dr.norm(along)
     along = dr.select(size > 1e-12, along / dr.maximum(size, 1e-12), mi.coordinate_system(si.n)[0])
     across = dr.cross(along, toward)
@@ -51,13 +53,15 @@ def fiber_at(mi: Any, dr: Any, si: Any, tangent: Any) -> Fiber:
     def angle(normal: Any) -> Any:
         return dr.atan2(dr.dot(normal, across), -dr.dot(normal, away))
 
+    outer = mi.Vector3f(dr.mulsign(si.n, dr.dot(si.n, toward)))
     smooth, flat = angle(mi.Vector3f(si.sh_frame.n)), angle(mi.Vector3f(si.n))
     # the walls of a tube are flat: the place of a hit across it, over its half width from here
     sector = 2 * pi / STRAND_SIDES
     turned = flat - sector * dr.floor(flat / sector + 0.5)
     apothem = cos(sector / 2)
     place = dr.sin(smooth) * apothem / dr.maximum(dr.cos(smooth - flat) * dr.cos(turned), 0.1)
-    return Fiber(along, across, away, -dr.clip(dr.select(is_strand, place, dr.sin(smooth)), -1.0, 1.0), toward)
+    height = -dr.clip(dr.select(is_strand, place, dr.dot(outer, across)), -1.0, 1.0)
+    return Fiber(along, across, away, height, toward, is_strand)
 
 
 def log_bessel(dr: Any, x: Any) -> Any:
@@ -111,8 +115,8 @@ def register(mi: Any, dr: Any) -> None:
 
         def prepared(self, si: Any, active: Any) -> Any:
             """The strand, the lobes' inclinations and variances, shares and probabilities; the scale and azimuths."""
-            tangent = mi.Vector3f(mi.Color3f(self.inputs["tangent"].eval_3(si, active)))
-            fiber = fiber_at(mi, dr, si, tangent)
+            ways = (mi.Vector3f(mi.Color3f(self.inputs[name].eval_3(si, active))) for name in ("tangent", "edge"))
+            fiber = fiber_at(mi, dr, si, *ways)
             ior, raw = (
                 dr.maximum(self.number("ior", si, active), 1.0 + 1e-4),
                 self.number("radial_roughness", si, active),
@@ -213,10 +217,10 @@ def register(mi: Any, dr: Any) -> None:
         def prepared(self, si: Any, active: Any) -> Any:
             """The strand, roughnesses, offset, the viewer's inclination, and the range of half inclinations."""
             number = lambda name: self.inputs[name].eval_1(si, active)  # noqa: E731
-            tangent = mi.Vector3f(mi.Color3f(self.inputs["tangent"].eval_3(si, active)))
-            fiber = fiber_at(mi, dr, si, tangent)
+            ways = (mi.Vector3f(mi.Color3f(self.inputs[name].eval_3(si, active))) for name in ("tangent", "edge"))
+            fiber = fiber_at(mi, dr, si, *ways)
             along, around = (dr.clip(number(f"roughness_{way}"), LEAST, MOST) for way in ("along", "around"))
-            offset = -number("offset_rad")
+            offset = dr.select(fiber.is_strand, -number("offset_rad"), 0.0)
             view = dr.safe_asin(dr.dot(fiber.toward, fiber.along))
             ends = [dr.atan(((0.5 * (side * pi / 2 + view)) - offset) / along) for side in (-1.0, 1.0)]
             return fiber, along, around, offset, view, ends

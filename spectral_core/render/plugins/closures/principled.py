@@ -207,6 +207,7 @@ def register(mi: Any, dr: Any) -> None:
             _, _, roughness, _, _, chances, _, coat_roughness = self.layers(si, wi, active)
             sample1, sample2 = samples
             in_facets = sample1 < chances[0] + chances[1] + chances[2]
+            self.drawn_matt = ~in_facets
             stretch = self.stretch(si, active)
             if self.coat_weight is not None:
                 in_coat = sample1 < chances[0]

@@ -27,6 +27,9 @@ def both_sides(mi: Any, dr: Any) -> Any:
         diffuse_alone = False
         """True if only the diffuse part is evaluated."""
 
+        drawn_matt: Any = None
+        """True where the direction that was drawn last belongs to a diffuse part; None without one."""
+
         draw: Any
         reflect: Any
 
@@ -86,6 +89,11 @@ def both_sides(mi: Any, dr: Any) -> Any:
             bs.wo, bs.eta = hit.to_local(si.to_world(outward)), mi.Float(1.0)
             bs.pdf = dr.select(valid, density, 0.0)
             bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.GlossyReflection))
+            if self.drawn_matt is not None:  # the type of ray is that of the part that has drawn it
+                bs.sampled_type = dr.select(
+                    self.drawn_matt, mi.UInt32(int(mi.BSDFFlags.DiffuseReflection)), bs.sampled_type
+                )
+                self.drawn_matt = None
             return bs, dr.select(valid, value / dr.maximum(density, 1e-20), 0.0)
 
         def eval_pdf(self, ctx: Any, hit: Any, wo: Any, active: Any = True) -> Any:

@@ -17,6 +17,8 @@ def register(mi: Any, dr: Any) -> None:
     class Mirror(Closure):
         """Reflects ``color`` times the light of the mirrored direction, on both sides."""
 
+        turns_normal = True
+
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.m_flags = int(mi.BSDFFlags.DeltaReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
@@ -24,11 +26,12 @@ def register(mi: Any, dr: Any) -> None:
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             bs = dr.zeros(mi.BSDFSample3f)
-            bs.wo, bs.eta = mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z), mi.Float(1.0)
+            bs.wo = mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z)
+            bs.eta = mi.Float(1.0)
             bs.pdf, bs.sampled_type = mi.Float(1.0), mi.UInt32(int(mi.BSDFFlags.DeltaReflection))
-            valid = active & (si.wi.z != 0.0)
-            bs.pdf = dr.select(valid, bs.pdf, 0.0)
-            return bs, dr.select(valid, self.color.eval(si, active), 0.0)
+            usable = active & (si.wi.z != 0.0)
+            bs.pdf = dr.select(usable, bs.pdf, 0.0)
+            return bs, dr.select(usable, self.color.eval(si, active), 0.0)
 
     class Clear(Closure):
         """Transmits all light without refraction."""
@@ -65,6 +68,7 @@ def register(mi: Any, dr: Any) -> None:
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.sharp, self.rough = inputs["sharp"], inputs["rough"]
+            self.turns_normal = self.sharp.turns_normal
             self.m_flags = self.sharp.flags() | self.rough.flags()
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:

@@ -28,6 +28,7 @@ class DrJit:
         self.sinh, self.cosh, self.tanh = dr.sinh, dr.cosh, dr.tanh
         self.floor, self.ceil, self.trunc, self.absolute = dr.floor, dr.ceil, dr.trunc, dr.abs
         self.atan2, self.isfinite = dr.atan2, dr.isfinite
+        self.asin, self.acos = dr.safe_asin, dr.safe_acos  # of numbers clipped to [-1, 1]
         self._read: dict[tuple[str, int], Any] = {}
 
     def number(self, value: Any) -> Any:
@@ -54,17 +55,13 @@ class DrJit:
         """Square root, 0 for negative numbers."""
         return self.dr.safe_sqrt(value)
 
-    def asin(self, value: Any) -> Any:
-        """Arc sine of a number clipped to [-1, 1]."""
-        return self.dr.safe_asin(value)
-
-    def acos(self, value: Any) -> Any:
-        """Arc cosine of a number clipped to [-1, 1]."""
-        return self.dr.safe_acos(value)
-
     def power(self, base: Any, exponent: Any) -> Any:
         """Power of a base over 0."""
         return self.dr.power(base, exponent)
+
+    def fused(self, a: Any, b: Any, c: Any) -> Any:
+        """a · b + c with one rounding."""
+        return self.dr.fma(a, b, c)
 
     def integer(self, value: Any) -> Any:
         """Whole numbers as 32-bit patterns that wrap around."""
@@ -230,6 +227,20 @@ class DrJit:
         corners, is_triangle = self.tables.meshes.corners(si, self.active)
         first, second, _ = barycentric(dr, corners, si.p)
         return dr.select(is_triangle, first, 0.0), dr.select(is_triangle, second, 0.0), mi.Float(0.0)
+
+    def _edge_u(self) -> Any:
+        """In the world, from the triangle's first corner to its second; 0 where no triangle is hit."""
+        return self._edge(1)
+
+    def _edge_v(self) -> Any:
+        """From the triangle's first corner to its third."""
+        return self._edge(2)
+
+    def _edge(self, corner: int) -> Any:
+        if not self.tables.is_live:
+            return self._tuple(self.si.dp_du)
+        corners, is_triangle = self.tables.meshes.corners(self.si, self.active)
+        return self._tuple(self.dr.select(is_triangle, corners[corner] - corners[0], 0.0))
 
     def _tangent(self) -> Any:
         mi, dr, si = self.mi, self.dr, self.si

@@ -110,6 +110,7 @@ def clear(media: Media, of: tuple[Any, Any], length: Any, ray: Any, active: Any)
     passes = mi.Spectrum(dr.exp(-(scatters + absorbs) * length))
     if media.grids is not None:
         tints = media.tints(ray.wavelengths, active)
+        # Transmittances of media that overlap are factors of each other, and independent estimates may be multiplied.
         for k, (number, on) in enumerate(zip(numbers, varying, strict=True)):
             way = _way(media, number, ray, tints, on)
             tracked = tracking.transmittance(media.grids, way, length, of_media[k][:2], k, on)
@@ -134,6 +135,7 @@ def _way(media: Media, number: Any, ray: Any, tints: Any, on: Any) -> Way:
 
     assert media.grids is not None
     way = media.grids.way(number, ray, on)
+    # an empty range: the medium of another slot may vary where this one does not
     way.first, way.last = dr.select(on, way.first, dr.inf), dr.select(on, way.last, -dr.inf)
     way.tints = tints
     return way
@@ -161,6 +163,7 @@ def _track(media: Media, flight: Flight, path: Any, of: tuple[list[Any], list[An
         setattr(flight, name, dr.select(varies, value, getattr(flight, name)))
     flight.varies = varies
     if len(ways) > 1:
+        # The phase function at the point mixes those of the media by their scattering there.
         there = varies & flight.scatters
         for part, way, on in zip(flight.parts, ways, varying, strict=True):
             by = filled.factors(way, flight.distance, there & on)[0]

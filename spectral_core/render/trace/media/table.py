@@ -100,6 +100,7 @@ class Media:
         mi, dr = self._mi, self._dr
         medium, outer = media
         found = [mi.UInt32(medium)]
+        # Each slot costs code for all media, so a scene has only as many as can be full.
         if self._overlap or self._in_world:
             found.append(mi.UInt32(dr.select(medium != self.around, outer, 0)))
         if self._overlap and self._in_world:
@@ -195,6 +196,7 @@ class Media:
     def _shares(self, parts: list[Part]) -> list[Any]:
         """Probability of each medium to turn a path."""
         mi, dr = self._mi, self._dr
+        # One choice for all wavelengths: the phase function's value per wavelength makes up for it as a weight.
         means = [mi.Float(dr.mean(part.scattering)) for part in parts]
         total = sum(means[1:], means[0])
         # a path without any scattering does not turn

@@ -83,6 +83,7 @@ class Filled:
         # emission is summed at collisions, and a medium that only emits has none of its own
         bound += dr.select(dr.max(emission) > 0.0, EMISSION_POINTS / dr.maximum(reach, 1e-30), 0.0)
         length = mi.Float(dr.inf)
+        # Bounds of media that overlap add up, and hold to the nearest end of a block of any of them.
         for way, _ in self.ways:
             inside = active & (along >= way.first) & (along < way.last)
             most, ahead = self.grids.block(way, along, inside)
@@ -98,6 +99,7 @@ class Filled:
 
         total = [mi.Spectrum(0.0)] * 3 if self.even is None else [mi.Spectrum(part) for part in self.even]
         for way, light in self.ways:
+            # Factors beyond a grid are those of its outermost voxels, so they are left out there.
             by = self.factors(way, along, active)
             inside = active if self.even is None else active & (along >= way.first) & (along <= way.last)
             total = [

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light below surfaces, bumpy glass and leaves, varying indices, fibers on meshes, and color spaces, against Cycles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from tests.blender.test_surfaces_against_cycles import stage  # noqa: E402, F401
+
+SKIN = (0.75, 0.4, 0.2, 1)
+BELOW = {
+    "refracted": ("RANDOM_WALK", {"Scale": 0.3}),
+    "of another index": ("RANDOM_WALK", {"Scale": 0.3, "IOR": 1.1, "Roughness": 0.2}),
+    "forward": ("RANDOM_WALK", {"Scale": 0.3, "Anisotropy": 0.7}),
+    "two radii": ("RANDOM_WALK", {"Scale": 0.3, "Radius": (0.0, 0.3, 1.0)}),
+    "skin": ("RANDOM_WALK_SKIN", {"Scale": 0.1}),
+    "disk": ("BURLEY", {"Scale": 0.5}),
+}
+
+
+def _bumpy(material, socket="Normal"):
+    """A bump of noise into a socket of the material's shader."""
+    tree = material.node_tree
+    new, link = tree.nodes.new, tree.links.new
+    noise, bump, place = new("ShaderNodeTexNoise"), new("ShaderNodeBump"), new("ShaderNodeTexCoord")
+    noise.inputs["Scale"].default_value = 4.0
+    bump.inputs["Strength"].default_value, bump.inputs["Distance"].default_value = 0.7, 0.3
+    link(place.outputs["Object"], noise.inputs["Vector"])
+    link(noise.outputs[0], bump.inputs["Height"])
+    link(bump.outputs[0], tree.nodes["shader"].inputs[socket])
+
+
+@pytest.mark.parametrize("name", BELOW)
+def test_light_below_the_surface(build, stage, tmp_path, name):  # noqa: F811
+    model, inputs = BELOW[name]
+    material = build.material(shader="ShaderNodeSubsurfaceScattering", Color=SKIN)
+    node = material.node_tree.nodes["shader"]
+    node.falloff = model
+    for socket, value in inputs.items():
+        node.inputs[socket].default_value = value
+    theirs, ours, notes = stage(material, tmp_path, samples=192)
+    np.testing.assert_allclose(ours, theirs, rtol=0.035)
+    assert notes == []
+
+
+@pytest.mark.parametrize("shader", ["BsdfTranslucent", "BsdfGlass", "SubsurfaceScattering"])
+def test_bumps_of_what_transmits(build, stage, tmp_path, shader):  # noqa: F811
+    material = build.material(shader=f"ShaderNode{shader}")
+    if shader == "BsdfGlass":
+        material.node_tree.nodes["shader"].inputs["Roughness"].default_value = 0.3
+    _bumpy(material)
+    theirs, ours, notes = stage(material, tmp_path, samples=256)
+    np.testing.assert_allclose(ours, theirs, rtol=0.025)
+    assert notes == []
+
+
+@pytest.mark.parametrize("socket", ["IOR", "Specular IOR Level"])
+def test_reflectances_that_vary(build, stage, tmp_path, socket):  # noqa: F811
+    material = build.material(shader="ShaderNodeBsdfPrincipled", Roughness=0.3)
+    tree = material.node_tree
+    noise, span = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes.new("ShaderNodeMapRange")
+    for name, value in (("From Min", 0.3), ("From Max", 0.7), ("To Min", 0.7), ("To Max", 2.5)):
+        span.inputs[name].default_value = value
+    tree.links.new(noise.outputs[0], span.inputs["Value"])
+    tree.links.new(span.outputs[0], tree.nodes["shader"].inputs[socket])
+    theirs, ours, notes = stage(material, tmp_path, samples=128)
+    np.testing.assert_allclose(ours, theirs, rtol=0.02)
+    assert notes == []
+
+
+@pytest.mark.parametrize("shader", ["BsdfHair", "BsdfHairPrincipled"])
+def test_fibers_on_a_mesh(build, stage, tmp_path, shader):  # noqa: F811
+    theirs, ours, notes = stage(build.material(shader=f"ShaderNode{shader}"), tmp_path, samples=192)
+    np.testing.assert_allclose(ours, theirs, rtol=0.06)
+    assert notes == []
+
+
+@pytest.mark.parametrize("space", ["AgX Base sRGB", "Filmic sRGB", "Linear CIE-XYZ D65", "Rec.1886", "ACEScg"])
+def test_bytes_in_any_color_space(build, stage, tmp_path, space):  # noqa: F811
+    image = bpy.data.images.new("Colors", 8, 8)
+    v, u = np.mgrid[0:8, 0:8] / 8
+    image.pixels.foreach_set(
+        np.stack([0.1 + 0.6 * u, 0.5 - 0.4 * v, 0.3 + 0 * u, 1 + 0 * u], -1).astype(np.float32).ravel()
+    )
+    image.colorspace_settings.name = space
+    image.pack()
+    material = build.material()
+    tree = material.node_tree
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image = image
+    tree.links.new(texture.outputs["Color"], tree.nodes["shader"].inputs["Color"])
+    theirs, ours, notes = stage(material, tmp_path, samples=64)
+    np.testing.assert_allclose(ours, theirs, rtol=0.02, atol=2e-3)
+    assert notes == []
+    assert all(not each.name.startswith("Colors.") and "exr" not in each.name for each in bpy.data.images)

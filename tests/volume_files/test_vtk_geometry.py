@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cells, points, pieces and components of VTK files, written here as text, at their places in the world."""
+
+from __future__ import annotations
+
+import base64
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import FileFormatError
+from spectral_core.volume.files import read_volume
+
+
+@pytest.mark.parametrize("of_cells", [False, True])
+@pytest.mark.parametrize("points", [(4, 3, 5), (4, 3, 1), (1, 3, 2)])
+def test_cells_lie_between_points_in_legacy_files(tmp_path: Path, of_cells: bool, points: tuple) -> None:
+    """A flat axis has one layer of cells in the plane of its points."""
+    shape = tuple(max(n - 1, 1) for n in points) if of_cells else points
+    values = np.arange(np.prod(shape), dtype=np.float64)
+    lines = ["# vtk DataFile Version 3.0", "test", "ASCII", "DATASET STRUCTURED_POINTS",
+             f"DIMENSIONS {points[0]} {points[1]} {points[2]}", "ORIGIN 10 20 30", "SPACING 2 3 4",
+             f"{'CELL' if of_cells else 'POINT'}_DATA {values.size}", "SCALARS v double 1", "LOOKUP_TABLE default",
+             " ".join(map(str, values))]  # fmt: skip
+    path = tmp_path / "v.vtk"
+    path.write_text("\n".join(lines) + "\n")
+    volume = read_volume(path)
+    assert volume.shape == shape
+    np.testing.assert_array_equal(volume.data.ravel("F"), values)
+    first = [10 + 1.0 * (of_cells and points[0] > 1), 20 + 1.5 * (of_cells and points[1] > 1),
+             30 + 2.0 * (of_cells and points[2] > 1)]  # fmt: skip
+    np.testing.assert_allclose(
+        volume.world_from_index, [[2, 0, 0, first[0]], [0, 3, 0, first[1]], [0, 0, 4, first[2]], [0, 0, 0, 1]]
+    )
+
+
+def inline(values: np.ndarray) -> str:
+    data = values.astype("<f4").tobytes()
+    return base64.b64encode(struct.pack("<I", len(data)) + data).decode()
+
+
+def vti(
+    path: Path, whole: list[int], pieces: list[tuple[list[int], np.ndarray]], *, components: int, of_cells: bool
+) -> Path:
+    """An image whose pieces have values (components, nx, ny, nz)."""
+    section = "CellData" if of_cells else "PointData"
+    text = ['<?xml version="1.0"?>',
+            '<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian">',
+            f'<ImageData WholeExtent="{" ".join(map(str, whole))}" Origin="1 2 3" Spacing="0.5 1 2">']  # fmt: skip
+    for extent, values in pieces:
+        flat = values.transpose(3, 2, 1, 0).ravel()
+        text += [f'<Piece Extent="{" ".join(map(str, extent))}"><{section}>',
+                 f'<DataArray type="Float32" Name="v" NumberOfComponents="{components}" format="binary">{inline(flat)}',
+                 f"</DataArray></{section}></Piece>"]  # fmt: skip
+    path.write_text("\n".join([*text, "</ImageData></VTKFile>"]))
+    return path
+
+
+@pytest.mark.parametrize("of_cells", [False, True])
+@pytest.mark.parametrize("components", [1, 3])
+def test_pieces_of_several_components_are_joined(tmp_path: Path, of_cells: bool, components: int) -> None:
+    whole = [2, 6, -1, 2, 3, 5]
+    counts = [n - (1 if of_cells else 0) for n in (5, 4, 3)]
+    values = np.random.default_rng(1).normal(size=(components, *counts)).astype(np.float32)
+    split = 2
+    end = split + (0 if of_cells else 1)
+    pieces = [([2, 4, -1, 2, 3, 5], values[:, :end]), ([4, 6, -1, 2, 3, 5], values[:, split:])]
+    for name, parts in (("two", pieces), ("one", [(whole, values)])):
+        path = vti(tmp_path / f"{name}.vti", whole, parts, components=components, of_cells=of_cells)
+        for component in range(components):
+            volume = read_volume(path, component=component)
+            np.testing.assert_array_equal(volume.data, values[component])
+            shift = 0.5 if of_cells else 0.0
+            first = [1 + 0.5 * (2 + shift), 2 + 1 * (-1 + shift), 3 + 2 * (3 + shift)]
+            np.testing.assert_allclose(volume.world_from_index[:3, 3], first)
+            np.testing.assert_allclose(np.diag(volume.world_from_index), [0.5, 1, 2, 1])
+    short = vti(tmp_path / "short.vti", whole, pieces[:1], components=components, of_cells=of_cells)
+    with pytest.raises(FileFormatError, match="do not fill its extent"):
+        read_volume(short, component=0)
+    outside = vti(tmp_path / "out.vti", [2, 5, -1, 2, 3, 5], pieces, components=components, of_cells=of_cells)
+    with pytest.raises(FileFormatError, match="outside"):
+        read_volume(outside, component=0)
+
+
+def test_an_archive_holds_up_to_a_thousand_arrays(tmp_path: Path) -> None:
+    for count in (1000, 1001):
+        path = tmp_path / f"{count}.npz"
+        np.savez(path, **{f"a{k}": np.zeros((1, 1, 1), np.uint8) for k in range(count)})
+        if count == 1000:
+            assert read_volume(path, field="a999").shape == (1, 1, 1)
+        else:
+            with pytest.raises(FileFormatError, match="holds 1001 arrays"):
+                read_volume(path, field="a0")
