@@ -70,11 +70,6 @@ def test_caustics_of_diffuse_and_glossy_surfaces_get_a_note_and_ray_visibility_n
     assert "caustics are off" in note.message
 
 
-def test_low_refractive_indices_get_a_note(build, translate):
-    shaded(build.plane(), "ShaderNodeBsdfPrincipled", Emission_Strength=1.0, Coat_Weight=0.5, IOR=0.8)
-    assert "below 1" in messages(translate())
-
-
 def test_generated_coordinates_of_a_modified_mesh_get_a_note(build, translate):
     cube = smooth_cube()
     tree, node = shaded(cube, "ShaderNodeBsdfDiffuse")

@@ -42,6 +42,7 @@ PRINCIPLED = {
     "default": {},
     "coat tint": {"Coat Weight": 1.0, "Coat Tint": (0.9, 0.3, 0.2, 1)},
     "coat IOR": {"Coat Weight": 1.0, "Coat IOR": 2.2},
+    "index below 1": {"IOR": 0.8},
     "diffuse roughness": {"Diffuse Roughness": 1.0},
     "single scattering metal": {"Metallic": 1.0, "Roughness": 0.9, "distribution": "GGX"},
     "single scattering plastic": {"Roughness": 0.8, "IOR": 2.0, "distribution": "GGX"},

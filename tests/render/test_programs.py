@@ -53,3 +53,15 @@ def test_rgb_and_spectral_transport_agree_on_a_program():
     mean = program.evaluate(lambda name, shift: (points, points, points))[0]
     # above the center: reflectance / π · power / (4π · 4)
     np.testing.assert_allclose(rgb.mean((0, 1)), mean / np.pi * 100 / (9 * np.pi), rtol=0.1)
+
+
+def test_cross_products_are_rounded_once():
+    """Of parallel vectors: the rounding error of one product is left, as in Cycles."""
+    from spectral_core.scene.shading.numpy_backend import NumPy
+    from spectral_core.scene.shading.vectors import VECTOR_MATH
+
+    a, b = np.float32(3.7), np.float32(1e6 / 3)
+    found = VECTOR_MATH["CROSS_PRODUCT"](NumPy(np.float32), (a, a, a), (b, b, b), None, None)
+    left = float(a) * float(b) - float(a * b)
+    np.testing.assert_allclose(found, [left] * 3, rtol=1e-6)
+    assert left != 0

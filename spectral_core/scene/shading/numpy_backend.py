@@ -76,6 +76,10 @@ class NumPy:
                 return state
             state = tuple(np.where(active, new, old) for new, old in zip(body(*state), state, strict=True))
 
+    def fused(self, a: Any, b: Any, c: Any) -> Any:
+        """a · b + c with one rounding: exact in double precision for single-precision numbers."""
+        return (np.asarray(a, np.float64) * np.asarray(b, np.float64) + c).astype(self.dtype)
+
     def entry(self, table: Any, index: Any, column: int) -> Any:
         """Entry of a table (rows, columns) at whole-numbered rows."""
         rows = np.clip(np.asarray(index).astype(np.int64), 0, len(table) - 1)

@@ -66,6 +66,11 @@ def _project(xp: Any, a: Any, b: Any, c: Any, s: Any) -> Any:
     return multiply(b, safe_divide(xp, dot(a, b), dot(b, b)))
 
 
+def _cross(xp: Any, a: Any, b: Any, c: Any, s: Any) -> Any:
+    """With one rounding of each difference, as Cycles' vector units compute it: it matters where products cancel."""
+    return tuple(xp.fused(a[i], b[j], -(a[j] * b[i])) for i, j in ((1, 2), (2, 0), (0, 1)))
+
+
 def _reflect(xp: Any, a: Any, b: Any, c: Any, s: Any) -> Any:
     normal = normalized(xp, b)
     return subtract(a, multiply(normal, 2.0 * dot(a, normal)))
@@ -97,7 +102,7 @@ VECTOR_MATH: dict[str, Callable[..., Any]] = {
     },
     "FRACTION": _channelwise("FRACT"),
     "MODULO": lambda xp, a, b, c, s: each(lambda x, y: fmod(xp, x, y), a, b),
-    "CROSS_PRODUCT": lambda xp, a, b, c, s: cross(a, b),
+    "CROSS_PRODUCT": _cross,
     "PROJECT": _project,
     "REFLECT": _reflect,
     "REFRACT": _refract,

@@ -28,7 +28,7 @@ class Closure:
     """True if its diffuse light fades toward the horizon of a smooth surface that its normal leans away from."""
 
     turns_normal = False
-    """True if it is diffuse, but about a normal that mirrors the viewer to the outer side, as reflecting lobes are."""
+    """True if a bent normal that leans away is turned until it mirrors the viewer outward, for all of the closure."""
 
     dives = bends_below = False
     """True if light enters the surface in some of it, and if it leaves about another normal than that of the shape."""

@@ -9,7 +9,6 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.microfacet import least_alpha
-from spectral_core.render.plugins.closures.upright import with_valid_normal
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -18,6 +17,8 @@ def register(mi: Any, dr: Any) -> None:
     class Mirror(Closure):
         """Reflects ``color`` times the light of the mirrored direction, on both sides."""
 
+        turns_normal = True
+
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.m_flags = int(mi.BSDFFlags.DeltaReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
@@ -25,8 +26,7 @@ def register(mi: Any, dr: Any) -> None:
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             bs = dr.zeros(mi.BSDFSample3f)
-            valid = with_valid_normal(mi, dr, si)
-            bs.wo = si.to_local(valid.to_world(mi.Vector3f(-valid.wi.x, -valid.wi.y, valid.wi.z)))
+            bs.wo = mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z)
             bs.eta = mi.Float(1.0)
             bs.pdf, bs.sampled_type = mi.Float(1.0), mi.UInt32(int(mi.BSDFFlags.DeltaReflection))
             usable = active & (si.wi.z != 0.0)
@@ -68,6 +68,7 @@ def register(mi: Any, dr: Any) -> None:
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.sharp, self.rough = inputs["sharp"], inputs["rough"]
+            self.turns_normal = self.sharp.turns_normal
             self.m_flags = self.sharp.flags() | self.rough.flags()
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:

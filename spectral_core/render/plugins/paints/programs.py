@@ -28,6 +28,7 @@ class DrJit:
         self.sinh, self.cosh, self.tanh = dr.sinh, dr.cosh, dr.tanh
         self.floor, self.ceil, self.trunc, self.absolute = dr.floor, dr.ceil, dr.trunc, dr.abs
         self.atan2, self.isfinite = dr.atan2, dr.isfinite
+        self.asin, self.acos = dr.safe_asin, dr.safe_acos  # of numbers clipped to [-1, 1]
         self._read: dict[tuple[str, int], Any] = {}
 
     def number(self, value: Any) -> Any:
@@ -54,17 +55,13 @@ class DrJit:
         """Square root, 0 for negative numbers."""
         return self.dr.safe_sqrt(value)
 
-    def asin(self, value: Any) -> Any:
-        """Arc sine of a number clipped to [-1, 1]."""
-        return self.dr.safe_asin(value)
-
-    def acos(self, value: Any) -> Any:
-        """Arc cosine of a number clipped to [-1, 1]."""
-        return self.dr.safe_acos(value)
-
     def power(self, base: Any, exponent: Any) -> Any:
         """Power of a base over 0."""
         return self.dr.power(base, exponent)
+
+    def fused(self, a: Any, b: Any, c: Any) -> Any:
+        """a · b + c with one rounding."""
+        return self.dr.fma(a, b, c)
 
     def integer(self, value: Any) -> Any:
         """Whole numbers as 32-bit patterns that wrap around."""
