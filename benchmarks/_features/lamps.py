@@ -136,12 +136,7 @@ feature("lamps/shadow linking excluded", _shadow_excluded)
 
 
 def _instanced(stage: Stage) -> None:
-    group = bpy.data.collections.new("Lamps")
-    stage.scene.collection.objects.unlink(stage.lamp)
-    group.objects.link(stage.lamp)
-    for x in (-1.5, 0.5):
-        empty = stage.object(f"Empty {x}", None, (x, 0, 0))
-        empty.instance_type, empty.instance_collection = "COLLECTION", group
+    stage.instance_at(stage.lamp, (-1.5, 0.5))
 
 
 feature("lamps/instanced", _instanced)

@@ -54,12 +54,7 @@ def _linked_glow(stage: Stage) -> None:
 
 def _linked_instances(stage: Stage) -> None:
     """Instances of the ball, which the lamp lights, on a floor that it does not."""
-    group = bpy.data.collections.new("Balls")
-    stage.scene.collection.objects.unlink(stage.ball)
-    group.objects.link(stage.ball)
-    for x in (-0.9, 0.9):
-        empty = stage.object(f"Empty {x}", None, (x, 0, 0))
-        empty.instance_type, empty.instance_collection = "COLLECTION", group
+    stage.instance_at(stage.ball, (-0.9, 0.9))
     chosen = bpy.data.collections.new("Chosen")
     chosen.objects.link(stage.ball)
     stage.lamp.light_linking.receiver_collection = chosen

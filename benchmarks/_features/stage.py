@@ -99,6 +99,15 @@ class Stage:
         self.set_world((0, 0, 0))
         return self.lamp
 
+    def instance_at(self, item: Any, places: Any) -> None:
+        """Show an object as collection instances at some x, instead of itself."""
+        group = bpy.data.collections.new(f"{item.name} instances")
+        self.scene.collection.objects.unlink(item)
+        group.objects.link(item)
+        for x in places:
+            empty = self.object(f"Empty {x}", None, (x, 0, 0))
+            empty.instance_type, empty.instance_collection = "COLLECTION", group
+
     # --- nodes -------------------------------------------------------------------------------------------------
 
     def material(self, name: str, shader: str = "ShaderNodeBsdfDiffuse", **inputs: Any) -> Any:

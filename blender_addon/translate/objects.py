@@ -23,7 +23,7 @@ from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
 from .meshes import READS_UV, object_mesh
 from .placed_media import grids_read, in_mesh, in_volume
-from .shading.attributes import object_attributes, random_of, root_of
+from .shading.attributes import color_of, object_attributes, random_of, root_of
 from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
@@ -150,7 +150,7 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
 
 def _light(found: Collected, obj: Any, instance: Any) -> Light | None:
     name, original = found.unique("light", obj.name_full), obj.original
-    make = partial(translate_light, found.translation, name, obj, instance.matrix_world, random_of(obj, instance))
+    make = partial(translate_light, found.translation, name, obj, instance)
     if instance.is_instance:
         return make()
     makers = frozenset((original.session_uid, original.data.session_uid))
@@ -188,8 +188,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         "group": original.lightgroup,  # Blender does not notify the evaluated copy of a change
         "hidden_from": hidden,
         "is_holdout": is_holdout,
-        # Cycles gives an instance the color of its instancer
-        "color": tuple(instance.parent.color if instance.is_instance and instance.parent else obj.color),
+        "color": tuple(color_of(obj, instance)),
         "index": int(obj.pass_index),
         "attributes": object_attributes(
             obj, instance, reads, found.translation.scene.frame_current_final, found.points

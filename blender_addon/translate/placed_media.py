@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spectral_core.scene import Instance, Material, Mesh, ScatteringMedium
 from spectral_core.scene.geometry import VOLUME_BOX, box_of, index_box, unit_box
 
-from .shading.attributes import PREFIX, object_attributes, random_of
+from .shading.attributes import PREFIX, object_attributes, object_info
 from .shading.materials import TranslatedMaterial
 from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box
 from .shading.media.shaders import GRID
@@ -146,14 +146,9 @@ def _placed(
     """Where an object is, and what its nodes read of it."""
     matrix = np.array(instance.matrix_world, dtype=np.float64)
     translation = found.translation
-    color = instance.parent.color if instance.is_instance and instance.parent else obj.color
     reads = frozenset(name for name in inputs if name.startswith(PREFIX))
     facts = dict(object_attributes(obj, instance, reads, translation.scene.frame_current_final, found.points))
-    facts |= {
-        "object_location": tuple(map(float, matrix[:3, 3])), "object_color": tuple(map(float, color[:3])),
-        "object_alpha": (float(color[3]),), "object_index": (float(obj.pass_index),),
-        "object_random": (random_of(obj, instance),),
-    }  # fmt: skip
+    facts |= object_info(obj, instance)
     if any(name.startswith("ray:") for name in inputs):
         translation.note(obj.name, "its volume depends on the type of ray; all rays see what the camera sees")
     camera = translation.scene.camera

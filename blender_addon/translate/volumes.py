@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from os import stat_result
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -56,14 +57,19 @@ def translate_volume(translation: Translation, name: str, obj: Any, instance: An
 
 def voxels_of(data: Any) -> ScalarVolume:
     """The data of a Volume data-block at its present frame, in its object space. Raises SpectralError."""
+    path, state = _stated(data)
+    return _read(path, data.spectral.grid, state.st_mtime_ns, state.st_size)
+
+
+def _stated(data: Any) -> tuple[Path, stat_result]:
+    """The file of a Volume data-block at its present frame, and its size and time. Raises InvalidInputError."""
     path = file_of(data)
     try:
-        state = path.stat()
+        return path, path.stat()
     except OSError as error:
         raise InvalidInputError(
             f"the file {path} of volume {data.name!r} cannot be opened ({error.strerror})"
         ) from error
-    return _read(path, data.spectral.grid, state.st_mtime_ns, state.st_size)
 
 
 @dataclass(frozen=True)
@@ -78,13 +84,7 @@ class GridFile:
     @classmethod
     def of(cls, data: Any, names: list[str]) -> GridFile:
         """The file of a Volume data-block at its present frame. Raises InvalidInputError."""
-        path = file_of(data)
-        try:
-            state = path.stat()
-        except OSError as error:
-            raise InvalidInputError(
-                f"the file {path} of volume {data.name!r} cannot be opened ({error.strerror})"
-            ) from error
+        path, state = _stated(data)
         return cls(path, tuple(names), state.st_mtime_ns, state.st_size)
 
     def lattice(self) -> Lattice:

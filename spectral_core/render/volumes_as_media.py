@@ -27,6 +27,7 @@ AS_MEDIA = (
     "sampled volumes among other media are rendered as media: their transfer functions are applied at samples of a "
     "grid, and materials that reflect light scatter it evenly, without shading by the gradient"
 )
+CLIPPED = "reflects a color outside 0 to 1; among media it scatters at the limit"
 TOO_THIN = 1e-3
 """Bound of the ΔE2000 of media that are left out, so that volumes keep their shading."""
 THIN = "media too thin to matter (ΔE {:.1g} at most) are left out, so that sampled volumes keep their shading"
@@ -43,7 +44,18 @@ def with_volumes(scene: Scene, plan: EffectPlan) -> tuple[Scene, EffectPlan, tup
     if lost is not None and lost < TOO_THIN:
         plan = plan.changed("media", "off")
         return simulated_scene(scene, plan), plan, (Note("Volumes", THIN.format(lost)),)
-    return volumes_as_media(simulated), plan, (Note("Volumes", AS_MEDIA),)
+    bright = [volume for volume in simulated.volumes if _is_clipped(volume)]
+    clipped = [
+        Note(volume.name, "reflects a color outside 0 to 1; among media it scatters at the limit") for volume in bright
+    ]
+    return volumes_as_media(simulated), plan, (Note("Volumes", AS_MEDIA), *clipped)
+
+
+def _is_clipped(volume: VolumeObject) -> bool:
+    """True if a lit material has a color that no medium scatters."""
+    lit = np.array([material.lit for material in volume.transfer.materials]) & (require_lighting(volume) != "even")
+    colors = display_matrix(volume.transfer)[lit]
+    return bool(np.any((colors < -1e-6) | (colors > 1 + 1e-6)))
 
 
 def volumes_as_media(scene: Scene) -> Scene:
@@ -81,13 +93,9 @@ def _finer(volume: VolumeObject) -> tuple[Array, Array]:
     matrix = volume.world_from_index.copy()
     if times == 1:
         return data, matrix
-    for axis in range(3):
-        count = data.shape[axis]
-        at = np.clip((np.arange(count * times) + 0.5) / times - 0.5, 0, count - 1)
-        low = np.minimum(at.astype(np.int64), max(count - 2, 0))
-        share = (at - low).reshape([-1 if k == axis else 1 for k in range(3)]).astype(np.float32)
-        high = np.minimum(low + 1, count - 1)
-        data = data.take(low, axis) * (1 - share) + data.take(high, axis) * share
+    from scipy.ndimage import zoom
+
+    data = zoom(data, times, order=1, mode="nearest", grid_mode=True)
     finer = np.eye(4)
     finer[:3, :3] /= times
     finer[:3, 3] = 0.5 / times - 0.5

@@ -117,6 +117,11 @@ def box_of(mesh: Mesh) -> NDArray[np.float64]:
     return found
 
 
+def placed(points: NDArray[Any], world_from_object: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (n, 3) in the world."""
+    return np.asarray(points @ world_from_object[:3, :3].T + world_from_object[:3, 3])
+
+
 def corners_of(points: NDArray[Any]) -> NDArray[np.float64]:
     """(8, 3) corners of the box around points (n, 3)."""
     ends = np.array([points.min(axis=0), points.max(axis=0)], dtype=np.float64)

@@ -6,7 +6,7 @@ Cycles evaluates the displacement once at each vertex, with its smooth normal, a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import Mesh
 
-from ..shading.attributes import random_of
+from ..shading.attributes import object_info
 from ..viewport.kept import kept_or_made
 from .offset import Displacement
 
@@ -29,22 +29,22 @@ def displaced(found: Any, obj: Any, instance: Any, mesh: Mesh, materials: Sequen
     if not any(moves):
         return mesh
     matrix = np.array(instance.matrix_world, dtype=np.float64)
-    numbers = {
-        "object_location": matrix[:3, 3], "object_color": np.array(obj.color[:3]), "object_alpha": obj.color[3],
-        "object_index": float(obj.pass_index), "object_random": random_of(obj, instance),
-    }  # fmt: skip
+    numbers = object_info(obj, instance)
     # objects of one mesh share its displaced form, as in Cycles
     key = ("displaced", mesh.name, *(item.material.name for item in materials))
     if key not in found.meshes:
         make, number = partial(moved_mesh, mesh, moves, matrix, numbers), obj.original.session_uid
-        state = (mesh, tuple(moves), matrix.tobytes(), tuple(obj.color), obj.pass_index)
+        state = (mesh, tuple(moves), matrix.tobytes(), tuple(numbers.items()))
         made = kept_or_made(found.kept, found.translation, ("displaced", number), frozenset((number,)), state, make)
         found.meshes[key] = replace(made, name=found.unique("mesh", f"{mesh.name} displaced"))
     return found.meshes[key]
 
 
 def moved_mesh(
-    mesh: Mesh, moves: Sequence[Displacement | None], matrix: Array, numbers: dict[str, Any] | None = None
+    mesh: Mesh,
+    moves: Sequence[Displacement | None],
+    matrix: Array,
+    numbers: Mapping[str, tuple[float, ...]] | None = None,
 ) -> Mesh:
     """A mesh with moved vertices.
 
@@ -95,7 +95,13 @@ class _Reading:
     """Inputs of a program at chosen vertices of a mesh, ``places``."""
 
     def __init__(
-        self, mesh: Mesh, matrix: Array, positions: Array, normals: Array, places: Array, numbers: dict[str, Any]
+        self,
+        mesh: Mesh,
+        matrix: Array,
+        positions: Array,
+        normals: Array,
+        places: Array,
+        numbers: Mapping[str, tuple[float, ...]],
     ) -> None:
         self._mesh, self._matrix, self._places, self._numbers = mesh, matrix, places, numbers
         self._positions, self._normals = positions, normals
@@ -115,8 +121,8 @@ class _Reading:
         if name in ("tangent", "bitangent"):
             return tuple(self._tangents(name).T)
         if name in self._numbers:
-            value = self._numbers[name]
-            return tuple(zero + part for part in value) if np.ndim(value) else zero + value
+            parts = tuple(zero + part for part in self._numbers[name])
+            return parts if len(parts) > 1 else parts[0]
         for attribute in self._mesh.attributes:
             if attribute.name == name:
                 values = tuple(attribute.values[self._places].astype(np.float64).T)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -26,7 +27,7 @@ class LampReader(Reader):
 
     lamp: Any = None
     matrix: Array = field(default_factory=lambda: np.eye(4))
-    info: dict[str, Any] = field(default_factory=dict)
+    info: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def point(self, name: str, width: int = 3) -> Value:
         """A quantity of the point of the lamp that emits."""
@@ -38,7 +39,8 @@ class LampReader(Reader):
             return self.literal(0.0)  # Cycles does not tell the rays to a lamp apart
         if name.startswith("object_"):
             if name in self.info:
-                return self.literal(self.info[name])
+                value = self.info[name]
+                return self.literal(np.array(value) if len(value) > 1 else value[0])
             self.note(f"{name.rpartition(':')[2]!r} is not read in a lamp's nodes; 0 was used")
         if name.startswith(("object_", "attribute", "tangent", "bitangent", "step_")):
             return self.literal(np.zeros(3) if width == 3 else 0.0)

@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.guarded import read_bytes
 from spectral_core.scene import Photometry
 from spectral_core.spectra.luminaire import every_degree, read_ies
 
@@ -18,6 +18,8 @@ from ..shading.tree import Output, linked
 
 FALLOFF_POWERS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 """Powers of the distance that a Light Falloff node multiplies the strength by."""
+MOST_BYTES = 4 << 20
+"""Largest file of a luminaire."""
 BROKEN = 100.0
 """Strength of a luminaire without a table, in Cycles."""
 
@@ -64,9 +66,8 @@ def luminaire_of(reader: Reader, node: Any) -> Photometry | None:
         text = node.ies.as_string() if node.ies is not None else ""
     else:
         try:
-            with Path(bpy.path.abspath(node.filepath)).open(encoding="latin-1") as file:
-                text = file.read(1 << 22)
-        except (OSError, ValueError) as error:
+            text = read_bytes(bpy.path.abspath(node.filepath), MOST_BYTES).decode("latin-1")
+        except FileFormatError as error:
             reader.note(f"the file of {node.name!r} cannot be read ({error}); it is even and {BROKEN:g} strong")
             return None
     try:

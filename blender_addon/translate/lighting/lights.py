@@ -14,6 +14,7 @@ from ... import compat
 from ..context import Translation
 from ..frames import rigid
 from ..ledger import note_changed, note_nodes
+from ..shading.attributes import object_info
 from ..visibility import cycles_settings, hidden_from
 from .lamp_reader import LampReader
 from .light_nodes import shine_of
@@ -27,20 +28,15 @@ SMALLEST_SIZE = 1e-4
 """Least edge of an area light: the power of a smaller one is emitted from this."""
 
 
-def translate_light(
-    translation: Translation, name: str, obj: Any, world_from_light: Any, random: float = 0.0
-) -> Light | None:
-    """Light of an evaluated object at ``world_from_light`` (4, 4); None if it emits nothing.
-
-    ``random``: the object's random number, as its nodes see it.
-    """
-    lamp, matrix = obj.data, np.asarray(world_from_light, dtype=np.float64)
+def translate_light(translation: Translation, name: str, obj: Any, instance: Any) -> Light | None:
+    """Light of an evaluated object, placed as ``instance`` of the depsgraph; None if it emits nothing."""
+    lamp, matrix = obj.data, np.array(instance.matrix_world, dtype=np.float64)
     if lamp.type == "AREA" and cycles_settings(lamp, "is_portal", False):
         return None  # a portal only guides Cycles' sampling of the environment
     for item in (lamp, getattr(lamp, "cycles", None)):
         note_changed(translation, name, item)
     note_nodes(translation, name, compat.node_tree(lamp))
-    shine = shine_of(_reader(translation, obj, matrix, random))
+    shine = shine_of(_reader(translation, obj, instance, matrix))
     color, power = shine.color, lamp.energy * compat.light_exposure_factor(lamp) * shine.factor
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
         return None
@@ -78,13 +74,9 @@ def translate_light(
     return PointLight(**shared, power_w=power)
 
 
-def _reader(translation: Translation, obj: Any, matrix: NDArray[np.float64], random: float) -> LampReader:
+def _reader(translation: Translation, obj: Any, instance: Any, matrix: NDArray[np.float64]) -> LampReader:
     """Reader of the nodes of a lamp."""
-    info = {
-        "object_location": matrix[:3, 3], "object_color": np.array(obj.color[:3]), "object_alpha": obj.color[3],
-        "object_index": float(obj.pass_index), "object_random": random,
-    }  # fmt: skip
-    far = obj.data.type == "SUN"
+    far, info = obj.data.type == "SUN", object_info(obj, instance)
     return LampReader(translation, obj.data.name, on_surface=True, is_far=far, lamp=obj.data, matrix=matrix, info=info)
 
 

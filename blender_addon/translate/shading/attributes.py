@@ -142,6 +142,21 @@ def random_of(obj: Any, instance: Any) -> float:
     return float(hashed_pair(word, 0) / 0xFFFFFFFF)
 
 
+def color_of(obj: Any, instance: Any) -> Any:
+    """Color (r, g, b, alpha) of an object; of an instance that of its instancer, as in Cycles."""
+    return instance.parent.color if instance.is_instance and instance.parent else obj.color
+
+
+def object_info(obj: Any, instance: Any) -> dict[str, tuple[float, ...]]:
+    """Values of the Object Info node for an object, by their names in programs."""
+    color = tuple(map(float, color_of(obj, instance)))
+    place = (instance.matrix_world[row][3] for row in range(3))
+    return {
+        "object_location": tuple(map(float, place)), "object_color": color[:3], "object_alpha": color[3:],
+        "object_index": (float(obj.pass_index),), "object_random": (random_of(obj, instance),),
+    }  # fmt: skip
+
+
 def root_of(obj: Any) -> Any:
     """The topmost parent of an object, itself without one: the name in a cryptomatte of assets."""
     while obj.parent is not None:

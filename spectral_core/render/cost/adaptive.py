@@ -33,6 +33,7 @@ WATCHED = 16384
 _GROWTH = 4.0
 """Largest growth of a tile's samples in one round, before its error is estimated again."""
 _GOLDEN = 0.6180339887498949
+"""Step of numbers in [0, 1) that are evenly spread however many are taken."""
 _FEW = 16.0
 """Samples of each half up to which a tile has a power of two."""
 LONGEST_LAUNCH_S = 4.0

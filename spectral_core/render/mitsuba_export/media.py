@@ -84,11 +84,9 @@ def _coefficient(grid: MediumGrid, values: NDArray[np.float32] | None, constant:
 def _constant_rgb(draft: Draft, color: Paint, subject: str) -> Array:
     found = _constant(draft, color, subject)
     if isinstance(found, Spectrum):
-        from spectral_core.render.mitsuba_scene.paint import white_light
-        from spectral_core.spectra.color import RGB_FROM_XYZ
-        from spectral_core.spectra.observer import xyz_of
+        from spectral_core.render.mitsuba_scene.paint import daylight_rgb
 
-        return np.maximum(RGB_FROM_XYZ @ xyz_of(white_light(), found), 0.0)
+        return np.maximum(daylight_rgb(found), 0.0)
     return np.maximum(found.linear_rgb, 0.0)
 
 
@@ -153,15 +151,13 @@ def _classified(draft: Draft, item: VolumeObject) -> tuple[Array, Array]:
 
 
 def _rgb(transfer: Any, material: Any) -> Array:
-    from spectral_core.render.mitsuba_scene.paint import white_light
-    from spectral_core.spectra.color import RGB_FROM_XYZ
-    from spectral_core.spectra.observer import xyz_of
+    from spectral_core.render.mitsuba_scene.paint import daylight_rgb
     from spectral_core.spectra.spectrum import SpectralGrid
 
     if transfer.wavelengths_nm is None:
         return np.asarray(material.color)
     sampled = Spectrum(material.name, SpectralGrid(transfer.wavelengths_nm), material.color)
-    return np.asarray(RGB_FROM_XYZ @ xyz_of(white_light(), sampled))
+    return daylight_rgb(sampled)
 
 
 def _grid(draft: Draft, name: str, use: str, values: Array, box: Array) -> xml.Element:

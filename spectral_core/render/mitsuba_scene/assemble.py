@@ -25,7 +25,7 @@ from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.trace.media.table import FARTHEST, Surroundings
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
-from spectral_core.scene.geometry import box_of, corners_of
+from spectral_core.scene.geometry import box_of, corners_of, index_box, placed, unit_box
 
 SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radii of scenes that 32-bit numbers represent well; smaller and larger scenes get a note."""
@@ -248,10 +248,9 @@ def bounding_sphere(
     points = [scene.camera.world_from_camera[None, :3, 3]]
     for instance in scene.instances:
         for corners in boxes.get(instance.mesh, ()):
-            points.append(corners @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
+            points.append(placed(corners, instance.world_from_object))
     for volume in scene.volumes:
-        corners = np.array(np.meshgrid(*((-0.5, n - 0.5) for n in volume.data.shape))).reshape(3, 8).T
-        points.append(corners @ volume.world_from_index[:3, :3].T + volume.world_from_index[:3, 3])
+        points.append(placed(unit_box().positions, volume.world_from_index @ index_box(volume.data.shape)))
     everything = np.concatenate(points)
     low, high = everything.min(axis=0), everything.max(axis=0)
     return (low + high) / 2, float(np.linalg.norm(high - low)) / 2

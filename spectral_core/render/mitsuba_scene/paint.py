@@ -45,7 +45,7 @@ def color(context: Context, paint: Paint, subject: str, *, bright: bool = False)
     if isinstance(paint, Color):
         return Tint(np.maximum(paint.linear_rgb, 0.0) if bright else _held(context, paint, subject), kind)
     if isinstance(paint, Spectrum) and not context.spectral:
-        return Tint(_daylight_rgb(paint), kind)
+        return Tint(np.clip(daylight_rgb(paint), 0.0, 1.0), kind)
     if isinstance(paint, Computed):
         return Programmed(paint.program, kind)
     return Textured(reflectance(context, paint, subject), kind)
@@ -72,8 +72,9 @@ def _held(context: Context, paint: Color, subject: str) -> Array:
     return np.clip(rgb, 0.0, 1.0)
 
 
-def _daylight_rgb(paint: Spectrum) -> Array:
-    return np.asarray(np.clip(RGB_FROM_XYZ @ xyz_of(white_light(), paint), 0.0, 1.0))
+def daylight_rgb(reflectance: Spectrum) -> Array:
+    """Linear sRGB (3,) of a reflectance under white light; outside its gamut some are below 0 or above 1."""
+    return np.asarray(RGB_FROM_XYZ @ xyz_of(white_light(), reflectance))
 
 
 def reflectance(context: Context, paint: Paint, subject: str) -> Any:
@@ -86,7 +87,7 @@ def reflectance(context: Context, paint: Paint, subject: str) -> Any:
     if isinstance(paint, Spectrum):
         if context.spectral:
             return sampled_spectrum(context, paint)
-        return reflectance(context, Color(_daylight_rgb(paint)), subject)
+        return reflectance(context, Color(np.clip(daylight_rgb(paint), 0.0, 1.0)), subject)
     if isinstance(paint, ImageTexture):
         return image(context, paint, subject)
     if isinstance(paint, SpectralImage):

@@ -33,7 +33,7 @@ from spectral_core.scene import (
     SunLight,
     leaves,
 )
-from spectral_core.scene.geometry import box_of
+from spectral_core.scene.geometry import box_of, placed
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -84,7 +84,7 @@ def corners(scene: Scene, instance: Instance) -> Array:
 
 
 def _placed(instance: Instance, mesh: Mesh) -> Array:
-    return np.asarray(box_of(mesh) @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
+    return placed(box_of(mesh), instance.world_from_object)
 
 
 def seen_points(scene: Scene) -> Array:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance, white_light
+from spectral_core.render.mitsuba_scene.paint import daylight_rgb, emitted_rgb, emitted_spectrum, unit_luminance
 from spectral_core.render.plan.fluorescence import error_in_rgb
 from spectral_core.render.plan.inventory import paint_parts, shown_materials
 from spectral_core.render.plan.thin_film import film_surfaces
@@ -33,7 +33,7 @@ from spectral_core.scene import (
     values_of,
 )
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
-from spectral_core.spectra.observer import STANDARD, integration_points, observer, xyz_of
+from spectral_core.spectra.observer import STANDARD, integration_points, observer
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
@@ -147,7 +147,7 @@ def _surfaces(paints: list[Any]) -> Iterator[tuple[Array, Any, bool]]:
             yield from _colors(np.atleast_2d(paint.linear_rgb))
         elif isinstance(paint, Spectrum):
             if float(paint.values.max()) <= 1.0 + 1e-6:  # an index of refraction is not a reflectance
-                yield RGB_FROM_XYZ @ xyz_of(white_light(), paint), paint.at, True
+                yield daylight_rgb(paint), paint.at, True
         elif isinstance(paint, ImageTexture):
             pixels = paint.pixels[..., :3].reshape(-1, min(3, paint.pixels.shape[2]))
             rows = pixels[:: max(1, len(pixels) // TEXELS)].astype(np.float64)
@@ -159,7 +159,7 @@ def _surfaces(paints: list[Any]) -> Iterator[tuple[Array, Any, bool]]:
             chosen = weights[:, :: max(1, weights.shape[1] // TEXELS)]
             for values in chosen.T @ paint.spectra:
                 spectrum = Spectrum("texel", SpectralGrid(paint.grid.wavelengths_nm), values)
-                yield RGB_FROM_XYZ @ xyz_of(white_light(), spectrum), spectrum.at, True
+                yield daylight_rgb(spectrum), spectrum.at, True
         elif isinstance(paint, Computed):
             yield from _colors(_PRIMARIES if paint.program.width == 3 else np.full((1, 3), 0.5))
 

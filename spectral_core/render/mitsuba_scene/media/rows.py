@@ -14,8 +14,6 @@ from spectral_core.render.mitsuba_scene.media.grid import grid_row, slots_of
 from spectral_core.render.trace.media.table import MediumRow
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import Color, Paint, ScatteringMedium, gray
-from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
@@ -55,7 +53,7 @@ def _values(context: Context, color: Paint, subject: str) -> Array:
     if isinstance(color, Spectrum):
         if context.spectral:
             return np.maximum(color.at(WAVELENGTHS_NM), 0.0)
-        return np.clip(RGB_FROM_XYZ @ xyz_of(paint.white_light(), color), 0.0, None)
+        return np.maximum(paint.daylight_rgb(color), 0.0)
     if not isinstance(color, Color):
         context.note(subject, "has a volume whose color varies; it is rendered gray")
         color = Color(np.full(3, 0.5))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.trace.media.table import ONLY_BORDER
 from spectral_core.scene import Instance, Scene
-from spectral_core.scene.geometry import box_of
+from spectral_core.scene.geometry import box_of, placed
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,8 @@ def media_at(mitsuba: Any, scene: Any, filled: list[tuple[Any, int]], point: Arr
 def overlapping_media(scene: Scene) -> tuple[bool, tuple[str, ...]]:
     """True if the boxes of some objects with media overlap, and the names of objects where more than two do."""
     filled = {material.name for material in scene.materials if material.medium is not None}
-    items = [item for item in scene.instances if filled.intersection(item.materials)]
+    shown = {mesh.name for mesh in scene.meshes if len(mesh.positions)}
+    items = [item for item in scene.instances if item.mesh in shown and filled.intersection(item.materials)]
     if len(items) < 2:
         return False, ()
     if len(items) > _MOST_COMPARED:
@@ -78,13 +79,5 @@ def overlapping_media(scene: Scene) -> tuple[bool, tuple[str, ...]]:
 def _boxes(scene: Scene, items: list[Instance]) -> tuple[Array, Array]:
     """Lowest and highest corners (n, 3) of objects in the world."""
     boxes = {mesh.name: box_of(mesh) for mesh in scene.meshes}
-    corners = np.array([[bit >> 2 & 1, bit >> 1 & 1, bit & 1] for bit in range(8)], dtype=np.float64)
-    ends = []
-    for item in items:
-        box = np.asarray(boxes[item.mesh], dtype=np.float64)
-        if not len(box):
-            box = np.zeros((1, 3))
-        low, high = box.min(axis=0), box.max(axis=0)
-        placed = (low + corners * (high - low)) @ item.world_from_object[:3, :3].T + item.world_from_object[:3, 3]
-        ends.append((placed.min(axis=0), placed.max(axis=0)))
-    return np.array([low for low, _ in ends]), np.array([high for _, high in ends])
+    corners = np.array([placed(boxes[item.mesh], item.world_from_object) for item in items])
+    return corners.min(axis=1), corners.max(axis=1)
