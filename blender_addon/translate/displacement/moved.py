@@ -30,6 +30,9 @@ def displaced(found: Any, obj: Any, instance: Any, mesh: Mesh, materials: Sequen
         return mesh
     matrix = np.array(instance.matrix_world, dtype=np.float64)
     numbers = object_info(obj, instance)
+    for name in sorted(_unread(mesh, moves, numbers)):
+        words = name.replace("_", " ")
+        found.translation.note(obj.name, f"its displacement depends on the {words}, unknown at vertices here")
     # objects of one mesh share its displaced form, as in Cycles
     key = ("displaced", mesh.name, *(item.material.name for item in materials))
     if key not in found.meshes:
@@ -38,6 +41,22 @@ def displaced(found: Any, obj: Any, instance: Any, mesh: Mesh, materials: Sequen
         made = kept_or_made(found.kept, found.translation, ("displaced", number), frozenset((number,)), state, make)
         found.meshes[key] = replace(made, name=found.unique("mesh", f"{mesh.name} displaced"))
     return found.meshes[key]
+
+
+AT_VERTICES = frozenset({"position", "normal", "true_normal", "incoming", "uv", "tangent", "bitangent"}) | {
+    "world_transform",
+    "object_transform",
+}
+"""Inputs of programs that a vertex has."""
+ZERO = ("ray:", "attribute_alpha", "attribute_factor", "backfacing")
+"""Beginnings of inputs that are 0 at a vertex in Cycles, too; ``note_missing`` names attributes that a mesh lacks."""
+
+
+def _unread(mesh: Mesh, moves: Sequence[Displacement | None], numbers: Mapping[str, Any]) -> set[str]:
+    """Inputs of the displacement that vertices do not have."""
+    asked = {name for move in moves if move is not None for name in move.offset.program.inputs}
+    known = AT_VERTICES | set(numbers) | {attribute.name for attribute in mesh.attributes}
+    return {name for name in asked - known if not name.startswith((*ZERO, "attribute:"))}
 
 
 def moved_mesh(
@@ -127,7 +146,7 @@ class _Reading:
             if attribute.name == name:
                 values = tuple(attribute.values[self._places].astype(np.float64).T)
                 return values[0] if name.startswith(("attribute_alpha", "attribute_factor")) else values
-        if name.startswith(("ray:", "attribute_alpha", "attribute_factor")) or name == "backfacing":
+        if name.startswith(ZERO):
             return zero
         return (zero, zero, zero)
 
