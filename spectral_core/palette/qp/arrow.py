@@ -173,20 +173,6 @@ def _ridged(matrix: Array, share: float) -> Array:
     return ridged
 
 
-def regular_solve(matrix: Array, right: Array) -> Array:
-    """Solve with a symmetric matrix that has no negative curvature, under the ridge of H."""
-    if not matrix.size:
-        return right
-    factor, failed = dpotrf(_ridged(matrix, RIDGE), lower=1)
-    for boost in BOOSTS:
-        if not failed:
-            break
-        factor, failed = dpotrf(_ridged(matrix, boost), lower=1)
-    if failed:
-        raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
-    return np.asarray(dpotrs(factor, right, lower=1)[0])
-
-
 def symmetric_solve(matrix: Array, right: Array) -> Array:
     factor, failed = dpotrf(matrix, lower=1)
     if not failed:
