@@ -173,6 +173,16 @@ def _ridged(matrix: Array, share: float) -> Array:
     return ridged
 
 
+def regular_factor(matrix: Array) -> Array:
+    """Lower Cholesky factor of a symmetric matrix that has no negative curvature, under the ridge of H."""
+    for share in (RIDGE, *BOOSTS):
+        # LAPACK copies what is not in its order of columns; the matrix is symmetric.
+        factor, failed = dpotrf(_ridged(matrix, share).T, lower=1, overwrite_a=1)
+        if not failed:
+            return np.asarray(factor)
+    raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
+
+
 def symmetric_solve(matrix: Array, right: Array) -> Array:
     factor, failed = dpotrf(matrix, lower=1)
     if not failed:
