@@ -13,7 +13,7 @@ import numpy as np
 from spectral_core.errors import SpectralError
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.live import edits
-from spectral_core.render.live.changes import difference, equal
+from spectral_core.render.live.changes import difference
 from spectral_core.render.live.held import lay_open
 from spectral_core.render.live.media import look_from
 from spectral_core.render.live.passes import Launcher
@@ -23,6 +23,7 @@ from spectral_core.render.mitsuba_scene.units import SMALLEST_RADIUS
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.render.plan.simulated import simulated_scene
+from spectral_core.render.same import equal
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.scene import Note, Scene
 
