@@ -36,9 +36,7 @@ Array = NDArray[np.float64]
 
 ELLIPSE_CORNERS = 96
 SMALLEST_AREA = 1e-13
-"""Least area of a light, relative to its distance from the origin: 32-bit positions cannot separate the corners of
-smaller ones.
-"""
+"""Least area of a light, relative to its distance from the origin, whose corners 32-bit positions can separate."""
 NARROWEST_RAD = np.radians(0.02)
 """Least spread of a panel: positions of 32 bits keep no narrower beam."""
 SUN_DISTANCE = 2e3
