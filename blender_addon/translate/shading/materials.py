@@ -121,7 +121,7 @@ def _displacement(reader: Reader, place: Input, method: str) -> Displacement | N
         return None
     offset = None if method == "BUMP" else Computed(reader.as_value(reader.field(place)).program(3))
     if method != "DISPLACEMENT":
-        reader.raised = raised_normal(reader, place)
+        reader.raised = raised_normal(reader, place, moved=method == "BOTH")
     return None if offset is None else Displacement(offset, bends=method == "DISPLACEMENT")
 
 
