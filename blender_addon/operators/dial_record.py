@@ -18,6 +18,7 @@ from ..editing.dial import changes, live
 from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, store_members
 from ..editing.dial.recording import Recording, remember_recorded
+from ..translate.view_transform import view_transform_of
 from .common import UNDOABLE, Waiting, chosen_path, reporting
 from .dial import dial_in, reset
 
@@ -106,6 +107,7 @@ class _Translating(Waiting):
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
         self._asked = AsRendered(context, at_once=at_once)
+        view_transform_of(context.scene)  # the recording asks for it again, in a step of its own
 
     def is_prepared(self) -> bool:
         return self._recording is not None or not self._asked.is_running
@@ -147,7 +149,7 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
     def end(self, scene: Scene, answer: _Recorded) -> None:
         assert self._recording is not None
         note = _keep(scene, self._recording, answer)
-        changes.compare(scene)
+        changes.LIVE.request(scene)  # later: it translates the scene once more
         live.redraw_dial()
         text = f"recorded: {scene.spectral.dial.facts}{self._recording.told}{note}"
         self.report({"WARNING" if note else "INFO"}, text)
