@@ -173,23 +173,25 @@ feature("unusual/caustics of a lamp through glass", lambda s: (
 # --- closures in odd sums ---------------------------------------------------------------------------------------------
 
 
-def _added(first: str, second: str, **values: Any) -> Callable[[Stage], None]:
+def _added(first: str, second: str, how: str = "AddShader", **values: Any) -> Callable[[Stage], None]:
     def build(stage: Stage) -> None:
-        tree, add = stage.tree(), stage.node("ShaderNodeAddShader")
+        tree, add = stage.tree(), stage.node(f"ShaderNode{how}")
         one, other = stage.node(f"ShaderNode{first}"), stage.node(f"ShaderNode{second}")
         for name, value in values.items():
             other.inputs[name.replace("_", " ")].default_value = value
-        stage.link(one.outputs[0], add.inputs[0])
-        stage.link(other.outputs[0], add.inputs[1])
+        stage.link(one.outputs[0], add.inputs[-2])
+        stage.link(other.outputs[0], add.inputs[-1])
         stage.link(add.outputs[0], tree.nodes["output"].inputs["Surface"])
 
     return build
 
 
 feature("unusual/transparent and emission", _added("BsdfTransparent", "Emission", Strength=0.3, Color=(0.2, 0.5, 1, 1)))
-feature("unusual/glass and diffuse", _added("BsdfGlass", "BsdfDiffuse", Color=(0.2, 0.1, 0.05, 1)), 3)
+feature("unusual/glass and diffuse", _added("BsdfGlass", "BsdfDiffuse", "MixShader", Color=(0.2, 0.1, 0.05, 1)), 3)
 feature("unusual/transparent beyond 1", lambda s: s.shader("ShaderNodeBsdfTransparent", Color=(1.5, 0.6, 0.2, 1)))
-feature("unusual/translucent and subsurface", _added("BsdfTranslucent", "SubsurfaceScattering", Scale=0.2), 3)
+feature(
+    "unusual/translucent and subsurface", _added("BsdfTranslucent", "SubsurfaceScattering", "MixShader", Scale=0.2), 3
+)
 
 
 def _half_hole(stage: Stage) -> None:
