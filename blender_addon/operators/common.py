@@ -211,6 +211,20 @@ class Waiting:
         return {"CANCELLED"}
 
 
+class WaitingForFile(Waiting):
+    """A Waiting operator whose file the artist chooses in the file browser; put it before the browser's helper."""
+
+    options: Any
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        """Open the file browser."""
+        return super(Waiting, self).invoke(context, event)  # type: ignore[misc]
+
+    def execute(self, context: Context) -> set[str]:
+        """Work on a thread after the file browser, now for a script."""
+        return self.start(context) if self.options.is_invoke else super().execute(context)
+
+
 def _answer_of(work: Callable[[], Any]) -> Any:
     """The answer, or the error in its place, which a thread cannot pass on."""
     try:
