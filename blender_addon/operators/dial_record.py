@@ -100,29 +100,38 @@ def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
         bulb.color = display_rgb_from_linear(linear / max(float(linear.max()), 1e-9))
 
 
+_under_way: set[int] = set()
+"""Session numbers of the scenes that are translated or recorded."""
+
+
 class _Translating(Waiting):
     """Base of operators that need the scene as F12 renders it."""
 
-    _asked: AsRendered
+    _asked: AsRendered | None = None
+    _uid = 0
     _recording: Recording | None = None
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
+        if context.scene.session_uid in _under_way:
+            raise InvalidInputError("this scene is being recorded; wait for the end, or stop it with Esc")
         self._asked = AsRendered(context, at_once=at_once)
+        self._uid = context.scene.session_uid
+        _under_way.add(self._uid)
         view_transform_of(context.scene)  # the recording asks for it again, in a step of its own
 
     def is_prepared(self) -> bool:
-        return self._recording is not None or not self._asked.is_running
+        return self._recording is not None or self._asked is None or not self._asked.is_running
 
     def read(self, context: Context, *, only_changed: bool = False) -> Recording:
         """The scene, with what else a recording needs from Blender."""
+        assert self._asked is not None
         self._recording = Recording.of(context, self._asked.take(), only_changed=only_changed)
         return self._recording
 
-    def failed(self, scene: Scene) -> None:
-        self._asked.leave()
-
-    def abandoned(self) -> None:
-        self._asked.leave()
+    def leave(self) -> None:
+        if self._asked is not None:
+            self._asked.leave()
+        _under_way.discard(self._uid)
 
 
 class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
@@ -141,7 +150,6 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
 
     def begin(self, context: Context) -> Callable[[], _Recorded]:
         if self._is_stopped:
-            self._asked.leave()
             raise RenderCancelled("stopped before the recording began")
         recording = self.read(context, only_changed=self.only_changed)
         path = live.transport_path(dial_in(context))

@@ -54,7 +54,7 @@ def operator(blender):
         work = staticmethod(lambda: 7)
 
         def __init__(self):
-            self.reports, self.answers, self.undone = [], [], []
+            self.reports, self.answers, self.undone, self.left = [], [], [], 0
 
         def report(self, kind, text):
             self.reports.append((kind, text))
@@ -71,8 +71,8 @@ def operator(blender):
         def failed(self, scene):
             self.undone.append(scene)
 
-        def abandoned(self):
-            self.undone.append(None)
+        def leave(self):
+            self.left += 1
 
     return Operator()
 
@@ -96,9 +96,11 @@ def test_work_begins_when_it_is_prepared(operator, context):
     operator.is_ready = True
     assert finished(operator, context) == {"FINISHED"}
     assert operator.answers == [(context.scene, 7)]
+    assert operator.left == 1
     assert context.window_manager.timers == 0
     assert context.words[-1] is None
     assert operator.undone == []
+    assert operator.left == 1
 
 
 @pytest.mark.parametrize("error", [InvalidInputError("no lights"), OSError("disk full")])
@@ -111,6 +113,7 @@ def test_an_error_of_the_work_is_reported_once(operator, context, error):
     assert finished(operator, context) == {"CANCELLED"}
     assert operator.reports == [({"ERROR"}, str(error))]
     assert operator.undone == [context.scene]
+    assert operator.left == 1
     assert context.window_manager.timers == 0
 
 
@@ -131,7 +134,8 @@ def test_a_scene_that_is_deleted_meanwhile_ends_the_work(operator, context, blen
     blender.data.scenes.remove(context.scene)
     context.scene = blender.context.scene
     assert finished(operator, context) == {"CANCELLED"}
-    assert operator.undone == [None]
+    assert operator.undone == []
+    assert operator.left == 1
     assert operator.answers == []
 
 
@@ -139,4 +143,5 @@ def test_a_script_gets_the_answer_at_once(operator, context):
     operator.is_ready = True
     assert operator.execute(context) == {"FINISHED"}
     assert operator.answers == [(context.scene, 7)]
+    assert operator.left == 1
     assert context.window_manager.timers == 0
