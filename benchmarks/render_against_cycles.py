@@ -6,7 +6,8 @@ mean square error against its own converged picture: (x - r)² / (r² + (mean r 
 out. Error falls as one over time, so the ratio of times at equal error is (ours · our error) / (Cycles' · its error).
 Neither engine denoises, clamps or ends paths before 12 bounces. Times are of the whole render command, in seconds of
 the processor's cores together (work), which other programs on the machine do not change; those on the wall are printed
-beside. Names of scenes as further arguments render those alone.
+beside. ``--only WORDS``: scenes of these names, or whose name has the word, separated by commas; ``--more``: eight
+others (hair, textures, a lens, a tiny sun).
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 
+OPTIONS = ("--only", "--more")
 BOUNCES = 12
 
 
@@ -28,7 +30,10 @@ def run(options: Options) -> dict[str, Any]:
     import bpy
 
     import blender_addon
+    from benchmarks._cycles_more import MORE
     from benchmarks._cycles_scenes import SCENES
+
+    scenes = {**SCENES, **MORE}
 
     if not hasattr(bpy.types.Scene, "spectral"):
         blender_addon.register()
@@ -38,9 +43,10 @@ def run(options: Options) -> dict[str, Any]:
         f"{'scene':18} {'our work':>8} {'its work':>8} {'our s':>7} {'its s':>7} {'our error':>10} {'its error':>10} "
         f"{'ratio':>6} {'wall':>6}"
     )
-    for name in options.extra or SCENES:
+    names = list(MORE) if options.extra == ["--more"] else options.only(scenes) if options.extra else list(SCENES)
+    for name in names:
         _prepare(size)
-        SCENES[name]()
+        scenes[name]()
         ours, cycles = (_figures(engine, samples, many) for engine in ("SPECTRAL", "CYCLES"))
         errors = ours[1] / cycles[1]
         ratio, on_wall = (of / than * errors for of, than in zip(ours[0], cycles[0], strict=True))
