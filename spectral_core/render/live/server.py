@@ -173,7 +173,7 @@ class Server:
             view.picture = ViewPicture(stage.launcher, request, self._stride(request, kept))
             view.started = time.monotonic()
         picture = view.picture
-        stage.look_from(request.viewpoint)
+        stage.look_from(request.viewpoint, request.width)
         shows_more = picture.step()
         seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
         kept.seconds = seconds if kept.seconds is None else min(seconds, SLOWER * kept.seconds)

@@ -52,6 +52,7 @@ class Stage:
         self._launcher: Launcher | None = None
         self._spare: list[Any] = []
         self._seen_from: Viewpoint | None = None
+        self._width = 0
 
     @property
     def launcher(self) -> Launcher:
@@ -105,14 +106,14 @@ class Stage:
         assert self.scene is not None
         activate(choose_backend("spectral" if self.plan.is_spectral else "rgb", self.scene.settings.variant))
 
-    def look_from(self, viewpoint: Viewpoint) -> None:
-        """Set the camera that shading programs read for the next view."""
-        if viewpoint.same_as(self._seen_from):
+    def look_from(self, viewpoint: Viewpoint, width: int = 1920) -> None:
+        """Set the camera that shading programs read for the next view, ``width`` pixels wide."""
+        if viewpoint.same_as(self._seen_from) and width == self._width:
             return
-        self._seen_from = viewpoint
+        self._seen_from, self._width = viewpoint, width
         assert self._job is not None
         seen, context = viewpoint.scaled(self._job.unit), self._job.loaded.scene.parts.context
-        context.tables.look_from(seen.camera_from_world, seen.window)
+        context.tables.look_from(seen.camera_from_world, seen.window, seen.window[0] / width)
         readers = [made for made in context.made if hasattr(made, "program")]
         if readers:
             lay_open(readers, self._job.loaded.mitsuba)

@@ -233,7 +233,8 @@ def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     # any inverse serves for a singular camera matrix, because making its rays raises an error
     camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
-    tables.look_from(camera_from_world, camera.window(film))
+    window = camera.window(film)
+    tables.look_from(camera_from_world, window, window[0] / film.width)
 
 
 def size_note(radius: float) -> tuple[Note, ...]:
