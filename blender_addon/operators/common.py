@@ -129,10 +129,10 @@ class Waiting:
         raise NotImplementedError
 
     def failed(self, scene: Scene) -> None:
-        """Take back what ``prepare`` and ``begin`` have changed."""
+        """Take back what ``begin`` has changed."""
 
-    def abandoned(self) -> None:
-        """Take back what ``prepare`` has changed outside the scene, which was deleted."""
+    def leave(self) -> None:
+        """Give back what ``prepare`` has taken; called at the end, whatever the end is."""
 
     def execute(self, context: Context) -> set[str]:
         """Do the work now."""
@@ -140,6 +140,7 @@ class Waiting:
             self.prepare(context, at_once=True)
             work = self.begin(context)
         except (SpectralError, OSError) as error:
+            self.leave()
             return self.refused(error)
         return self._ended(context.scene, _answer_of(work))
 
@@ -155,6 +156,7 @@ class Waiting:
             if self.is_prepared():
                 self._begin_on_thread(context)
         except (SpectralError, OSError) as error:
+            self.leave()
             return self.refused(error)
         manager = context.window_manager
         self._timer = manager.event_timer_add(LOOK_AGAIN_S, window=context.window)
@@ -186,7 +188,7 @@ class Waiting:
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
         if scene is None:
-            self.abandoned()
+            self.leave()
             return {"CANCELLED"}  # deleted in the meantime
         found = self._ended(scene, self._answers[0])
         for area in context.screen.areas if context.screen else ():
@@ -194,6 +196,7 @@ class Waiting:
         return found
 
     def _ended(self, scene: Scene, answer: Any) -> set[str]:
+        self.leave()
         if not isinstance(answer, Exception):
             try:
                 self.end(scene, answer)
@@ -209,6 +212,20 @@ class Waiting:
         """Report an error."""
         self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
         return {"CANCELLED"}
+
+
+class WaitingForFile(Waiting):
+    """A Waiting operator whose file the artist chooses in the file browser; put it before the browser's helper."""
+
+    options: Any
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        """Open the file browser."""
+        return super(Waiting, self).invoke(context, event)  # type: ignore[misc]
+
+    def execute(self, context: Context) -> set[str]:
+        """Work on a thread after the file browser, now for a script."""
+        return self.start(context) if self.options.is_invoke else super().execute(context)
 
 
 def _answer_of(work: Callable[[], Any]) -> Any:

@@ -19,10 +19,11 @@ from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, store_members
 from ..editing.dial.recording import Recording, remember_recorded
 from ..translate.view_transform import view_transform_of
-from .common import UNDOABLE, Waiting, chosen_path, reporting
+from .common import UNDOABLE, Waiting, WaitingForFile, chosen_path
 from .dial import dial_in, reset
 
 if TYPE_CHECKING:
+    from spectral_core.render.relight.mix import LiveMix
     from spectral_core.render.relight.transport import Transport
 
 
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 class _Recorded:
     """What the thread hands back. ``unsaved``: the error of a file that could not be written."""
 
-    transport: "Transport"
+    mix: "LiveMix"
     unsaved: Exception | None
 
 
@@ -43,8 +44,8 @@ def _record(recording: Recording, path: Path) -> _Recorded:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_transport(path, transport, only_over_transports=True)  # the path may come from a downloaded .blend
     except (SpectralError, OSError) as error:
-        return _Recorded(transport, error)
-    return _Recorded(transport, None)
+        return _Recorded(live.mix_of(transport), error)
+    return _Recorded(live.mix_of(transport), None)
 
 
 def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
@@ -54,8 +55,8 @@ def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
     can write.
     """
     dial = scene.spectral.dial
-    _take(scene, recorded.transport, recording.members)
-    live.remember(scene, recorded.transport)
+    _take(scene, recorded.mix.transport, recording.members)
+    live.remember(scene, recorded.mix)
     remember_recorded(scene, recording)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
         live.show(scene)
@@ -99,29 +100,38 @@ def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
         bulb.color = display_rgb_from_linear(linear / max(float(linear.max()), 1e-9))
 
 
+_under_way: set[int] = set()
+"""Session numbers of the scenes that are translated or recorded."""
+
+
 class _Translating(Waiting):
     """Base of operators that need the scene as F12 renders it."""
 
-    _asked: AsRendered
+    _asked: AsRendered | None = None
+    _uid = 0
     _recording: Recording | None = None
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
+        if context.scene.session_uid in _under_way:
+            raise InvalidInputError("this scene is being recorded; wait for the end, or stop it with Esc")
         self._asked = AsRendered(context, at_once=at_once)
+        self._uid = context.scene.session_uid
+        _under_way.add(self._uid)
         view_transform_of(context.scene)  # the recording asks for it again, in a step of its own
 
     def is_prepared(self) -> bool:
-        return self._recording is not None or not self._asked.is_running
+        return self._recording is not None or self._asked is None or not self._asked.is_running
 
     def read(self, context: Context, *, only_changed: bool = False) -> Recording:
         """The scene, with what else a recording needs from Blender."""
+        assert self._asked is not None
         self._recording = Recording.of(context, self._asked.take(), only_changed=only_changed)
         return self._recording
 
-    def failed(self, scene: Scene) -> None:
-        self._asked.leave()
-
-    def abandoned(self) -> None:
-        self._asked.leave()
+    def leave(self) -> None:
+        if self._asked is not None:
+            self._asked.leave()
+        _under_way.discard(self._uid)
 
 
 class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
@@ -140,7 +150,6 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
 
     def begin(self, context: Context) -> Callable[[], _Recorded]:
         if self._is_stopped:
-            self._asked.leave()
             raise RenderCancelled("stopped before the recording began")
         recording = self.read(context, only_changed=self.only_changed)
         path = live.transport_path(dial_in(context))
@@ -174,7 +183,7 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
         return done
 
 
-class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
+class SPECTRAL_OT_dial_keep(WaitingForFile, bpy.types.Operator, ExportHelper):
     """Write the recorded transport to a file of your choice, which the dial then uses"""
 
     bl_idname = "spectral.dial_keep"
@@ -183,18 +192,25 @@ class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
     filename_ext = ".exr"
     filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
 
-    @reporting
-    def execute(self, context: Context) -> None:
-        from spectral_core.render.relight.transport_file import write_transport
+    def begin(self, context: Context) -> Callable[[], "LiveMix"]:
+        mix, path = live.live_mix(context.scene), chosen_path(self.filepath)
+        return lambda: _written(path, mix)
 
-        transport = live.live_mix(context.scene).transport
-        write_transport(chosen_path(self.filepath), transport)
-        dial_in(context).filepath = self.filepath
-        live.remember(context.scene, transport)
+    def end(self, scene: Scene, answer: "LiveMix") -> None:
+        scene.spectral.dial.filepath = self.filepath
+        live.remember(scene, answer)
         self.report({"INFO"}, f"saved {self.filepath}")
 
 
-class SPECTRAL_OT_dial_load(_Translating, bpy.types.Operator, ImportHelper):
+def _written(path: Path, mix: "LiveMix") -> "LiveMix":
+    """Write the transport; a mix of it without lamps."""
+    from spectral_core.render.relight.transport_file import write_transport
+
+    write_transport(path, mix.transport)
+    return live.mix_of(mix.transport)
+
+
+class SPECTRAL_OT_dial_load(_Translating, WaitingForFile, bpy.types.Operator, ImportHelper):
     """Load a transport that was recorded earlier from this scene, here or by the command line"""
 
     bl_idname = "spectral.dial_load"
@@ -203,30 +219,24 @@ class SPECTRAL_OT_dial_load(_Translating, bpy.types.Operator, ImportHelper):
     filename_ext = ".exr"
     filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
 
-    def invoke(self, context: Context, event: Event) -> set[str]:
-        return ImportHelper.invoke(self, context, event)
-
-    def execute(self, context: Context) -> set[str]:
-        return self.start(context) if self.options.is_invoke else super().execute(context)
-
     def prepare(self, context: Context, *, at_once: bool) -> None:
         chosen_path(self.filepath)
         super().prepare(context, at_once=at_once)
 
-    def begin(self, context: Context) -> Callable[[], "Transport"]:
+    def begin(self, context: Context) -> Callable[[], "LiveMix"]:
         recording, path = self.read(context), chosen_path(self.filepath)
         return lambda: _read(path, recording)
 
-    def end(self, scene: Scene, answer: "Transport") -> None:
+    def end(self, scene: Scene, answer: "LiveMix") -> None:
         assert self._recording is not None
         scene.spectral.dial.filepath = self.filepath
-        _take(scene, answer, self._recording.members)
+        _take(scene, answer.transport, self._recording.members)
         live.remember(scene, answer)
         remember_recorded(scene, self._recording)
         live.show(scene)
 
 
-def _read(path: Path, recording: Recording) -> "Transport":
+def _read(path: Path, recording: Recording) -> "LiveMix":
     """The transport of a file, if it is of this scene."""
     from spectral_core.render.relight.transport_file import read_transport
     from spectral_core.scene import scene_hash
@@ -234,7 +244,7 @@ def _read(path: Path, recording: Recording) -> "Transport":
     transport = read_transport(path, scene_hash=scene_hash(recording.scene))
     _require_grouping(transport, recording)
     recording.identify()
-    return transport
+    return live.mix_of(transport)
 
 
 def _require_grouping(transport: "Transport", recording: Recording) -> None:

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, StringProperty
-from bpy.types import Context, Event
+from bpy.types import Context
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
@@ -12,11 +12,11 @@ from spectral_core.errors import InvalidInputError
 from ..translate.palette import load as palette_load
 from ..translate.palette.problem import palette_problem
 from ..translate.spectra.stored import carried_spectrum
-from .common import UNDOABLE, chosen_path, palette_in, reporting
+from .common import UNDOABLE, WaitingForFile, chosen_path, palette_in, reporting
 from .palette_solve import Solving
 
 
-class SPECTRAL_OT_palette_import(Solving, bpy.types.Operator, ImportHelper):
+class SPECTRAL_OT_palette_import(Solving, WaitingForFile, bpy.types.Operator, ImportHelper):
     """Replace the palette by one from a TOML or JSON file, and solve it"""
 
     bl_idname = "spectral.palette_import"
@@ -24,12 +24,6 @@ class SPECTRAL_OT_palette_import(Solving, bpy.types.Operator, ImportHelper):
     bl_options = UNDOABLE
     filename_ext = ".toml"
     filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
-
-    def invoke(self, context: Context, event: Event) -> set[str]:
-        return ImportHelper.invoke(self, context, event)
-
-    def execute(self, context: Context) -> set[str]:
-        return self.start(context) if self.options.is_invoke else super().execute(context)
 
     def change(self, context: Context) -> None:
         from spectral_core.palette.files import read_palette

@@ -86,6 +86,10 @@ def test_a_moving_camera_and_a_fixed_lamp(build, moments):
     lamp = build.light("POINT")
     fly(lamp)
     assert moments().moments == ()
+    assert moments().lights[0].world_from_light[0, 3] == pytest.approx(1.0)
+    bpy.context.scene.render.motion_blur_position = "START"
+    shown = moments()  # as in Cycles, what is not blurred stands where it is in the middle of the time
+    assert shown.moments == () and shown.lights[0].world_from_light[0, 3] == pytest.approx(1.5)
     build.camera()
     fly(bpy.context.scene.camera)
     scene = moments()

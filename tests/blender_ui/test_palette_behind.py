@@ -30,7 +30,8 @@ class Timers:
 @pytest.fixture
 def window(blender, monkeypatch):
     """A session whose solves run on a thread that waits for ``gate``."""
-    from blender_addon.editing.palette import behind, live
+    from blender_addon.editing import behind
+    from blender_addon.editing.palette import live
 
     blender.ops.spectral.palette_preset(preset=PRESET)
     scene = blender.context.scene
@@ -39,21 +40,21 @@ def window(blender, monkeypatch):
     monkeypatch.setattr(behind, "bpy", SimpleNamespace(app=app, data=blender.data))
     monkeypatch.setattr(behind, "PATIENCE_SECONDS", 0.0)
     gate = threading.Event()
-    run = behind.run
-    monkeypatch.setattr(
-        live.behind, "run", lambda scene, work, done: run(scene, lambda: gate.wait(30) and work(), done)
-    )
-    yield SimpleNamespace(scene=scene, palette=scene.spectral.palette, gate=gate, behind=behind, live=live)
+    solves = behind.Behind("test")
+    run = solves.run
+    monkeypatch.setattr(live, "SOLVES", solves)
+    monkeypatch.setattr(solves, "run", lambda scene, work, done: run(scene, lambda: gate.wait(30) and work(), done))
+    yield SimpleNamespace(scene=scene, palette=scene.spectral.palette, gate=gate, solves=solves, live=live)
     gate.set()
-    behind.stop()
+    solves.stop()
 
 
 def arrive(window):
     """Let the thread answer, and hand the answer on."""
     window.gate.set()
-    for found in list(window.behind._running.values()):
+    for found in list(window.solves.running.values()):
         found.answer.result(30)
-    return window.behind.collect()
+    return window.solves.collect()
 
 
 def test_an_edit_is_answered_later_and_the_table_is_outdated_until_then(window):
@@ -74,7 +75,7 @@ def test_an_edit_during_a_solve_is_solved_after_it(window, monkeypatch):
     window.live._follow(window.scene)
     cell.target = (0.6, 0.5, 0.3)
     window.live._follow(window.scene)
-    assert len(window.behind._running) == 1, "a scene has one solve at a time"
+    assert len(window.solves.running) == 1, "a scene has one solve at a time"
     before = tuple(cell.actual)
     asked.clear()
     arrive(window)
@@ -98,9 +99,9 @@ def test_an_answer_for_another_table_is_dropped(window):
 def test_a_deleted_scene_ends_the_wait(window, blender):
     window.palette.materials[0].cells[0].target = (0.2, 0.5, 0.3)
     window.live._follow(window.scene)
-    window.behind._running[-1] = window.behind._running.pop(window.scene.session_uid)
+    window.solves.running[-1] = window.solves.running.pop(window.scene.session_uid)
     assert arrive(window) is None
-    assert not window.behind._running
+    assert not window.solves.running
 
 
 def test_a_solver_that_fails_leaves_its_text(window, monkeypatch):

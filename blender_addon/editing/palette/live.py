@@ -12,14 +12,16 @@ from ...properties import hooks
 from ...properties.hooks import Topic
 from ...translate.palette.solution import show_stored_colors
 from ...translate.palette.table import fill_references, paused
+from ..behind import Behind
 from ..deferred import Deferred, redraw
-from . import behind, possible
+from . import possible
 from .solve import Solve, finishing_solve, forget_solutions, keep, live_solve
 
 DELAY_SECONDS = 0.005
 """Time from an edit to its solution; further edits in this time are solved together."""
 REST_SECONDS = 0.3
 """Time without a further edit after which the solution is finished: all rounds, and the conflicts."""
+SOLVES = Behind("palette")
 AREAS = ("VIEW_3D", "PROPERTIES", "NODE_EDITOR")
 
 
@@ -45,12 +47,12 @@ def _mode_changed(cell: bpy.types.PropertyGroup) -> None:
 
 
 def _follow(scene: bpy.types.Scene) -> None:
-    if not behind.is_busy(scene, LIVE.request):
+    if not SOLVES.is_busy(scene, LIVE.request):
         _solve(scene, live_solve(scene), lambda: None)
 
 
 def _finish(scene: bpy.types.Scene) -> None:
-    if not behind.is_busy(scene, LIVE.request):
+    if not SOLVES.is_busy(scene, LIVE.request):
         _solve(scene, finishing_solve(scene), lambda: possible.follow(scene))
 
 
@@ -65,7 +67,7 @@ def _solve(scene: bpy.types.Scene, solve: Solve | None, then: Callable[[], None]
     if solve is None:
         show()
     else:
-        behind.run(scene, solve.answer, done)
+        SOLVES.run(scene, solve.answer, done)
 
 
 def show() -> None:
@@ -124,6 +126,6 @@ def unregister() -> None:
         getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(*LISTENERS)
     LIVE.cancel()
-    behind.stop()
+    SOLVES.stop()
     possible.stop()
     forget_solutions()

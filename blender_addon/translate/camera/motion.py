@@ -75,7 +75,7 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
                     frame_set(int(np.floor(time)), float(time - np.floor(time)))
                     keys[place], steps = _key(depsgraph, camera, parts)
             if not any(_moves(scene, key, steps) for key in keys.values()):
-                return scene
+                return _in_the_middle(scene, keys[most // 2])
     finally:
         frame_set(frame, subframe)
     count = int(np.clip(scene.film.samples // SAMPLES_PER_MOMENT, FEWEST, MOST))
@@ -86,9 +86,19 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
         Note(name, "its shape or number of vertices changes while the shutter is open; it is rendered without motion")
         for name in sorted(lost)
     )
-    middle = ordered[most // 2]  # lamps stand where they are in the middle, as in Cycles
-    lights = tuple(middle.lights.get(light.name, light) for light in scene.lights)
+    lights = _lights(scene, ordered[most // 2])
     return replace(scene, moments=moments, lights=lights, notes=(*scene.notes, *notes))
+
+
+def _in_the_middle(scene: Scene, middle: _Key) -> Scene:
+    """A scene in which nothing is blurred: it is shown in the middle of the shutter's open time, as in Cycles."""
+    moment = _moment(scene, [middle] * 3, _Steps(0, {}, {}), 0.5, _lost(scene, [middle]))
+    return replace(scene.at(moment), lights=_lights(scene, middle))
+
+
+def _lights(scene: Scene, middle: _Key) -> tuple[Light, ...]:
+    """The lamps where they stand in the middle of the shutter's open time; the suns of skies stay."""
+    return tuple(middle.lights.get(light.name, light) for light in scene.lights)
 
 
 def instants(render: Any, count: int) -> NDArray[np.float64]:
@@ -180,9 +190,8 @@ def _moment(scene: Scene, keys: list[_Key], steps: _Steps, time: float, lost: se
                 instances.append(replace(item, world_from_object=placed))
     meshes = []
     for mesh in scene.meshes:
-        parts = steps.meshes.get(mesh.name, 0)
-        if mesh.name not in lost and parts:
-            one, other, share = _around(keys, parts, time)
+        if mesh.name not in lost:
+            one, other, share = _around(keys, steps.meshes.get(mesh.name, 0), time)
             shape = _blend(mesh, one.shapes[mesh.name], other.shapes[mesh.name], share)
             if not same_mesh(mesh, shape):
                 meshes.append(shape)

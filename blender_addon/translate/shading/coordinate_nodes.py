@@ -227,9 +227,6 @@ def _normal_map(reader: Reader, output: Output) -> Any:
     if getattr(node, "convention", "OPENGL") == "DIRECTX":  # from Blender 5.2 on: green points down
         color = reader.emit("vector_math", color, np.array((1.0, -1.0, 1.0)), np.array((0.0, 1.0, 0.0)), 0.0,
                             settings=("MULTIPLY_ADD",))  # fmt: skip
-    source = linked(output.input("Color"))
-    if source is not None and source.node.type != "TEX_IMAGE":  # computed normals are less steep than baked ones
-        reader.note(f"{output.label!r}: where its normals lean far away from the surface it is brighter than in Cycles")
     if node.space == "TANGENT":
         return reader.emit("normal_map", color, strength, reader.point("normal"), *uv_axes(reader, node.uv_map))
     direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
