@@ -28,13 +28,16 @@ def test_a_ball_of_triangles_is_a_ball():
     assert volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
 
 
-def test_tubes_keep_radius_and_length():
+def test_tubes_keep_mean_width_and_length():
+    """Seen from all sides a hexagon is as wide as a circle of its circumference."""
     from blender_addon.translate.strands import SIDES, tubes
 
     points = np.array([[0, 0, z] for z in (0, 1, 2.0)] + [[5, 0, 0], [6, 0, 0]])
     mesh = tubes("hair", points, np.full(5, 0.1), np.array([3, 2]))
     first = mesh.positions[np.abs(mesh.positions[:, 0]) < 1]
-    assert np.allclose(np.hypot(first[:, 0], first[:, 1]), 0.1, atol=1e-6) and np.ptp(first[:, 2]) == pytest.approx(2)
+    ring = first[:SIDES, :2]
+    edges = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
+    assert edges.sum() == pytest.approx(2 * np.pi * 0.1, rel=1e-5) and np.ptp(first[:, 2]) == pytest.approx(2)
     assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1, atol=1e-5)
     a, b, c = (mesh.positions[mesh.triangles[:, k]] for k in range(3))
     facing = np.einsum("ti,ti->t", np.cross(b - a, c - a), mesh.normals[mesh.triangles[:, 0]])

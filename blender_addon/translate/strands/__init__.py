@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
+from spectral_core.scene import STRAND_AXIS, STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
 from spectral_core.scene.geometry import Attribute
 
 from ..meshes import OUTPUTS, output_of
@@ -18,6 +18,10 @@ from ..shading.attributes import hashed_pair
 Array = NDArray[np.float64]
 
 SIDES = STRAND_SIDES
+WIDER = np.pi / (SIDES * np.sin(np.pi / SIDES))
+"""Radius of a tube's vertices over that of its strand: seen from all sides, its mean width is the strand's."""
+STRAND_READS = (STRAND_TANGENT, STRAND_RANDOM, STRAND_PLACE, STRAND_AXIS)
+"""Attributes of strands that materials read."""
 BETWEEN = 3
 """Added points between two points of a strand, along a smooth curve through them."""
 MOST_TRIANGLES = 6_000_000
@@ -38,7 +42,12 @@ def curves_mesh(name: str, curves: Any, reads: frozenset[str] = frozenset()) -> 
     radii = _radii(curves, count)
     lengths = np.empty(len(curves.curves), np.int32)
     curves.curves.foreach_get("points_length", lengths)
-    return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths, reads)
+    axes = None
+    if STRAND_AXIS in reads:
+        given = np.empty(count * 3, np.float32)
+        curves.normals.foreach_get("vector", given)
+        axes = given.reshape(-1, 3).astype(np.float64)
+    return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths, reads, axes)
 
 
 def particle_mesh(
@@ -88,25 +97,36 @@ def _thickness(along: Array, settings: Any) -> Array:
 
 
 def tubes(
-    name: str, points: Array, radii: Array, lengths: NDArray[Any], reads: frozenset[str] = frozenset()
+    name: str,
+    points: Array,
+    radii: Array,
+    lengths: NDArray[Any],
+    reads: frozenset[str] = frozenset(),
+    axes: Array | None = None,
 ) -> Mesh | None:
     """Tubes around strands: points (n, 3), radii (n,), and the number of points of each strand, one after another.
 
-    ``reads``: inputs that materials read, of which strands have their direction, their place and a random number.
+    ``reads``: inputs that materials read, of which strands have their direction, their place, a random number and the
+    larger axes (n, 3) of their cross-sections, 0 if these are not given.
     """
     between = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
     vertices, normals, triangles, start = [], [], [], 0
-    read: dict[str, list[Array]] = {name: [] for name in (STRAND_TANGENT, STRAND_RANDOM, STRAND_PLACE) if name in reads}
-    for numbers, strand, thickness in _by_length(points, radii, lengths):
+    read: dict[str, list[Array]] = {name: [] for name in STRAND_READS if name in reads}
+    turned = np.zeros_like(points) if axes is None else axes
+    for numbers, rows in _by_length(lengths):
+        strand, thickness, axis = points[rows], radii[rows], turned[rows]
         if between and strand.shape[1] > 2:
             strand, thickness = _smooth(strand, between), _smooth(thickness[..., None], between)[..., 0]
+            axis = _straight(axis, between)
         around = _circles(strand)
-        made = strand[:, :, None] + around * np.maximum(thickness, 0.0)[:, :, None, None]
+        made = strand[:, :, None] + around * (WIDER * np.maximum(thickness, 0.0))[:, :, None, None]
         count, rings = strand.shape[:2]
         vertices.append(made.reshape(-1, 3))
         normals.append(around.reshape(-1, 3))
         if STRAND_PLACE in read:
             read[STRAND_PLACE].append(_spread(_places(strand, thickness), around))
+        if STRAND_AXIS in read:
+            read[STRAND_AXIS].append(_spread(axis, around))
         if STRAND_TANGENT in read:
             read[STRAND_TANGENT].append(_spread(_tangents(strand), around))
         if STRAND_RANDOM in read:
@@ -144,13 +164,19 @@ def _spread(values: Array, around: Array) -> Array:
     return np.broadcast_to(values[:, :, None], around.shape).reshape(-1, 3)
 
 
-def _by_length(points: Array, radii: Array, lengths: NDArray[Any]) -> Iterator[tuple[NDArray[Any], Array, Array]]:
-    """Strands grouped by their number of points: their numbers, (count, k, 3) and (count, k)."""
+def _by_length(lengths: NDArray[Any]) -> Iterator[tuple[NDArray[Any], NDArray[Any]]]:
+    """Strands grouped by their number of points: their numbers, and the rows (count, k) of their points."""
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(int)
     for length in np.unique(lengths):
         if length > 1:
-            rows = starts[lengths == length][:, None] + np.arange(length)
-            yield np.flatnonzero(lengths == length), points[rows], radii[rows]
+            yield np.flatnonzero(lengths == length), starts[lengths == length][:, None] + np.arange(length)
+
+
+def _straight(values: Array, between: int) -> Array:
+    """Straight lines through values (count, k, 3), ``between`` more points in each gap."""
+    t = (np.arange(between + 1) / (between + 1))[None, None, :, None]
+    lines = values[:, :-1, None] * (1 - t) + values[:, 1:, None] * t
+    return np.concatenate([lines.reshape(len(values), -1, 3), values[:, -1:]], axis=1)
 
 
 def _smooth(values: Array, between: int) -> Array:

@@ -153,11 +153,12 @@ def register(mi: Any, dr: Any) -> None:
 
         def measure(self, si: Any, wo: Any, active: Any) -> Any:
             widest, fade, reach = self.angles(si, active)
-            angle = dr.safe_acos(dr.dot(self.middle(si), wo))
+            # the narrowest cones are narrower than an arc cosine resolves
+            angle = 2.0 * dr.safe_asin(0.5 * dr.norm(self.middle(si) - wo))
             soft = 1.0 - (angle - widest) / dr.maximum(fade, 1e-9)
             intensity = dr.select(angle < widest, 1.0, dr.select(angle < widest + fade, soft, 0.0))
             inside = (angle <= reach) & (si.wi.z * wo.z > 0.0)
-            density = dr.select(inside, 0.5 / (dr.pi * (1.0 - dr.cos(reach))), 0.0)
+            density = dr.select(inside, 0.25 / (dr.pi * dr.square(dr.sin(0.5 * reach))), 0.0)
             return density * intensity, density
 
     register_closure(mi, "bent", Bent)
