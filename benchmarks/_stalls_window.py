@@ -63,10 +63,10 @@ def bind():
         entry.material = bpy.data.materials[f"Paint {number}"]
 
 
-def pressed(name):
+def pressed(name, **values):
     """What a button does: an operator that works on a thread does so only then."""
     with _inside.in_view():
-        getattr(bpy.ops.spectral, name)("INVOKE_DEFAULT")
+        getattr(bpy.ops.spectral, name)("INVOKE_DEFAULT", **values)
 
 
 def any_of(items):
@@ -187,8 +187,9 @@ def table():
 
 
 def preset():
-    bpy.ops.spectral.palette_preset(preset=str(any_of(["HIDDEN_MARK", "METAMER_PAIR", "SPLIT_LIGHT"])))
+    pressed("palette_preset", preset=str(any_of(["HIDDEN_MARK", "METAMER_PAIR", "SPLIT_LIGHT"])))
     bind()
+    yield 2.0
 
 
 STEPS = {

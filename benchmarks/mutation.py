@@ -4,14 +4,17 @@
 A mutant changes one place of one file: an operator, a comparison, a constant, a condition, or a statement that is left
 out. Each is tried in a copy of the tree with the tests of its room, until one fails. Arguments: how many mutants in
 all, and the first seed (60 and 0; 4 with ``--quick``). Mutants within docstrings, messages and imports are not drawn.
-Each room's tests run once unchanged, and what they call is written down; a mutant meets the tests that call its
-function, the shortest first, or all of the room where no test is known to call it. A test that fails without any mutant
-is left out and named. Mutants that change nothing that could be observed count as survivors like all others.
+Each room's tests run once unchanged, and what they call is written down in ``--out``, where the next draw finds what
+has not changed since; a mutant meets the tests that call its function, the shortest first, or all of the room where no
+test is known to call it. A mutant that survives the tests of ``ENOUGH`` seconds counts as a survivor, although longer
+tests might catch it. A test that fails without any mutant is left out and named. Mutants that change nothing that could
+be observed count as survivors like all others.
 """
 
 from __future__ import annotations
 
 import ast
+import hashlib
 import json
 import os
 import random
@@ -33,12 +36,14 @@ ROOMS = {
     "spectral_core/explore/board": ["tests/board"],
     "spectral_core/render/relight": ["tests/relight"],
 }
-SECONDS = 600
-"""Processor time of a mutant's tests beyond which it contains an endless loop and counts as caught; on a busy machine
-elapsed time says nothing.
+BATCH, ENOUGH = 40.0, 240.0
+"""Seconds of tests, as measured without mutants, of one run of pytest, and of all that a mutant meets."""
+SECONDS, SLOWDOWN = 60, 6
+"""Processor time, and times the measured one on top of it, beyond which a run contains an endless loop, so that its
+mutant counts as caught; on a busy machine elapsed time says nothing.
 """
 PATIENCE = 10
-"""Elapsed time, in those of ``SECONDS``, after which a mutant whose tests wait for something counts as caught."""
+"""Elapsed time, in processor time that is allowed, after which a mutant whose tests wait counts as caught."""
 WANTED = 0.85
 SWAPPED: dict[type, type] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.LtE, ast.LtE: ast.Lt,
@@ -60,16 +65,15 @@ def run(options: Options) -> dict:
             room = list(ROOMS)[seed % len(ROOMS)]
             path, text, what = drawn(room, random.Random(seed), copied)
             if room not in callers:
-                callers[room] = Callers(copied, room)
-            tests = callers[room].tests_of(path, *_function_lines(copied / path, int(what.split(":")[0])))
+                callers[room] = Callers(copied, room, options.out / "mutation")
+            batches = callers[room].tests_of(path, *_function_lines(copied / path, int(what.split(":")[0])))
             target, kept = copied / path, (copied / path).read_text("utf-8")
             target.write_text(text, "utf-8")
-            is_caught = _is_caught(copied, tests)
+            is_caught = any(_is_caught(copied, tests, seconds) for tests, seconds in batches)
             target.write_text(kept, "utf-8")
             tally["caught" if is_caught else "survived"] += 1
-            print(
-                f"{'caught  ' if is_caught else 'SURVIVED'} seed {seed}: {path}:{what} ({len(tests)} tests)", flush=True
-            )
+            met = sum(len(tests) for tests, _ in batches)
+            print(f"{'caught  ' if is_caught else 'SURVIVED'} seed {seed}: {path}:{what} ({met} tests)", flush=True)
             if not is_caught:
                 survivors.append(f"{path}:{what}")
     share = tally["caught"] / max(count, 1)
@@ -171,31 +175,74 @@ def _copied(folder: Path) -> Path:
 class Callers:
     """Functions called by each test of a room, from a run of the unchanged tests under ``benchmarks._touched``."""
 
-    def __init__(self, tree: Path, room: str) -> None:
-        """Run the room's tests in a copied tree."""
-        self._all = ROOMS[room]
-        record = tree.parent / f"{room.replace('/', '-')}.jsonl"
-        environment = {"TOUCHED": str(record), "TOUCHED_TREE": str(tree)}
-        _pytest(tree, ["-p", "benchmarks._touched", *self._all], environment, seconds=None)
-        lines = record.read_text("utf-8").splitlines() if record.exists() else []
-        records = sorted((json.loads(line) for line in lines), key=lambda each: float(each["seconds"]))
-        # Some tests fail under a profiler alone (they count threads or open files): their mutants meet them all the
-        # same. One that fails here without it would catch every mutant.
-        self.broken = [
-            each["test"] for each in records if not each["passed"] and _pytest(tree, [each["test"]], {}, None) != 0
-        ]
+    def __init__(self, tree: Path, room: str, kept: Path | None = None) -> None:
+        """Run the room's tests in a copied tree, but for those whose records are in the folder ``kept``."""
+        files = sorted(path for folder in ROOMS[room] for path in (tree / folder).rglob("test_*.py"))
+        others = {path for folder in ("spectral_core", "tests", "benchmarks") for path in (tree / folder).rglob("*.py")}
+        product = _digest(sorted(others - {path for path in others if path.name.startswith("test_")}))
+        folder = kept or tree.parent / "records"
+        folder.mkdir(parents=True, exist_ok=True)
+        kept_in = {}
+        for path in files:
+            name = str(path.relative_to(tree))
+            kept_in[name] = folder / f"{name.replace('/', '-')}-{_digest([path], product)}.jsonl"
+        _recorded(tree, {name: record for name, record in kept_in.items() if not record.exists()})
+        records = [json.loads(line) for record in kept_in.values() for line in record.read_text("utf-8").splitlines()]
+        self.broken = [each["test"] for each in records if each["broken"]]
         for test in self.broken:
             print(f"left out: {test} fails without any mutant", flush=True)
-        self._records = [each for each in records if each["test"] not in self.broken]
+        records = [each for each in records if not each["broken"]]
+        self._records = sorted(records, key=lambda each: float(each["seconds"]))
+        if _pytest(tree, ["--collect-only", *(each["test"] for each in records)], {}, None) != 0:
+            raise RuntimeError(
+                f"pytest does not find the tests of {room} by their names, so every mutant would be caught"
+            )
 
-    def tests_of(self, path: Path, first: int, last: int) -> list[str]:
-        """The tests that call a function of these lines, the shortest first; all of the room where none does."""
+    def tests_of(self, path: Path, first: int, last: int) -> list[tuple[list[str], float]]:
+        """The tests that call a function of these lines, the shortest first; all of the room where none does.
+
+        In batches with their seconds, which together take at most ``ENOUGH``.
+        """
         found = [
-            record["test"]
+            record
             for record in self._records
             if any(name == str(path) and first <= line <= last for name, line in record["functions"])
         ]
-        return found or [*self._all, *(f"--deselect={test}" for test in self.broken)]
+        batches: list[tuple[list[str], float]] = []
+        total = 0.0
+        for record in found or self._records:
+            total += record["seconds"]
+            if batches and total > ENOUGH:
+                break
+            # A test that is longer than a batch is one by itself.
+            if not batches or batches[-1][1] + record["seconds"] > BATCH:
+                batches.append(([], 0.0))
+            tests, seconds = batches[-1]
+            batches[-1] = ([*tests, record["test"]], seconds + record["seconds"])
+        return batches
+
+
+def _recorded(tree: Path, wanted: dict[str, Path]) -> None:
+    """Write what each test of some files calls, and whether it fails, to a record for each file."""
+    raw = tree.parent / "raw.jsonl"
+    raw.unlink(missing_ok=True)
+    if wanted:
+        _pytest(tree, ["-p", "benchmarks._touched", *wanted], {"TOUCHED": str(raw), "TOUCHED_TREE": str(tree)}, None)
+    records = [json.loads(line) for line in raw.read_text("utf-8").splitlines()] if raw.exists() else []
+    for each in records:
+        # Some tests fail under a tracer alone (they count threads or open files): their mutants meet them all the
+        # same. One that fails here without it would catch every mutant.
+        each["broken"] = not each["passed"] and _pytest(tree, [each["test"]], {}, None) != 0
+    for name, record in wanted.items():
+        own = [json.dumps(each) + "\n" for each in records if each["test"].startswith(name + "::")]
+        record.write_text("".join(own), "utf-8")
+
+
+def _digest(paths: list[Path], begin: str = "") -> str:
+    digest = hashlib.sha256(begin.encode())
+    for path in paths:
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _function_lines(path: Path, line: int) -> tuple[int, int]:
@@ -210,10 +257,10 @@ def _function_lines(path: Path, line: int) -> tuple[int, int]:
     return max(inside) if inside else (1, len(text.splitlines()))
 
 
-def _is_caught(tree: Path, tests: list[str]) -> bool:
-    """True if one of these tests fails."""
+def _is_caught(tree: Path, tests: list[str], seconds: float) -> bool:
+    """True if one of these tests, which take ``seconds`` without a mutant, fails."""
     try:
-        return _pytest(tree, tests, {}, SECONDS) not in (0, 5)
+        return _pytest(tree, tests, {}, SECONDS + SLOWDOWN * seconds) not in (0, 5)
     except subprocess.TimeoutExpired:
         return True
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 import traceback
 import weakref
 from typing import Any
@@ -46,6 +47,7 @@ class Viewport:
     def draw(self, engine: Any, context: Any, depsgraph: Any) -> None:
         """Draw the latest pictures, side by side in a split view."""
         pictures = self._session.look(context, depsgraph)
+        began = time.monotonic()
         scene, region = depsgraph.scene_eval, context.region
         settings, scale = scene.spectral.viewport, bpy.context.preferences.system.ui_scale
         middle = round(settings.divider * region.width) if len(pictures) > 1 else region.width
@@ -62,6 +64,7 @@ class Viewport:
         trouble = next((picture.trouble for picture in pictures if picture.trouble), "")
         if trouble:
             draw_message(trouble, region, scale)
+        self._session.drawing_seconds = time.monotonic() - began
 
 
 def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:

@@ -108,9 +108,17 @@ class Waiting:
     Without a window, and for scripts that call them, the work is done at once.
     """
 
-    _thread: threading.Thread
+    _thread: threading.Thread | None = None
     _timer: Any
     _scene: int
+    _answers: list[Any]
+
+    def prepare(self, context: Context, *, at_once: bool) -> None:
+        """Start what ``begin`` needs, and wait for it if ``at_once``. May raise SpectralError."""
+
+    def is_prepared(self) -> bool:
+        """True as soon as ``begin`` can be called."""
+        return True
 
     def begin(self, context: Context) -> Callable[[], Any]:
         """Read what the work needs from Blender, and return the work, which reads nothing. May raise SpectralError."""
@@ -123,38 +131,64 @@ class Waiting:
     def failed(self, scene: Scene) -> None:
         """Take back what ``begin`` has changed."""
 
+    def leave(self) -> None:
+        """Give back what ``prepare`` has taken; called at the end, whatever the end is."""
+
     def execute(self, context: Context) -> set[str]:
         """Do the work now."""
         try:
+            self.prepare(context, at_once=True)
             work = self.begin(context)
         except (SpectralError, OSError) as error:
-            return self._refused(error)
+            self.leave()
+            return self.refused(error)
         return self._ended(context.scene, _answer_of(work))
 
     def invoke(self, context: Context, _event: Event) -> set[str]:
         """Start the work on a thread."""
+        return self.start(context)
+
+    def start(self, context: Context) -> set[str]:
+        """Start the work on a thread as soon as it is prepared."""
+        self._answers, self._scene = [], context.scene.session_uid
         try:
-            work = self.begin(context)
+            self.prepare(context, at_once=False)
+            if self.is_prepared():
+                self._begin_on_thread(context)
         except (SpectralError, OSError) as error:
-            return self._refused(error)
-        answers: list[Any] = []
-        self._answers, self._scene = answers, context.scene.session_uid
-        self._thread = threading.Thread(target=lambda: answers.append(_answer_of(work)), daemon=True)
-        self._thread.start()
+            self.leave()
+            return self.refused(error)
         manager = context.window_manager
         self._timer = manager.event_timer_add(LOOK_AGAIN_S, window=context.window)
         manager.modal_handler_add(self)
         context.workspace.status_text_set(f"{self.bl_label} …")  # type: ignore[attr-defined]
         return {"RUNNING_MODAL"}
 
+    def _begin_on_thread(self, context: Context) -> None:
+        work, answers = self.begin(context), self._answers
+        self._thread = threading.Thread(target=lambda: answers.append(_answer_of(work)), daemon=True)
+        self._thread.start()
+
     def modal(self, context: Context, event: Event) -> set[str]:
-        """Store the answer when the thread has it."""
-        if event.type != "TIMER" or self._thread.is_alive():
+        """Begin when all is prepared, and store the answer when the thread has it."""
+        if event.type != "TIMER" or not self.is_prepared():
+            return {"PASS_THROUGH"}
+        scene = next((each for each in bpy.data.scenes if each.session_uid == self._scene), None)
+        if self._thread is None:
+            try:
+                if scene != context.scene:
+                    raise InvalidInputError(
+                        "the window shows another scene now; press the button again in the first one"
+                    )
+                self._begin_on_thread(context)
+            except (SpectralError, OSError) as error:
+                self._answers.append(error)
+        if self._thread is not None and self._thread.is_alive():
             return {"PASS_THROUGH"}
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
-        scene = next((each for each in bpy.data.scenes if each.session_uid == self._scene), None)
         if scene is None:
+            self.leave()
             return {"CANCELLED"}  # deleted in the meantime
         found = self._ended(scene, self._answers[0])
         for area in context.screen.areas if context.screen else ():
@@ -162,6 +196,7 @@ class Waiting:
         return found
 
     def _ended(self, scene: Scene, answer: Any) -> set[str]:
+        self.leave()
         if not isinstance(answer, Exception):
             try:
                 self.end(scene, answer)
@@ -171,11 +206,26 @@ class Waiting:
         self.failed(scene)
         if not isinstance(answer, (SpectralError, OSError)):
             raise answer
-        return self._refused(answer)
+        return self.refused(answer)
 
-    def _refused(self, error: Exception) -> set[str]:
+    def refused(self, error: Exception) -> set[str]:
+        """Report an error."""
         self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
         return {"CANCELLED"}
+
+
+class WaitingForFile(Waiting):
+    """A Waiting operator whose file the artist chooses in the file browser; put it before the browser's helper."""
+
+    options: Any
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        """Open the file browser."""
+        return super(Waiting, self).invoke(context, event)  # type: ignore[misc]
+
+    def execute(self, context: Context) -> set[str]:
+        """Work on a thread after the file browser, now for a script."""
+        return self.start(context) if self.options.is_invoke else super().execute(context)
 
 
 def _answer_of(work: Callable[[], Any]) -> Any:

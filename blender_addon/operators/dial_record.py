@@ -2,7 +2,9 @@
 """Record the contribution of each light to the picture, or load a recording; the dial gets its bulbs."""
 
 import contextlib
-import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import bpy
@@ -13,38 +15,53 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
 
 from ..editing.dial import changes, live
+from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, store_members
 from ..editing.dial.recording import Recording, remember_recorded
-from .common import UNDOABLE, chosen_path, reporting
+from ..translate.view_transform import view_transform_of
+from .common import UNDOABLE, Waiting, WaitingForFile, chosen_path
 from .dial import dial_in, reset
 
 if TYPE_CHECKING:
+    from spectral_core.render.relight.mix import LiveMix
     from spectral_core.render.relight.transport import Transport
 
 
-def _keep(context: Context, recording: Recording) -> str:
-    """Write the file, and create the bulbs; returns a note for the artist. Existing bulbs keep their coordinates.
+@dataclass(frozen=True)
+class _Recorded:
+    """What the thread hands back. ``unsaved``: the error of a file that could not be written."""
 
-    A recording that could not be written stays in memory for Save Transport, because it may have taken hours.
-    """
+    mix: "LiveMix"
+    unsaved: Exception | None
+
+
+def _record(recording: Recording, path: Path) -> _Recorded:
+    """Render, and write the file. A recording that could not be written is kept: it may have taken hours."""
     from spectral_core.render.relight.transport_file import write_transport
 
-    if recording.error is not None:
-        raise recording.error
-    transport, dial = recording.transport, dial_in(context)
-    path, unsaved = live.transport_path(dial), None
+    transport = recording.run()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_transport(path, transport, only_over_transports=True)  # the path may come from a downloaded .blend
     except (SpectralError, OSError) as error:
-        unsaved = error
-    _take(context.scene, transport, recording.members)
-    live.remember(context.scene, transport)
-    remember_recorded(context.scene, recording)
+        return _Recorded(live.mix_of(transport), error)
+    return _Recorded(live.mix_of(transport), None)
+
+
+def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
+    """Create the bulbs, and keep the transport in memory; returns a note for the artist.
+
+    Existing bulbs keep their coordinates. Raises FileWriteError for a recording without a file, which Save Transport
+    can write.
+    """
+    dial = scene.spectral.dial
+    _take(scene, recorded.mix.transport, recording.members)
+    live.remember(scene, recorded.mix)
+    remember_recorded(scene, recording)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
-        live.show(context.scene)
-    if unsaved is not None:
-        raise FileWriteError(f"{unsaved}. The recording is in memory: write it elsewhere with Save Transport")
+        live.show(scene)
+    if recorded.unsaved is not None:
+        raise FileWriteError(f"{recorded.unsaved}. The recording is in memory: write it elsewhere with Save Transport")
     if not dial.filepath and not bpy.data.filepath:
         return "; it is in a temporary folder, so keep it with Save Transport, or save the .blend before recording"
     return ""
@@ -83,7 +100,41 @@ def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
         bulb.color = display_rgb_from_linear(linear / max(float(linear.max()), 1e-9))
 
 
-class SPECTRAL_OT_dial_record(bpy.types.Operator):
+_under_way: set[int] = set()
+"""Session numbers of the scenes that are translated or recorded."""
+
+
+class _Translating(Waiting):
+    """Base of operators that need the scene as F12 renders it."""
+
+    _asked: AsRendered | None = None
+    _uid = 0
+    _recording: Recording | None = None
+
+    def prepare(self, context: Context, *, at_once: bool) -> None:
+        if context.scene.session_uid in _under_way:
+            raise InvalidInputError("this scene is being recorded; wait for the end, or stop it with Esc")
+        self._asked = AsRendered(context, at_once=at_once)
+        self._uid = context.scene.session_uid
+        _under_way.add(self._uid)
+        view_transform_of(context.scene)  # the recording asks for it again, in a step of its own
+
+    def is_prepared(self) -> bool:
+        return self._recording is not None or self._asked is None or not self._asked.is_running
+
+    def read(self, context: Context, *, only_changed: bool = False) -> Recording:
+        """The scene, with what else a recording needs from Blender."""
+        assert self._asked is not None
+        self._recording = Recording.of(context, self._asked.take(), only_changed=only_changed)
+        return self._recording
+
+    def leave(self) -> None:
+        if self._asked is not None:
+            self._asked.leave()
+        _under_way.discard(self._uid)
+
+
+class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
     """Render the contribution of each light, so that lights can be mixed later without rendering. Esc stops it"""
 
     bl_idname = "spectral.dial_record"
@@ -97,57 +148,42 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    @reporting
-    def execute(self, context: Context) -> None:
-        recording = Recording.of(context, only_changed=self.only_changed)
-        recording.run()
-        note = _keep(context, recording)
-        self.report({"WARNING" if note else "INFO"}, f"recorded: {dial_in(context).facts}{recording.told}{note}")
+    def begin(self, context: Context) -> Callable[[], _Recorded]:
+        if self._is_stopped:
+            raise RenderCancelled("stopped before the recording began")
+        recording = self.read(context, only_changed=self.only_changed)
+        path = live.transport_path(dial_in(context))
+        return lambda: _record(recording, path)
 
-    def invoke(self, context: Context, _event: Event) -> set[str]:
-        try:
-            self._recording = Recording.of(context, only_changed=self.only_changed)
-        except SpectralError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self._recording.thread = threading.Thread(target=self._recording.run, daemon=True)
-        self._recording.thread.start()
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(0.1, window=context.window)
-        manager.progress_begin(0, 100)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+    def end(self, scene: Scene, answer: _Recorded) -> None:
+        assert self._recording is not None
+        note = _keep(scene, self._recording, answer)
+        changes.LIVE.request(scene)  # later: it translates the scene once more
+        live.redraw_dial()
+        text = f"recorded: {scene.spectral.dial.facts}{self._recording.told}{note}"
+        self.report({"WARNING" if note else "INFO"}, text)
+
+    def refused(self, error: Exception) -> set[str]:
+        if not isinstance(error, RenderCancelled):
+            return super().refused(error)
+        self.report({"WARNING"}, "stopped; the dial is unchanged")
+        return {"CANCELLED"}
+
+    _is_stopped = False
 
     def modal(self, context: Context, event: Event) -> set[str]:
         if event.type == "ESC" and event.value == "PRESS":
-            self._recording.stop = True
+            self._is_stopped = True
+            if self._recording is not None:
+                self._recording.stop = True
             return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}  # the artist may continue to work; the dial shows the edits afterward
-        context.window_manager.progress_update(100 * self._recording.progress)
-        if self._recording.is_running:
-            return {"RUNNING_MODAL"}
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        return self._finish(context)
-
-    def _finish(self, context: Context) -> set[str]:
-        try:
-            note = _keep(context, self._recording)
-        except RenderCancelled:
-            self.report({"WARNING"}, "stopped; the dial is unchanged")
-            return {"CANCELLED"}
-        except (SpectralError, OSError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        changes.compare(context.scene)
-        live.redraw_dial()
-        if note or self._recording.told:
-            self.report({"WARNING" if note else "INFO"}, f"recorded{self._recording.told}{note}")
-        return {"FINISHED"}
+        done = super().modal(context, event)
+        if event.type == "TIMER" and self._recording is not None and done == {"PASS_THROUGH"}:
+            context.workspace.status_text_set(f"{self.bl_label} … {100 * self._recording.progress:.0f} %; Esc stops it")
+        return done
 
 
-class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
+class SPECTRAL_OT_dial_keep(WaitingForFile, bpy.types.Operator, ExportHelper):
     """Write the recorded transport to a file of your choice, which the dial then uses"""
 
     bl_idname = "spectral.dial_keep"
@@ -156,18 +192,25 @@ class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
     filename_ext = ".exr"
     filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
 
-    @reporting
-    def execute(self, context: Context) -> None:
-        from spectral_core.render.relight.transport_file import write_transport
+    def begin(self, context: Context) -> Callable[[], "LiveMix"]:
+        mix, path = live.live_mix(context.scene), chosen_path(self.filepath)
+        return lambda: _written(path, mix)
 
-        transport = live.live_mix(context.scene).transport
-        write_transport(chosen_path(self.filepath), transport)
-        dial_in(context).filepath = self.filepath
-        live.remember(context.scene, transport)
+    def end(self, scene: Scene, answer: "LiveMix") -> None:
+        scene.spectral.dial.filepath = self.filepath
+        live.remember(scene, answer)
         self.report({"INFO"}, f"saved {self.filepath}")
 
 
-class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
+def _written(path: Path, mix: "LiveMix") -> "LiveMix":
+    """Write the transport; a mix of it without lamps."""
+    from spectral_core.render.relight.transport_file import write_transport
+
+    write_transport(path, mix.transport)
+    return live.mix_of(mix.transport)
+
+
+class SPECTRAL_OT_dial_load(_Translating, WaitingForFile, bpy.types.Operator, ImportHelper):
     """Load a transport that was recorded earlier from this scene, here or by the command line"""
 
     bl_idname = "spectral.dial_load"
@@ -176,21 +219,32 @@ class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
     filename_ext = ".exr"
     filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
 
-    @reporting
-    def execute(self, context: Context) -> None:
-        from spectral_core.render.relight.transport_file import read_transport
-        from spectral_core.scene import scene_hash
+    def prepare(self, context: Context, *, at_once: bool) -> None:
+        chosen_path(self.filepath)
+        super().prepare(context, at_once=at_once)
 
-        path = chosen_path(self.filepath)
-        recording, dial = Recording.of(context), dial_in(context)
+    def begin(self, context: Context) -> Callable[[], "LiveMix"]:
+        recording, path = self.read(context), chosen_path(self.filepath)
+        return lambda: _read(path, recording)
 
-        transport = read_transport(path, scene_hash=scene_hash(recording.scene))
-        _require_grouping(transport, recording)
-        dial.filepath = self.filepath
-        _take(context.scene, transport, recording.members)
-        live.remember(context.scene, transport)
-        remember_recorded(context.scene, recording)
-        live.show(context.scene)
+    def end(self, scene: Scene, answer: "LiveMix") -> None:
+        assert self._recording is not None
+        scene.spectral.dial.filepath = self.filepath
+        _take(scene, answer.transport, self._recording.members)
+        live.remember(scene, answer)
+        remember_recorded(scene, self._recording)
+        live.show(scene)
+
+
+def _read(path: Path, recording: Recording) -> "LiveMix":
+    """The transport of a file, if it is of this scene."""
+    from spectral_core.render.relight.transport_file import read_transport
+    from spectral_core.scene import scene_hash
+
+    transport = read_transport(path, scene_hash=scene_hash(recording.scene))
+    _require_grouping(transport, recording)
+    recording.identify()
+    return live.mix_of(transport)
 
 
 def _require_grouping(transport: "Transport", recording: Recording) -> None:

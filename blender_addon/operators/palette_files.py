@@ -9,15 +9,14 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
-from ..editing.palette import live
-from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette.problem import palette_problem
 from ..translate.spectra.stored import carried_spectrum
-from .common import UNDOABLE, chosen_path, palette_in, reporting
+from .common import UNDOABLE, WaitingForFile, chosen_path, palette_in, reporting
+from .palette_solve import Solving
 
 
-class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
+class SPECTRAL_OT_palette_import(Solving, WaitingForFile, bpy.types.Operator, ImportHelper):
     """Replace the palette by one from a TOML or JSON file, and solve it"""
 
     bl_idname = "spectral.palette_import"
@@ -26,17 +25,14 @@ class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
     filename_ext = ".toml"
     filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    def change(self, context: Context) -> None:
         from spectral_core.palette.files import read_palette
 
-        palette = palette_in(context)
-        notes = palette_load.store_problem(palette, read_palette(chosen_path(self.filepath)))
-        for note in notes:
+        for note in palette_load.store_problem(palette_in(context), read_palette(chosen_path(self.filepath))):
             self.report({"WARNING"}, note)
-        if palette_solve.solve_scene(context.scene) is None:
-            self.report({"WARNING"}, palette.message)
-        live.show()
+
+    def unsolved(self, message: str) -> None:
+        self.report({"WARNING"}, message)  # the table is there, and can be mended
 
 
 class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):

@@ -10,17 +10,16 @@ from bpy.types import Context, PropertyGroup
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import display_rgb_from_linear
 
-from ..editing.palette import live
-from ..editing.palette import solve as palette_solve
 from ..translate.palette import table
 from ..translate.spectra.stored import carried_spectrum, store_spectrum
-from .common import UNDOABLE, palette_in, reporting
+from .common import UNDOABLE, palette_in
+from .palette_solve import Solving
 
 MOST = 15
 """Most rows and columns to add; larger tables are hard to read."""
 
 
-class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
+class SPECTRAL_OT_palette_from_scene(Solving, bpy.types.Operator):
     """Lights and materials of the scene as a table to begin with."""
 
     bl_idname = "spectral.palette_from_scene"
@@ -31,8 +30,7 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
     )
     bl_options = UNDOABLE
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    def change(self, context: Context) -> None:
         objects = context.view_layer.objects
         lights = _unique(each.data for each in objects if each.type == "LIGHT")
         materials = _unique(slot.material for each in objects for slot in each.material_slots)
@@ -50,9 +48,6 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
         left = max(len(lights) - MOST, 0) + max(len(materials) - MOST, 0)
         if left:
             self.report({"WARNING"}, f"{left} lights or materials are omitted; the table holds {MOST} of each")
-        if palette_solve.solve_scene(context.scene) is None:
-            raise InvalidInputError(palette.message)
-        live.show()
 
 
 def _unique(found: Iterable[Any]) -> list[Any]:

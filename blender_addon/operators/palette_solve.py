@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Presets, Solve, and the resolution of a conflict."""
 
+from collections.abc import Callable
+
 import bpy
 from bpy.props import EnumProperty, IntProperty
-from bpy.types import Context, PropertyGroup
+from bpy.types import Context, PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteSolution
@@ -12,7 +14,7 @@ from ..editing.palette import live
 from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette import table
-from .common import UNDOABLE, palette_in, reporting
+from .common import UNDOABLE, Waiting, palette_in, reporting
 
 PRESETS = [
     ("METAMER_PAIR", "Metamer Pair", "Two materials that look the same under one lamp and differ under another", 0),
@@ -26,7 +28,40 @@ PRESETS = [
 LAMP_NAMES = {"D65": "Daylight", "HP1": "Sodium", "A": "Tungsten", "FL11": "Fluorescent"}
 
 
-class SPECTRAL_OT_palette_preset(bpy.types.Operator):
+class Solving(Waiting):
+    """Base of operators that change the table and then solve it."""
+
+    _solve: palette_solve.Solve | None = None
+
+    def change(self, context: Context) -> None:
+        """Change the table. May raise SpectralError."""
+
+    def begin(self, context: Context) -> Callable[[], PaletteSolution | str]:
+        self.change(context)
+        solve = palette_solve.button_solve(context.scene)
+        if solve is None:
+            message = palette_in(context).message
+            return lambda: message
+        self._solve = solve
+        return solve.answer
+
+    def end(self, scene: Scene, answer: PaletteSolution | str) -> None:
+        solution = None if self._solve is None else palette_solve.keep(scene, self._solve, answer)
+        live.show()
+        if solution is None:
+            self.unsolved(scene.spectral.palette.message or "the table has changed since; press Solve again")
+        else:
+            self.solved(solution)
+
+    def solved(self, solution: PaletteSolution) -> None:
+        """Report on the stored solution."""
+
+    def unsolved(self, message: str) -> None:
+        """Report that there is no solution. May raise SpectralError."""
+        raise InvalidInputError(message)
+
+
+class SPECTRAL_OT_palette_preset(Solving, bpy.types.Operator):
     """Replace the palette by a preset, and solve it"""
 
     bl_idname = "spectral.palette_preset"
@@ -34,14 +69,12 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
     bl_options = UNDOABLE
     preset: EnumProperty(name="Preset", items=PRESETS)
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    def change(self, context: Context) -> None:
         from spectral_core.palette import presets
 
         problem = getattr(presets, self.preset.lower())()
         palette_load.store_problem(palette_in(context), problem)
         _rename_for_artists(palette_in(context))
-        _solve(context)
 
 
 def _rename_for_artists(palette: PropertyGroup) -> None:
@@ -65,29 +98,19 @@ class SPECTRAL_OT_palette_clear(bpy.types.Operator):
         table.clear(palette_in(context))
 
 
-def _solve(context: Context) -> PaletteSolution:
-    solution = palette_solve.solve_scene(context.scene)
-    if solution is None:
-        raise InvalidInputError(palette_in(context).message)
-    live.show()
-    return solution
-
-
-class SPECTRAL_OT_palette_solve(bpy.types.Operator):
+class SPECTRAL_OT_palette_solve(Solving, bpy.types.Operator):
     """Find the spectra with the least error over all targets"""
 
     bl_idname = "spectral.palette_solve"
     bl_label = "Solve"
     bl_options = UNDOABLE
 
-    @reporting
-    def execute(self, context: Context) -> None:
-        solution = _solve(context)
+    def solved(self, solution: PaletteSolution) -> None:
         if not solution.status.trusted:
             self.report({"WARNING"}, solution.remedy)
 
 
-class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
+class SPECTRAL_OT_palette_relieve(Solving, bpy.types.Operator):
     """Relax one cell, and solve again"""
 
     bl_idname = "spectral.palette_relieve"
@@ -96,15 +119,13 @@ class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
     row: IntProperty(min=0)
     column: IntProperty(min=0)
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    def change(self, context: Context) -> None:
         palette = palette_in(context)
         cells = dict(table.places(palette))
         if (self.row, self.column) not in cells:
             raise InvalidInputError(f"there is no cell in row {self.row}, column {self.column}")
         with table.paused():
             cells[self.row, self.column].mode = "IGNORE"
-        _solve(context)
 
 
 register, unregister = bpy.utils.register_classes_factory(

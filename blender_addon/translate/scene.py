@@ -100,7 +100,3 @@ def _note_limits(translation: Translation, limits: LightPaths) -> None:
     name = translation.scene.name
     if limits.clamp_direct > 0 or 0 < limits.clamp_indirect < USUAL_CLAMP:
         translation.note(name, "samples are clamped by the scene's Light Paths settings, so the picture loses light")
-    if limits.transparent < 8:
-        translation.note(
-            name, f"light passes at most {limits.transparent} transparent surfaces; what lies behind is dark"
-        )

@@ -11,12 +11,16 @@ import bpy
 import numpy as np
 from bpy.types import Scene
 
+from ..compat import working_space
+
 if TYPE_CHECKING:
     from spectral_core.render.relight.view_transform import ViewTransform
 
 NAME = "spectral view transform"
 PLAIN_VIEW = "sRGB"
 """The name of the view that is the plain sRGB curve."""
+_latest: dict[tuple[str, str], ViewTransform] = {}
+"""The last table by the working space and the settings of the view: saving its picture takes up to 0.1 s."""
 
 
 def view_transform_of(scene: Scene) -> ViewTransform | None:
@@ -28,12 +32,17 @@ def view_transform_of(scene: Scene) -> ViewTransform | None:
 
     if view_name(scene) == PLAIN_VIEW:
         return None
+    key = working_space(bpy.data), view_name(scene)
+    if key in _latest:
+        return _latest[key]
     view = scene.view_settings
     light = nodes()
     grid = np.stack(np.meshgrid(light, light, light, indexing="ij"), axis=-1)
     shown = shown_pixels(scene, grid.reshape(len(light), -1, 3))
     name = view.view_transform if view.look == "None" else f"{view.view_transform}, {view.look}"
-    return ViewTransform(name, shown.reshape(grid.shape))
+    _latest.clear()
+    _latest[key] = ViewTransform(name, shown.reshape(grid.shape))
+    return _latest[key]
 
 
 def view_name(scene: Scene) -> str:

@@ -1,17 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cells that conflict, from the multipliers of the last solve.
+"""The cells that conflict: the requests whose release would reduce the error of a missed cell.
 
-With the active bounds fixed, the answer is a linear function of every row. Releasing cell j changes the error of i by
-
-    Δe_i = M_ij (1/ω_j − M_jj)⁻¹ e_j      M = B K⁻¹ Bᵀ
-
-with K the block-arrow matrix of the last solve, B its color rows, and e_j the error of cell j, or its multiplier over
-its weight if it is exact. That takes a millisecond; solving again without each neighbor takes a second.
+Their errors are predicted from the multipliers of the last solve (``responses``), which takes about a millisecond;
+solving again without each neighbor takes a second.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,11 +18,10 @@ from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
-from spectral_core.palette.qp.arrow import CAP, median_weight, regular_solve
-from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.feasibility import smallest_conflict
 from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import exact_error
+from spectral_core.palette.responses import Responses
 from spectral_core.palette.solution import VISIBLE_DELTA_E, Conflict, PaletteSolution, PaletteStatus
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
@@ -38,8 +33,6 @@ HELPS = 0.8
 """A release is reported if it reduces the error to less than this share."""
 LEAST_HELP = 1e-3
 """ΔE2000 below which a release makes no difference."""
-NEAR = 1e-9
-"""Distance to a bound at which a sample counts as fixed there."""
 
 
 def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
@@ -53,12 +46,9 @@ def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
     requests = next(iter(record.values()))[0].view.requests
     missed = _missed(solution, requests)
     relief: dict[CellIndex, dict[CellIndex, float]] = {cell: {} for cell in missed}
-    for side, (assembled, answer) in record.items():
-        if answer.values and np.all(np.isfinite(np.concatenate(answer.values))):
-            responses = Responses.of(assembled, answer)
-            for cell in missed:
-                for other, error in _relief(solution, requests, side, responses, cell).items():
-                    relief[cell][other] = min(error, relief[cell].get(other, np.inf))
+    for after in _after_releases(solution, requests, record, tuple(missed)):
+        for (cell, other), error in after.items():
+            relief[cell][other] = min(error, relief[cell].get(other, np.inf))
     return tuple(_explained(solution, cell, error, relief[cell]) for cell, error in missed.items())
 
 
@@ -95,152 +85,91 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
 
 def _missed(solution: PaletteSolution, requests: Requests) -> dict[CellIndex, float]:
     """The cells with the largest errors, with these errors; missed exact cells come first."""
-    broken = set(exact_error(requests, solution.actual_linear_rgb)[1])
+    broken = exact_error(requests, solution.actual_linear_rgb)[1]
     errors = solution.delta_e_2000
-    cells = [(int(i), int(j)) for i, j in np.argwhere(np.isfinite(errors))]
-    missed = [cell for cell in cells if cell in broken or errors[cell] > VISIBLE_DELTA_E]
-    missed.sort(key=lambda cell: (cell not in broken, -errors[cell]))
+    visible = np.where(np.isfinite(errors) & (errors > VISIBLE_DELTA_E), errors, -np.inf)
+    # A stable order: of equal errors the first in the table counts.
+    order = np.argsort(-visible, axis=None, kind="stable")[: CELLS + len(broken)]
+    worst = [(int(i), int(j)) for i, j in zip(*np.unravel_index(order, errors.shape), strict=True)]
+    held = sorted({cell for cell in broken if np.isfinite(errors[cell])}, key=lambda cell: (-errors[cell], cell))
+    missed = [*held, *(cell for cell in worst if np.isfinite(visible[cell]) and cell not in held)]
     return {cell: float(errors[cell]) for cell in missed[:CELLS]}
 
 
-# -- sensitivities -----------------------------------------------------------------------------------------------------
+# -- errors after the release of a cell --------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class Responses:
-    """M of the module's docstring, for the cells of the first condition on one side."""
+@dataclass(frozen=True, slots=True)
+class _Neighbors:
+    """A missed cell, the cells of its spectrum or group on one side, and the cells that it is compared with."""
 
-    rows: dict[CellIndex, list[tuple[int, slice]]]
-    """Block and rows of each cell: it may have a target and a link."""
-    within: tuple[Array, ...]
-    """(m, m) per block: response through the block itself."""
-    through_colors: tuple[Array, ...]
-    """(m, q) per block: gradient of each row by the free colors."""
-    color_response: Array
-    """(q, q): inverse of the colors' Schur complement."""
-    errors: tuple[Array, ...]
-    """(m,) per block: error, or multiplier over weight where exact."""
-    weights: tuple[Array, ...]
-    """(m,) per block."""
-    ties: tuple[Array, ...]
-    """(m, q) per block."""
-
-    @classmethod
-    def of(cls, assembled: Assembled, answer: Answer) -> Responses:
-        """Factor every block once more with its active bounds held, exact rows as rows of large weight."""
-        unit, _ = median_weight(assembled.quadratic)
-        # If exact rows conflict, the answer is that of this problem; else its exact rows move by a negligible amount.
-        quadratic = softened(assembled.quadratic, everything=True)
-        count = quadratic.color_lower.size
-        hessian = (quadratic.known_ties.T * (quadratic.known_weights / unit)) @ quadratic.known_ties
-        within, through, errors, weights = [], [], [], []
-        rows: dict[CellIndex, list[tuple[int, slice]]] = {}
-        for k, (block, value, force) in enumerate(zip(quadratic.blocks, answer.values, answer.forces, strict=True)):
-            own = np.minimum(block.weights / unit, CAP)
-            free = (value > block.lower + NEAR) & (value < block.upper - NEAR)
-            seen, tied = block.rows[:, free], own[:, None] * block.ties
-            curvature = (seen.T * own) @ seen + block.gram[free][:, free] / unit
-            # One solve for the rows themselves, and for how the free colors act through them.
-            solved = regular_solve(curvature, np.concatenate([seen.T, seen.T @ tied], axis=1))
-            by_colors = solved[:, len(own) :]
-            within.append(seen @ solved[:, : len(own)])
-            through.append(seen @ by_colors - block.ties)
-            hessian = hessian + tied.T @ block.ties - (tied.T @ seen) @ by_colors
-            errors.append(force / unit / np.maximum(own, 1e-300))
-            weights.append(own)
-            for r, (condition, cell) in enumerate(block.keys):
-                if condition == 0:
-                    rows.setdefault(cell, []).append((k, slice(3 * r, 3 * r + 3)))
-        held = (quadratic.color_lower == quadratic.color_upper).ravel()
-        hessian = hessian + np.diag(np.where(held, 1e12, 1e-12 * max(float(np.abs(hessian).max(initial=0.0)), 1e-300)))
-        inverse = np.linalg.inv(hessian) if count else np.zeros((0, 0))
-        ties = tuple(block.ties for block in quadratic.blocks)
-        return cls(rows, tuple(within), tuple(through), inverse, tuple(errors), tuple(weights), ties)
-
-    def between(self, one: tuple[int, slice], other: tuple[int, slice]) -> Array:
-        """M of two triples of rows, (3, 3)."""
-        (k, rows), (m, columns) = one, other
-        found = self.through_colors[k][rows] @ self.color_response @ self.through_colors[m][columns].T
-        return found + self.within[k][rows, columns] if k == m else found
-
-    def moved(self, cell: CellIndex, released: Sequence[CellIndex]) -> Array:
-        """Change of a cell's color when another cell's request is dropped, (len(released), 3): of each by itself."""
-        into = self.rows[cell][0]
-        found = np.empty((len(released), 3))
-        # Cells of one request, nearly all, are solved together; one with a target and a link has six rows.
-        plain = [number for number, other in enumerate(released) if len(self.rows[other]) == 1]
-        rows = [self.rows[released[number]] for number in plain]
-        if plain:
-            found[plain] = self._moved(into, rows)
-        for number, other in enumerate(released):
-            if len(self.rows[other]) > 1:
-                found[number] = self._moved(into, [self.rows[other]])[0]
-        return found
-
-    def _moved(self, into: tuple[int, slice], released: Sequence[list[tuple[int, slice]]]) -> Array:
-        """The same for requests of equally many rows."""
-        systems, errors, weights, towards = [], [], [], []
-        for asked in released:
-            if len(asked) == 1:  # np.block alone takes longer than the 3×3 system
-                ((k, rows),) = asked
-                joint, error, weight = self.between(asked[0], asked[0]), self.errors[k][rows], self.weights[k][rows]
-                towards.append(self._color_between(into, asked[0]))
-            else:
-                joint = np.block([[self.between(a, b) for b in asked] for a in asked])
-                error = np.concatenate([self.errors[k][rows] for k, rows in asked])
-                weight = np.concatenate([self.weights[k][rows] for k, rows in asked])
-                towards.append(np.hstack([self._color_between(into, b) for b in asked]))
-            systems.append(joint)
-            errors.append(error)
-            weights.append(weight)
-        stacked = -np.array(systems)
-        diagonal = np.arange(stacked.shape[1])
-        stacked[:, diagonal, diagonal] += 1.0 / np.maximum(np.array(weights), 1e-12)
-        # Where the released rows depend on each other, the least force that the equations leave.
-        forces = np.matmul(np.linalg.pinv(stacked, rcond=1e-10), np.array(errors)[:, :, None])
-        return np.asarray(np.matmul(np.array(towards), forces)[:, :, 0])
-
-    def _color_between(self, one: tuple[int, slice], other: tuple[int, slice]) -> Array:
-        """Like ``between``, for the color itself instead of its distance to a free color."""
-        (k, rows), (m, columns) = one, other
-        own = self.through_colors[k][rows] + self.ties[k][rows]
-        found = own @ self.color_response @ self.through_colors[m][columns].T
-        return found + self.within[k][rows, columns] if k == m else found
+    cell: CellIndex
+    others: tuple[CellIndex, ...]
+    references: tuple[CellIndex, ...]
 
 
-def _relief(
-    solution: PaletteSolution, requests: Requests, side: Side, responses: Responses, cell: CellIndex
-) -> dict[CellIndex, float]:
-    """ΔE2000 of a cell after the release of each other cell of its spectrum or group."""
-    if cell not in responses.rows:
-        return {}
-    problem = solution.problem
-    group = next((set(group.members) for group in requests.groups if cell in group.members), set())
+def _after_releases(
+    solution: PaletteSolution,
+    requests: Requests,
+    record: dict[Side, tuple[Assembled, Answer]],
+    missed: Sequence[CellIndex],
+) -> Iterator[dict[tuple[CellIndex, CellIndex], float]]:
+    """For each side, ΔE2000 of each missed cell after the release of each of its neighbors: by both cells."""
+    for side, (assembled, answer) in record.items():
+        if not answer.values or not np.all(np.isfinite(np.concatenate(answer.values))):
+            continue
+        asked = {cell: None for block in assembled.quadratic.blocks for condition, cell in block.keys if condition == 0}
+        around = [_neighbors(solution.problem, requests, side, asked, cell) for cell in missed if cell in asked]
+        around = [each for each in around if each.others]
+        if around:
+            cells = {cell for each in around for cell in (each.cell, *each.others, *each.references)}
+            yield _errors(solution, requests, Responses.of(assembled, answer, cells), around)
+
+
+def _neighbors(
+    problem: PaletteProblem, requests: Requests, side: Side, asked: Iterable[CellIndex], cell: CellIndex
+) -> _Neighbors:
+    group = next((dict.fromkeys(group.members) for group in requests.groups if cell in group.members), {})
     axis = 0 if side == "reflectances" else 1
-    others = [other for other in responses.rows if other != cell and (other[axis] == cell[axis] or other in group)]
-    if not others:
-        return {}
-    target = next((each.color for each in requests.targets if each.cell == cell), None)
-    pairs, owners = [], []
-    shown = solution.actual_linear_rgb[cell] + responses.moved(cell, others)
-    moved: dict[CellIndex, Array] = {}
-    for number, other in enumerate(others):
-        if target is not None:
-            pairs.append((shown[number], target))
-            owners.append(other)
-        for at in _references(problem, cell, group):
-            if at == other:
-                continue
-            if at in responses.rows and at not in moved:
-                moved[at] = responses.moved(at, others)
-            pairs.append((shown[number], solution.actual_linear_rgb[at] + (moved[at][number] if at in moved else 0.0)))
-            owners.append(other)
-    found = dict.fromkeys(others, 0.0)
-    if pairs:
-        stacked = np.array(pairs)
-        errors = delta_e_2000(lab_from_linear_rgb(stacked[:, 0]), lab_from_linear_rgb(stacked[:, 1]))
-        for other, error in zip(owners, errors.tolist(), strict=True):
-            found[other] = max(found[other], error)
+    others = tuple(other for other in asked if other != cell and (other[axis] == cell[axis] or other in group))
+    return _Neighbors(cell, others, tuple(_references(problem, cell, group)))
+
+
+def _errors(
+    solution: PaletteSolution, requests: Requests, responses: Responses, around: Sequence[_Neighbors]
+) -> dict[tuple[CellIndex, CellIndex], float]:
+    """Errors of the missed cells of one side; all their color differences are computed at once."""
+    released = list(dict.fromkeys(other for each in around for other in each.others))
+    number = {other: k for k, other in enumerate(released)}
+    cells = list(dict.fromkeys(cell for each in around for cell in (each.cell, *each.references)))
+    moved = responses.moved([cell for cell in cells if cell in responses.rows], released)
+    shown = {cell: np.broadcast_to(solution.actual_linear_rgb[cell], (len(released), 3)) for cell in cells}
+    for cell, change in zip((cell for cell in cells if cell in responses.rows), moved, strict=True):
+        shown[cell] = shown[cell] + change
+    targets = {each.cell: each.color for each in requests.targets}
+    ones, twos, at = [], [], []
+    for each in around:
+        columns = np.array([number[other] for other in each.others])
+        own = shown[each.cell][columns]
+        compared = [np.broadcast_to(targets[each.cell], own.shape)] if each.cell in targets else []
+        for reference in each.references:
+            # A released reference is no longer compared with: no difference.
+            is_released = np.array([other == reference for other in each.others])[:, None]
+            compared.append(np.where(is_released, own, shown[reference][columns]))
+        if compared:
+            ones.append(np.broadcast_to(own, (len(compared), *own.shape)).reshape(-1, 3))
+            twos.append(np.array(compared).reshape(-1, 3))
+        at.append((len(compared), len(each.others)))
+    if not ones:
+        return {(each.cell, other): 0.0 for each in around for other in each.others}
+    lab = lab_from_linear_rgb(np.concatenate([*ones, *twos])).reshape(2, -1, 3)
+    errors = delta_e_2000(lab[0], lab[1])
+    found, begin = {}, 0
+    for each, (compared_with, count) in zip(around, at, strict=True):
+        own_errors = errors[begin : begin + compared_with * count].reshape(compared_with, count)
+        begin += compared_with * count
+        worst = own_errors.max(axis=0, initial=0.0).tolist()
+        found.update({(each.cell, other): error for other, error in zip(each.others, worst, strict=True)})
     return found
 
 

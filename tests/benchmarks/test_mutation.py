@@ -31,10 +31,10 @@ def test_sum():
 def test_broken():
     assert kept(0, 0) == 1
 
-def test_profiled():
+def test_traced():
     import sys
     kept(0, 0)
-    assert sys.getprofile() is None
+    assert sys.gettrace() is None
 """
 
 
@@ -59,13 +59,42 @@ def test_mutants_meet_the_tests_that_call_them_and_no_broken_test(tree: Path, ca
     assert callers.broken == ["tests/test_part.py::test_broken"]
     assert "test_broken fails without any mutant" in capsys.readouterr().out
     part = Path("spectral_core/room/part.py")
-    names = ["tests/test_part.py::test_profiled", "tests/test_part.py::test_sum"]
-    assert sorted(callers.tests_of(part, 2, 3)) == names
-    rest = callers.tests_of(part, 5, 6)
-    assert rest == ["tests", "--deselect=tests/test_part.py::test_broken"]
-    assert not mutation._is_caught(tree, names) and not mutation._is_caught(tree, rest)
+    names = ["tests/test_part.py::test_sum", "tests/test_part.py::test_traced"]
+    ((found, seconds),) = callers.tests_of(part, 2, 3)
+    assert sorted(found) == names
+    # Without a test that is known to call the function, all of the room that pass are tried.
+    ((rest, _),) = callers.tests_of(part, 5, 6)
+    assert sorted(rest) == names
+    assert not mutation._is_caught(tree, names, seconds)
     (tree / part).write_text(PRODUCT.replace("2 * high", "3 * high"))
-    assert mutation._is_caught(tree, names)
+    assert mutation._is_caught(tree, names, seconds)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of processor time")
+def test_records_are_kept_until_the_product_or_the_tests_change(tree: Path, tmp_path: Path, monkeypatch) -> None:
+    recorded = []
+    real = mutation._recorded
+    monkeypatch.setattr(mutation, "_recorded", lambda *given: (recorded.append(list(given[1])), real(*given)))
+    kept = tmp_path / "kept"
+    first = Callers(tree, "spectral_core/room", kept)
+    again = Callers(tree, "spectral_core/room", kept)
+    part = Path("spectral_core/room/part.py")
+    assert first.tests_of(part, 2, 3) == again.tests_of(part, 2, 3) and first.broken == again.broken
+    (tree / "tests/test_part.py").write_text(TESTS + "\n\ndef test_more():\n    assert kept(1, 1) == 3\n")
+    ((names, _),) = Callers(tree, "spectral_core/room", kept).tests_of(part, 2, 3)
+    assert "tests/test_part.py::test_more" in names
+    assert recorded == [["tests/test_part.py"], [], ["tests/test_part.py"]]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of processor time")
+def test_a_mutant_meets_the_shortest_tests_in_batches_up_to_a_limit(tree: Path) -> None:
+    callers = Callers(tree, "spectral_core/room")
+    part, functions = Path("spectral_core/room/part.py"), [["spectral_core/room/part.py", 2]]
+    lasting = {"a": 1.0, "b": 30.0, "c": 35.0, "d": 100.0, "e": 90.0}
+    callers._records = [
+        {"test": name, "seconds": seconds, "functions": functions} for name, seconds in sorted(lasting.items())
+    ]
+    assert callers.tests_of(part, 2, 3) == [(["a", "b"], 31.0), (["c"], 35.0), (["d"], 100.0)]
 
 
 def test_a_mutant_differs_in_one_place_and_is_drawn_by_its_seed(tree: Path) -> None:
@@ -82,4 +111,4 @@ def test_a_mutant_differs_in_one_place_and_is_drawn_by_its_seed(tree: Path) -> N
 def test_an_endless_loop_is_caught_by_its_processor_time(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mutation, "SECONDS", 2)
     (tree / "spectral_core/room/part.py").write_text(PRODUCT.replace("return low", "while True: pass\n    return low"))
-    assert mutation._is_caught(tree, ["tests/test_part.py::test_sum"])
+    assert mutation._is_caught(tree, ["tests/test_part.py::test_sum"], 0.1)

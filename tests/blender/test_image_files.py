@@ -99,3 +99,23 @@ def test_a_missing_picture_is_magenta_with_a_note(build, translate, path):
     tree = bpy.data.materials[0].node_tree
     tree.links.new(node.outputs["Alpha"], tree.nodes["shader"].inputs["Color"])
     np.testing.assert_array_equal(translate().materials[0].surface.color.linear_rgb, (1, 1, 1))
+
+
+def test_floats_of_a_file_are_as_in_the_file_in_every_mode_of_alpha(build, translate, tmp_path):
+    """Blender multiplies them by alpha when they count as straight; Cycles reads the file itself."""
+    made = bpy.data.images.new("saved", 4, 4, alpha=True, float_buffer=True)
+    made.pixels.foreach_set(np.tile(np.array([0.4, 0.2, 1.5, 0.5], np.float32), 16))
+    made.filepath_raw, made.file_format = str(tmp_path / "half.exr"), "OPEN_EXR"
+    made.save()
+    image = bpy.data.images.load(str(tmp_path / "half.exr"))
+    textured(build, image)
+    image.colorspace_settings.name = "Linear Rec.709"
+    found, buffers = [], []
+    for mode in ("CHANNEL_PACKED", "PREMUL", "STRAIGHT"):
+        image.alpha_mode = mode
+        scene = translate()
+        found.append(colors(scene, (0.4, 0.5)))
+        buffers.append(image.pixels[0])
+        assert scene.notes == ()
+    np.testing.assert_allclose(found, np.broadcast_to(found[0], np.shape(found)), rtol=2e-3)
+    assert buffers[2] == pytest.approx(0.5 * buffers[1], rel=2e-3)  # what there is to be undone

@@ -37,12 +37,18 @@ def fly(thing, distance=2.0):
     for frame, x in ((0, 0.0), (2, distance)):
         thing.location.x = x
         thing.keyframe_insert("location", frame=frame)
+    make_linear(thing)
+
+
+def make_linear(thing, later=0.0):
+    """Constant speed between the keys, which come ``later`` frames later."""
     bags = getattr(thing.animation_data.action, "fcurves", None)
     if bags is None:  # actions are layered from Blender 5.0 on
         bags = thing.animation_data.action.layers[0].strips[0].channelbags[0].fcurves
     for curve in bags:
         for point in curve.keyframe_points:
             point.interpolation = "LINEAR"
+            point.co.x += later
 
 
 def places(scene, name):
@@ -80,10 +86,52 @@ def test_a_moving_camera_and_a_fixed_lamp(build, moments):
     lamp = build.light("POINT")
     fly(lamp)
     assert moments().moments == ()
+    assert moments().lights[0].world_from_light[0, 3] == pytest.approx(1.0)
+    bpy.context.scene.render.motion_blur_position = "START"
+    shown = moments()  # as in Cycles, what is not blurred stands where it is in the middle of the time
+    assert shown.moments == () and shown.lights[0].world_from_light[0, 3] == pytest.approx(1.5)
     build.camera()
     fly(bpy.context.scene.camera)
     scene = moments()
     assert np.ptp([moment.camera.world_from_camera[0, 3] for moment in scene.moments]) > 0.5
+
+
+@pytest.mark.parametrize(("steps", "height"), [(1, 0.75), (2, 1.0)])
+def test_motion_is_interpolated_between_as_many_instants_as_in_cycles(build, moments, steps, height):
+    """From frame 1 to 2: three instants cut the corner at 1.25, five meet it. Turns do not shrink the object."""
+    thing, scene = build.plane(), bpy.context.scene
+    for frame, place, angle in ((0, (0, 0, 0), 0.0), (1, (1, 1, 0), 1.5), (2, (2, 0, 0), 3.0)):
+        thing.location, thing.rotation_euler = place, (0, 0, angle)
+        thing.keyframe_insert("location", frame=frame)
+        thing.keyframe_insert("rotation_euler", frame=frame)
+    make_linear(thing, later=0.25)
+    scene.render.motion_blur_position, scene.spectral.render.samples = "START", 128
+    thing.cycles.motion_steps = steps
+    found = moments()
+    assert len(found.moments) == 32
+    placed = [
+        {item.name: item for item in found.at(each).instances}["Plane"].world_from_object for each in found.moments
+    ]
+    assert max(matrix[1, 3] for matrix in placed) == pytest.approx(height, abs=0.02)
+    for matrix in placed:
+        np.testing.assert_allclose(matrix[:3, :3].T @ matrix[:3, :3], np.eye(3), atol=1e-5)
+
+
+def test_scale_and_shear_are_interpolated_apart_from_the_turn():
+    from mathutils import Matrix
+
+    from blender_addon.translate.camera.between import between
+
+    stretch = np.array([[2.0, 0.3, 0.1], [0, 0.5, -0.2], [0, 0, 1.5]])
+    ends = [np.eye(4), np.eye(4)]
+    ends[1][:3, :3] = np.array(Matrix.Rotation(2.0, 3, "Y")) @ stretch
+    ends[1][:3, 3] = 4, 5, 6
+    middle = between(ends[0], ends[1], 0.5)
+    np.testing.assert_allclose(middle[:3, 3], (2, 2.5, 3))
+    expected = np.array(Matrix.Rotation(1.0, 3, "Y")) @ (np.eye(3) + stretch) / 2
+    np.testing.assert_allclose(middle[:3, :3], expected, atol=1e-6)
+    mirrored = [matrix @ np.diag([-1.0, 1, 1, 1]) for matrix in ends]
+    np.testing.assert_allclose(between(*mirrored, 1.0), mirrored[1], atol=1e-6)
 
 
 def test_a_mesh_that_changes_its_shape(build, moments):

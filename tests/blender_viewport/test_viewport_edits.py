@@ -197,7 +197,8 @@ def test_a_panoramic_camera_fills_its_frame_in_the_view_as_in_f12(stage):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_random_edits_leave_no_outdated_data(stage, seed):
-    from spectral_core.render.live.changes import difference, equal
+    from spectral_core.render.live.changes import difference
+    from spectral_core.render.same import equal
 
     rng = np.random.default_rng(seed)
     updated(stage)

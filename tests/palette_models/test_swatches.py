@@ -75,6 +75,15 @@ def test_colors_outside_the_gamut_are_reported(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_swatches(tmp_path / "s.gpl")[1].linear_rgb, nearest)
 
 
+@pytest.mark.parametrize("channel", [0, 1, 2])
+@pytest.mark.parametrize("value", [-0.1, 1.1])
+def test_one_channel_beyond_one_end_is_outside_the_gamut(tmp_path: Path, channel: int, value: float) -> None:
+    color = np.full(3, 0.5)
+    color[channel] = value
+    assert write_swatches(tmp_path / "s.gpl", [Swatch("one", color)], clip=True) == ("one",)
+    assert write_swatches(tmp_path / "s.gpl", [Swatch("in", np.array([0.0, 0.5, 1.0]))]) == ()
+
+
 def test_gray_is_read_and_other_models_are_refused(tmp_path: Path) -> None:
     def ase(model: bytes, values: tuple[float, ...]) -> Path:
         content = b"\x00\x02\x00A\x00\x00" + model + struct.pack(f">{len(values)}f", *values) + b"\x00\x00"

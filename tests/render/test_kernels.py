@@ -170,3 +170,22 @@ def test_the_closure_of_a_material_is_a_number():
     traced = [kernel for kernel in history if kernel.get("operation_count", 0) > 500]
     assert len(traced) >= 3
     assert all(kernel["cache_hit"] for kernel in traced)
+
+
+def test_launches_for_chosen_pixels_use_one_kernel():
+    """However many pixels they have, and wherever their numbers are in memory."""
+    import drjit
+
+    from spectral_core.render.job import RenderJob
+    from spectral_core.render.plan.effects import plan_from_data
+
+    scene = _frame(1)
+    pixels = RenderJob(scene, plan_from_data(scene)).chosen_pixels()
+    kernels = set()
+    with drjit.scoped_set_flag(drjit.JitFlag.KernelHistory, True):
+        for count in (64, 63, 40, 17, 16, 8, 33, 50, 5, 64):
+            drjit.kernel_history_clear()
+            chosen, none = np.arange(count), np.zeros(count, np.int64)
+            pixels.trace_halves(chosen, none, none + count)
+            kernels |= {each["hash"] for each in drjit.kernel_history() if each.get("operation_count", 0) > 500}
+    assert len(kernels) == 1

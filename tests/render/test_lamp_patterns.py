@@ -11,9 +11,9 @@ import pytest
 from spectral_core.render import job as job_module
 from spectral_core.render import plan_effects, render_scene
 from spectral_core.render.job import RenderJob
-from spectral_core.scene import AreaLight, Camera, Color, Computed, PointLight, SunLight
+from spectral_core.scene import AreaLight, Camera, Color, Computed, Film, PointLight, SunLight
 from spectral_core.scene.shading import Builder
-from tests.render.scenes import lit_plane, matrix
+from tests.render.scenes import lit_plane, looking_down, matrix
 
 pytest.importorskip("mitsuba")
 HEIGHT, INTENSITY = 3.0, 100 / (4 * np.pi)
@@ -155,3 +155,15 @@ def test_the_camera_sees_the_disk_of_a_lamp():
     shown = render_scene(scene).pixels[..., 0] > 0.5 * INTENSITY / np.pi
     edge = np.tan(1.6 / 2)
     assert shown.mean() == pytest.approx(np.pi * (1 / 1.5) ** 2 / (2 * edge) ** 2, rel=0.03)
+
+
+@PATHS
+def test_a_panel_of_spread_zero_lights_the_column_below_it(monkeypatch, mitsubas):
+    """Watts per area below the panel, nothing beside it; half a degree would blur the edge by a fifth of a pixel."""
+    panel = AreaLight(name="panel", world_from_light=ABOVE, power_w=8, size=(1.0, 1.0), spread_rad=0.0)
+    scene = lit_plane(panel, camera=looking_down(4.0, 2 * np.arctan(0.25)), film=Film(16, 16, samples=64))
+    scene = replace(scene, film=replace(scene.film, filter_kind="box", filter_width=1.0))
+    found = picture(scene, monkeypatch, mitsubas, 64)[..., 1]
+    expected = np.zeros((16, 16))
+    expected[4:12, 4:12] = 0.5 / np.pi * 8
+    np.testing.assert_allclose(found, expected, rtol=0.02, atol=0.05)

@@ -120,6 +120,8 @@ def test_lights_camera_and_world_determine_effects():
     assert plan_from_data(replace(scene, world=World(gray(0.2))))["environment"].value == "constant"
     assert plan_from_data(replace(scene, world=World(IMAGE)))["environment"].value == "image"
     assert plan_from_data(replace(scene, world=World(gray(0.2), 0.0)))["environment"].value == "none"
+    dark = ImageTexture("dark", np.full((2, 4, 3), -0.2, np.float32), color_space="linear")
+    assert plan_from_data(replace(scene, world=World(dark)))["environment"].value == "image"  # it takes light away
     opened = Camera(world_from_camera=scene.camera.world_from_camera, aperture_radius=0.1)
     assert plan_from_data(replace(scene, camera=opened))["depth_of_field"].value == "on"
     area = AreaLight(name="area", world_from_light=matrix((0, 0, 3)))

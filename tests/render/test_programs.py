@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -65,3 +67,47 @@ def test_cross_products_are_rounded_once():
     left = float(a) * float(b) - float(a * b)
     np.testing.assert_allclose(found, [left] * 3, rtol=1e-6)
     assert left != 0
+
+
+HARD = np.array([0.0, 1.0, -1.0, 0.5, -2.0, 3.7, -3.7, 1e-6, 1e-30, 1e6, -1e6, 16777217.0, 1e30, -1e30], np.float32)
+
+
+def test_remainders_are_those_of_the_c_library():
+    """Of every pair of hard numbers, up to quotients of 1e60: exactly, at the hit and in NumPy."""
+    from spectral_core.render.plugins.paints.remainder import exact_remainder
+    from spectral_core.render.variant import activate, choose_backend
+    from spectral_core.scene.shading.arithmetic import MATH
+    from spectral_core.scene.shading.numpy_backend import NumPy
+
+    mi = activate(choose_backend("rgb"))
+    import drjit as dr
+
+    a, b = (part.ravel() for part in np.meshgrid(HARD, HARD[HARD != 0]))
+    truth = np.array([math.fmod(float(x), float(y)) for x, y in zip(a, b, strict=True)])
+    np.testing.assert_array_equal(np.array(exact_remainder(mi, dr, mi.Float(a), mi.Float(b))), truth)
+    np.testing.assert_array_equal(MATH["MODULO"](NumPy(np.float32), a, b, None), truth)
+    assert MATH["MODULO"](NumPy(np.float32), np.float32(3), np.float32(0), None) == 0
+
+
+def test_hard_numbers_of_math_nodes_are_cycles():
+    """Values that Cycles 5.0.1 renders; each was another number here."""
+    from spectral_core.scene.shading.arithmetic import MATH
+    from spectral_core.scene.shading.numpy_backend import NumPy
+    from spectral_core.scene.shading.vectors import VECTOR_MATH
+
+    xp = NumPy(np.float32)
+    number = xp.number
+    for mode, a, b, wanted in (
+        ("FLOORED_MODULO", 1e6, -3.7, -2.7128875),
+        ("FLOORED_MODULO", 1e6, 1e-6, 0.0066207619),
+        ("FLOORED_MODULO", 1e30, 3.7, 3.3513537e20),
+        ("ARCTAN2", -0.0, -0.0, 0.0),
+        ("POWER", -1.0, 1e30, 0.0),
+    ):
+        found = MATH[mode](xp, number([a]), number([b]), None)
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, err_msg=mode)
+    one, other = (number([1e6]),) * 3, (number([3.7]),) * 3
+    np.testing.assert_allclose(VECTOR_MATH["MODULO"](xp, one, other, None, None), 0.9871125, rtol=1e-6)
+    with np.errstate(over="ignore"):
+        found = VECTOR_MATH["REFLECT"](xp, other, (number([1e30]),) * 3, None, None)
+    np.testing.assert_array_equal(found, other)  # a normal whose length overflows is none

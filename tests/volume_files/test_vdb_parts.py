@@ -11,7 +11,9 @@ import pytest
 
 from spectral_core.errors import FileFormatError
 from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
-from spectral_core.volume.files.vdb.read import transform_of
+from spectral_core.volume.files.vdb.read import descriptors, read_grid, transform_of
+from spectral_core.volume.files.vdb.walk import sound_metadata
+from spectral_core.volume.files.vdb.write import write_grid
 
 MATRIX = np.arange(16.0).reshape(4, 4)
 SCALE, SHIFT = [2.0, 3.0, 4.0], [5.0, 6.0, 7.0]
@@ -95,3 +97,27 @@ def test_the_box_of_active_voxels() -> None:
         Tiles(plain.tiles.corners, plain.tiles.widths, plain.tiles.values, np.zeros(2, bool)),
     )  # fmt: skip
     assert empty.active_box() is None
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_root_tiles_are_passed_over_by_the_check_and_read_as_values(tmp_path: Path, dtype: str) -> None:
+    """A file of ours with a tile of 4096³ voxels put into its root: 12 bytes of origin, its value and its state."""
+    path = tmp_path / "t.vdb"
+    values = np.zeros((8, 8, 8), dtype)
+    values[1, 2, 3] = 7
+    write_grid(path, values, np.eye(4), "density", {})
+    sound_metadata(path, "density")
+    data = path.read_bytes()
+    with path.open("rb") as stream:
+        ((_, _, start, end),) = descriptors(stream, path)
+    width = np.dtype(dtype).itemsize
+    tiles = data.index(b"AffineMap") + 9 + 128 + 4 + width
+    assert data[tiles : tiles + 8] == struct.pack("<II", 0, 1)
+    for count in (1, 3):
+        added = b"".join(struct.pack("<3i", 4096 * (k + 1), 0, 0) + bytes(width) + b"\0" for k in range(count))
+        changed = data[:tiles] + struct.pack("<II", count, 1) + added + data[tiles + 8 :]
+        ends = struct.pack("<qqq", start, 0, end + len(added))
+        path.write_bytes(changed[: start - 24] + ends + changed[start:])
+        assert sound_metadata(path, "density")["name"] == "density"
+        read = read_grid(path, "density")
+        assert len(read.tiles.corners) == count and read.leaves.max() == 7

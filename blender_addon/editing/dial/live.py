@@ -19,6 +19,7 @@ from spectral_core.errors import InvalidInputError, SpectralError
 
 from ...properties import hooks
 from ...properties.hooks import Topic
+from ..behind import Behind
 from ..deferred import Deferred, redraw
 from .picture import PICTURE, place
 
@@ -136,12 +137,20 @@ def _assign_lamps(scene: Scene, session: _Session) -> None:
             session.lamps[number] = now
 
 
-def remember(scene: Scene, transport: Transport) -> None:
-    """Keep a transport that was just recorded and written, instead of reading it back."""
+def remember(scene: Scene, mix: Any) -> None:
+    """Keep a transport that was just written or read, as its LiveMix, instead of reading it again."""
+    stamp = _stamp(transport_path(scene.spectral.dial))
+    _sessions[scene.session_uid] = _Session(stamp, mix, [""] * len(mix.transport.groups))
+
+
+def mix_of(transport: Transport) -> Any:
+    """LiveMix with the pictures of its groups, which take a moment each; reads nothing from Blender."""
     from spectral_core.render.relight.mix import LiveMix
 
-    stamp = _stamp(transport_path(scene.spectral.dial))
-    _sessions[scene.session_uid] = _Session(stamp, LiveMix(transport), [""] * len(transport.groups))
+    mix = LiveMix(transport)
+    with contextlib.suppress(SpectralError):  # a group of unlike lights, which ``show`` reports
+        mix.picture(np.ones(len(transport.groups)))
+    return mix
 
 
 def show(scene: Scene) -> Any:
@@ -191,12 +200,41 @@ def changed(scene: bpy.types.Scene) -> None:
 
 
 def _follow(scene: bpy.types.Scene) -> None:
+    """Show the dial's picture; a file is read on a thread first."""
+    if READS.is_busy(scene, changed):
+        return
+    known, path = _sessions.get(scene.session_uid), transport_path(scene.spectral.dial)
+    if known is not None and known.stamp == _stamp(path):
+        _show_quietly(scene)
+        return
+    scene_hash = scene.spectral.dial.scene_hash
+    READS.run(scene, lambda: _read(path, scene_hash), _was_read)
+
+
+def _read(path: Path, scene_hash: str) -> Any:
+    """LiveMix of a file, or None if it cannot be read, which ``show`` reports."""
+    from spectral_core.render.relight.transport_file import read_transport
+
+    try:
+        return mix_of(read_transport(path, scene_hash=scene_hash))
+    except (SpectralError, OSError):
+        return None
+
+
+def _was_read(scene: bpy.types.Scene, mix: Any) -> None:
+    if mix is not None:
+        remember(scene, mix)
+    _show_quietly(scene)
+
+
+def _show_quietly(scene: bpy.types.Scene) -> None:
     with contextlib.suppress(SpectralError, OSError):  # dial.message reports it
         show(scene)
     redraw_dial()
 
 
 LIVE = Deferred(_follow, delay_seconds=DELAY_SECONDS)
+READS = Behind("light dial")
 
 
 def redraw_dial() -> None:
@@ -228,6 +266,7 @@ def _after_load(*_: object) -> None:
     _sessions.clear()
     _designed.clear()
     LIVE.cancel()
+    READS.stop()
     if not bpy.app.background:
         changed(bpy.context.scene)
 
@@ -251,3 +290,4 @@ def unregister() -> None:
     _sessions.clear()
     _designed.clear()
     LIVE.cancel()
+    READS.stop()

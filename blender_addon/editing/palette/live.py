@@ -2,21 +2,26 @@
 """From a change in the palette's panel to a new solution. Panels never solve: they show stored results."""
 
 import threading
+from collections.abc import Callable
 
 import bpy
+
+from spectral_core.palette import PaletteSolution
 
 from ...properties import hooks
 from ...properties.hooks import Topic
 from ...translate.palette.solution import show_stored_colors
 from ...translate.palette.table import fill_references, paused
+from ..behind import Behind
 from ..deferred import Deferred, redraw
 from . import possible
-from .solve import finish_live, forget_solutions, solve_live
+from .solve import Solve, finishing_solve, forget_solutions, keep, live_solve
 
 DELAY_SECONDS = 0.005
 """Time from an edit to its solution; further edits in this time are solved together."""
 REST_SECONDS = 0.3
 """Time without a further edit after which the solution is finished: all rounds, and the conflicts."""
+SOLVES = Behind("palette")
 AREAS = ("VIEW_3D", "PROPERTIES", "NODE_EDITOR")
 
 
@@ -42,14 +47,27 @@ def _mode_changed(cell: bpy.types.PropertyGroup) -> None:
 
 
 def _follow(scene: bpy.types.Scene) -> None:
-    solve_live(scene)
-    show()
+    if not SOLVES.is_busy(scene, LIVE.request):
+        _solve(scene, live_solve(scene), lambda: None)
 
 
 def _finish(scene: bpy.types.Scene) -> None:
-    if finish_live(scene) is not None:
+    if not SOLVES.is_busy(scene, LIVE.request):
+        _solve(scene, finishing_solve(scene), lambda: possible.follow(scene))
+
+
+def _solve(scene: bpy.types.Scene, solve: Solve | None, then: Callable[[], None]) -> None:
+    def done(scene: bpy.types.Scene, answer: PaletteSolution | str) -> None:
+        assert solve is not None
+        kept = keep(scene, solve, answer)
         show()
-        possible.follow(scene)
+        if kept is not None:
+            then()
+
+    if solve is None:
+        show()
+    else:
+        SOLVES.run(scene, solve.answer, done)
 
 
 def show() -> None:
@@ -108,5 +126,6 @@ def unregister() -> None:
         getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(*LISTENERS)
     LIVE.cancel()
+    SOLVES.stop()
     possible.stop()
     forget_solutions()

@@ -12,7 +12,7 @@ import numpy as np
 from bpy.types import ID, PropertyGroup, Scene
 
 from spectral_core.errors import SpectralError
-from spectral_core.render.live.changes import equal
+from spectral_core.render.same import equal
 from spectral_core.spectra.spectrum import Spectrum
 
 from ...properties import hooks

@@ -24,7 +24,7 @@ def live_solution(scene_uid: int, problem: PaletteProblem) -> PaletteSolution:
     from spectral_core.palette.live.session import PaletteSession
 
     session = _sessions.pop(scene_uid, None)  # an edit that fails leaves no partly edited session behind
-    if session is None or not _same_table(session.problem, problem):
+    if session is None or not same_table(session.problem, problem):
         session = PaletteSession(problem)
     else:
         changed = _changed_settings(session.problem, problem)
@@ -42,7 +42,7 @@ def forget_sessions() -> None:
     _sessions.clear()
 
 
-def _same_table(before: PaletteProblem, after: PaletteProblem) -> bool:
+def same_table(before: PaletteProblem, after: PaletteProblem) -> bool:
     """True if two problems have the same rows, columns and designed spectra, so that one solution fits both."""
 
     def shape(problem: PaletteProblem) -> tuple:
@@ -50,6 +50,13 @@ def _same_table(before: PaletteProblem, after: PaletteProblem) -> bool:
         return lights, tuple(item.free for item in problem.reflectances)
 
     return before.grid.same_as(after.grid) and shape(before) == shape(after)
+
+
+def same_problem(before: PaletteProblem, after: PaletteProblem) -> bool:
+    """True if an answer to one of two problems answers the other."""
+    if not same_table(before, after):
+        return False
+    return not _changed_settings(before, after) and not _changed_cells(before, after)
 
 
 def _changed_settings(before: PaletteProblem, after: PaletteProblem) -> dict[str, Any]:

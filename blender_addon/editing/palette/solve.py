@@ -3,8 +3,9 @@
 
 import traceback
 from collections.abc import Callable
+from dataclasses import dataclass
 
-from bpy.types import Scene
+from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import SpectralError
 from spectral_core.palette import PaletteProblem, PaletteSolution, PaletteStatus
@@ -14,14 +15,36 @@ from ...translate.palette.problem import palette_problem, takes_seconds
 from ...translate.palette.solution import store_solution
 from ...translate.palette.table import paused
 from . import picture
-from .session import forget_sessions, live_solution
+from .session import forget_sessions, live_solution, same_problem, same_table
 
 _last: dict[int, PaletteSolution] = {}
 """Last solution by scene, a start for the next one. Not saved: an opened file starts without it."""
 
 
-def solve_scene(scene: Scene) -> PaletteSolution | None:
-    """Solve from the start; None if the table cannot be solved (``message`` says why).
+@dataclass(frozen=True)
+class Solve:
+    """A solve of a table as it was read; ``answer`` reads nothing from Blender, so that a thread can call it."""
+
+    problem: PaletteProblem
+    compute: Callable[[], PaletteSolution]
+    finished: bool = True
+    """False if ``finishing_solve`` does the rest."""
+    store: Callable[[PropertyGroup], None] = lambda _palette: None
+    """Writes into the table what the solution does not hold, such as amounts of dyes."""
+
+    def answer(self) -> PaletteSolution | str:
+        """The solution, or a text on why there is none."""
+        try:
+            return self.compute()
+        except SpectralError as error:
+            return str(error)
+        except Exception as error:  # neither a timer nor a thread can pass the error to a caller
+            traceback.print_exc()
+            return f"the solver failed unexpectedly ({type(error).__name__}: {error})"
+
+
+def button_solve(scene: Scene) -> Solve | None:
+    """Solve from the start; None if the table is invalid (``message`` says why).
 
     If the time ended before the solution of the unchanged table was optimal, the solve continues from that solution.
     """
@@ -29,23 +52,28 @@ def solve_scene(scene: Scene) -> PaletteSolution | None:
     # A common brightness is computed anew: from a brightened solution it would only grow.
     continues = palette.status == PaletteStatus.IMPROVING and not (palette.is_stale or palette.scale_lights)
     before = _last.get(scene.session_uid) if continues else None
-    return _solve(scene, lambda problem: solver_of(palette)(problem, before))
+
+    def solve(problem: PaletteProblem) -> Solve:
+        solver = solver_of(palette)
+        return Solve(problem, lambda: solver.solve(problem, before), store=solver.store)
+
+    return _read(scene, solve)
 
 
-def solve_live(scene: Scene) -> PaletteSolution | None:
-    """Solve an edit at once: a few milliseconds for the usual table; tables that take seconds wait for the button."""
-    palette = scene.spectral.palette
+def live_solve(scene: Scene) -> Solve | None:
+    """Solve an edit: a few milliseconds for the usual table. Tables that take seconds wait for the button."""
+    palette, uid = scene.spectral.palette, scene.session_uid
     if not len(palette.lights) or not len(palette.materials):
         return None
     if takes_seconds(palette):
         if palette.is_stale:  # Solve may have been pressed since the edit
             palette.message = "This table takes some seconds to solve: press Solve"
         return None
-    return _solve(scene, lambda problem: live_solution(scene.session_uid, problem), finished=False)
+    return _read(scene, lambda problem: Solve(problem, lambda: live_solution(uid, problem), finished=False))
 
 
-def finish_live(scene: Scene) -> PaletteSolution | None:
-    """Finish the parts that ``solve_live`` omits for speed: all rounds, and the explanation of conflicts."""
+def finishing_solve(scene: Scene) -> Solve | None:
+    """Finish the parts that ``live_solve`` omits for speed: all rounds, and the explanation of conflicts."""
     from spectral_core.palette import solve_palette
 
     palette = scene.spectral.palette
@@ -53,31 +81,58 @@ def finish_live(scene: Scene) -> PaletteSolution | None:
         return None
     # A common brightness is computed anew: from a brightened solution it would only grow.
     before = None if palette.scale_lights else _last.get(scene.session_uid)
-    return _solve(scene, lambda problem: solve_palette(problem, warm=before))
+    return _read(scene, lambda problem: Solve(problem, lambda: solve_palette(problem, warm=before)))
 
 
-def _solve(
-    scene: Scene, solve: Callable[[PaletteProblem], PaletteSolution], *, finished: bool = True
-) -> PaletteSolution | None:
+def _read(scene: Scene, solve: Callable[[PaletteProblem], Solve]) -> Solve | None:
     palette = scene.spectral.palette
+    try:
+        return solve(palette_problem(palette))
+    except SpectralError as error:
+        palette.message, palette.is_stale = str(error), True
+        return None
+
+
+def keep(scene: Scene, solve: Solve, answer: PaletteSolution | str) -> PaletteSolution | None:
+    """Store the answer in the table; None if it is a text, or if the table has other rows or columns by now.
+
+    An answer for earlier numbers of the same table is stored, and the table stays outdated.
+    """
+    palette = scene.spectral.palette
+    try:
+        now = palette_problem(palette)
+    except SpectralError as error:
+        palette.message, palette.is_stale = str(error), True
+        return None
+    is_current = same_problem(solve.problem, now)
+    if isinstance(answer, str):
+        palette.message, palette.is_stale = answer, True
+        return None
+    if not is_current and not same_table(solve.problem, now):
+        return None
     with paused():
-        try:
-            solution = solve(palette_problem(palette))
-        except SpectralError as error:
-            palette.message = str(error)
-            palette.is_stale = True
-            return None
-        except Exception as error:  # a timer cannot pass the error to a caller
-            traceback.print_exc()
-            palette.message = f"the solver failed unexpectedly ({type(error).__name__}: {error})"
-            palette.is_stale = True
-            return None
-        store_solution(palette, solution, finished=finished)
+        solve.store(palette)
+        store_solution(palette, answer, finished=solve.finished)
         palette.message = ""
-        palette.is_stale = False
-    _last[scene.session_uid] = solution
+        palette.is_stale = not is_current
+    _last[scene.session_uid] = answer
     picture.follow(scene)
-    return solution
+    return answer
+
+
+def solve_now(scene: Scene, solve: Solve | None) -> PaletteSolution | None:
+    """Solve and store at once."""
+    return None if solve is None else keep(scene, solve, solve.answer())
+
+
+def solve_scene(scene: Scene) -> PaletteSolution | None:
+    """``button_solve`` at once."""
+    return solve_now(scene, button_solve(scene))
+
+
+def solve_live(scene: Scene) -> PaletteSolution | None:
+    """``live_solve`` at once."""
+    return solve_now(scene, live_solve(scene))
 
 
 def forget_solutions() -> None:

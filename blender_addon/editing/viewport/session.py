@@ -30,9 +30,9 @@ from ..palette.picture import shown_in
 from . import stages
 from .stages import Stage
 
-FIRST_WAIT_S = 0.09
-"""Largest wait of a redraw for the first picture of a change, minus the time of the change itself: a later picture
-needs another redraw, but the interface must not block for 100 ms.
+REDRAW_S = 0.095
+"""Longest time of a redraw, the time of its change included: the interface must not block for 100 ms. What is left
+after the drawing is the wait for the first picture of a change; a later picture needs another redraw.
 """
 FINE_LEVEL, FINE_WAIT_S = 4, 0.035
 """Distance of pixels of a picture that a redraw prefers to a coarser one, and its wait for it: 30 redraws a second."""
@@ -77,6 +77,8 @@ class ViewSession:
         self._sides: list[_Side] = []
         self._trouble = ""
         self._spent = 0.0
+        self.drawing_seconds = 0.0
+        """Time of the latest redraw without its wait."""
 
     @property
     def link(self) -> LiveLink:
@@ -156,7 +158,8 @@ class ViewSession:
             # less the time of the update itself: Blender's own work between the two is not this extension's
             began = time.monotonic() - self._spent
             self._spent = 0.0
-            for wait_s, level in ((FIRST_WAIT_S, COARSEST), (FINE_WAIT_S, FINE_LEVEL)):
+            longest = REDRAW_S - self.drawing_seconds
+            for wait_s, level in ((longest, COARSEST), (FINE_WAIT_S, FINE_LEVEL)):
                 for side in asked:
                     left = began + wait_s - time.monotonic()
                     self.link.wait(side.name, side.generation, max(0.0, left), level)

@@ -1,23 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Motion blur: the scene at several instants while the shutter is open."""
+"""Motion blur: the scene at several instants while the shutter is open.
+
+Blender evaluates the scene at a few instants that the objects' Motion Steps ask for, three by default. Between them
+everything moves as Cycles interpolates it, so that an arc is as angular here as there.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import Camera, Instance, Mesh, Moment, Note, Scene
+from spectral_core.scene import Camera, Instance, Light, Mesh, Moment, Note, Scene
 from spectral_core.scene.motion import same_camera, same_mesh
 
 from ..context import Translation
-from ..objects import Collected, collect
+from ..objects import collect
 from ..visibility import cycles_settings
 from . import translate_camera
+from .between import between
 
 FEWEST, MOST = 8, 32
 """Least and largest number of instants of a picture with motion."""
@@ -25,6 +30,25 @@ SAMPLES_PER_MOMENT = 4
 """Least number of samples of an instant."""
 SHIFTS = {"START": 0.0, "CENTER": -0.5, "END": -1.0}
 """Opening time of the shutter relative to the frame, in shares of its open time."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Key:
+    """The scene at one instant that Blender evaluates: its camera, and the placed instances and meshes by name."""
+
+    camera: Camera
+    placed: dict[str, Instance]
+    shapes: dict[str, Mesh]
+    lights: dict[str, Light]
+
+
+@dataclass(frozen=True, eq=False)
+class _Steps:
+    """Parts that each thing's motion has while the shutter is open: 0 for one that stands still."""
+
+    camera: int
+    instances: dict[str, int]
+    meshes: dict[str, int]
 
 
 def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[int, float], None]) -> Scene:
@@ -39,22 +63,42 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
         return scene
     frame, subframe = int(source.frame_current), float(source.frame_subframe)
     first = frame + subframe + SHIFTS[render.motion_blur_position] * render.motion_blur_shutter
-    count = int(np.clip(scene.film.samples // SAMPLES_PER_MOMENT, FEWEST, MOST))
-    times = first + render.motion_blur_shutter * instants(render, count)
-    lost: set[str] = set()
-    kept = _standing(depsgraph)
+    chosen = camera if camera is not None else source.camera
+    parts = {thing.name_full: _parts(thing.original) for thing in depsgraph.objects}
+    most = max([motion for motion, _ in parts.values()] + [_parts(chosen)[0] if chosen else 0, 2])
+    keys: dict[int, _Key] = {}
     try:
-        ends = [_moment(scene, depsgraph, camera, (frame_set, time, kept), lost) for time in times[[0, count // 2, -1]]]
-        if not any(_moves(scene, moment) for moment in ends):
-            return scene
-        made = [_moment(scene, depsgraph, camera, (frame_set, time, kept), lost) for time in times]
+        for places in ((0, most // 2, most), range(most + 1)):
+            for place in places:
+                if place not in keys:
+                    time = first + render.motion_blur_shutter * place / most
+                    frame_set(int(np.floor(time)), float(time - np.floor(time)))
+                    keys[place], steps = _key(depsgraph, camera, parts)
+            if not any(_moves(scene, key, steps) for key in keys.values()):
+                return _in_the_middle(scene, keys[most // 2])
     finally:
         frame_set(frame, subframe)
+    count = int(np.clip(scene.film.samples // SAMPLES_PER_MOMENT, FEWEST, MOST))
+    ordered = [keys[place] for place in range(most + 1)]
+    lost = _lost(scene, ordered)
+    moments = tuple(_moment(scene, ordered, steps, float(time), lost) for time in instants(render, count))
     notes = tuple(
         Note(name, "its shape or number of vertices changes while the shutter is open; it is rendered without motion")
         for name in sorted(lost)
     )
-    return replace(scene, moments=tuple(made), notes=(*scene.notes, *notes))
+    lights = _lights(scene, ordered[most // 2])
+    return replace(scene, moments=moments, lights=lights, notes=(*scene.notes, *notes))
+
+
+def _in_the_middle(scene: Scene, middle: _Key) -> Scene:
+    """A scene in which nothing is blurred: it is shown in the middle of the shutter's open time, as in Cycles."""
+    moment = _moment(scene, [middle] * 3, _Steps(0, {}, {}), 0.5, _lost(scene, [middle]))
+    return replace(scene.at(moment), lights=_lights(scene, middle))
+
+
+def _lights(scene: Scene, middle: _Key) -> tuple[Light, ...]:
+    """The lamps where they stand in the middle of the shutter's open time; the suns of skies stay."""
+    return tuple(middle.lights.get(light.name, light) for light in scene.lights)
 
 
 def instants(render: Any, count: int) -> NDArray[np.float64]:
@@ -72,61 +116,107 @@ def instants(render: Any, count: int) -> NDArray[np.float64]:
     return np.asarray(np.interp(middles, light / light[-1], places))
 
 
-def _standing(depsgraph: Any) -> dict[str, str]:
-    """Objects without motion blur by the artist's choice: by name ``"all"``, or ``"deformation"`` alone."""
-    found: dict[str, str] = {}
-    for thing in depsgraph.objects:
-        if not cycles_settings(thing.original, "use_motion_blur", True):
-            found[thing.name_full] = "all"
-        elif not cycles_settings(thing.original, "use_deform_motion", True):
-            found[thing.name_full] = "deformation"
-    return found
+def _parts(thing: Any) -> tuple[int, int]:
+    """Parts of an object's motion and of its deformation: two or more, 0 for none by the artist's choice."""
+    if not cycles_settings(thing, "use_motion_blur", True):
+        return 0, 0
+    count = 2 ** max(1, int(cycles_settings(thing, "motion_steps", 1)))
+    return count, count if cycles_settings(thing, "use_deform_motion", True) else 0
 
 
-def _moment(
-    scene: Scene,
-    depsgraph: Any,
-    camera: Any,
-    when: tuple[Callable[[int, float], None], float, dict[str, str]],
-    lost: set[str],
-) -> Moment:
-    frame_set, time, standing = when
-    frame_set(int(np.floor(time)), float(time - np.floor(time)))
+def _key(depsgraph: Any, camera: Any, parts: dict[str, tuple[int, int]]) -> tuple[_Key, _Steps]:
+    """The scene at the frame that ``depsgraph`` shows."""
     translation = Translation.of(depsgraph, bpy.data)
     chosen = camera if camera is not None else depsgraph.scene_eval.camera
-    seen_from = scene.camera
-    if chosen is not None and standing.get(chosen.name_full) != "all":
-        seen_from = translate_camera(translation, chosen.evaluated_get(depsgraph))
     found = collect(translation)
-    return Moment(seen_from, *_changes(scene, found, standing, lost))
+    owners = [parts.get(thing.name_full, (2, 2)) for thing in found.originals]
+    own = list(zip(found.instances, owners, strict=True))
+    key = _Key(
+        translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph)),
+        {item.name: item for item in found.instances},
+        {mesh.name: mesh for mesh in found.meshes.values() if mesh is not None},
+        {light.name: light for light in found.lights},
+    )
+    still = {item.mesh for item, (_, deforming) in own if not deforming}
+    meshes = {item.mesh: 0 if item.mesh in still else deforming for item, (_, deforming) in own}
+    moving = parts.get(chosen.name_full, (2, 2))[0] if chosen is not None else 0
+    return key, _Steps(moving, {item.name: motion for item, (motion, _) in own}, meshes)
 
 
-def _changes(
-    scene: Scene, found: Collected, standing: dict[str, str], lost: set[str]
-) -> tuple[tuple[Instance, ...], tuple[Mesh, ...]]:
-    """Instances and meshes that differ from those of the frame."""
-    now = {item.name: (item, thing.name_full) for item, thing in zip(found.instances, found.originals, strict=True)}
-    shapes = {mesh.name: mesh for mesh in found.meshes.values() if mesh is not None}
-    instances, frozen = [], set()
+def _lost(scene: Scene, keys: list[_Key]) -> set[str]:
+    """Instances and meshes that another instant lacks, or has with another number of vertices."""
+    lost = {item.name for item in scene.instances if any(item.name not in key.placed for key in keys)}
+    for mesh in scene.meshes:
+        others = [key.shapes.get(mesh.name) for key in keys]
+        if any(other is None or other.positions.shape != mesh.positions.shape for other in others):
+            lost.add(mesh.name)
+    return lost
+
+
+def _moves(scene: Scene, key: _Key, steps: _Steps) -> bool:
+    """True if anything that may move is elsewhere, or has another shape, than in the frame."""
+    if steps.camera and not same_camera(scene.camera, key.camera):
+        return True
     for item in scene.instances:
-        if item.name not in now:
-            lost.add(item.name)
-            continue
-        moved, owner = now[item.name]
-        if standing.get(owner) is not None:
-            frozen.add(item.mesh)
-        if standing.get(owner) != "all" and not np.array_equal(moved.world_from_object, item.world_from_object):
-            instances.append(replace(item, world_from_object=moved.world_from_object))
+        other = key.placed.get(item.name)
+        if other is None or (steps.instances.get(item.name) and not _same_place(item, other)):
+            return True
+    shapes = ((mesh, key.shapes.get(mesh.name)) for mesh in scene.meshes if steps.meshes.get(mesh.name))
+    return any(other is None or not same_mesh(mesh, other) for mesh, other in shapes)
+
+
+def _same_place(one: Instance, other: Instance) -> bool:
+    return bool(np.array_equal(one.world_from_object, other.world_from_object))
+
+
+def _around(keys: list[_Key], parts: int, time: float) -> tuple[_Key, _Key, float]:
+    """The evaluated instants before and after a time, and its share of the way; what stands still has the middle."""
+    last = len(keys) - 1
+    if parts == 0:
+        return keys[last // 2], keys[last // 2], 0.0
+    number = min(int(time * parts), parts - 1)
+    return keys[number * last // parts], keys[(number + 1) * last // parts], time * parts - number
+
+
+def _moment(scene: Scene, keys: list[_Key], steps: _Steps, time: float, lost: set[str]) -> Moment:
+    """The scene at a time, in shares of the shutter's open time."""
+    instances = []
+    for item in scene.instances:
+        if item.name not in lost:
+            one, other, share = _around(keys, steps.instances.get(item.name, 0), time)
+            first, last = (key.placed[item.name].world_from_object for key in (one, other))
+            placed = between(first, last, share)
+            if not np.array_equal(placed, item.world_from_object):
+                instances.append(replace(item, world_from_object=placed))
     meshes = []
     for mesh in scene.meshes:
-        other = shapes.get(mesh.name)
-        if other is None or other.positions.shape != mesh.positions.shape:
-            lost.add(mesh.name)
-        elif mesh.name not in frozen and not same_mesh(mesh, other):
-            meshes.append(replace(mesh, positions=other.positions, normals=other.normals))
-    return tuple(instances), tuple(meshes)
+        if mesh.name not in lost:
+            one, other, share = _around(keys, steps.meshes.get(mesh.name, 0), time)
+            shape = _blend(mesh, one.shapes[mesh.name], other.shapes[mesh.name], share)
+            if not same_mesh(mesh, shape):
+                meshes.append(shape)
+    return Moment(_seen_from(scene.camera, keys, steps.camera, time), tuple(instances), tuple(meshes))
 
 
-def _moves(scene: Scene, moment: Moment) -> bool:
-    seen: Camera = moment.camera
-    return bool(moment.instances or moment.meshes) or not same_camera(scene.camera, seen)
+def _blend(mesh: Mesh, one: Mesh, other: Mesh, share: float) -> Mesh:
+    """The mesh with the vertices and normals between two shapes."""
+    if same_mesh(one, other):
+        return replace(mesh, positions=one.positions, normals=one.normals)
+    normals = None
+    if one.normals is not None and other.normals is not None:
+        normals = one.normals * (1 - share) + other.normals * share
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    positions = one.positions * (1 - share) + other.positions * share
+    return replace(mesh, positions=positions, normals=None if normals is None else normals.astype(np.float32))
+
+
+def _seen_from(camera: Camera, keys: list[_Key], parts: int, time: float) -> Camera:
+    """The camera at a time. It turns and moves in ``parts``; its view widens along two straight lines, as in Cycles."""
+    one, other, share = _around(keys, parts, time)
+    placed = between(one.camera.world_from_camera, other.camera.world_from_camera, share)
+    if not parts:
+        return replace(camera, world_from_camera=placed)
+    one, other, share = _around(keys, 2, time)
+    first, last = (np.tan(key.camera.field_of_view_rad / 2) for key in (one, other))
+    angle = 2 * float(np.arctan(first * (1 - share) + last * share))
+    return replace(camera, world_from_camera=placed, field_of_view_rad=angle)

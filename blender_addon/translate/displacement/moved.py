@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import Mesh
+from spectral_core.scene.geometry import Attribute
 
-from ..shading.attributes import object_info
+from ..shading.attributes import UNDISPLACED, object_info
 from ..viewport.kept import kept_or_made
 from .offset import Displacement
 
@@ -107,7 +108,10 @@ def moved_mesh(
         shaded = shaded.astype(np.float64).copy()
         shaded[touched] = _unit(sums[welded[touched]], shaded[touched])
     normals_out = None if shaded is None else np.asarray(shaded, np.float32)
-    return replace(mesh, positions=positions.astype(np.float32), normals=normals_out)
+    attributes = mesh.attributes
+    if any(move is not None and not move.bends for move in moves):
+        attributes = (*attributes, Attribute(UNDISPLACED, mesh.positions))
+    return replace(mesh, positions=positions.astype(np.float32), normals=normals_out, attributes=attributes)
 
 
 class _Reading:

@@ -75,10 +75,12 @@ def environment_of(name: str, pixels: NDArray[np.float64]) -> ImageTexture:
     return ImageTexture(name, pixels.astype(np.float32), color_space="linear")
 
 
-def directions_of(rows: int) -> NDArray[np.float64]:
-    """Unit directions (rows, 2 rows, 3) through the centers of an equirectangular image's pixels, bottom row first."""
-    height = (np.arange(rows) + 0.5) / rows * np.pi - np.pi / 2
-    around = np.pi - (np.arange(2 * rows) + 0.5) / rows * np.pi
+def directions_of(rows: int, place: tuple[float, float] = (0.5, 0.5)) -> NDArray[np.float64]:
+    """Unit directions (rows, 2 rows, 3) through an equirectangular image's pixels, bottom row first; ``place``: in each
+    pixel, from 0 to 1 across and up.
+    """
+    height = (np.arange(rows) + place[1]) / rows * np.pi - np.pi / 2
+    around = np.pi - (np.arange(2 * rows) + place[0]) / rows * np.pi
     upright, flat = np.sin(height)[:, None], np.cos(height)[:, None]
     x, y = flat * np.cos(around), flat * np.sin(around)
     return np.stack([x, y, np.broadcast_to(upright, x.shape)], axis=-1)

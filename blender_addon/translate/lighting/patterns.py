@@ -20,6 +20,10 @@ from .directions import Array, Look, radiance
 
 ROWS, MOST_ROWS = 512, 2048
 """Rows of a drawn environment, and of one with images."""
+NOISE_SAMPLES = 16
+"""Directions in each pixel of a drawn environment with white noise."""
+R2 = np.array([0.7548776662466927, 0.5698402909980532])
+"""Steps of a sequence that fills a square evenly (M. Roberts, 2018)."""
 
 
 def needs_directions(output: Any) -> bool:
@@ -88,27 +92,27 @@ def world_light(
     reader = Reader(translation, world.name, on_surface=True, is_far=True)
     output = surface_output(compat.node_tree(world), "OUTPUT_WORLD")
     place = Input(output.inputs["Surface"])
-    if any(node.type == "TEX_WHITE_NOISE" for node in compat.node_tree(world).nodes):
-        reader.note(f"white noise is drawn as an image of {ROWS} rows; it is finer in Cycles")
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
     radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree, after which its images are known
     heights = [image.pixels.shape[0] for image in reader.builder.images if id(image) not in reader.skies]
     rows = min(max([ROWS, *heights]), MOST_ROWS)
-    grid = directions_of(rows)
+    # every ray meets another value of white noise, so that a pixel of the environment shows a mean
+    is_noise = any(name.startswith("white_noise") for name in reader.builder.operations)
+    places = [tuple((0.5 + k * R2) % 1.0) for k in range(NOISE_SAMPLES if is_noise else 1)]
+    grids = [directions_of(rows, at).reshape(-1, 3) for at in places]
 
     def drawn(look: Look) -> Term:
-        found = radiance(reader, place, look).reshape(grid.shape)
-        if found.max() < 0:
-            reader.note("every color of the world is below zero; it takes light away, otherwise than in Cycles")
+        seen = sum(radiance(reader, place, replace(look, directions=grid)) for grid in grids)
+        found = np.asarray(seen / len(grids)).reshape(rows, 2 * rows, 3)
         if found.min() >= 0 and np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
             return Term(Color(found[0, 0]))
         return Term(environment_of(world.name, found))
 
     window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
-    lights = drawn(Look(grid.reshape(-1, 3), view, window=window))
+    lights = drawn(Look(grids[0], view, window=window))
     tells = depends_on_ray_type(linked(place))
-    sees = drawn(Look(grid.reshape(-1, 3), view, camera=True, window=window)) if tells else lights
+    sees = drawn(Look(grids[0], view, camera=True, window=window)) if tells else lights
     suns = tuple(
         sun
         for number, image_id in enumerate(reader.skies)

@@ -4,57 +4,66 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from bpy.types import PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteProblem, PaletteSolution
 
-Solver = Callable[[PaletteProblem, PaletteSolution | None], PaletteSolution]
-"""From a problem, and an earlier solution to continue from or None, to a solution."""
+
+@dataclass(frozen=True)
+class TableSolver:
+    """Solver of a table; ``solve`` reads nothing from Blender, ``store`` writes what its last call found."""
+
+    solve: Callable[[PaletteProblem, PaletteSolution | None], PaletteSolution]
+    """From a problem, and an earlier solution to continue from or None, to a solution."""
+    store: Callable[[PropertyGroup], None] = lambda _palette: None
 
 
-def solver_of(palette: PropertyGroup) -> Solver:
+def solver_of(palette: PropertyGroup) -> TableSolver:
     """The solver of this table. Raises InvalidInputError if it has both tints and dyes."""
     dyed = {row: material.dyes for row, material in enumerate(palette.materials) if len(material.dyes)}
     if dyed and palette.use_tints:
         raise InvalidInputError("tints and fluorescent dyes are not designed together; switch one of them off")
     if dyed:
-        return _fluorescent(palette, dyed)
+        return _fluorescent(dyed)
     if palette.use_tints:
         from spectral_core.palette.paint.tints import TintCriterion, solve_with_tints
 
-        return lambda problem, _: solve_with_tints(problem, TintCriterion(weight=palette.tint_weight))
+        criterion = TintCriterion(weight=palette.tint_weight)
+        return TableSolver(lambda problem, _: solve_with_tints(problem, criterion))
     from spectral_core.palette import solve_palette
 
-    return lambda problem, before: solve_palette(problem, warm=before)
+    return TableSolver(lambda problem, before: solve_palette(problem, warm=before))
 
 
-def _fluorescent(palette: PropertyGroup, dyed: dict[int, PropertyGroup]) -> Solver:
+def _fluorescent(dyed: dict[int, PropertyGroup]) -> TableSolver:
     from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
     from spectral_core.palette.paint.fluorescent_report import palette_solution
     from spectral_core.spectra.fluorescence import FluorescentDye
 
+    places = {row: [(dye.excitation_nm, dye.emission_nm) for dye in group] for row, group in dyed.items()}
+    amounts: dict[int, list[float]] = {}
+
     def solve(problem: PaletteProblem, before: PaletteSolution | None) -> PaletteSolution:
         dyes = {
-            row: [
-                FluorescentDye.gaussian(
-                    f"dye {dye.excitation_nm:.0f} to {dye.emission_nm:.0f} nm", dye.excitation_nm, dye.emission_nm
-                )
-                for dye in group
-            ]
-            for row, group in dyed.items()
+            row: [FluorescentDye.gaussian(f"dye {low:.0f} to {high:.0f} nm", low, high) for low, high in pairs]
+            for row, pairs in places.items()
         }
-        least = min(dye.excitation_nm for group in dyed.values() for dye in group)
+        least = min(low for pairs in places.values() for low, _ in pairs)
         if problem.grid.wavelengths_nm[0] > least - 10:
             raise InvalidInputError(
                 f"a dye absorbs light around {least:.0f} nm, but the table designs from "
                 f"{problem.grid.wavelengths_nm[0]:.0f} nm on; under Design, begin at {least - 20:.0f} nm"
             )
         found = solve_fluorescent(problem, dyes, start=None if before is None else before.illuminants)
-        for row, group in dyed.items():
-            for dye, amount in zip(group, found.surfaces[row].amounts, strict=True):
-                dye.amount = float(amount)
+        amounts.update({row: [float(amount) for amount in found.surfaces[row].amounts] for row in places})
         return palette_solution(found)
 
-    return solve
+    def store(palette: PropertyGroup) -> None:
+        for row, found in amounts.items():
+            for dye, amount in zip(palette.materials[row].dyes, found, strict=False):  # a dye may be new by now
+                dye.amount = amount
+
+    return TableSolver(solve, store)

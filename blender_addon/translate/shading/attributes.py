@@ -9,6 +9,8 @@ import bpy
 import numpy as np
 
 PREFIX = "object_attribute:"
+UNDISPLACED = "attribute_undisplaced"
+"""Input of programs: the position in the object before its displacement."""
 OF_STRANDS = ("HAIR", "POINT")
 """Types of object that alone have these attributes: hair and points."""
 NO_LEVEL = 2**31 - 1

@@ -164,8 +164,6 @@ def _bevel(reader: Reader, output: Output) -> Any:
 
 @evaluator("WIREFRAME")
 def _wireframe(reader: Reader, output: Output) -> Any:
-    if output.node.use_pixel_size:
-        reader.note(f"{output.label!r}: a line that is measured in pixels is as wide as on a picture of 1080 rows")
     settings = (bool(output.node.use_pixel_size),)
     return reader.emit("wireframe", reader.read(output, "Size", 0.01), settings=settings)
 
@@ -229,9 +227,6 @@ def _normal_map(reader: Reader, output: Output) -> Any:
     if getattr(node, "convention", "OPENGL") == "DIRECTX":  # from Blender 5.2 on: green points down
         color = reader.emit("vector_math", color, np.array((1.0, -1.0, 1.0)), np.array((0.0, 1.0, 0.0)), 0.0,
                             settings=("MULTIPLY_ADD",))  # fmt: skip
-    source = linked(output.input("Color"))
-    if source is not None and source.node.type != "TEX_IMAGE":  # computed normals are less steep than baked ones
-        reader.note(f"{output.label!r}: where its normals lean far away from the surface it is brighter than in Cycles")
     if node.space == "TANGENT":
         return reader.emit("normal_map", color, strength, reader.point("normal"), *uv_axes(reader, node.uv_map))
     direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
@@ -268,17 +263,21 @@ def _vector_displacement(reader: Reader, output: Output) -> Any:
     return total
 
 
-def raised_normal(reader: Reader, place: Input) -> Value | None:
+def raised_normal(reader: Reader, place: Input, *, moved: bool = False) -> Value | None:
     """The normal of a displaced surface; None if nothing is linked.
 
-    As in Cycles, the surface is displaced by the component along its normal.
+    As in Cycles, the surface is displaced by the component along its normal, and where its vertices are ``moved`` too
+    the heights are those of the positions before that.
     """
     if linked(place) is None:
         return None
-    heights = []
+    heights, places = [], []
     for shift in range(3):
-        with reader.shifted(shift):
-            moved = reader.as_value(reader.field(place))
-        heights.append(reader.emit("vector_number", moved, reader.point("normal"), settings=("DOT_PRODUCT",)))
-    steps = (reader.point("step_x"), reader.point("step_y"))
+        with reader.shifted(shift), reader.before_displacement(moved):
+            offset = reader.as_value(reader.field(place))
+            places.append(reader.point("position"))
+        heights.append(reader.emit("vector_number", offset, reader.point("normal"), settings=("DOT_PRODUCT",)))
+    steps = [reader.point(f"step_{axis}") for axis in "xy"]
+    if moved:
+        steps = [reader.emit("vector_math", end, places[0], 0.0, 0.0, settings=("SUBTRACT",)) for end in places[1:]]
     return reader.emit("bump", reader.point("normal"), 1.0, 1.0, *heights, *steps)

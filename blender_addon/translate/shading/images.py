@@ -151,10 +151,6 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         colors = _associated(translation, image, colors, pixels[..., 3:4])
         if alpha_is_read:  # stored premultiplied and divided after filtering, as in Cycles
             colors = np.concatenate([colors, pixels[..., 3:4]], axis=2)
-            if image.is_float and np.any(pixels[..., 3] < 1):
-                translation.note(
-                    image.name, "its floating-point colors are darker than in Cycles where alpha is below 1"
-                )
     if image.is_float:  # Blender has already brought these to its scene-linear space
         return _float_image(translation, image.name, colors, is_color=space not in NUMBER_SPACES)
     return _byte_image(translation, image.name, colors, space)
@@ -162,9 +158,11 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
 
 def _associated(translation: Translation, image: Any, colors: Array, alpha: Array) -> Array:
     """Colors multiplied by alpha in the file's own encoding, as Cycles stores them."""
-    if image.is_float:  # float buffers are premultiplied
-        return colors
-    if image.alpha_mode == "PREMUL" and image.packed_file is None and image.source == "FILE":
+    is_from_file = image.packed_file is None and image.source == "FILE"
+    if image.is_float:  # float buffers are premultiplied, straight files by Blender; Cycles reads the file itself
+        undone = image.alpha_mode == "STRAIGHT" and is_from_file
+        return np.asarray(colors / np.where(alpha > 0, alpha, 1), dtype=np.float32) if undone else colors
+    if image.alpha_mode == "PREMUL" and is_from_file:
         # Blender divided the file's colors by alpha; Cycles reads the file itself, whose colors count as undivided
         translation.note(image.name, "its colors are stored multiplied by alpha; where they exceed it they are limited")
         colors = colors * alpha

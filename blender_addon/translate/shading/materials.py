@@ -93,8 +93,8 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         place = Input(output.inputs["Surface"])
         displacement = _displacement(reader, Input(output.inputs["Displacement"]), material.displacement_method)
         surface = None if filling is not None and linked(place) is None else surface_of(reader, place)
-    if reader.skies:
-        reader.note("a sky on a surface is read by direction alone, without the sun's disk")
+    if any(angle > 0 for _, _, angle, _ in reader.skies.values()):
+        reader.note("a sky on a surface has no disk of the sun")
     spectrum = spectra.spectrum_of(translation, material)
     if spectrum is not None and surface is not None:
         if covers_texture(surface, spectrum):
@@ -121,7 +121,7 @@ def _displacement(reader: Reader, place: Input, method: str) -> Displacement | N
         return None
     offset = None if method == "BUMP" else Computed(reader.as_value(reader.field(place)).program(3))
     if method != "DISPLACEMENT":
-        reader.raised = raised_normal(reader, place)
+        reader.raised = raised_normal(reader, place, moved=method == "BOTH")
     return None if offset is None else Displacement(offset, bends=method == "DISPLACEMENT")
 
 

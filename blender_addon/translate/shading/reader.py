@@ -17,6 +17,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from .. import spectra
 from ..context import Translation
+from .attributes import UNDISPLACED
 from .fields import Field, Mixed, Value, daylight_picture, mean_color, paint_of, scalar_of, value_of
 from .tree import Input, Output
 
@@ -42,6 +43,8 @@ class Reader:
     material_index: int = 0
     raised: Value | None = None
     """The normal of a displaced surface; None without displacement."""
+    undisplaced: bool = False
+    """True while positions are those before the displacement, which a moved mesh has as an attribute."""
     is_far: bool = False
     """True for what is infinitely far: suns and worlds."""
     _known: dict[Any, Field] = field(default_factory=dict)
@@ -120,7 +123,8 @@ class Reader:
         spectrum = spectra.spectrum_of(self.translation, source.node)
         if spectrum is not None:
             return spectrum
-        key = (source.socket.as_pointer(), tuple(group.as_pointer() for group in source.groups), self.shift)
+        key = (source.socket.as_pointer(), tuple(group.as_pointer() for group in source.groups), self.shift,
+               self.undisplaced)  # fmt: skip
         if key in self._known:
             return self._known[key]
         if key in self._open or len(self._open) > MOST_NESTED:
@@ -190,6 +194,9 @@ class Reader:
         """A quantity of the shaded point."""
         if name == "normal" and self.raised is not None:
             return self.raised
+        if name == "position" and self.undisplaced:
+            place = Value(self.builder, self.builder.add("vector_input", (), UNDISPLACED, self.shift), "VECTOR")
+            return self.emit("transformed", place, settings=("POINT", "OBJECT", "WORLD"))
         operation = "vector_input" if width == 3 else "number_input"
         return Value(
             self.builder, self.builder.add(operation, (), name, self.shift), "VECTOR" if width == 3 else "VALUE"
@@ -203,6 +210,15 @@ class Reader:
             yield
         finally:
             self.shift = before
+
+    @contextmanager
+    def before_displacement(self, applies: bool) -> Iterator[None]:
+        """The same reader with the positions before the displacement, if it ``applies``."""
+        kept, self.undisplaced = self.undisplaced, applies
+        try:
+            yield
+        finally:
+            self.undisplaced = kept
 
     def unknown(self, output: Output) -> Field:
         """Substitute for an unsupported node: its first color, else a neutral gray."""

@@ -60,5 +60,18 @@ def _sky(reader: Reader, output: Output) -> Any:
     texture = ImageTexture("sky", pixels, "linear", "repeat")
     angle = float(node.sun_size) if model != "preetham" and node.sun_disc else 0.0
     reader.skies[id(texture)] = (texture, atmosphere, angle, float(node.sun_intensity))
-    place = reader.emit("sphere_place", place_of(reader, output, "generated"))
+    place = reader.emit("sphere_place", _upright(reader, place_of(reader, output, "generated")))
     return reader.emit("image_color", place, settings=(False,), data=texture)
+
+
+def _upright(reader: Reader, vector: Any) -> Any:
+    """The unit direction that Cycles finds for a vector of any length: its z is the sine of the elevation as it is."""
+    x, y, z = (reader.emit("component", vector, settings=(axis,)) for axis in range(3))
+    z = reader.emit("clamp", z, -1.0, 1.0, settings=("MINMAX",))
+    flat = reader.emit("normalize", reader.emit("joined", x, y, 0.0))
+    squared = reader.emit("math", z, z, 0.0, settings=("MULTIPLY",))
+    across = reader.emit("math", reader.emit("math", 1.0, squared, 0.0, settings=("SUBTRACT",)), 0.0, 0.0,
+                         settings=("SQRT",))  # fmt: skip
+    level = reader.emit("vector_math", flat, 0.0, 0.0, across, settings=("SCALE",))
+    up = reader.emit("joined", 0.0, 0.0, z)
+    return reader.emit("vector_math", level, up, 0.0, 0.0, settings=("ADD",))

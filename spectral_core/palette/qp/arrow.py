@@ -173,18 +173,14 @@ def _ridged(matrix: Array, share: float) -> Array:
     return ridged
 
 
-def regular_solve(matrix: Array, right: Array) -> Array:
-    """Solve with a symmetric matrix that has no negative curvature, under the ridge of H."""
-    if not matrix.size:
-        return right
-    factor, failed = dpotrf(_ridged(matrix, RIDGE), lower=1)
-    for boost in BOOSTS:
+def regular_factor(matrix: Array) -> Array:
+    """Lower Cholesky factor of a symmetric matrix that has no negative curvature, under the ridge of H."""
+    for share in (RIDGE, *BOOSTS):
+        # LAPACK copies what is not in its order of columns; the matrix is symmetric.
+        factor, failed = dpotrf(_ridged(matrix, share).T, lower=1, overwrite_a=1)
         if not failed:
-            break
-        factor, failed = dpotrf(_ridged(matrix, boost), lower=1)
-    if failed:
-        raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
-    return np.asarray(dpotrs(factor, right, lower=1)[0])
+            return np.asarray(factor)
+    raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
 
 
 def symmetric_solve(matrix: Array, right: Array) -> Array:

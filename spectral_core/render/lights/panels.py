@@ -59,7 +59,7 @@ class Panels:
         direction = away * dr.rcp(dr.maximum(distance, 1e-30))
         cosine = -dr.dot(direction, normal)
         pdf = per_area * squared / dr.maximum(cosine, 1e-7)
-        amount = self.profile(slot, cosine, active) * self.falloffs(slot, distance, active)
+        amount = self.profile(slot, direction, active) * self.falloffs(slot, distance, active)
         lit = usable & (cosine > 1e-7) & (per_area > 0.0) & (squared > 0.0)
         factor = dr.select(lit, amount / dr.maximum(pdf, 1e-30), 0.0)
         return Drawn(direction, distance, factor, dr.select(lit, pdf, 0.0), mi.Bool(False), mi.Normal3f(normal), at)
@@ -96,15 +96,17 @@ class Panels:
             narrowed,
         )
 
-    def profile(self, slot: Any, cosine: Any, active: Any) -> Any:
-        """Relative radiance at the cosine between normal and direction: a tent in the tangent, as in Cycles."""
+    def profile(self, slot: Any, direction: Any, active: Any) -> Any:
+        """Relative radiance against a direction toward the lamp: a tent in the tangent to its normal, as in Cycles."""
         import drjit as dr
 
+        normal, _ = self._row(self.normals, slot, active)
+        cosine = -dr.dot(direction, normal)
         front = dr.select(cosine > 0.0, self._mi.Float(1.0), 0.0)
         if not self.have_spread:
             return front
         spread = dr.gather(self._mi.Vector2f, self.spreads, slot, active)
-        tangent = dr.safe_sqrt(1.0 - cosine * cosine) / dr.maximum(cosine, 1e-6)
+        tangent = dr.norm(dr.cross(direction, normal)) / dr.maximum(cosine, 1e-6)  # 1 - cos² is 0 in narrow beams
         tent = dr.maximum(0.0, 1.0 - tangent / dr.maximum(spread.x, 1e-6)) * spread.y
         return dr.select(spread.x > 0.0, front * tent, front)
 
@@ -115,7 +117,7 @@ class Panels:
         normal, _ = self._row(self.normals, slot, active)
         cosine = -dr.dot(direction, normal)
         per_area = self._part(slot, place, active)[2]
-        lit = (cosine > 1e-7) & (self.profile(slot, cosine, active) > 0.0)
+        lit = (cosine > 1e-7) & (self.profile(slot, direction, active) > 0.0)
         return dr.select(lit, per_area * distance * distance / dr.maximum(cosine, 1e-7), 0.0)
 
     def meet(self, slot: Any, ray: tuple[Any, Any, Any], active: Any) -> Any:
@@ -141,10 +143,7 @@ class Panels:
 
     def radiance(self, slot: Any, direction: Any, distance: Any, active: Any) -> Any:
         """Share of the radiance of a lamp that is emitted back along a ray's direction."""
-        import drjit as dr
-
-        normal, _ = self._row(self.normals, slot, active)
-        return self.profile(slot, -dr.dot(direction, normal), active) * self.falloffs(slot, distance, active)
+        return self.profile(slot, direction, active) * self.falloffs(slot, distance, active)
 
 
 class Suns:

@@ -7,8 +7,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
+from spectral_core.render.same import equal
 from spectral_core.scene import Scene
 
 KINDS = ("meshes", "materials", "instances", "lights", "volumes")
@@ -56,21 +55,3 @@ def difference(old: Scene, new: Scene) -> SceneChange:
             items[kind] = tuple(change)
     singles = {name: getattr(new, name) for name in SINGLES if not equal(getattr(old, name), getattr(new, name))}
     return SceneChange(items, singles)
-
-
-def equal(first: Any, second: Any) -> bool:
-    """True if two pieces of scene data are equal; identical objects are not compared in detail."""
-    if first is second:
-        return True
-    if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):
-        alike = isinstance(first, np.ndarray) and isinstance(second, np.ndarray) and first.dtype == second.dtype
-        return alike and first.shape == second.shape and bool(np.array_equal(first, second))
-    if type(first) is not type(second):
-        return False
-    if dataclasses.is_dataclass(first):
-        return all(equal(getattr(first, f.name), getattr(second, f.name)) for f in dataclasses.fields(first))
-    if isinstance(first, (tuple, list)):
-        return len(first) == len(second) and all(map(equal, first, second))
-    if isinstance(first, dict):
-        return first.keys() == second.keys() and all(equal(first[key], second[key]) for key in first)
-    return bool(first == second)

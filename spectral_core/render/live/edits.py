@@ -13,12 +13,12 @@ import numpy as np
 
 from spectral_core.render.job import Loaded
 from spectral_core.render.live import media
-from spectral_core.render.live.changes import equal
 from spectral_core.render.live.transplant import transplant
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
 from spectral_core.render.mitsuba_scene.light import LightObject
 from spectral_core.render.plan.inventory import dyed
+from spectral_core.render.same import equal
 from spectral_core.scene import Instance, Light, Material, Mesh, Scene, World
 
 LEAST_VOLUME = 1e-6

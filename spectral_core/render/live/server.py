@@ -17,12 +17,12 @@ from typing import Any, BinaryIO
 
 from spectral_core.errors import SpectralError
 from spectral_core.render.live.area import PixelArea
-from spectral_core.render.live.changes import equal
 from spectral_core.render.live.messages import AreaName, Frame, Trouble
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import ViewRequest
 from spectral_core.render.process.messages import receive, send
+from spectral_core.render.same import equal
 from spectral_core.scene import Scene
 
 STRIDES = {4: 0.015, 8: 0.05, 16: float("inf")}
@@ -173,7 +173,7 @@ class Server:
             view.picture = ViewPicture(stage.launcher, request, self._stride(request, kept))
             view.started = time.monotonic()
         picture = view.picture
-        stage.look_from(request.viewpoint)
+        stage.look_from(request.viewpoint, request.width)
         shows_more = picture.step()
         seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
         kept.seconds = seconds if kept.seconds is None else min(seconds, SLOWER * kept.seconds)

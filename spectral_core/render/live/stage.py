@@ -13,7 +13,7 @@ import numpy as np
 from spectral_core.errors import SpectralError
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.live import edits
-from spectral_core.render.live.changes import difference, equal
+from spectral_core.render.live.changes import difference
 from spectral_core.render.live.held import lay_open
 from spectral_core.render.live.media import look_from
 from spectral_core.render.live.passes import Launcher
@@ -23,6 +23,7 @@ from spectral_core.render.mitsuba_scene.units import SMALLEST_RADIUS
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.render.plan.simulated import simulated_scene
+from spectral_core.render.same import equal
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.scene import Note, Scene
 
@@ -51,6 +52,7 @@ class Stage:
         self._launcher: Launcher | None = None
         self._spare: list[Any] = []
         self._seen_from: Viewpoint | None = None
+        self._width = 0
 
     @property
     def launcher(self) -> Launcher:
@@ -104,14 +106,14 @@ class Stage:
         assert self.scene is not None
         activate(choose_backend("spectral" if self.plan.is_spectral else "rgb", self.scene.settings.variant))
 
-    def look_from(self, viewpoint: Viewpoint) -> None:
-        """Set the camera that shading programs read for the next view."""
-        if viewpoint.same_as(self._seen_from):
+    def look_from(self, viewpoint: Viewpoint, width: int = 1920) -> None:
+        """Set the camera that shading programs read for the next view, ``width`` pixels wide."""
+        if viewpoint.same_as(self._seen_from) and width == self._width:
             return
-        self._seen_from = viewpoint
+        self._seen_from, self._width = viewpoint, width
         assert self._job is not None
         seen, context = viewpoint.scaled(self._job.unit), self._job.loaded.scene.parts.context
-        context.tables.look_from(seen.camera_from_world, seen.window)
+        context.tables.look_from(seen.camera_from_world, seen.window, seen.window[0] / width)
         readers = [made for made in context.made if hasattr(made, "program")]
         if readers:
             lay_open(readers, self._job.loaded.mitsuba)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.live.changes import equal
+from spectral_core.render.same import equal
 
 Step = Callable[[], None]
 

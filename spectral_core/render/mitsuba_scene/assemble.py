@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from spectral_core.render.lights.emission import Emission
 from spectral_core.render.lights.listing import LightList
 from spectral_core.render.lights.scene_lights import SceneLights
-from spectral_core.render.mitsuba_scene import geometry, light
+from spectral_core.render.mitsuba_scene import light
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.kept import keep
 from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
 from spectral_core.render.mitsuba_scene.media.surroundings import media_at, overlapping_media
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
@@ -98,22 +99,15 @@ def load_scene(
     context.walks_below, context.filter_glossy = not scene.volumes, scene.settings.light_paths.filter_glossy
     context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
-    parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     look_through(context.tables, scene.camera, scene.film)
-    shapes = Shapes(context, scene, parts, movable=movable)
+    shapes = Shapes(context, scene)
+    parts = shapes.geometry.parts
     placements, lamps, rules = dict[str, list[Any]](), dict[str, list[light.LightObject]](), RayRules()
-    bits, strands = _link_bits(context, scene), {mesh.name for mesh in scene.meshes if mesh.is_strands}
-    for number, instance in enumerate(scene.instances):
-        placed = placements[instance.name] = shapes.of(instance)
-        for shape_number, shape in enumerate(placed):
+    bits = _link_bits(context, scene)
+    for number, there in _place(scene, shapes, rules, bits):
+        placements[scene.instances[number].name] = there
+        for shape_number, shape in enumerate(there):
             description[f"shape_{number:06d}_{shape_number:03d}"] = shape
-        hidden_bits = (
-            int(instance.hidden_from)
-            | (HOLDOUT if instance.is_holdout else 0)
-            | (STRAND if instance.mesh in strands else 0)
-        )
-        unlit, clear = (sum({bits.get(name, 0) for name in names}) for names in (instance.unlit_by, instance.clear_for))
-        rules.add_shapes(placed, hidden_bits, unlit, clear)
     for number, group in enumerate(shapes.groups):  # a Mitsuba scene must contain the shape groups of its instances
         description[f"group_{number:06d}"] = group
     sphere = bounding_sphere(scene, {name: [part.positions for part in of.values()] for name, of in parts.items()})
@@ -133,7 +127,8 @@ def load_scene(
                 if not item.camera_visible:
                     hidden.append(made.entry)
                     rules.add_shapes([made.entry], int(Rays.CAMERA))
-    world = light.world_emitter(context, scene.world)
+    geometry = shapes.geometry
+    world = geometry.world = geometry.world or light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
         key = world if context.lights is None else add_world(context, context.lights, scene.world, world) + 1
@@ -144,9 +139,10 @@ def load_scene(
         black = replace(view, color=Color(np.full(3, 1e-30)), strength=1.0)
         background = rules.camera_world = light.world_emitter(context, black if view.is_black else view)
     context.bsdf.seal()
-    context.meshes.seal()
+    if geometry.scene is None:
+        context.meshes.seal()
     rules.surfaces, rules.meshes = context.bsdf.surfaces, context.meshes
-    loaded = context.load(description)
+    loaded = geometry.scene or context.load(description)
     _fill(rules, bits, shapes, scene, loaded)
     lights = None if context.lights is None else _scene_lights(context, context.lights, loaded, rules)
     by_name = SceneParts(context, shapes, placements, lamps, world)
@@ -154,7 +150,23 @@ def load_scene(
     rules.subsurface, rules.disks, rules.holdouts = context.has_subsurface, context.has_disks, context.has_holdouts
     home = LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
     context.tables.live_in(home)
+    keep(context, geometry, loaded)
     return home
+
+
+def _place(scene: Scene, shapes: Shapes, rules: RayRules, bits: dict[str, int]) -> Iterator[tuple[int, list[Any]]]:
+    """The shapes of each instance by its number; registers its visibility and linking."""
+    strands = {mesh.name for mesh in scene.meshes if mesh.is_strands}
+    for number, instance in enumerate(scene.instances):
+        placed = shapes.of(number, instance)
+        hidden_bits = (
+            int(instance.hidden_from)
+            | (HOLDOUT if instance.is_holdout else 0)
+            | (STRAND if instance.mesh in strands else 0)
+        )
+        unlit, clear = (sum({bits.get(name, 0) for name in names}) for names in (instance.unlit_by, instance.clear_for))
+        rules.add_shapes(placed, hidden_bits, unlit, clear)
+        yield number, placed
 
 
 def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, loaded: Any) -> None:
@@ -173,7 +185,7 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
         for name in crowded:
             shapes.context.note(name, CROWDED)
         # objects of a live view may be moved into each other
-        rules.around = Surroundings(around, camera, overlap or (shapes.movable and len(shapes.inside) > 1))
+        rules.around = Surroundings(around, camera, overlap or (shapes.context.movable and len(shapes.inside) > 1))
 
 
 def _enter_body(context: Context, body: Any) -> None:
@@ -221,7 +233,8 @@ def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     # any inverse serves for a singular camera matrix, because making its rays raises an error
     camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
-    tables.look_from(camera_from_world, camera.window(film))
+    window = camera.window(film)
+    tables.look_from(camera_from_world, window, window[0] / film.width)
 
 
 def size_note(radius: float) -> tuple[Note, ...]:

@@ -74,14 +74,21 @@ class Context:
     @cached_property
     def bsdf(self) -> Any:
         """The one BSDF of all shapes; its ``surfaces`` hold the material of each shape."""
-        tables = SurfaceTables(self.tables, self.upsampling)
-        return self._kept(scene_bsdf_class(self.mitsuba.variant())(tables))
+        return self._kept(scene_bsdf_class(self.mitsuba.variant())(self._surfaces()))
+
+    def _surfaces(self) -> SurfaceTables:
+        return SurfaceTables(self.tables, self.upsampling)
 
     @cached_property
     def meshes(self) -> MeshTables:
         """The triangles of all shapes."""
         made = self.tables.meshes = MeshTables(self.tables, movable=self.movable)
         return made
+
+    def adopt(self, bsdf: Any, meshes: MeshTables) -> None:
+        """Use the BSDF and the triangles of another scene of equal geometry, which has ended."""
+        bsdf.surfaces, meshes.scene = self._surfaces(), self.tables
+        self.bsdf, self.meshes, self.tables.meshes = self._kept(bsdf), meshes, meshes
 
     def computed(self, program: Program, light: Any = None) -> Any:
         """Texture of a shading program; ``light``: texture of the white that an emitted color tints."""

@@ -157,7 +157,7 @@ def _mean_brightness(world: World) -> float:
         rows = np.cos((np.arange(len(pixels)) + 0.5) / len(pixels) * np.pi - np.pi / 2)
         return float(world.strength * (pixels.mean(axis=1) @ rows) / rows.sum())
     if isinstance(world.color, Color):
-        return float(world.strength * np.mean(np.maximum(world.color.linear_rgb, 0.0)))
+        return float(world.strength * np.mean(np.abs(world.color.linear_rgb)))
     return float(world.strength)
 
 

@@ -36,9 +36,9 @@ Array = NDArray[np.float64]
 
 ELLIPSE_CORNERS = 96
 SMALLEST_AREA = 1e-13
-"""Least area of a light, relative to its distance from the origin: 32-bit positions cannot separate the corners of
-smaller ones.
-"""
+"""Least area of a light, relative to its distance from the origin, whose corners 32-bit positions can separate."""
+NARROWEST_RAD = np.radians(0.02)
+"""Least spread of a panel: positions of 32 bits keep no narrower beam."""
 SUN_DISTANCE = 2e3
 """Distance of a sun's disk in radii of the scene: its parallax over the scene stays below 0.03 degrees."""
 ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -178,7 +178,7 @@ def spread_of(light: AreaLight) -> tuple[float, float]:
     """
     if light.spread_rad >= np.pi - 1e-6:
         return 0.0, 1.0
-    half_angle = max(light.spread_rad, np.radians(0.5)) / 2  # of narrower beams 32 bits keep no cosine
+    half_angle = max(light.spread_rad, NARROWEST_RAD) / 2
     tangent = np.tan(half_angle)
     return float(tangent), float(tangent / (tangent - half_angle))
 

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from spectral_core.render.mitsuba_scene import geometry, surface
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.kept import MeshOf, geometry_for
 from spectral_core.render.mitsuba_scene.lamp_rows import add_glow, constant_glow, emitted_by
 from spectral_core.render.mitsuba_scene.media.rows import medium_row
 from spectral_core.render.plugins.lamps.light_points import Triangles
@@ -24,51 +26,67 @@ SHARED_TRIANGLES = 20_000
 
 
 class Shapes:
-    """Shapes of a scene's instances; closures and media are made once per material."""
+    """Shapes of a scene's instances; closures and media are made once per material. ``geometry`` may have been built
+    for another scene.
+    """
 
-    def __init__(
-        self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]], *, movable: bool = False
-    ) -> None:
-        self.context, self.parts, self.movable = context, parts, movable
+    def __init__(self, context: Context, scene: Scene) -> None:
+        self.context = context
         self.materials = {material.name: material for material in scene.materials}
         self.media: list[MediumRow] = []
         self.inside: list[tuple[Any, int]] = []
         """Shapes that contain a medium: its number, from 1, and True if the shape is only the border of the medium."""
         self._numbers: dict[str, int] = {}
-        self._groups: dict[tuple[str, tuple[str, ...]], Any] = {}
-        self._parts_of_groups: dict[tuple[str, tuple[str, ...]], list[Any]] = {}
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
         """By the mesh's name the shapes of its parts in object space: material index, shape, its group."""
         self.glowing: list[tuple[int, Instance]] = []
         """Emissive instances, with their numbers as lights."""
         self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
+        self.geometry = geometry_for(
+            context, scene, lambda parts: tuple(self._is_shared(parts[item.mesh], item) for item in scene.instances)
+        )
+        self._entered: dict[tuple[str, tuple[str, ...]], list[Any]] = {}
 
-    def of(self, instance: Instance) -> list[Any]:
-        """Mitsuba shapes of one instance; none if no ray can see it."""
-        matrix, parts = instance.world_from_object, self.parts[instance.mesh]
+    def of(self, number: int, instance: Instance) -> list[Any]:
+        """Mitsuba shapes of one instance, the ``number``-th of the scene; none if no ray can see it."""
+        matrix = instance.world_from_object
         if not is_regular(matrix[:3, :3]) and np.linalg.matrix_rank(matrix[:3, :3]) < 2:
             self.context.note(instance.name, "is scaled to a line or a point, so nothing of it can be seen")
             return []
-        if self._is_shared(instance):
-            transform = self.context.mitsuba.ScalarTransform4f(matrix)
-            group = self._group(instance)
-            placed = self.context.load({"type": "instance", "to_world": transform, "group": group})
-            self.context.meshes.add_instance(placed, self._parts_of_groups[instance.mesh, instance.materials])
-            self.context.tables.place(placed, instance, is_instance=True)
-            return [placed]
+        if self.geometry.shared[number]:
+            return [self._copy(number, instance)]
+        for index in self.geometry.parts[instance.mesh]:
+            self._enter(self._material(instance, index))
+        if number not in self.geometry.placed:
+            self.geometry.placed[number] = list(self._made(instance))
         shapes = []
-        for index, part in parts.items():
-            placed = geometry.transformed(part, matrix)
-            if geometry.area_of(placed) > 0:
-                children, glow = self._children(instance, index, placed)
-                shape = self._mesh_shape(instance, index, placed, children)
-                self.context.tables.place(shape, instance)
-                self._remember_medium(instance, index, shape)
-                if glow is not None:
-                    add_glow(self.context, placed, shape, glow)
-                    self._remember_glow(instance)
-                shapes.append(shape)
+        for index, part, shape in self.geometry.placed[number]:
+            self._assign(instance, index, shape)
+            self.context.tables.place(shape, instance)
+            self._remember_medium(instance, index, shape)
+            if self.context.lights is not None:
+                self._enter_glow(instance, index, (part, shape))
+            shapes.append(shape)
         return shapes
+
+    def _made(self, instance: Instance) -> Iterator[MeshOf]:
+        """The meshes of an instance, in the world."""
+        for index, part in self.geometry.parts[instance.mesh].items():
+            placed = geometry.transformed(part, instance.world_from_object)
+            if geometry.area_of(placed) > 0:
+                yield index, placed, self._mesh(instance, index, placed)
+
+    def _copy(self, number: int, instance: Instance) -> Any:
+        """A shape that shows a group of meshes at another place."""
+        context, group, shapes = self.context, *self._group(instance)
+        if number not in self.geometry.copies:
+            transform = context.mitsuba.ScalarTransform4f(instance.world_from_object)
+            made = context.load({"type": "instance", "to_world": transform, "group": group})
+            context.meshes.add_instance(made, shapes)
+            self.geometry.copies[number] = made
+        placed = self.geometry.copies[number]
+        context.tables.place(placed, instance, is_instance=True)
+        return placed
 
     def _remember_glow(self, instance: Instance) -> None:
         if self.context.lights is not None:
@@ -77,44 +95,54 @@ class Shapes:
     @property
     def groups(self) -> list[Any]:
         """The shape groups of the instances; call it after ``of`` for all instances."""
-        return list(self._groups.values())
+        return [group for group, _ in self.geometry.groups.values()]
 
-    def _is_shared(self, instance: Instance) -> bool:
+    def _is_shared(self, parts: dict[int, geometry.Part], instance: Instance) -> bool:
         """True if a group can be used: enough copies, an invertible matrix, and neither emission nor medium.
 
         If objects may move later, each is an instance, because only instances move without rebuilding triangles.
         """
         uses = self._uses[(instance.mesh, instance.materials)]
-        triangles = sum(len(part.triangles) for part in self.parts[instance.mesh].values())
-        if not self.movable and (uses < 2 or uses * triangles < SHARED_TRIANGLES):
+        triangles = sum(len(part.triangles) for part in parts.values())
+        if not self.context.movable and (uses < 2 or uses * triangles < SHARED_TRIANGLES):
             return False
         if np.linalg.cond(instance.world_from_object[:3, :3]) > 1e6:
             return False
-        materials = [self._material(instance, index) for index in self.parts[instance.mesh]]
+        materials = [self._material(instance, index) for index in parts]
         return all(m.medium is None and surface.is_dark(m.surface) for m in materials)
 
-    def _group(self, instance: Instance) -> Any:
-        key = (instance.mesh, instance.materials)
-        if key not in self._groups:
-            description: dict[str, Any] = {"type": "shapegroup"}
-            for index, part in self.parts[instance.mesh].items():
-                shape = self._mesh_shape(instance, index, part, self._children(instance, index, part)[0])
-                description[f"part_{index:05d}"] = shape
-            group = self._groups[key] = self.context.load(description)
-            shapes = self._parts_of_groups[key] = list(description.values())[1:]
-            named = zip(self.parts[instance.mesh], shapes, strict=True)
-            self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, shape in named)
-        return self._groups[key]
+    def _group(self, instance: Instance) -> tuple[Any, list[Any]]:
+        """The group of the meshes of an instance, and the meshes."""
+        key, parts = (instance.mesh, instance.materials), self.geometry.parts[instance.mesh]
+        if key in self._entered:
+            return self.geometry.groups[key][0], self._entered[key]
+        for index in parts:
+            self._enter(self._material(instance, index))
+        if key not in self.geometry.groups:
+            made = [(index, part, self._mesh(instance, index, part)) for index, part in parts.items()]
+            named = {f"part_{index:05d}": shape for index, _, shape in made}
+            self.geometry.groups[key] = self.context.load({"type": "shapegroup", **named}), made
+        group, made = self.geometry.groups[key]
+        for index, _, shape in made:
+            self._assign(instance, index, shape)
+        self._entered[key] = [shape for _, _, shape in made]
+        self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, _, shape in made)
+        return group, self._entered[key]
 
-    def _mesh_shape(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
-        """Mitsuba mesh of a part; its material is entered in the tables."""
-        shape, name = geometry.mesh_shape(self.context, part, children), self._material(instance, index).name
-        self.context.bsdf.surfaces.assign(shape, name)
+    def _mesh(self, instance: Instance, index: int, part: geometry.Part) -> Any:
+        """Mitsuba mesh of a part, with its emitter."""
+        children = {"bsdf": self.context.bsdf, **self._emitter(instance, index, part)}
+        shape = geometry.mesh_shape(self.context, part, children)
         self.context.meshes.add_mesh(shape, part)
-        self.context.material_of_shape.append((shape, name))
-        if name in self.context.dyed:
-            self.context.dyed[name].shapes.append(shape)
         return shape
+
+    def _assign(self, instance: Instance, index: int, shape: Any) -> None:
+        """Enter the material of a mesh in the tables."""
+        context, name = self.context, self._material(instance, index).name
+        context.bsdf.surfaces.assign(shape, name)
+        context.material_of_shape.append((shape, name))
+        if name in context.dyed:
+            context.dyed[name].shapes.append(shape)
 
     def _material(self, instance: Instance, index: int) -> Material:
         if not instance.materials:
@@ -140,23 +168,35 @@ class Shapes:
         if number:
             self.inside.append((shape, number | (ONLY_BORDER if material.surface is None else 0)))
 
-    def _children(self, instance: Instance, index: int, part: geometry.Part) -> tuple[dict[str, Any], Any]:
-        """BSDF of a shape, and its emitter if the light tables contain it."""
-        material, context = self._material(instance, index), self.context
-        if not context.bsdf.surfaces.has(material.name):
-            context.bsdf.surfaces.add(material.name, surface.leaves_of(context, material.surface, material.name))
+    def _enter(self, material: Material) -> None:
+        """Enter a material in the tables, once."""
+        surfaces = self.context.bsdf.surfaces
+        if not surfaces.has(material.name):
+            surfaces.add(material.name, surface.leaves_of(self.context, material.surface, material.name))
             self._numbers[material.name] = self.fill(material.medium, material.name)
-        children = {"bsdf": context.bsdf}
-        if context.lights is not None:
-            constant = constant_glow(material.surface)
-            if constant is not None:
-                return children, (emitted_by(context, *constant), None, instance.group)
+
+    def _emitter(self, instance: Instance, index: int, part: geometry.Part) -> dict[str, Any]:
+        """Mitsuba's emitter of a mesh, unless the light tables contain its emission."""
+        material, context = self._material(instance, index), self.context
+        if context.lights is not None and constant_glow(material.surface) is not None:
+            return {}
         radiance = surface.emission(context, material.surface, material.name)
         if radiance is None:
-            return children, None
+            return {}
         radiance = context.switched(radiance, instance.group)
         emitter = context.load({"type": "blender_area", "radiance": radiance, "two_sided": True})
         if part.normals is not None:
             emitter.surface = Triangles(part.positions, part.triangles, part.uvs)
-        children["emitter"] = emitter
-        return children, None if context.lights is None else (None, emitter, instance.group)
+        return {"emitter": emitter}
+
+    def _enter_glow(self, instance: Instance, index: int, placed: tuple[geometry.Part, Any]) -> None:
+        """Enter the emission of a mesh in the light tables."""
+        (part, shape), constant = placed, constant_glow(self._material(instance, index).surface)
+        emitter = shape.emitter() if constant is None else None
+        if constant is not None:
+            add_glow(self.context, part, shape, (emitted_by(self.context, *constant), None, instance.group))
+        elif emitter is not None:
+            add_glow(self.context, part, shape, (None, emitter, instance.group))
+        else:
+            return
+        self._remember_glow(instance)

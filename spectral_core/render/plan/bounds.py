@@ -213,9 +213,9 @@ def error_of_medium(scene: Scene, material: Material) -> float:
 def _irradiance_along(light: Light, box: Array, length: float, scene: Scene) -> float:
     """Upper bound of the integral of a lamp's irradiance along a path through a box."""
     if isinstance(light, SunLight):
-        return light.irradiance * length
+        return abs(light.irradiance) * length
     center = light.world_from_light[:3, 3]
-    intensity = intensity_of_point(light.power_w) * (4.0 if isinstance(light, AreaLight) else 1.0)
+    intensity = intensity_of_point(abs(light.power_w)) * (4.0 if isinstance(light, AreaLight) else 1.0)
     distance = _distance_to_box(center, box)
     if distance > 0:
         return intensity / distance**2 * length
@@ -230,12 +230,12 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[float]:
     for light in scene.lights:
         tint = largest_size(light.color) if isinstance(light.color, Color) else 3.0
         if isinstance(light, SunLight):
-            yield tint * radiance_of_sun(light.irradiance, max(min(light.angle_rad, np.pi) / 2, 1e-5))
+            yield tint * radiance_of_sun(abs(light.irradiance), max(min(light.angle_rad, np.pi) / 2, 1e-5))
         elif isinstance(light, AreaLight):
             scale = abs(float(np.linalg.det(light.world_from_light[:3, :3]))) ** (2 / 3)
-            yield tint * radiance_of_panel(light.power_w, max(light.size[0] * light.size[1] * scale, 1e-12))
+            yield tint * radiance_of_panel(abs(light.power_w), max(light.size[0] * light.size[1] * scale, 1e-12))
         elif light.radius > 0:
-            yield tint * radiance_of_ball(light.power_w, light.radius)
+            yield tint * radiance_of_ball(abs(light.power_w), light.radius)
     if not scene.world.is_black:
         yield scene.world.strength * largest_size(scene.world.color)
     for material in materials:
@@ -244,5 +244,5 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[float]:
                 color = leaf.color if isinstance(leaf, Emission) else leaf.emission_color
                 amount = leaf.strength if isinstance(leaf, Emission) else leaf.emission_strength
                 strength = float(amount) if isinstance(amount, (int, float)) else 1.0
-                if strength > 0:
-                    yield strength * max(largest_size(part) for part in paint_parts(color))
+                if strength != 0:
+                    yield abs(strength) * max(largest_size(part) for part in paint_parts(color))

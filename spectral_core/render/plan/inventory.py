@@ -220,15 +220,15 @@ def _largest_reflectance(material: Material) -> float:
 
 
 def largest_size(paint: Any) -> float:
-    """Largest value of a paint in any channel or at any wavelength; 1 for an image or a program."""
+    """Largest magnitude of a paint in any channel or at any wavelength; 1 for an image or a program."""
     if isinstance(paint, MixedPaint):
         return max(map(largest_size, paint_parts(paint)))
     if isinstance(paint, Color):
-        return float(np.clip(paint.linear_rgb, 0, None).max())
+        return float(np.abs(paint.linear_rgb).max())
     if isinstance(paint, Spectrum):
         return float(paint.values.max())
     if isinstance(paint, ImageTexture) and paint.pixels.dtype != np.uint8:
-        return float(np.max(paint.pixels[..., :3], initial=0.0))
+        return float(np.max(np.abs(paint.pixels[..., :3]), initial=0.0))
     return 1.0 if isinstance(paint, _IMAGES) else 0.0
 
 

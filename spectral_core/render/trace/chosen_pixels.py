@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.plugins.numbers import table
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import hashed_seed
@@ -69,13 +70,12 @@ class ChosenPixels(Accumulator):
         """
         mi = self._mi
         # each lane is one pixel, so that pixels far apart take the same launch
-        self._chosen = mi.UInt32(np.ascontiguousarray(pixels, dtype=np.uint32))
-        first = np.ascontiguousarray(done, dtype=np.uint32)
-        self._samples_of = mi.UInt32(first), mi.UInt32(first + np.asarray(more, dtype=np.uint32))
+        self._chosen = table(mi.UInt32, pixels)
+        self._samples_of = table(mi.UInt32, done), table(mi.UInt32, np.add(done, more))
         # Another seed gives the other half independent numbers, so that their difference is the noise of both.
         numbers, lanes = np.unique(np.broadcast_to(half, np.shape(pixels)), return_inverse=True)
         seeds = [hashed_seed((self.film.seed + int(number) * _SEED_STEP) % (1 << 31)) for number in numbers]
-        self._seeds = mi.UInt32(np.array(seeds, dtype=np.uint32)[lanes])
+        self._seeds = table(mi.UInt32, np.array(seeds, dtype=np.uint32)[lanes])
         tile = self._new_tile(0, len(pixels))
         self._trace(self._first_hit, self._integrator, tile, 0)
         colors = np.array(tile.sums, dtype=np.float64).T

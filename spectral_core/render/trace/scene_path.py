@@ -116,8 +116,8 @@ def scene_path_class(variant: str) -> Any:
             hit = path.active & si.is_valid() & ~unseen & ~floats & ~self.is_hole(shape, path.kind)
             path.seen |= hit | floats
             bsdf = self.tables.surface(si)
-            # as many transparent surfaces as the scene allows, and one more segment behind the last
-            hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
+            # as many transparent surfaces as the scene allows, and one more segment behind the last, as in Cycles
+            hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed < dr.maximum(self.layers, 1))
             matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
             place.wavelengths = si.wavelengths  # a dye may have changed them
             lit = (place, bsdf, shape, (matt, along))
@@ -178,7 +178,7 @@ def scene_path_class(variant: str) -> Any:
             dies = gamble & (sampler.next_1d() >= survival)
             spared = path.throughput * dr.rcp(dr.maximum(survival, 1e-8))
             path.throughput = dr.select(gamble & ~dies, spared, path.throughput)
-            path.active = onward & ~dies & (strongest > 0.0) & (path.passed <= self.layers + 1)
+            path.active = onward & ~dies & (strongest > 0.0) & (path.passed <= dr.maximum(self.layers, 1))
             return path, sampler
 
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:

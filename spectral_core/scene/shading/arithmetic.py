@@ -43,10 +43,14 @@ def joined(xp: Any, x: Any, y: Any, z: Any) -> Any:
     return x, y, z
 
 
+LEAST_PAST_INTEGERS = 2.0**31
+"""Exponents of at least this size are no integers to Cycles."""
+
+
 def _power(xp: Any, a: Any, b: Any) -> Any:
     """Blender's power: negative bases have only integer exponents; else 0."""
     size = xp.maximum(xp.absolute(a), 1e-38)
-    whole = xp.floor(b) == b
+    whole = (xp.floor(b) == b) & (b >= -LEAST_PAST_INTEGERS) & (b < LEAST_PAST_INTEGERS)
     odd = xp.absolute(b - 2.0 * xp.floor(b * 0.5)) > 0.5
     sign = xp.where((a < 0.0) & odd, -1.0, 1.0)
     value = xp.where((a < 0.0) & ~whole, 0.0, sign * xp.power(size, b))
@@ -77,9 +81,18 @@ def _smooth_minimum(xp: Any, a: Any, b: Any, distance: Any) -> Any:
     return xp.minimum(a, b) - xp.where(distance != 0.0, h * h * h * size * (1.0 / 6.0), 0.0)
 
 
-def fmod(xp: Any, a: Any, b: Any) -> Any:
-    """Remainder with the sign of ``a``; 0 where ``b`` is 0."""
-    return xp.where(b != 0.0, a - b * xp.trunc(safe_divide(xp, a, b)), 0.0)
+def _fmod(xp: Any, a: Any, b: Any) -> Any:
+    """Remainder with the sign of ``a``, without rounding; 0 where ``b`` is 0."""
+    return xp.where(b != 0.0, xp.fmod(a, xp.where(b != 0.0, b, 1.0)), 0.0)
+
+
+def remainder(xp: Any, a: Any, b: Any, whole: Callable[[Any], Any]) -> Any:
+    """a - ``whole``(a / b) · b with one rounding of the difference, as Cycles compiles it; 0 where ``b`` is 0."""
+    return xp.where(b != 0.0, xp.fused(-whole(safe_divide(xp, a, b)), b, a), 0.0)
+
+
+def _arctan2(xp: Any, a: Any, b: Any) -> Any:
+    return xp.where((a == 0.0) & (b == 0.0), 0.0, xp.atan2(a, b))
 
 
 def _flag(xp: Any, condition: Any) -> Any:
@@ -111,8 +124,8 @@ MATH: dict[str, Callable[..., Any]] = {
     "CEIL": lambda xp, a, b, c: xp.ceil(a),
     "TRUNC": lambda xp, a, b, c: xp.trunc(a),
     "FRACT": lambda xp, a, b, c: a - xp.floor(a),
-    "MODULO": lambda xp, a, b, c: fmod(xp, a, b),
-    "FLOORED_MODULO": lambda xp, a, b, c: xp.where(b != 0.0, a - b * xp.floor(safe_divide(xp, a, b)), 0.0),
+    "MODULO": lambda xp, a, b, c: _fmod(xp, a, b),
+    "FLOORED_MODULO": lambda xp, a, b, c: remainder(xp, a, b, xp.floor),
     "WRAP": _wrap,
     "SNAP": lambda xp, a, b, c: xp.floor(safe_divide(xp, a, b)) * b,
     "PINGPONG": lambda xp, a, b, c: _ping_pong(xp, a, b),
@@ -122,7 +135,7 @@ MATH: dict[str, Callable[..., Any]] = {
     "ARCSINE": lambda xp, a, b, c: xp.asin(a),
     "ARCCOSINE": lambda xp, a, b, c: xp.acos(a),
     "ARCTANGENT": lambda xp, a, b, c: xp.atan(a),
-    "ARCTAN2": lambda xp, a, b, c: xp.atan2(a, b),
+    "ARCTAN2": lambda xp, a, b, c: _arctan2(xp, a, b),
     "SINH": lambda xp, a, b, c: xp.sinh(a),
     "COSH": lambda xp, a, b, c: xp.cosh(a),
     "TANH": lambda xp, a, b, c: xp.tanh(a),

@@ -48,6 +48,10 @@ class NumPy:
         """Power of a base over 0."""
         return np.power(base, exponent)
 
+    def fmod(self, a: Any, b: Any) -> Any:
+        """Remainder of a / b with the sign of ``a``, without rounding."""
+        return np.fmod(a, b)
+
     def isfinite(self, value: Any) -> Any:
         """True for finite numbers."""
         return np.isfinite(value)

@@ -201,6 +201,11 @@ class Builder:
         """The images that any instruction reads."""
         return tuple(i.data for i in self._instructions if i.data is not None and not isinstance(i.data, np.ndarray))
 
+    @property
+    def operations(self) -> frozenset[str]:
+        """Names of the operations of all instructions."""
+        return frozenset(instruction.operation for instruction in self._instructions)
+
     def width(self, register: int) -> int:
         """Width of a result."""
         return self._instructions[register].width

@@ -47,7 +47,7 @@ def length(xp: Any, a: Vector) -> Any:
 def normalized(xp: Any, a: Vector) -> Vector:
     """Unit vector; zero where the vector is zero, as in Blender."""
     size = length(xp, a)
-    return multiply(a, safe_divide(xp, 1.0 + 0.0 * size, size))
+    return multiply(a, safe_divide(xp, 1.0, size))
 
 
 def choose(xp: Any, condition: Any, a: Vector, b: Vector) -> Vector:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from spectral_core.scene.shading.arithmetic import MATH, fmod
+from spectral_core.scene.shading.arithmetic import MATH, remainder
 from spectral_core.scene.shading.registry import operation
 from spectral_core.scene.shading.tuples import (
     add,
@@ -101,7 +101,7 @@ VECTOR_MATH: dict[str, Callable[..., Any]] = {
         )
     },
     "FRACTION": _channelwise("FRACT"),
-    "MODULO": lambda xp, a, b, c, s: each(lambda x, y: fmod(xp, x, y), a, b),
+    "MODULO": lambda xp, a, b, c, s: each(lambda x, y: remainder(xp, x, y, xp.trunc), a, b),
     "CROSS_PRODUCT": _cross,
     "PROJECT": _project,
     "REFLECT": _reflect,

@@ -58,12 +58,12 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         raise FileFormatError(
             f"{path.name} names the data file {data.name!r}, which is not in {data.parent}; keep both together"
         )
-    shape = _numbers(fields["resolution"], path, "Resolution")
+    nx, ny, nz = _whole(fields["resolution"], path, "Resolution", 3)
     layout = RawLayout(
-        (int(shape[0]), int(shape[1]), int(shape[2])),
+        (nx, ny, nz),
         _TYPES[kind],
         "big" if fields.get("endianness", "little").lower().startswith("big") else "little",
-        int(_numbers(fields.get("byteoffset", "0"), path, "ByteOffset", 1)[0]),
+        _whole(fields.get("byteoffset", "0"), path, "ByteOffset", 1)[0],
         _triple(fields.get("slicethickness", "1 1 1"), path, "SliceThickness"),
         _triple(fields.get("origin", "0 0 0"), path, "Origin"),
     )
@@ -73,6 +73,13 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 def _triple(text: str, path: Path, key: str) -> tuple[float, float, float]:
     x, y, z = _numbers(text, path, key)
     return x, y, z
+
+
+def _whole(text: str, path: Path, key: str, count: int) -> list[int]:
+    values = _numbers(text, path, key, count)
+    if any(value != round(value) for value in values):
+        raise FileFormatError(f"{key} of {path.name} is {text!r}; expected whole numbers")
+    return [int(value) for value in values]
 
 
 def _numbers(text: str, path: Path, key: str, count: int = 3) -> list[float]:

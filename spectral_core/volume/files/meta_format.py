@@ -69,18 +69,25 @@ class _Header:
             raise FileFormatError(f"{keys[0]} of {self._path.name} is {text!r}; expected {count} finite numbers")
         return values
 
+    def whole(self, *keys: str, count: int, default: list[float] | None = None) -> list[int]:
+        """Like ``numbers``, for counts."""
+        values = self.numbers(*keys, count=count, default=default)
+        if (values != np.round(values)).any():
+            raise FileFormatError(f"{keys[0]} of {self._path.name} is {values.tolist()}; expected whole numbers")
+        return [int(value) for value in values]
+
 
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume of a MetaImage; a fourth axis or several channels need ``request.component``."""
     with open_regular(path) as stream:
         header = _read_header(stream, path)
-        dimensions = int(header.numbers("NDims", count=1)[0])
+        dimensions = header.whole("NDims", count=1)[0]
         if dimensions not in (3, 4):
             raise FileFormatError(f"{path.name} has {dimensions} axes; expected a volume with three")
-        shape = [int(n) for n in header.numbers("DimSize", count=dimensions)]
+        shape = header.whole("DimSize", count=dimensions)
         if min(shape) < 1:
             raise FileFormatError(f"{path.name} states sizes {shape}; each must be at least 1")
-        channels = int(header.numbers("ElementNumberOfChannels", count=1, default=[1])[0])
+        channels = header.whole("ElementNumberOfChannels", count=1, default=[1])[0]
         if channels < 1:
             raise FileFormatError(f"{path.name} states {channels} channels; expected at least 1")
         array = x_first(_numbers(header, stream, path, [channels, *shape]), [channels, *shape])
@@ -129,7 +136,7 @@ def _numbers(header: _Header, stream: BinaryIO, path: Path, shape: list[int]) ->
 
 
 def _skip_header(header: _Header, data: BinaryIO, expected: int, file: Path) -> None:
-    skip = int(header.numbers("HeaderSize", count=1, default=[0])[0])
+    skip = header.whole("HeaderSize", count=1, default=[0])[0]
     if skip < -1:
         raise FileFormatError(f"HeaderSize of {file.name} is {skip}; expected a number of bytes, or -1")
     if skip == -1:  # the data are the end of the file

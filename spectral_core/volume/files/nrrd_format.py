@@ -173,12 +173,12 @@ def _payload(
         if not stream.readline(MOST_LINE):
             break
     if skip == -1:
+        # An attached header and skipped lines are no data, however short the data are.
+        begin, needed = stream.tell(), count * dtype.itemsize
         size = stream.seek(0, 2)
-        if size < count * dtype.itemsize:
-            raise FileFormatError(
-                f"{path.name} is truncated: {size} bytes where {count * dtype.itemsize} of data are stated"
-            )
-        stream.seek(size - count * dtype.itemsize)
+        if size - begin < needed:
+            raise FileFormatError(f"{path.name} is truncated: {size - begin} bytes where {needed} of data are stated")
+        stream.seek(size - needed)
     else:
         stream.seek(skip, 1)
     return read_numbers(stream, dtype, count, path, encoding=encoding)

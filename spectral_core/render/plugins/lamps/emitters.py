@@ -156,40 +156,41 @@ def register(mi: Any, dr: Any) -> None:
             self.tangent, self.gain = number(tangent), number(properties.get("spread_gain", 1.0))
             self.surface: Any = None
 
-        def profile(self, cosine: Any) -> Any:
-            """Relative radiance at the cosine between normal and direction."""
+        def profile(self, normal: Any, direction: Any) -> Any:
+            """Relative radiance along a direction away from a surface with the ``normal``."""
+            cosine = dr.dot(normal, direction)
             if self.two_sided:
                 return mi.Float(1.0) + 0.0 * cosine
             if not self.is_spread:
                 return dr.select(cosine > 0.0, 1.0, 0.0)
-            tangent = dr.safe_sqrt(1.0 - cosine * cosine) / dr.maximum(cosine, 1e-6)
+            tangent = dr.norm(dr.cross(normal, direction)) / dr.maximum(cosine, 1e-6)
             return dr.select(cosine > 0.0, dr.maximum(0.0, 1.0 - tangent / self.tangent) * self.gain, 0.0)
 
         def eval(self, si: Any, active: Any = True) -> Any:
             toward = si.to_world(si.wi)
-            amount = self.profile(mi.Frame3f.cos_theta(si.wi)) * self.shaping(toward, si.t)
+            amount = self.profile(mi.Vector3f(0.0, 0.0, 1.0), si.wi) * self.shaping(toward, si.t)
             return self.radiance.eval(si, active) * amount * self.shaping.tint((si.p, si.n), toward, si.t, si, active)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
             own = self.get_shape() if self.surface is None else self.surface
             ds = own.sample_direction(it, sample, active)
-            cosine = -dr.dot(ds.d, ds.n)
-            usable = active & (ds.pdf > 0.0) & (self.profile(cosine) > 0.0)
+            amount = self.profile(ds.n, -ds.d)
+            usable = active & (ds.pdf > 0.0) & (amount > 0.0)
             si = mi.SurfaceInteraction3f(ds, it.wavelengths)
             si.wi, si.t = si.to_local(-ds.d), ds.dist  # data that the paint may read
             ds.emitter = mi.EmitterPtr(self)
-            amount = self.profile(cosine) * self.shaping(-ds.d, ds.dist)
+            amount = amount * self.shaping(-ds.d, ds.dist)
             amount = amount * self.shaping.tint((ds.p, ds.n), -ds.d, ds.dist, it, usable)
             return ds, dr.select(usable, self.radiance.eval(si, usable) * amount / ds.pdf, 0.0)
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             own = self.get_shape() if self.surface is None else self.surface
             value = own.pdf_direction(it, ds, active)
-            return dr.select(self.profile(-dr.dot(ds.d, ds.n)) > 0.0, value, 0.0)
+            return dr.select(self.profile(ds.n, -ds.d) > 0.0, value, 0.0)
 
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             si = mi.SurfaceInteraction3f(ds, it.wavelengths)
-            amount = self.profile(-dr.dot(ds.d, ds.n)) * self.shaping(-ds.d, ds.dist)
+            amount = self.profile(ds.n, -ds.d) * self.shaping(-ds.d, ds.dist)
             return self.radiance.eval(si, active) * amount * self.shaping.tint((ds.p, ds.n), -ds.d, ds.dist, it, active)
 
         def bbox(self) -> Any:

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.plugins.mesh_tables import barycentric
+from spectral_core.render.plugins.paints.pixels import pixel_width
 from spectral_core.render.plugins.paints.probes import Probes
 from spectral_core.render.plugins.paints.ray_marks import SINGULAR, read_mark
+from spectral_core.render.plugins.paints.remainder import exact_remainder
 from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
 from spectral_core.scene.rays import Rays
 
@@ -28,20 +30,13 @@ class DrJit:
         self.sinh, self.cosh, self.tanh = dr.sinh, dr.cosh, dr.tanh
         self.floor, self.ceil, self.trunc, self.absolute = dr.floor, dr.ceil, dr.trunc, dr.abs
         self.atan2, self.isfinite = dr.atan2, dr.isfinite
+        self.minimum, self.maximum = dr.minimum, dr.maximum
         self.asin, self.acos = dr.safe_asin, dr.safe_acos  # of numbers clipped to [-1, 1]
         self._read: dict[tuple[str, int], Any] = {}
 
     def number(self, value: Any) -> Any:
         """A value of the backend's type."""
         return self.mi.Float(value)
-
-    def minimum(self, a: Any, b: Any) -> Any:
-        """The smaller number."""
-        return self.dr.minimum(a, b)
-
-    def maximum(self, a: Any, b: Any) -> Any:
-        """The larger number."""
-        return self.dr.maximum(a, b)
 
     def where(self, condition: Any, yes: Any, no: Any) -> Any:
         """Choice per lane."""
@@ -62,6 +57,10 @@ class DrJit:
     def fused(self, a: Any, b: Any, c: Any) -> Any:
         """a · b + c with one rounding."""
         return self.dr.fma(a, b, c)
+
+    def fmod(self, a: Any, b: Any) -> Any:
+        """Remainder of a / b with the sign of ``a``."""
+        return exact_remainder(self.mi, self.dr, a, b)
 
     def integer(self, value: Any) -> Any:
         """Whole numbers as 32-bit patterns that wrap around."""
@@ -122,7 +121,7 @@ class DrJit:
         return self._tuple(found.rounded(normal, radius, samples, wanted=sharp))
 
     def edge_distance(self, in_pixels: bool) -> Any:
-        """Distance in the world to the nearest edge of the triangle that was hit, or in pixels of ``BUMP_STEP``."""
+        """Distance in the world, or in pixels, to the nearest edge of the triangle that was hit."""
         mi, dr, si = self.mi, self.dr, self.si
         if not self.tables.is_live:
             return mi.Float(dr.inf)
@@ -131,7 +130,7 @@ class DrJit:
         for k in range(3):
             along = dr.normalize(corners[k] - corners[k - 1])
             nearest = dr.minimum(nearest, dr.norm(dr.cross(along, si.p - corners[k])))
-        pixel = 2.0 * dr.norm(self._step(1)) if in_pixels else 1.0
+        pixel = pixel_width(self.tables, si) if in_pixels else 1.0
         return dr.select(is_triangle, nearest / pixel, dr.inf)
 
     # the hit point

@@ -142,11 +142,14 @@ class SceneTables:
         self._buffer = None
         self.buffer()
 
-    def look_from(self, camera_from_world: np.ndarray, window: tuple[float, ...]) -> None:
-        """Set the camera: programs read its numbers from one array, so that a moved camera needs no new kernel."""
+    def look_from(self, camera_from_world: np.ndarray, window: tuple[float, ...], pixel: float) -> None:
+        """Set the camera: programs read its numbers from one array, so that a moved camera needs no new kernel.
+
+        ``pixel``: width of a pixel, in the unit of the window's width.
+        """
         self.camera_from_world, self.window = camera_from_world, window
         there = np.asarray(camera_from_world, dtype=np.float64)
-        rows = [there[:3].ravel(), np.linalg.pinv(there)[:3].ravel(), np.array(window)]
+        rows = [there[:3].ravel(), np.linalg.pinv(there)[:3].ravel(), np.array([*window, pixel])]
         # a list, not an array: Dr.Jit would map NumPy's memory, which is another type for a recorded kernel launch
         self._camera = self.mi.Float([float(value) for value in np.concatenate(rows)])
 
@@ -158,6 +161,10 @@ class SceneTables:
     def camera_window(self) -> tuple[Any, ...]:
         """Width and height of the frame at distance 1, its shift, and 1 for a perspective camera."""
         return tuple(self._camera_number(24 + k) for k in range(5))
+
+    def pixel_width(self) -> tuple[Any, Any]:
+        """Width of a pixel at distance 1, or everywhere; 1 for a perspective camera, 0 for an orthographic one."""
+        return self._camera_number(29), self._camera_number(28)
 
     def _camera_number(self, place: int) -> Any:
         return self.dr.gather(self.mi.Float, self._camera, self.mi.UInt32(place))

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# ruff: noqa: E402
+"""Runs inside a Blender with a window: Record and Load as buttons, Esc, an error, and what they leave behind."""
+
+import os
+import sys
+from pathlib import Path
+
+sys.path[:0] = [path for path in os.environ.get("SPECTRAL_PATHS", "").split(os.pathsep) if path]
+
+import bpy
+
+import blender_addon
+from benchmarks import _inside
+from blender_addon import jobs
+from blender_addon.editing.dial import changes
+
+blender_addon.register()
+bpy.context.preferences.view.show_splash = False
+told: dict = {}
+
+
+def dial():
+    return bpy.context.scene.spectral.dial
+
+
+def pressed(name, **values):
+    with _inside.in_view():
+        return sorted(getattr(bpy.ops.spectral, name)("INVOKE_DEFAULT", **values))
+
+
+def running():
+    names = {each.bl_idname for each in bpy.context.window.modal_operators}
+    return bool(names & {"SPECTRAL_OT_dial_record", "SPECTRAL_OT_dial_load", "SCREEN_OT_render", "RENDER_OT_render"})
+
+
+def left():
+    """What must be as before."""
+    preferences = bpy.context.preferences.view.render_display_type
+    return [bpy.context.scene.render.engine, preferences, jobs.current_request().translated is None]
+
+
+def drive():
+    yield 1.0
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y, scene.spectral.render.samples = 96, 54, 2
+    told["before"] = left()
+    told["pressed"] = pressed("dial_record")
+    told["twice"] = _refused()
+    yield 0.5
+    yield from _inside.until(lambda: not running(), 120, "the recording")
+    yield 0.5
+    told["recorded"] = [bool(dial().scene_hash), len(dial().bulbs), "Light Dial" in bpy.data.images, left()]
+    changes.compare(scene)
+    told["changes"] = dial().changes
+    facts, dial().facts = dial().facts, "unchanged"
+    pressed("dial_record")
+    yield 0.01
+    _esc()
+    yield from _inside.until(lambda: not running(), 120, "the end after Esc")
+    yield 0.3
+    told["stopped"] = [dial().facts, left()]
+    dial().facts = facts
+    scene.camera = None
+    told["refused"] = _refused()
+    yield from _inside.until(lambda: not running(), 60, "the end without a camera")
+    told["after an error"] = left()
+    scene.camera = bpy.data.objects["Camera"]
+    bpy.data.objects["Light"].data.energy *= 2
+    yield 0.3
+    pressed("dial_record", only_changed=True)
+    yield from _inside.until(lambda: not running(), 120, "the second recording")
+    yield 1.5
+    told["again"] = [dial().changes, left()]
+    told["file"] = Path(bpy.app.tempdir, "light_dial.transport.exr").is_file()
+
+
+def _esc():
+    window = bpy.context.window_manager.windows[0]
+    for value in ("PRESS", "RELEASE"):
+        window.event_simulate(type="ESC", value=value, x=300, y=300)
+
+
+def _refused():
+    try:
+        return pressed("dial_record")
+    except RuntimeError as error:
+        return str(error)
+
+
+_inside.drive(drive(), told)

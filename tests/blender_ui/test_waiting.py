@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Operators that work on a thread: what they prepare, their answer, errors, and scenes that come and go."""
+
+from __future__ import annotations
+
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from spectral_core.errors import InvalidInputError
+
+TIMER, MOUSE = SimpleNamespace(type="TIMER", value="NOTHING"), SimpleNamespace(type="MOUSEMOVE", value="NOTHING")
+
+
+class Manager:
+    """A window manager that counts timers."""
+
+    def __init__(self):
+        self.timers, self.handlers = 0, []
+
+    def event_timer_add(self, _seconds, window):
+        self.timers += 1
+        return "timer"
+
+    def event_timer_remove(self, _timer):
+        self.timers -= 1
+
+    def modal_handler_add(self, operator):
+        self.handlers.append(operator)
+
+
+@pytest.fixture
+def context(blender):
+    words = []
+    workspace = SimpleNamespace(status_text_set=words.append)
+    return SimpleNamespace(
+        scene=blender.context.scene,
+        window_manager=Manager(),
+        window=None,
+        workspace=workspace,
+        screen=None,
+        words=words,
+    )
+
+
+@pytest.fixture
+def operator(blender):
+    from blender_addon.operators.common import Waiting
+
+    class Operator(Waiting):
+        bl_label = "Work"
+        is_ready = False
+        work = staticmethod(lambda: 7)
+
+        def __init__(self):
+            self.reports, self.answers, self.undone, self.left = [], [], [], 0
+
+        def report(self, kind, text):
+            self.reports.append((kind, text))
+
+        def is_prepared(self):
+            return self.is_ready
+
+        def begin(self, context):
+            return self.work
+
+        def end(self, scene, answer):
+            self.answers.append((scene, answer))
+
+        def failed(self, scene):
+            self.undone.append(scene)
+
+        def leave(self):
+            self.left += 1
+
+    return Operator()
+
+
+def finished(operator, context):
+    """The result after the last timer event."""
+    for _ in range(200):
+        found = operator.modal(context, TIMER)
+        if found != {"PASS_THROUGH"}:
+            return found
+        time.sleep(0.01)
+    raise AssertionError("the operator does not end")
+
+
+def test_work_begins_when_it_is_prepared(operator, context):
+    assert operator.start(context) == {"RUNNING_MODAL"}
+    assert context.window_manager.timers == 1
+    assert operator.modal(context, TIMER) == {"PASS_THROUGH"}
+    assert operator.modal(context, MOUSE) == {"PASS_THROUGH"}, "the artist works on"
+    assert operator._thread is None
+    operator.is_ready = True
+    assert finished(operator, context) == {"FINISHED"}
+    assert operator.answers == [(context.scene, 7)]
+    assert operator.left == 1
+    assert context.window_manager.timers == 0
+    assert context.words[-1] is None
+    assert operator.undone == []
+    assert operator.left == 1
+
+
+@pytest.mark.parametrize("error", [InvalidInputError("no lights"), OSError("disk full")])
+def test_an_error_of_the_work_is_reported_once(operator, context, error):
+    def work():
+        raise error
+
+    operator.is_ready, operator.work = True, work
+    operator.start(context)
+    assert finished(operator, context) == {"CANCELLED"}
+    assert operator.reports == [({"ERROR"}, str(error))]
+    assert operator.undone == [context.scene]
+    assert operator.left == 1
+    assert context.window_manager.timers == 0
+
+
+def test_another_scene_in_the_window_before_the_beginning_is_an_error(operator, context, blender):
+    operator.start(context)
+    other = blender.data.scenes.new("other")
+    first, context.scene, operator.is_ready = context.scene, other, True
+    assert finished(operator, context) == {"CANCELLED"}
+    assert "another scene" in operator.reports[0][1]
+    assert operator.undone == [first]
+    blender.data.scenes.remove(other)
+
+
+def test_a_scene_that_is_deleted_meanwhile_ends_the_work(operator, context, blender):
+    operator.is_ready, operator.work = True, lambda: time.sleep(0.05)
+    context.scene = blender.data.scenes.new("short-lived")
+    operator.start(context)
+    blender.data.scenes.remove(context.scene)
+    context.scene = blender.context.scene
+    assert finished(operator, context) == {"CANCELLED"}
+    assert operator.undone == []
+    assert operator.left == 1
+    assert operator.answers == []
+
+
+def test_a_script_gets_the_answer_at_once(operator, context):
+    operator.is_ready = True
+    assert operator.execute(context) == {"FINISHED"}
+    assert operator.answers == [(context.scene, 7)]
+    assert operator.left == 1
+    assert context.window_manager.timers == 0
