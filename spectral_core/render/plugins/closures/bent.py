@@ -46,6 +46,7 @@ def register(mi: Any, dr: Any) -> None:
             along = dr.select(dr.squared_norm(along) > 1e-20, dr.normalize(along), other)
             bent.sh_frame.n, bent.sh_frame.s = mi.Normal3f(frame), along
             bent.sh_frame.t = dr.cross(frame, along)
+            bent.duv_dy = mi.Vector2f(si.duv_dy.x, 0.0)  # facets of a bumpy glass face the light, as measured
             bent.dp_dv = mi.Vector3f(si.sh_frame.n)  # for ``softening``; programs have read the UV map's axes before
             # seen from behind the bent normal, the side stays that of the surface; reflecting lobes correct the normal
             # further

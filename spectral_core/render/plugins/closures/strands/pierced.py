@@ -60,7 +60,7 @@ class Strand:
         count = dr.clip(dr.ceil(STEPS / self.alpha), FEWEST, HIGHEST)
 
         def body(k: Any, total: Any) -> tuple[Any, Any]:
-            draws = [mi.sample_tea_float32(seed, mi.UInt32(k) * 8 + n, 4) for n in range(5)]
+            draws = [mi.sample_tea_float32(seed, mi.UInt32(k) * 8 + n, 4) for n in range(7)]
             height = low + (high - low) * (k + draws[0]) / count
             return k + 1.0, total + self.through(wo, height, draws[1:])
 
@@ -119,7 +119,8 @@ class Strand:
         facing = dr.dot(-wt, facet)
         bounced = mi.fresnel(facing, inverse)[0]
         wr = mirrored(dr, wt, facet)
-        turns = enters & (facing > 0.0) & (self.shares[2] > 0.0)
+        turns = enters & (facing > 0.0)
+        in_sight = section.sees(-wt, next_macro, facet) & (cos_next > 0.0)
         misses = dr.dot(-wr, wo) < inverse - 1e-5
         stays = section.sees(-wt, next_meso, facet) & section.sees(-wr, next_meso, facet)
         stays &= section.sees(-wt, next_macro, facet) & section.sees(-wr, next_macro, facet)
@@ -144,9 +145,15 @@ class Strand:
             fits &= section.sees(wr, normal, out) & section.sees(-wo, normal, out)
         total += dr.select(fits, self.shares[2] * third * stretch * dr.square(inverse), 0.0) * (clear * clear_again)
 
-        # the rest as a geometric series, even around the strand
-        more = passed * dr.square(bounced) * dr.maximum(1.0 - bounced, 1e-5)
-        series = clear * clear * clear / (1.0 - clear * (1.0 - dr.maximum(1.0 - bounced, 1e-5)))
-        even = self.proposal.inclined(wo.y, 4.0 * alpha) * (0.5 / pi) * (2.0 / pi)
-        total += dr.select(turns & (misses | stays), more * stretch * even, 0.0) * series
+        # the rest as a geometric series, even around the strand: the energy that ``traced`` draws, where Cycles
+        # approximates it by the second wall alone and gives back up to 1.2 of the light
+        facet = section.drawn(alpha, wr, last_meso, draws[4], draws[5])
+        kept = mi.fresnel(dr.dot(wr, facet), inverse)[0]
+        more = passed * outer * shadow * bounced * inner * section.masked_after(alpha, cos_next, cos_after) * kept
+        more *= self.scale(cos_last, outside=False)
+        more *= section.masked_after(alpha, cos_last, dr.dot(last_meso, mirrored(dr, wr, facet)))
+        both, leaving = dr.sqrt(clear * clear_again), dr.maximum(0.5 * (2.0 - bounced - kept), 1e-5)
+        series = clear * clear_again * both * leaving / (1.0 - both * (1.0 - leaving))
+        even = self.proposal.inclined(wo.y, 4.0 * alpha) * (0.5 / pi)
+        total += dr.select(turns & in_sight & (cos_last > 0.0), more * even, 0.0) * series
         return total
