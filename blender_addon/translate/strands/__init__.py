@@ -42,12 +42,7 @@ def curves_mesh(name: str, curves: Any, reads: frozenset[str] = frozenset()) -> 
     radii = _radii(curves, count)
     lengths = np.empty(len(curves.curves), np.int32)
     curves.curves.foreach_get("points_length", lengths)
-    axes = None
-    if STRAND_AXIS in reads:
-        given = np.empty(count * 3, np.float32)
-        curves.normals.foreach_get("vector", given)
-        axes = given.reshape(-1, 3).astype(np.float64)
-    return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths, reads, axes)
+    return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths, reads)
 
 
 def particle_mesh(
@@ -97,27 +92,20 @@ def _thickness(along: Array, settings: Any) -> Array:
 
 
 def tubes(
-    name: str,
-    points: Array,
-    radii: Array,
-    lengths: NDArray[Any],
-    reads: frozenset[str] = frozenset(),
-    axes: Array | None = None,
+    name: str, points: Array, radii: Array, lengths: NDArray[Any], reads: frozenset[str] = frozenset()
 ) -> Mesh | None:
     """Tubes around strands: points (n, 3), radii (n,), and the number of points of each strand, one after another.
 
     ``reads``: inputs that materials read, of which strands have their direction, their place, a random number and the
-    larger axes (n, 3) of their cross-sections, 0 if these are not given.
+    larger axis of their cross-section.
     """
     between = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
     vertices, normals, triangles, start = [], [], [], 0
     read: dict[str, list[Array]] = {name: [] for name in STRAND_READS if name in reads}
-    turned = np.zeros_like(points) if axes is None else axes
     for numbers, rows in _by_length(lengths):
-        strand, thickness, axis = points[rows], radii[rows], turned[rows]
+        strand, thickness = points[rows], radii[rows]
         if between and strand.shape[1] > 2:
             strand, thickness = _smooth(strand, between), _smooth(thickness[..., None], between)[..., 0]
-            axis = _straight(axis, between)
         around = _circles(strand)
         made = strand[:, :, None] + around * (WIDER * np.maximum(thickness, 0.0))[:, :, None, None]
         count, rings = strand.shape[:2]
@@ -126,7 +114,7 @@ def tubes(
         if STRAND_PLACE in read:
             read[STRAND_PLACE].append(_spread(_places(strand, thickness), around))
         if STRAND_AXIS in read:
-            read[STRAND_AXIS].append(_spread(axis, around))
+            read[STRAND_AXIS].append(_spread(_axes(strand), around))
         if STRAND_TANGENT in read:
             read[STRAND_TANGENT].append(_spread(_tangents(strand), around))
         if STRAND_RANDOM in read:
@@ -172,13 +160,6 @@ def _by_length(lengths: NDArray[Any]) -> Iterator[tuple[NDArray[Any], NDArray[An
             yield np.flatnonzero(lengths == length), starts[lengths == length][:, None] + np.arange(length)
 
 
-def _straight(values: Array, between: int) -> Array:
-    """Straight lines through values (count, k, 3), ``between`` more points in each gap."""
-    t = (np.arange(between + 1) / (between + 1))[None, None, :, None]
-    lines = values[:, :-1, None] * (1 - t) + values[:, 1:, None] * t
-    return np.concatenate([lines.reshape(len(values), -1, 3), values[:, -1:]], axis=1)
-
-
 def _smooth(values: Array, between: int) -> Array:
     """Catmull and Rom's curve through the points (count, k, …), ``between`` more in each gap."""
     first, last = 2 * values[:, :1] - values[:, 1:2], 2 * values[:, -1:] - values[:, -2:-1]
@@ -195,14 +176,26 @@ def _circles(strand: Array) -> Array:
     tangent = _tangents(strand)
     start = tangent[:, 0]
     axis = np.where(np.abs(start[:, 2:3]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
-    across = np.cross(start, axis)
-    angle = 2 * np.pi * np.arange(SIDES) / SIDES
-    result = np.empty((*strand.shape[:2], SIDES, 3))
-    for k in range(strand.shape[1]):
-        across -= tangent[:, k] * np.sum(across * tangent[:, k], axis=-1, keepdims=True)
+    across = _carried(tangent, np.cross(start, axis))[:, :, None]
+    other, angle = np.cross(tangent[:, :, None], across), 2 * np.pi * np.arange(SIDES) / SIDES
+    return np.asarray(across * np.cos(angle)[:, None] + other * np.sin(angle)[:, None])
+
+
+def _axes(strand: Array) -> Array:
+    """Normals (count, k, 3) of least twist, as Blender computes them; cross-sections are wider along these."""
+    tangent = _tangents(strand)
+    level = np.stack([tangent[:, 0, 1], -tangent[:, 0, 0], np.zeros(len(tangent))], axis=-1)
+    upright = np.linalg.norm(level, axis=-1, keepdims=True) < 1e-4
+    return _carried(tangent, np.where(upright, [1.0, 0.0, 0.0], level))
+
+
+def _carried(tangent: Array, start: Array) -> Array:
+    """Unit vectors perpendicular to a strand's directions (count, k, 3), from those at its start (count, 3) on."""
+    result, across = np.empty_like(tangent), start.astype(np.float64)
+    for k in range(tangent.shape[1]):
+        across = across - tangent[:, k] * np.sum(across * tangent[:, k], axis=-1, keepdims=True)
         across /= np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-30)
-        other = np.cross(tangent[:, k], across)
-        result[:, k] = across[:, None] * np.cos(angle)[:, None] + other[:, None] * np.sin(angle)[:, None]
+        result[:, k] = across
     return result
 
 
