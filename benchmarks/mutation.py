@@ -4,11 +4,11 @@
 A mutant changes one place of one file: an operator, a comparison, a constant, a condition, or a statement that is left
 out. Each is tried in a copy of the tree with the tests of its room, until one fails. Arguments: how many mutants in
 all, and the first seed (60 and 0; 4 with ``--quick``). Mutants within docstrings, messages and imports are not drawn.
-Each room's tests run once unchanged, and what they call is written down in ``--out``, where the next draw finds what
-has not changed since; a mutant meets the tests that call its function, the shortest first, or all of the room where no
-test is known to call it. A mutant that survives the tests of ``ENOUGH`` seconds counts as a survivor, although longer
-tests might catch it. A test that fails without any mutant is left out and named. Mutants that change nothing that could
-be observed count as survivors like all others.
+Each room's tests run once unchanged, and what they call is written down in ``--out``, where the next draw finds it for
+tests that call functions of unchanged files alone. A mutant meets the tests that call its function, the shortest first,
+or all of the room where no test is known to call it. One that survives the tests of ``ENOUGH`` seconds counts as a
+survivor, although longer tests might catch it. A test that fails without any mutant is left out and named. Mutants that
+change nothing that could be observed count as survivors like all others.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def run(options: Options) -> dict:
             room = list(ROOMS)[seed % len(ROOMS)]
             path, text, what = drawn(room, random.Random(seed), copied)
             if room not in callers:
-                callers[room] = Callers(copied, room, options.out / "mutation")
+                callers[room] = Callers(copied, room, options.out / "records")
             batches = callers[room].tests_of(path, *_function_lines(copied / path, int(what.split(":")[0])))
             target, kept = copied / path, (copied / path).read_text("utf-8")
             target.write_text(text, "utf-8")
@@ -178,16 +178,13 @@ class Callers:
     def __init__(self, tree: Path, room: str, kept: Path | None = None) -> None:
         """Run the room's tests in a copied tree, but for those whose records are in the folder ``kept``."""
         files = sorted(path for folder in ROOMS[room] for path in (tree / folder).rglob("test_*.py"))
-        others = {path for folder in ("spectral_core", "tests", "benchmarks") for path in (tree / folder).rglob("*.py")}
-        product = _digest(sorted(others - {path for path in others if path.name.startswith("test_")}))
         folder = kept or tree.parent / "records"
         folder.mkdir(parents=True, exist_ok=True)
-        kept_in = {}
-        for path in files:
-            name = str(path.relative_to(tree))
-            kept_in[name] = folder / f"{name.replace('/', '-')}-{_digest([path], product)}.jsonl"
-        _recorded(tree, {name: record for name, record in kept_in.items() if not record.exists()})
-        records = [json.loads(line) for record in kept_in.values() for line in record.read_text("utf-8").splitlines()]
+        names = [str(path.relative_to(tree)) for path in files]
+        kept_in = {name: folder / f"{name.replace('/', '-')}-{_digest(tree / name)}.jsonl" for name in names}
+        _recorded(tree, {name: record for name, record in kept_in.items() if not _is_valid(record, tree)})
+        lines = [line for record in kept_in.values() for line in record.read_text("utf-8").splitlines()[1:]]
+        records = [json.loads(line) for line in lines]
         self.broken = [each["test"] for each in records if each["broken"]]
         for test in self.broken:
             print(f"left out: {test} fails without any mutant", flush=True)
@@ -234,15 +231,22 @@ def _recorded(tree: Path, wanted: dict[str, Path]) -> None:
         # same. One that fails here without it would catch every mutant.
         each["broken"] = not each["passed"] and _pytest(tree, [each["test"]], {}, None) != 0
     for name, record in wanted.items():
-        own = [json.dumps(each) + "\n" for each in records if each["test"].startswith(name + "::")]
-        record.write_text("".join(own), "utf-8")
+        own = [each for each in records if each["test"].startswith(name + "::")]
+        met = sorted({path for each in own for path, _ in each["functions"]})
+        lines = [{path: _digest(tree / path) for path in met}, *own]
+        record.write_text("".join(json.dumps(line) + "\n" for line in lines), "utf-8")
 
 
-def _digest(paths: list[Path], begin: str = "") -> str:
-    digest = hashlib.sha256(begin.encode())
-    for path in paths:
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
+def _is_valid(record: Path, tree: Path) -> bool:
+    """True if a record exists, and the files whose functions its tests call are the same."""
+    if not record.exists():
+        return False
+    met = json.loads(record.read_text("utf-8").splitlines()[0])
+    return all((tree / path).exists() and _digest(tree / path) == digest for path, digest in met.items())
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
 def _function_lines(path: Path, line: int) -> tuple[int, int]:

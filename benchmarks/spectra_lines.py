@@ -72,9 +72,9 @@ def _errors(light: Illuminant, surface: Reflectance, *, render: bool) -> Array:
     unit = normalized(light)
     matrix = xyz_from_product(light, surface.grid) @ surface.values
     kernel = color_kernel(surface.grid)
-    at_points = kernel.at_points(surface.values[None])
-    designed = np.linalg.solve(RGB_FROM_XYZ, kernel.colors(at_points, kernel.spectrum_at_points(light)[None])[0, 0, 0])
-    ways = [xyz_of(light, surface), matrix, designed]
+    designed = np.linalg.solve(RGB_FROM_XYZ, kernel.matrix_of(light)[0] @ surface.values)
+    shown_in_table = np.linalg.solve(RGB_FROM_XYZ, kernel.color_of(light, surface)[0])
+    ways = [xyz_of(light, surface), matrix, designed, shown_in_table]
     luminance = max(abs(found[1] / exact[1] - 1) for found in ways)
     chroma = max(np.abs(found[:2] / found.sum() - exact[:2] / exact.sum()).max() for found in ways)
     norm = abs(_exact_xyz(unit)[1] - 1)

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene.daylight import preetham
+from spectral_core.scene.daylight import hosek, preetham
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import observer
 
@@ -31,7 +31,7 @@ sky.
 class Atmosphere:
     """A Sky Texture's settings: angles in radians, altitude in meters, densities relative to Earth's."""
 
-    model: Literal["single", "multiple", "preetham"] = "multiple"
+    model: Literal["single", "multiple", "preetham", "hosek"] = "multiple"
     sun_elevation: float = 0.26
     sun_rotation: float = 0.0
     altitude: float = 100.0
@@ -40,12 +40,14 @@ class Atmosphere:
     ozone: float = 1.0
     turbidity: float = 2.2
     sun_direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """Only for Preetham's sky."""
+    """Only for Preetham's and Hosek's skies, as the turbidity."""
+    ground_albedo: float = 0.3
+    """Only for Hosek's sky."""
 
     @property
     def toward_sun(self) -> Array:
         """Unit vector (3,) to the sun."""
-        if self.model == "preetham":
+        if self.model in ("preetham", "hosek"):
             vector = np.array(self.sun_direction, dtype=np.float64)
             return vector / max(float(np.linalg.norm(vector)), 1e-12)
         flat, turn = np.cos(self.sun_elevation), np.pi / 2 - self.sun_rotation
@@ -55,6 +57,8 @@ class Atmosphere:
         """Linear sRGB (..., 3) of the sky without its sun along unit directions (..., 3)."""
         if self.model == "preetham":
             return _clamped(preetham(self.turbidity, self.toward_sun, directions))
+        if self.model == "hosek":
+            return np.maximum(hosek(self.turbidity, self.ground_albedo, self.toward_sun, directions), 0.0)
         table = _table(self)
         elevation = np.arcsin(np.clip(directions[..., 2], -1, 1))
         sun = self.toward_sun
@@ -70,7 +74,7 @@ class Atmosphere:
 
     def sun_radiance(self, angle_rad: float) -> Array:
         """Mean linear sRGB (3,) of the sun's disk of full angle ``angle_rad``, its darker limb included."""
-        if self.model == "preetham" or (self.model == "single" and self.sun_elevation + angle_rad / 2 <= 0):
+        if self.model in ("preetham", "hosek") or (self.model == "single" and self.sun_elevation + angle_rad / 2 <= 0):
             return np.zeros(3)
         ground = 6371e3
         horizon = -np.arccos(ground / (ground + max(self.altitude, 0.0)))

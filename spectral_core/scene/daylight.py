@@ -1,14 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sky of Preetham, Shirley and Smits 1999, "A practical analytic model for daylight", at Blender's scale."""
+"""Two measured skies at Blender's scale.
+
+Preetham, Shirley and Smits 1999, "A practical analytic model for daylight". Hosek and Wilkie 2012, "An analytic model
+for full spectral sky-dome radiance"; its coefficients come with Mitsuba, as sums of 9 numbers for each of three
+channels.
+"""
 
 from __future__ import annotations
 
+import importlib.util
+import struct
+from functools import cache
+from math import comb
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.errors import InvalidInputError
+
 Array = NDArray[np.float64]
+
+COEFFICIENTS = "data/sunsky/sunsky_datasets.bin"
+"""File of Mitsuba's with the coefficients of Hosek and Wilkie."""
+FORMS, LEVELS = "sky_params_rgb", "sky_rad_rgb"
+"""Names in it of the coefficients (10 turbidities, 2 albedos, 6 elevations, 3 channels, 9) and the radiances."""
+MOST_TURBID = 10.0
+BLENDER_SCALE = 2 * np.pi / 683
+"""Factor on the radiance of Hosek and Wilkie, as in Cycles."""
 
 
 def preetham(turbidity: float, sun: Array, directions: Array) -> Array:
@@ -40,3 +60,61 @@ def preetham(turbidity: float, sun: Array, directions: Array) -> Array:
     found = {n: zenith[n] * perez(row, theta, gamma) / perez(row, 0.0, theta_sun) for n, row in rows.items()}
     scale = found["Y"] / np.where(found["y"] == 0, 1, found["y"])
     return np.stack([found["x"] * scale, found["Y"], (1 - found["x"] - found["y"]) * scale], axis=-1)
+
+
+@cache
+def _coefficients() -> dict[str, Array] | None:
+    """The coefficients of Hosek and Wilkie's sky; None if this Mitsuba lacks them."""
+    found = importlib.util.find_spec("mitsuba")
+    path = Path(found.origin).parent / COEFFICIENTS if found is not None and found.origin else None
+    if path is None or not path.is_file():
+        return None
+    raw = path.read_bytes()
+    try:
+        count = struct.unpack_from("<I", raw, 14)[0]  # after the format's name and its version
+        at, tables = 18, {}
+        for _ in range(count):
+            length = struct.unpack_from("<H", raw, at)[0]
+            name = raw[at + 2 : at + 2 + length].decode("ascii")
+            dimensions, _, start = struct.unpack_from("<HBQ", raw, at + 2 + length)
+            shape = struct.unpack_from(f"<{dimensions}Q", raw, at + 13 + length)
+            if name in (FORMS, LEVELS):
+                tables[name] = np.frombuffer(raw, "<f8", int(np.prod(shape)), start).reshape(shape)
+            at += 13 + length + 8 * dimensions
+    except (struct.error, ValueError):
+        return None
+    return tables if set(tables) == {FORMS, LEVELS} else None
+
+
+def has_hosek() -> bool:
+    """True if the coefficients of Hosek and Wilkie's sky are installed."""
+    return _coefficients() is not None
+
+
+def hosek(turbidity: float, albedo: float, sun: Array, directions: Array) -> Array:
+    """Linear sRGB (..., 3) of the sky along unit directions (..., 3) over a ground of some albedo.
+
+    Raises InvalidInputError where ``has_hosek`` is False.
+    """
+    tables = _coefficients()
+    if tables is None:
+        raise InvalidInputError(
+            "Mitsuba's data of the Hosek-Wilkie sky are missing; install Mitsuba 3.7 or choose another"
+        )
+    height = (max(float(np.arcsin(np.clip(sun[2], -1, 1))), 0.0) / (np.pi / 2)) ** (1 / 3)
+    shares = np.array([comb(5, k) * height**k * (1 - height) ** (5 - k) for k in range(6)])
+    turbid = float(np.clip(turbidity, 1.0, MOST_TURBID))
+    low = min(int(turbid), 9)
+
+    def interpolated(table: Array) -> Array:
+        low_and_high = np.tensordot(table[low - 1 : low + 1], shares, axes=(2, 0))  # (2, 2, 3) or (2, 2, 3, 9)
+        over_ground = low_and_high[:, 0] * (1 - albedo) + low_and_high[:, 1] * albedo
+        return np.asarray(over_ground[0] * (low + 1 - turbid) + over_ground[1] * (turbid - low))
+
+    a, b, c, d, e, f, g, zenith, h = interpolated(tables[FORMS]).T
+    theta = np.minimum(np.arccos(np.clip(directions[..., 2:], -1, 1)), np.pi / 2 - 0.001)
+    cosine = np.clip(directions @ sun, -1, 1)[..., None]
+    mie = (1 + cosine**2) / (1 + h * h - 2 * h * cosine) ** 1.5
+    around = c + d * np.exp(e * np.arccos(cosine)) + f * cosine**2 + g * mie + zenith * np.sqrt(np.cos(theta))
+    above = 1 + a * np.exp(b / (np.cos(theta) + 0.01))
+    return np.asarray(BLENDER_SCALE * interpolated(tables[LEVELS]) * above * around)

@@ -148,6 +148,9 @@ def _tried(pilot: Pilot, ways: list[Stepping], quality_db: float) -> tuple[Trial
         trial = found[way] = pilot.tuned(way, quality_db, _COMPARED_DB, rival)
         if trial.snr_db >= quality_db and (rival is None or trial.cost < rival.cost):
             rival = trial
+    base = found[ways[0]]
+    if rival is not None and base.snr_db < quality_db and base.stepping.rule == "uniform":
+        found[ways[0]] = pilot.in_tune(base, quality_db, rival)
     return tuple(found[way] for way in ways)
 
 

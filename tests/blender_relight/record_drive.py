@@ -14,10 +14,29 @@ import blender_addon
 from benchmarks import _inside
 from blender_addon import jobs
 from blender_addon.editing.dial import changes
+from blender_addon.operators.dial_record import SPECTRAL_OT_dial_record
 
 blender_addon.register()
 bpy.context.preferences.view.show_splash = False
-told: dict = {}
+told: dict = {"reports": []}
+
+
+def noted(kind):
+    """Remember results of an operator: those of its ``refused``, and of its ``end``."""
+    refused, end = kind.refused, kind.end
+
+    def on_refused(self, error):
+        told["reports"].append(str(error))
+        return refused(self, error)
+
+    def on_end(self, scene, answer):
+        told["reports"].append("recorded")
+        return end(self, scene, answer)
+
+    kind.refused, kind.end = on_refused, on_end
+
+
+noted(SPECTRAL_OT_dial_record)
 
 
 def dial():
@@ -61,11 +80,14 @@ def drive():
     yield 0.3
     told["stopped"] = [dial().facts, left()]
     dial().facts = facts
+    camera = scene.camera
     scene.camera = None
+    bpy.context.collection.objects.unlink(camera)
     told["refused"] = _refused()
     yield from _inside.until(lambda: not running(), 60, "the end without a camera")
     told["after an error"] = left()
-    scene.camera = bpy.data.objects["Camera"]
+    bpy.context.collection.objects.link(camera)
+    scene.camera = camera
     bpy.data.objects["Light"].data.energy *= 2
     yield 0.3
     pressed("dial_record", only_changed=True)

@@ -40,3 +40,31 @@ def test_the_mouse_moves_the_selector_and_the_picture_follows(dial):
     assert result["errors"] == []
     assert "Traceback" not in done.stdout + done.stderr and "rna_ui" not in done.stdout + done.stderr
     assert np.abs(np.subtract(result["dragged"], result["start"])).max() > 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.real_blender
+@pytest.mark.skipif(not COMMAND, reason="needs a Blender with a window in SPECTRAL_REAL_BLENDER")
+def test_record_as_a_button_leaves_nothing_behind(tmp_path):
+    paths = os.pathsep.join([str(HERE.parents[1]), os.environ.get("SPECTRAL_PATHS", "")])
+    command = [*shlex.split(COMMAND), "--factory-startup", "--enable-event-simulate"]
+    done = subprocess.run(
+        [*command, "--python", str(HERE / "record_drive.py")],
+        env={**os.environ, "SPECTRAL_PATHS": paths}, cwd=tmp_path, capture_output=True, text=True, timeout=280,
+        check=False,
+    )  # fmt: skip
+    lines = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
+    assert lines, f"no result; the end of the output: {(done.stdout + done.stderr)[-2000:]}"
+    result = json.loads(lines[-1].removeprefix("RESULT "))
+    assert result["errors"] == []
+    before = result["before"]
+    assert result["pressed"] == ["RUNNING_MODAL"]
+    assert "is being recorded" in result["twice"]
+    assert result["recorded"] == [True, 2, True, before]
+    assert result["changes"] == ""
+    assert result["stopped"] == ["unchanged", before]
+    assert result["after an error"] == before
+    assert result["again"] == ["", before]
+    assert result["file"]
+    words = ("being recorded", "recorded", "stopped", "camera", "recorded")
+    assert [word in text for word, text in zip(words, result["reports"], strict=True)] == [True] * 5

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot import Trial, _is_beaten, _next_log_scale
+from spectral_core.volume.pilot import Pilot, Trial, _is_beaten, _next_log_scale
 
 
 def trial(scale: float, snr_db: float, *, steps: float = 10.0, samples: float = 8.0) -> Trial:
@@ -37,3 +37,30 @@ def test_a_search_ends_only_where_a_rival_takes_less_time_and_fewer_samples():
     assert not _is_beaten(trial(1.0, 45.0, steps=9.0, samples=9.0), rival, 50.0)
     assert not _is_beaten(trial(1.0, 50.5, steps=20.0, samples=9.0), rival, 50.0)
     assert not _is_beaten(trial(1.0, 45.0, steps=20.0, samples=9.0), trial(1.0, 49.0), 50.0)
+
+
+class InTune(Pilot):
+    """A pilot whose marches are a table: uniform steps reach the target at a few scales alone."""
+
+    def __init__(self, lucky: tuple[float, float]) -> None:
+        self._lucky, self.asked = lucky, []
+
+    def try_out(self, stepping: Stepping) -> Trial:
+        self.asked.append(stepping.scale)
+        low, high = self._lucky
+        return trial(stepping.scale, 52.0 if low <= stepping.scale <= high else 35.0, steps=1 / stepping.scale)
+
+
+def test_uniform_steps_in_tune_with_the_voxels_are_found_beyond_the_search():
+    """The search ended at 0.1 and 8 samples; a rival takes 2.5, which uniform steps of 0.32 take as well."""
+    ended, rival = trial(0.1, 32.0, samples=8.0), trial(0.5, 51.0, samples=2.5)
+    pilot = InTune((0.36, 0.42))
+    found = pilot.in_tune(ended, 50.0, rival)
+    assert 0.36 <= found.stepping.scale <= 0.42 and found.snr_db == 52.0
+    assert min(pilot.asked) == pytest.approx(0.32) and max(pilot.asked) < 0.65
+    assert (found.stepping.rule, found.stepping.quadrature) == ("uniform", "midpoint")
+    # Without such steps none reaches the target, and steps finer than the search's own are never tried.
+    assert InTune((2.0, 3.0)).in_tune(ended, 50.0, rival).snr_db < 50.0
+    coarse = InTune((0.0, 0.0))
+    coarse.in_tune(ended, 50.0, trial(0.5, 51.0, samples=20.0))
+    assert min(coarse.asked) == pytest.approx(0.1)

@@ -23,12 +23,13 @@ _epochs = [0]
 class Stage:
     """Data that all translations of one scene share.
 
-    ``users``: names of the views. ``moment``, ``designed``: frame and palette of ``kept``.
+    ``users``: names of the views. ``epoch``, ``frame``, ``designed``: exchange of data, frame and palette of ``kept``.
     """
 
     kept: Kept = field(default_factory=Kept)
     users: set[str] = field(default_factory=set)
-    moment: Any = None
+    epoch: Any = None
+    frame: Any = None
     designed: Mapping[int, Any] = field(default_factory=dict)
 
     def keep_up(self, depsgraph: Any, designed: Mapping[int, Any] = NOTHING) -> None:
@@ -38,10 +39,12 @@ class Stage:
         each evaluation of the depsgraph.
         """
         source = depsgraph.scene
-        moment = (_epochs[0], source.frame_current, source.frame_subframe, working_space(bpy.data))
-        if moment != self.moment:
+        epoch, frame = (_epochs[0], working_space(bpy.data)), (source.frame_current, source.frame_subframe)
+        if epoch != self.epoch:
             self.kept.clear()
-            self.moment = moment
+        elif frame != self.frame:
+            self.kept.other_frame()
+        self.epoch, self.frame = epoch, frame
         self.kept.forget(depsgraph.updates)
         before, self.designed = self.designed, designed
         keys = before.keys() | designed.keys()

@@ -10,6 +10,7 @@ import numpy as np
 
 from spectral_core.scene import ImageTexture
 from spectral_core.scene.atmosphere import Atmosphere
+from spectral_core.scene.daylight import has_hosek
 
 from .image_files import MISSING
 from .images import image_of_node
@@ -20,10 +21,10 @@ from .tree import Output
 SKY_ROWS = 512
 """Rows of the picture of a sky."""
 HOSEK_SHARE = 0.19
-"""Brightness of Cycles' sky of Hosek and Wilkie relative to Preetham's."""
+"""Brightness of Cycles' sky of Hosek and Wilkie relative to Preetham's, which replaces it without its data."""
 MODELS: dict[str, Any] = {
     "SINGLE_SCATTERING": "single", "NISHITA": "single", "MULTIPLE_SCATTERING": "multiple", "PREETHAM": "preetham",
-    "HOSEK_WILKIE": "preetham",
+    "HOSEK_WILKIE": "hosek",
 }  # fmt: skip
 
 
@@ -45,20 +46,23 @@ def _sky(reader: Reader, output: Output) -> Any:
 
     node = output.node
     model = MODELS.get(node.sky_type, "multiple")
-    if node.sky_type == "HOSEK_WILKIE":
-        reader.note(f"{output.label!r}: the Hosek-Wilkie sky is drawn as Preetham's")
-    if model == "preetham":
+    is_replaced = model == "hosek" and not has_hosek()
+    if is_replaced:
+        reader.note(f"{output.label!r}: the Hosek-Wilkie sky is drawn as Preetham's; Mitsuba's data are missing")
+        model = "preetham"
+    if model in ("preetham", "hosek"):
         toward = tuple(float(part) for part in node.sun_direction)
-        atmosphere = Atmosphere(model, turbidity=float(node.turbidity), sun_direction=toward)  # type: ignore[arg-type]
+        own = {"turbidity": float(node.turbidity), "ground_albedo": float(node.ground_albedo)}
+        atmosphere = Atmosphere(model, sun_direction=toward, **own)  # type: ignore[arg-type]
     else:
         aerosol = getattr(node, "aerosol_density", getattr(node, "dust_density", 1.0))  # its name before Blender 5.0
         atmosphere = Atmosphere(
             model, node.sun_elevation, node.sun_rotation, node.altitude, node.air_density, aerosol, node.ozone_density
         )
-    share = HOSEK_SHARE if node.sky_type == "HOSEK_WILKIE" else 1.0
+    share = HOSEK_SHARE if is_replaced else 1.0
     pixels = (share * atmosphere.radiance(directions_of(SKY_ROWS))).astype(np.float32)
     texture = ImageTexture("sky", pixels, "linear", "repeat")
-    angle = float(node.sun_size) if model != "preetham" and node.sun_disc else 0.0
+    angle = float(node.sun_size) if model in ("single", "multiple") and node.sun_disc else 0.0
     reader.skies[id(texture)] = (texture, atmosphere, angle, float(node.sun_intensity))
     place = reader.emit("sphere_place", _upright(reader, place_of(reader, output, "generated")))
     return reader.emit("image_color", place, settings=(False,), data=texture)

@@ -56,8 +56,12 @@ class Kept:
     images: dict[Any, Any] = field(default_factory=dict)
 
     def clear(self) -> None:
-        """Drop everything if the changes are unknown: after an undo, or in another frame."""
+        """Drop everything if the changes are unknown, as after an undo."""
         self.meshes.clear()
+        self.other_frame()
+
+    def other_frame(self) -> None:
+        """Drop what may depend on the frame without a report; Blender reports the meshes that it evaluated anew."""
         self.parts.clear()
         self.images.clear()
 
