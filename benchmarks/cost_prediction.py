@@ -7,7 +7,7 @@ subtracted in quadrature. Times are compared in seconds of the processor (work),
 change little; those on the wall are printed beside. A time budget counts on the wall. Two samples for each pixel are
 the least: a scene that is better than asked after them is asked for a quarter of what it then has, too. ``--only
 WORDS``: scenes of these names, or whose name has the word, separated by commas. ``--more``: twelve others (hair, a
-bottle, fog, blur, many lamps).
+bottle, fog, blur, many lamps). ``--strange``: ten of a third kind (a tiny sun, lace, nested glass, thick fog).
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks._cost_scenes import MORE, scene_of
+from benchmarks._cost_strange import STRANGE
 from benchmarks._plan_scenes import SINGLE, staged
 from spectral_core.render import RenderResult, cost_curve, render_scene
 from spectral_core.render.cost.errors import expected_errors
@@ -30,7 +31,7 @@ from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.scene import Scene
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
-OPTIONS = ("--only", "--more")
+OPTIONS = ("--only", "--more", "--strange")
 NAMES = (
     "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "emissive", "curtain",
     "ball lamp", "lamp before lamp", "mirror", "mirror caustic", "glass caustic", "leaf",
@@ -54,12 +55,17 @@ Renders of more than ``SHORT_S`` are not repeated."""
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
     size, samples, most, budget = ((24, 18), 8, 128, 4.0) if options.quick else ((128, 96), 64, 1 << 15, 10.0)
-    chosen = tuple(MORE) if options.extra == ["--more"] else options.only((*NAMES, *MORE)) if options.extra else NAMES
+    sets = {"--more": tuple(MORE), "--strange": tuple(STRANGE)}
+    words = tuple(options.extra)
+    chosen = sets[words[0]] if words[:1] and words[0] in sets else NAMES
+    if words[:1] == ("--only",):
+        chosen = tuple(options.only((*NAMES, *MORE, *STRANGE)))
     names = chosen[: 2 if options.quick else None]
     rows = {}
     print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; each pair: predicted, true")
     for name in names:
-        scene = scene_of(name, size) if name in MORE else staged(SINGLE[name], size, 1.0)[0]
+        effects = {name: (STRANGE[name],)} if name in STRANGE else SINGLE
+        scene = scene_of(name, size) if name in MORE else staged(effects[name], size, 1.0)[0]
         rows[name] = _row(replace(scene, film=replace(scene.film, samples=samples)), most, budget)
         print(_line(name, rows[name]), flush=True)
     figures: dict[str, Any] = {"scenes": rows, "holds": holds(rows)}

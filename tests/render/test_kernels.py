@@ -189,3 +189,42 @@ def test_launches_for_chosen_pixels_use_one_kernel():
             pixels.trace_halves(chosen, none, none + count)
             kernels |= {each["hash"] for each in drjit.kernel_history() if each.get("operation_count", 0) > 500}
     assert len(kernels) == 1
+
+
+def test_the_programs_of_a_hit_run_once_for_its_light_and_its_next_direction(monkeypatch):
+    """If every material has one closure; the picture is that of programs with code of their own."""
+    from spectral_core.render.plugins.paints.interpreter import Interpreter
+    from spectral_core.render.plugins.surfaces import slots
+    from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
+
+    def program(number):
+        build = Builder()
+        value = build.add("vector_input", (), "position", 0)
+        for step in range(3):
+            kind = ("bright_contrast", (value, build.number(0.1), build.number(0.2)))
+            if (number >> step) % 2:
+                kind = ("gamma", (value, build.number(1.5)))
+            value = build.add(*kind)
+        return Computed(build.program(value))
+
+    scene = _frame(1)
+    places = [matrix((0.2 * k - 0.8, 0, 0.01 * k), 0.01) for k in range(8)]
+    tiles = [
+        replace(scene.instances[0], name=str(k), world_from_object=places[k], materials=(str(k),)) for k in range(8)
+    ]
+    paints = [Material(str(k), Principled(program(k))) for k in range(8)]
+    scene = replace(
+        scene, materials=(Material("paper", Diffuse(Color([0.5, 0.5, 0.5]))), *paints),
+        instances=(*scene.instances, *tiles), film=Film(16, 16, samples=1),
+    )  # fmt: skip
+    runs, run = [], Interpreter.run
+    monkeypatch.setattr(Interpreter, "run", lambda *given: runs.append(1) or run(*given))
+    picture = render_scene(scene).pixels
+    once = len(runs)
+    assert np.ptp(picture) > 0.05
+    monkeypatch.setattr(SurfaceAt, "compute", lambda *_: None)
+    np.testing.assert_allclose(render_scene(scene).pixels, picture, rtol=1e-4, atol=1e-5)
+    assert len(runs) == 3 * once > 0
+    monkeypatch.setattr(slots, "MOST_PROGRAMS", 100)
+    np.testing.assert_allclose(render_scene(scene).pixels, picture, rtol=1e-4, atol=1e-5)
+    assert len(runs) == 3 * once

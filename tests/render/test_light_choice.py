@@ -224,3 +224,33 @@ def test_a_uniform_world_beside_a_sun_is_not_sampled_as_a_light():
     assert abs(limit.mean() / asked.mean() - 1) < 2e-3
     errors = [((traced(16, 2, even) - limit) ** 2).mean() for even in (True, False)]
     assert errors[0] < 0.3 * errors[1]
+
+
+def test_runs_are_halved_together_as_they_are_one_by_one():
+    from spectral_core.render.lights import hierarchy
+
+    def one_by_one(centers, branches, levels):
+        order = np.arange(len(centers))
+
+        def divide(low, high, unit):
+            while unit > 1 and high - low <= unit:
+                unit //= branches
+            if high - low <= unit or high - low < 3:
+                return
+            part = order[low:high]
+            longest = int(np.argmax(np.ptp(centers[part], axis=0)))
+            order[low:high] = part[np.argsort(centers[part, longest], kind="stable")]
+            middle = low + unit * max(1, -(-(high - low) // unit) // 2)
+            divide(low, middle, unit)
+            divide(middle, high, unit)
+
+        divide(0, len(centers), branches ** (levels - 1))
+        return order
+
+    rng = np.random.default_rng(5)
+    for count, branches, levels in ((5, 2, 3), (300, 18, 2), (777, 10, 3), (4000, 16, 3)):
+        centers = rng.normal(size=(count, 3))
+        centers[::3] = centers[::3].round(1)  # equal coordinates keep their order
+        np.testing.assert_array_equal(
+            hierarchy._order(centers, branches, levels), one_by_one(centers, branches, levels)
+        )

@@ -114,24 +114,30 @@ def build(near: Rows, far: Rows) -> Hierarchy:
 
 
 def _order(centers: Array, branches: int, levels: int) -> NDArray[np.intp]:
-    """Order of the items by halving along the longest side, in runs that fill whole clusters."""
+    """Order of the items by halving along the longest side, in runs that fill whole clusters.
+
+    All runs are halved together: one by one, twenty thousand triangles take a quarter of a second.
+    """
     order = np.arange(len(centers))
-
-    def divide(low: int, high: int, unit: int) -> None:
-        while unit > 1 and high - low <= unit:
-            unit //= branches
-        if high - low <= max(unit, 1) or high - low < 3:
-            return
-        part = order[low:high]
-        sides = np.ptp(centers[part], axis=0)
-        order[low:high] = part[np.argsort(centers[part, int(np.argmax(sides))], kind="stable")]
-        units = -(-(high - low) // unit)
-        middle = low + unit * max(1, units // 2)
-        divide(low, middle, unit)
-        divide(middle, high, unit)
-
-    divide(0, len(centers), branches ** (levels - 1))
-    return order
+    lows, highs, units = np.array([0]), np.array([len(centers)]), np.array([branches ** (levels - 1)])
+    while True:
+        for _ in range(levels):
+            units = np.where((units > 1) & (highs - lows <= units), units // branches, units)
+        goes_on = (highs - lows > units) & (highs - lows >= 3)
+        if not goes_on.any():
+            return order
+        lows, highs, units = lows[goes_on], highs[goes_on], units[goes_on]
+        sizes = highs - lows
+        starts = np.cumsum(sizes) - sizes
+        run = np.repeat(np.arange(len(sizes)), sizes)
+        at = np.arange(len(run)) + (lows - starts)[run]
+        places = centers[order[at]]
+        sides = np.maximum.reduceat(places, starts, axis=0) - np.minimum.reduceat(places, starts, axis=0)
+        along = places[np.arange(len(run)), np.argmax(sides, axis=1)[run]]
+        order[at] = order[at][np.lexsort((along, run))]
+        middles = lows + units * np.maximum(1, -(-sizes // units) // 2)
+        lows, highs = np.concatenate([lows, middles]), np.concatenate([middles, highs])
+        units = np.concatenate([units, units])
 
 
 def _clusters(below: Rows, starts: NDArray[np.intp], sizes: NDArray[np.intp]) -> Rows:

@@ -118,6 +118,7 @@ def scene_path_class(variant: str) -> Any:
             bsdf = self.tables.surface(si)
             # as many transparent surfaces as the scene allows, and one more segment behind the last, as in Cycles
             hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed < dr.maximum(self.layers, 1))
+            bsdf.compute(si, hit)
             matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
             place.wavelengths = si.wavelengths  # a dye may have changed them
             lit = (place, bsdf, shape, (matt, along))

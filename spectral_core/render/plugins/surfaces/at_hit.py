@@ -25,6 +25,19 @@ class SurfaceAt:
         number = dr.reinterpret_array(mi.UInt32, si.shape)
         self.material = dr.gather(mi.UInt32, tables.material_of_shape, number, number < tables.shape_count)
         self.is_one = tables.most_leaves <= 1
+        self._inputs: Any = None
+
+    def compute(self, si: Any, active: Any) -> None:
+        """Run the programs of the hit's closure once, for a direction that is drawn and for one that is asked for.
+
+        Only where each material has a single closure; otherwise each use of a closure runs its own.
+        """
+        mi, dr, tables = self.mi, self.dr, self.tables
+        if self.is_one and len(tables.kinds) > 1:
+            leaf, _, there = self._leaves(active)
+            row = dr.gather(mi.UInt32, tables.leaf_row, leaf, there)
+            kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, there)
+            self._inputs = computed_inputs(tables.kinds, tables.buffers, (kind, row), si, there)
 
     def flags(self) -> Any:
         """Mitsuba's flags of the material."""
@@ -76,7 +89,9 @@ class SurfaceAt:
         if len(targets) == 1:
             return targets[0](row, si, rest, (), active)
         kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, active)
-        computed = computed_inputs(tables.kinds, tables.buffers, (kind, row), si, active)
+        computed = self._inputs
+        if computed is None:
+            computed = computed_inputs(tables.kinds, tables.buffers, (kind, row), si, active)
         return dr.switch(kind, targets, row, si, rest, computed, active, label="closure")
 
     def _over_leaves(self, state: tuple[Any, ...], body: Callable[..., Any], leaves: tuple[Any, Any, Any]) -> Any:
