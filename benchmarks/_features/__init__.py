@@ -12,7 +12,8 @@ from benchmarks._features.stage import Stage
 FAMILIES = ("lamps", "world", "closures", "closure_sockets", "color_nodes", "textures", "inputs", "images", "camera",
             "film", "objects", "hair", "normals", "volumes", "grids", "overlaps", "mixed", "mixed_light", "combined",
             "further", "further_inputs", "lamp_trees", "shown", "world_trees", "unusual_objects", "unusual_nodes",
-            "unusual_light", "unusual_more", "unusual_settings")  # fmt: skip
+            "unusual_light", "unusual_more", "unusual_settings",
+            "unusual_instances")  # fmt: skip
 
 
 @dataclass(frozen=True)

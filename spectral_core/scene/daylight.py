@@ -98,9 +98,7 @@ def hosek(turbidity: float, albedo: float, sun: Array, directions: Array) -> Arr
     """
     tables = _coefficients()
     if tables is None:
-        raise InvalidInputError(
-            "Mitsuba's data of the Hosek-Wilkie sky are missing; install Mitsuba 3.7 or choose another"
-        )
+        raise InvalidInputError("the data of the Hosek-Wilkie sky are missing; install Mitsuba 3.7")
     height = (max(float(np.arcsin(np.clip(sun[2], -1, 1))), 0.0) / (np.pi / 2)) ** (1 / 3)
     shares = np.array([comb(5, k) * height**k * (1 - height) ** (5 - k) for k in range(6)])
     turbid = float(np.clip(turbidity, 1.0, MOST_TURBID))

@@ -113,7 +113,7 @@ def _number(reader: Reader, place: Input | None, fallback: float, *, camera: boo
     if source is None or source.node.type != "LIGHT_PATH":
         return reader.number(place, fallback)
     name = source.socket.name
-    if name != "Is Camera Ray":
+    if name not in ("Is Camera Ray", "Is Shadow Ray"):  # no shadow ray reaches a world
         reader.note(
             f"{name!r} in the world depends on the type of ray, which is not supported here; the value for diffuse "
             "surfaces was used"
