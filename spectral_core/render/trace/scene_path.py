@@ -125,7 +125,6 @@ def scene_path_class(variant: str) -> Any:
             asks = hit if self.fog is None else hit | self.fog[0]
             direct = self.direct(scene, sampler, lit, path, asks & ~path.last)
             path.light += self.clamped(self.carried * direct, path.depth > 0)
-
             pick, direction = sampler.next_1d(), sampler.next_2d()
             bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~matt)
             dives = hit & ~matt & ~path.last & ((bs.sampled_type & DIVES) != 0)
