@@ -39,7 +39,7 @@ def constant(*vector: float) -> Computed:
 
 
 def far_glow(surface, **rest):
-    """The plane of a surface, and far above it a glowing one that only rays from a portal can see."""
+    """The plane of a surface, and far above it an emissive one that only rays from a portal can see."""
     scene = lit_plane(surface=surface, world=BLACK, film=Film(4, 4, samples=64), **rest)
     glow = Material("glow", Emission(Color([0.2, 0.5, 0.9]), 1.0))
     item = Instance("glow", "far", matrix((0, 0, 500.0)), ("glow",))
