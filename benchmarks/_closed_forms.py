@@ -33,6 +33,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
+from spectral_core.spectra import catalogue
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 
@@ -90,7 +91,7 @@ def absorption(samples: int) -> Iterator[Compared]:
     """Beer and Lambert, per wavelength: exp(-σ(λ) d) of the light passes a slab that only absorbs."""
     grid = SpectralGrid.uniform(360, 830, 10)
     absorbing = Spectrum("absorption", grid, 0.05 + 1.5 * np.exp(-(((grid.wavelengths_nm - 560) / 60) ** 2)))
-    bands = Bands.uniform(420, 680, 14)
+    bands, daylight = Bands.uniform(420, 680, 14), catalogue.illuminant("D65")
     for thickness in (0.5, 2.0):
         for glass in (False, True):
             surface = Glass(gray(1.0), 0.0, 1.5) if glass else None
@@ -105,7 +106,8 @@ def absorption(samples: int) -> Iterator[Compared]:
                 if glass:
                     face = 0.04  # ((1.5 - 1) / (1.5 + 1))²
                     passed = (1 - face) ** 2 * passed / (1 - (face * passed) ** 2)
-                response = 1 - np.abs(np.linspace(-1, 1, 401))
+                # the environment has the spectrum of daylight, which is not even within a band
+                response = (1 - np.abs(np.linspace(-1, 1, 401))) * daylight.at(fine)
                 what = "glass" if glass else "fog"
                 case = f"{what}, {thickness} thick, {float(name):.0f} nm"
                 yield compared(case, ratio, float(np.average(passed, weights=response)))

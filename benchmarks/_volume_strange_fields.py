@@ -34,7 +34,7 @@ def fields(size: int) -> Iterator[ScalarVolume]:
     yield ScalarVolume("halo", (1.0 / (radius**2 + 1e-3) ** 2).astype(np.float32))
     gyroid = np.sin(6 * x) * np.cos(6 * y) + np.sin(6 * y) * np.cos(6 * z) + np.sin(6 * z) * np.cos(6 * x)
     yield ScalarVolume("gyroid", gyroid.astype(np.float32))
-    yield ScalarVolume("turbulence", (2000 * _turbulence(rng, size)).astype(np.int16))
+    yield ScalarVolume("turbulence", (2000 * turbulence(rng, size)).astype(np.int16))
     phantom = 1000.0 * (radius < 0.9) + 300 * (np.hypot(x - 0.2, y) < 0.4) - 900 * (np.hypot(x + 0.4, z) < 0.2)
     phantom += rng.normal(0, 15, phantom.shape)
     phantom[size // 2, size // 2 : size // 2 + 2, size // 3] = 30000
@@ -60,7 +60,7 @@ def fields(size: int) -> Iterator[ScalarVolume]:
     )
 
 
-def _turbulence(rng: np.random.Generator, size: int) -> NDArray[Any]:
+def turbulence(rng: np.random.Generator, size: int) -> NDArray[Any]:
     """Gaussian noise with a spectrum of k^-11/6 in amplitude, zero mean, unit deviation."""
     k = np.fft.fftfreq(size) * size
     square = k[:, None, None] ** 2 + k[None, :, None] ** 2 + k[None, None, :] ** 2

@@ -6,7 +6,7 @@ Twelve fields with seven functions each (steps, one-value peaks, sawtooth, log-s
 steps (midpoint and pre-integrated), in samples and in processor time on one core. A sensor's plan is kept, so the
 time of a frame after its first has no pilot in it; that of the first is printed beside. Times are of a picture of 512²
 with the same steps: the exact marcher is for small ones, whose launch takes longer than their march. Arguments: names
-of fields.
+of fields. ``--draw SEED`` takes twelve other fields with functions drawn by the seed, each at one of the three targets.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
+from benchmarks import _volume_drawn_fields as drawn
 from benchmarks._volume_exact import exact_amounts
 from benchmarks._volume_strange_fields import fields, functions
 from benchmarks._volumes import Curve, colors_of
@@ -29,22 +30,34 @@ from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
 UNIFORM = (Stepping("uniform", "midpoint", 0.3), Stepping("uniform", "preintegrated", 0.3))
+TARGETS = (40.0, 50.0, 60.0)  # dB
 TIMED = 512  # pixels
 FINEST = 0.01  # voxels, the shortest step
 NOISE = 1.03  # of a ratio of processor times
 
 
+OPTIONS = ("--draw",)
+
+
 def run(options: Options) -> dict[str, Any]:
     rows = []
     size, pixels = (24, 64) if options.quick else (48, 160)
-    for number, volume in enumerate(fields(size)):
-        if options.extra and volume.name not in options.extra:
+    names = list(options.extra)
+    rng = None
+    if "--draw" in names:
+        at = names.index("--draw")
+        rng = np.random.default_rng(int(names[at + 1]))
+        del names[at : at + 2]
+    for number, volume in enumerate(drawn.fields(size, rng) if rng else fields(size)):
+        asked = list(drawn.functions(volume, rng) if rng else functions(volume))
+        if names and volume.name not in names:
             continue
         renderer = VolumeRenderer(volume)
         fov = None if number % 2 else 30.0
         view = View.around(volume, 23.0 * number + 7, 11.0 + 7 * number, width=pixels, height=pixels, fov_deg=fov)
-        for function, transfer in functions(volume):
-            for target in (50.0,) if options.quick else (40.0, 50.0, 60.0):
+        for place, (function, transfer) in enumerate(asked):
+            targets = (TARGETS[(number + place) % 3],) if rng else TARGETS[1:2] if options.quick else TARGETS
+            for target in targets:
                 rows.append(judge(renderer, view, function, transfer, target))
     return report(rows)
 

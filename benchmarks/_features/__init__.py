@@ -13,7 +13,8 @@ FAMILIES = ("lamps", "world", "closures", "closure_sockets", "color_nodes", "tex
             "film", "objects", "hair", "normals", "volumes", "grids", "overlaps", "mixed", "mixed_light", "combined",
             "further", "further_inputs", "lamp_trees", "shown", "world_trees", "unusual_objects", "unusual_nodes",
             "unusual_light", "unusual_more", "unusual_settings",
-            "unusual_instances")  # fmt: skip
+            "unusual_instances",
+            "extremes")  # fmt: skip
 
 
 @dataclass(frozen=True)

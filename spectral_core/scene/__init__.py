@@ -4,7 +4,16 @@
 from spectral_core.scene.camera import Aperture, Camera, Film, Panorama
 from spectral_core.scene.fluorescent import Fluorescent
 from spectral_core.scene.geometry import Instance, MediumGrid, Mesh, VolumeObject
-from spectral_core.scene.hair import STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Hair, HairLobe
+from spectral_core.scene.hair import (
+    STRAND_AXIS,
+    STRAND_PLACE,
+    STRAND_RANDOM,
+    STRAND_SIDES,
+    STRAND_TANGENT,
+    EllipseHair,
+    Hair,
+    HairLobe,
+)
 from spectral_core.scene.leaves import (
     Weight,
     has_holes,
@@ -53,6 +62,7 @@ from spectral_core.scene.surface import (
     Metal,
     MixSurface,
     Principled,
+    RayPortal,
     ScatteringMedium,
     Sheen,
     Subsurface,
@@ -68,6 +78,7 @@ __all__ = [
     "FILM_THICKNESS_NM",
     "IOR",
     "LARGEST",
+    "STRAND_AXIS",
     "STRAND_PLACE",
     "STRAND_RANDOM",
     "STRAND_SIDES",
@@ -80,6 +91,7 @@ __all__ = [
     "Color",
     "Computed",
     "Diffuse",
+    "EllipseHair",
     "Emission",
     "Falloff",
     "Film",
@@ -109,6 +121,7 @@ __all__ = [
     "PointLight",
     "Principled",
     "Program",
+    "RayPortal",
     "Rays",
     "RenderSettings",
     "Scalar",

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A diffuse surface with fluorescent dyes: it reflects light, and emits part of it at other wavelengths."""
+"""A diffuse surface with fluorescent dyes, which emit part of the light at other wavelengths; and closures that scatter
+nothing: light passes, goes on elsewhere, or ends.
+"""
 
 from __future__ import annotations
 
@@ -79,3 +81,27 @@ class Fluorescent:
             power = dye.absorbed_power(light, dye.excitation.grid)
             total = total + amount * power * dye.emission_density(wavelengths_nm)
         return total
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transparent:
+    """Transmits light without refraction, times ``color``."""
+
+    color: Paint = field(default_factory=lambda: gray(1.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Holdout:
+    """Emits and scatters nothing; where the camera sees it, the picture is transparent."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RayPortal:
+    """Rays go on elsewhere, times ``color``: from ``position`` along ``direction`` in the world.
+
+    Without a position they go on from the point that they hit, without a direction or with a zero one straight on.
+    """
+
+    color: Paint = field(default_factory=lambda: gray(1.0))
+    position: Computed | None = None
+    direction: Computed | None = None

@@ -14,7 +14,8 @@ STRAND_TANGENT = "attribute_strand_tangent"
 """Attribute of strands: their direction, in object space."""
 STRAND_RANDOM = "attribute_strand_random"
 """Attribute of strands: a random number in [0, 1] for each, three times."""
-
+STRAND_AXIS = "attribute_strand_axis"
+"""Attribute of strands: direction of the larger axis of an elliptical cross-section, in object space."""
 STRAND_PLACE = "attribute_strand_place"
 """Attribute of strands: the share of the strand before a point, the strand's length, its thickness at the point."""
 
@@ -40,6 +41,32 @@ class Hair(Numbers):
     offset_rad: Scalar = 0.0349
     tangent: Computed | None = None
     edge: Computed | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EllipseHair(Numbers):
+    """A fiber with an elliptical cross-section and facets of GGX (Huang, Hullin and Hanika 2022, "A microfacet-based
+    hair scattering model"), averaged over its width.
+
+    ``roughness``: alpha of the facets, by which ``color`` gives the absorption as well if ``is_fur``;
+    ``aspect_ratio``: of the smaller to the larger half axis, or its inverse; ``major_axis``: direction of the larger
+    one in the world; ``reflection``, ``transmission``, ``secondary_reflection``: factors on the light that is
+    reflected, passes, and is reflected inside once. Other fields as in ``Hair``.
+    """
+
+    color: Paint = field(default_factory=lambda: gray(0.5))
+    is_fur: bool = True
+    depth: Scalar = 1.0
+    roughness: Scalar = 0.3
+    ior: Scalar = 1.55
+    offset_rad: Scalar = 0.0349
+    aspect_ratio: Scalar = 0.85
+    reflection: Scalar = 1.0
+    transmission: Scalar = 1.0
+    secondary_reflection: Scalar = 1.0
+    tangent: Computed | None = None
+    edge: Computed | None = None
+    major_axis: Computed | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

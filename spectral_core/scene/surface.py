@@ -10,9 +10,9 @@ import numpy as np
 
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
-from spectral_core.scene.fluorescent import Fluorescent
+from spectral_core.scene.fluorescent import Fluorescent, Holdout, RayPortal, Transparent
 from spectral_core.scene.geometry import MediumGrid
-from spectral_core.scene.hair import Hair, HairLobe
+from spectral_core.scene.hair import EllipseHair, Hair, HairLobe
 from spectral_core.scene.paint import LARGEST, Color, Numbers, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.spectrum import Spectrum
@@ -119,13 +119,6 @@ class Metal(Numbers):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Transparent:
-    """Transmits light without refraction, times ``color``."""
-
-    color: Paint = field(default_factory=lambda: gray(1.0))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Sheen(Numbers):
     """Fibers or dust that reflect toward grazing angles; ``microfiber``: Blender's own model, else Ashikhmin's."""
 
@@ -133,11 +126,6 @@ class Sheen(Numbers):
     roughness: Scalar = 0.5
     microfiber: bool = True
     normal: Computed | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Holdout:
-    """Emits and scatters nothing; where the camera sees it, the picture is transparent."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,7 +155,10 @@ class Subsurface(Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Principled(Numbers):
-    """Blender's Principled BSDF with the inputs that are supported; the names are those of its sockets."""
+    """Blender's Principled BSDF with the inputs that are supported; the names are those of its sockets.
+
+    ``coat_normal``: None where the coat has the normal of what lies below it.
+    """
 
     base_color: Paint = field(default_factory=lambda: gray(0.8))
     metallic: Scalar = 0.0
@@ -184,6 +175,7 @@ class Principled(Numbers):
     coat_roughness: Scalar = 0.03
     coat_ior: float = 1.5
     coat_tint: Paint = field(default_factory=lambda: gray(1.0))
+    coat_normal: Computed | None = None
     diffuse_roughness: Scalar = 0.0
     multiple_scattering: bool = True
     sheen_weight: Scalar = 0.0
@@ -227,12 +219,14 @@ Closure = (
     | Toon
     | Metal
     | Transparent
+    | RayPortal
     | Holdout
     | Sheen
     | Emission
     | Principled
     | Subsurface
     | Fluorescent
+    | EllipseHair
     | Hair
     | HairLobe
 )

@@ -25,7 +25,7 @@ def _state(kind: str) -> str:
         return "Stand-in" if EVALUATORS[kind].__name__ in ("_not_read", "_pattern") else "Read"
     if kind in surfaces.SURFACES:
         read = surfaces.SURFACES[kind]
-        return "Stand-in" if "_diffuse_like" in read.__qualname__ or read.__name__ == "_eevee" else "Read"
+        return "Stand-in" if read.__name__ == "_eevee" else "Read"
     return "Not read"
 
 

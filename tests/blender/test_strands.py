@@ -28,13 +28,16 @@ def test_a_ball_of_triangles_is_a_ball():
     assert volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
 
 
-def test_tubes_keep_radius_and_length():
+def test_tubes_keep_mean_width_and_length():
+    """Seen from all sides a hexagon is as wide as a circle of its circumference."""
     from blender_addon.translate.strands import SIDES, tubes
 
     points = np.array([[0, 0, z] for z in (0, 1, 2.0)] + [[5, 0, 0], [6, 0, 0]])
     mesh = tubes("hair", points, np.full(5, 0.1), np.array([3, 2]))
     first = mesh.positions[np.abs(mesh.positions[:, 0]) < 1]
-    assert np.allclose(np.hypot(first[:, 0], first[:, 1]), 0.1, atol=1e-6) and np.ptp(first[:, 2]) == pytest.approx(2)
+    ring = first[:SIDES, :2]
+    edges = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
+    assert edges.sum() == pytest.approx(2 * np.pi * 0.1, rel=1e-5) and np.ptp(first[:, 2]) == pytest.approx(2)
     assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1, atol=1e-5)
     a, b, c = (mesh.positions[mesh.triangles[:, k]] for k in range(3))
     facing = np.einsum("ti,ti->t", np.cross(b - a, c - a), mesh.normals[mesh.triangles[:, 0]])
@@ -145,3 +148,39 @@ def test_random_color_varies_from_strand_to_strand(build, translate):
         pigments = (1 - redness) * np.array((0.506, 0.841, 1.653)) + redness * np.array((0.343, 0.733, 1.924))
         found = hair.color.program.evaluate(lambda *_, random=random: (np.full(1, random),) * 3)
         assert np.allclose(-np.log(found[0]) * hair.depth, amount * pigments, rtol=1e-3)
+
+
+def test_huangs_model_reads_its_sockets(build, translate):
+    from spectral_core.scene import STRAND_AXIS, EllipseHair
+
+    material = build.material(shader="ShaderNodeBsdfHairPrincipled")
+    node = material.node_tree.nodes["shader"]
+    node.model = "HUANG"
+    given = {"R lobe": 0.5, "TT lobe": 0.25, "TRT lobe": 0.75, "Aspect Ratio": 0.625, "Roughness": 0.375}
+    for socket in node.inputs:
+        if socket.identifier in given:
+            socket.default_value = given[socket.identifier]
+    build.plane(material=material)
+    scene = translate()
+    hair = scene.materials[0].surface
+    found = (hair.reflection, hair.transmission, hair.secondary_reflection, hair.aspect_ratio, hair.roughness)
+    assert isinstance(hair, EllipseHair) and found == tuple(given.values())
+    assert STRAND_AXIS in hair.major_axis.program.inputs
+    assert ["averaged over the width" in note.message for note in scene.notes] == [True]
+
+
+def test_the_axes_of_cross_sections_are_normals_of_least_twist():
+    """Blender: level at the start, x for an upright strand, and carried along a bend without twist."""
+    from blender_addon.translate.strands import SIDES, tubes
+    from spectral_core.scene import STRAND_AXIS
+
+    bend = np.linspace(0, np.pi / 2, 40)
+    points = np.concatenate([
+        np.stack([np.sin(bend), 0 * bend, 1 - np.cos(bend)], -1),  # from x to z: its level normal stays
+        np.stack([np.sin(bend), 1 - np.cos(bend), 0 * bend], -1),  # from x to y: it turns with the strand
+        np.stack([0 * bend, 0 * bend, bend], -1),
+    ])  # fmt: skip
+    mesh = tubes("hair", points, np.full(120, 0.01), np.full(3, 40), frozenset((STRAND_AXIS,)))
+    axes = mesh.attributes[0].values.reshape(3, -1, SIDES, 3)[:, :, 0]
+    assert np.allclose(axes[0], (0, -1, 0), atol=1e-6) and np.allclose(axes[2], (1, 0, 0), atol=1e-6)
+    assert np.allclose(axes[1, -1], (1, 0, 0), atol=0.05) and np.allclose(axes[1, 0], (0, -1, 0), atol=0.05)

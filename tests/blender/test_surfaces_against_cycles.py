@@ -41,6 +41,7 @@ def stage(build):
 PRINCIPLED = {
     "default": {},
     "coat tint": {"Coat Weight": 1.0, "Coat Tint": (0.9, 0.3, 0.2, 1)},
+    "coat tint over glass": {"Coat Weight": 1.0, "Coat Tint": (0.9, 0.3, 0.2, 1), "Transmission Weight": 1.0},
     "coat IOR": {"Coat Weight": 1.0, "Coat IOR": 2.2},
     "index below 1": {"IOR": 0.8},
     "diffuse roughness": {"Diffuse Roughness": 1.0},

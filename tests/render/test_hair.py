@@ -15,6 +15,7 @@ from spectral_core.scene import (
     Camera,
     Color,
     Computed,
+    EllipseHair,
     Film,
     Hair,
     HairLobe,
@@ -79,6 +80,33 @@ def shown(surface: Surface, *, transport: str = "rgb", samples: int = 256) -> np
 def test_a_fiber_that_absorbs_nothing_is_invisible(roughness: float, radial: float) -> None:
     surface = Hair(gray(1.0), True, 1.0, roughness, radial, 0.3, 1.55, 0.05, tangent())
     assert shown(surface).mean() == pytest.approx(1.0, abs=0.01)
+
+
+def axis() -> Computed:
+    """The larger axis of a cross-section, along z of the world."""
+    builder = Builder()
+    return Computed(builder.program(builder.number((0.0, 0.0, 1.0))))
+
+
+@pytest.mark.parametrize("aspect", [1.0, 0.5, 2.0])
+@pytest.mark.parametrize("roughness", [0.15, 0.5])
+def test_an_ellipse_that_absorbs_nothing_is_nearly_invisible(aspect: float, roughness: float) -> None:
+    """Light beside an ellipse passes; what is drawn and what is measured have the same energy."""
+    surface = EllipseHair(
+        gray(1.0), True, roughness=roughness, aspect_ratio=aspect, tangent=tangent(), major_axis=axis()
+    )
+    assert shown(surface).mean() == pytest.approx(1.0, abs=0.05)
+
+
+def test_an_ellipse_is_seen_as_wide_as_it_is() -> None:
+    """Strands that send no light on are black as far as the ellipse reaches, which ends within rows."""
+    black = {"reflection": 0.0, "transmission": 0.0, "secondary_reflection": 0.0, "tangent": tangent()}
+    wide, narrow = (
+        shown(EllipseHair(gray(0.1), False, 50.0, aspect_ratio=aspect, major_axis=axis(), **black))[..., 1].mean(axis=1)
+        for aspect in (1.0, 0.5)
+    )
+    assert wide[1:7].max() < 0.02 and narrow[3:5].max() < 0.02 and narrow[[0, 1, 6, 7]].min() > 0.98
+    assert narrow[[2, 5]] == pytest.approx(1.0 - wide[[0, 7]], abs=0.04)
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spectral_core.errors import FileFormatError
+from spectral_core.errors import FileFormatError, UnknownNameError
 from spectral_core.volume.files import read_volume
 
 
@@ -93,3 +93,41 @@ def test_an_archive_holds_up_to_a_thousand_arrays(tmp_path: Path) -> None:
         else:
             with pytest.raises(FileFormatError, match="holds 1001 arrays"):
                 read_volume(path, field="a0")
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_every_section_of_a_legacy_file_is_read_or_passed_over(tmp_path: Path, binary: bool) -> None:
+    """Field data of the dataset, arrays of every kind, a color table and metadata, one after the other."""
+    kinds = {"float": ">f4", "int": ">i4", "double": ">f8", "unsigned_char": "u1"}
+
+    def numbers(values: np.ndarray, kind: str) -> bytes:
+        if binary:
+            return values.astype(kinds[kind]).tobytes() + b"\n"
+        return " ".join(map(str, values.ravel().tolist())).encode() + b"\n"
+
+    rng = np.random.default_rng(3)
+    colored = "unsigned_char" if binary else "float"
+    plain, speed, uv = (rng.integers(0, 99, (12, count)) for count in (1, 3, 2))
+    rgb, table, one, two = (rng.integers(0, 99, shape) for shape in ((12, 3), (2, 4), (12, 1), (12, 2)))
+    parts = [
+        b"# vtk DataFile Version 3.0\ntest\n" + (b"BINARY\n" if binary else b"ASCII\n"),
+        b"DATASET STRUCTURED_POINTS\nDIMENSIONS 2 3 2\nORIGIN 0 0 0\nSPACING 1 1 1\n",
+        b"FIELD FieldData 1\nTIME 1 1 double\n", numbers(np.array([0.5]), "double"),
+        b"POINT_DATA 12\nSCALARS plain float\n", numbers(plain, "float"),
+        b"LOOKUP_TABLE colors 2\n", numbers(table, colored),
+        b"VECTORS speed float\n", numbers(speed, "float"),
+        b"TEXTURE_COORDINATES uv 2 float\n", numbers(uv, "float"),
+        b"COLOR_SCALARS rgb 3\n", numbers(rgb, colored),
+        b"METADATA\nINFORMATION 0\n\n",
+        b"FIELD FieldData 2\none 1 12 int\n", numbers(one, "int"), b"two 2 12 float\n", numbers(two, "float"),
+    ]  # fmt: skip
+    path = tmp_path / "a.vtk"
+    path.write_bytes(b"".join(parts))
+    for name, values in (("plain", plain), ("one", one)):
+        np.testing.assert_array_equal(read_volume(path, field=name).data.ravel("F"), values[:, 0])
+    for name, values in (("speed", speed), ("uv", uv), ("rgb", rgb), ("two", two)):
+        for component in range(values.shape[1]):
+            found = read_volume(path, field=name, component=component)
+            np.testing.assert_array_equal(found.data.ravel("F"), values[:, component])
+    with pytest.raises(UnknownNameError, match="TIME"):
+        read_volume(path, field="TIME")

@@ -12,13 +12,16 @@ import numpy as np
 
 from spectral_core.scene import (
     IOR,
+    STRAND_AXIS,
     STRAND_PLACE,
     STRAND_RANDOM,
     STRAND_TANGENT,
     Color,
     Computed,
+    EllipseHair,
     Hair,
     HairLobe,
+    Paint,
     Surface,
 )
 
@@ -45,40 +48,61 @@ OF_HAIR = {
 
 
 def principled_hair(reader: Reader, output: Output) -> Surface:
-    """Principled Hair BSDF by Chiang's model."""
-    node = output.node
-    if getattr(node, "model", "CHIANG") == "HUANG":
-        reader.note(f"{output.label!r}: Huang's model is shown by Chiang's, with a circular cross-section")
+    """Principled Hair BSDF by Chiang's or Huang's model."""
+    is_huang = getattr(output.node, "model", "CHIANG") == "HUANG"
     random = reader.read(output, "Random")
     if linked(output.input("Random")) is None:
         random = reader.emit("component", reader.point(STRAND_RANDOM), settings=(0,))
     factor = partial(_randomized, reader, random)
     along = factor(reader.read(output, "Roughness", 0.3), reader.read(output, "Random Roughness"))
     around = factor(reader.read(output, "Radial Roughness", 0.3), reader.read(output, "Random Roughness"))
-    if getattr(node, "model", "CHIANG") == "HUANG":
-        around = along
     inputs: dict[str, Any] = {
         "roughness": scalar_of(along),
-        "radial_roughness": scalar_of(around),
-        "coat": reader.scalar(output.input("Coat"), 0.0),
         "ior": held(reader.scalar(output.input("IOR"), 1.55), IOR),
         "offset_rad": reader.scalar(output.input("Offset"), 0.0349),
         "tangent": _tangent(reader),
         "edge": Computed(reader.point("edge_u").program(3)),
     }
+    color, is_fur, depth = _absorbing(reader, output, factor, along if is_huang else around)
+    if is_huang:
+        return EllipseHair(color, is_fur, depth, **inputs, **_ellipse(reader, output))
+    inputs["radial_roughness"] = scalar_of(around)
+    return Hair(color, is_fur, depth, coat=reader.scalar(output.input("Coat"), 0.0), **inputs)
+
+
+def _ellipse(reader: Reader, output: Output) -> dict[str, Any]:
+    """Inputs of Huang's model alone."""
+    label = output.label
+    reader.note(
+        f"{label!r}: light is averaged over the width of strands also where the camera sees them wider than a pixel"
+    )
+    names = {"reflection": "R lobe", "transmission": "TT lobe", "secondary_reflection": "TRT lobe"}
+    found: dict[str, Any] = {name: reader.scalar(output.input(socket), 1.0) for name, socket in names.items()}
+    found["aspect_ratio"] = reader.scalar(output.input("Aspect Ratio"), 0.85)
+    if found["aspect_ratio"] != 1.0:
+        axis = reader.emit("transformed", reader.point(STRAND_AXIS), settings=("VECTOR", "OBJECT", "WORLD"))
+        found["major_axis"] = Computed(axis.program(3))
+    return found
+
+
+def _absorbing(
+    reader: Reader, output: Output, factor: Callable[[Value, Value], Value], radial: Value
+) -> tuple[Paint, bool, float]:
+    """Color of a coat of fibers, or transmittance of a depth of one radius; True for the first; the depth."""
+    node = output.node
     if node.parametrization == "COLOR":
-        return Hair(main_color(reader, output, 0.5), **inputs)
+        return main_color(reader, output, 0.5), True, 1.0
     if node.parametrization == "ABSORPTION":
         absorption = reader.read(output, "Absorption Coefficient", np.zeros(3))
     else:
-        absorption = _melanin(reader, output, factor, around)
+        absorption = _melanin(reader, output, factor, radial)
     known = absorption.constant
     if known is not None:
         known = np.maximum(np.broadcast_to(known, (3,)), 0.0)
         depth = max(float(known.max()), 1e-3)
-        return Hair(Color(np.exp(-known / depth)), False, depth, **inputs)
+        return Color(np.exp(-known / depth)), False, depth
     color = _each(reader, absorption, lambda part: _exp(reader, _math(reader, "DIVIDE", part, -DEPTH)))
-    return Hair(Computed(color.program(3)), False, DEPTH, **inputs)
+    return Computed(color.program(3)), False, DEPTH
 
 
 def hair_lobe(reader: Reader, output: Output) -> Surface:

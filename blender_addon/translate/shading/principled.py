@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from spectral_core.scene import IOR, Color, Computed, Paint, Principled, Surface, gray
+from spectral_core.scene.shading import Raised
 from spectral_core.spectra.spectrum import Spectrum
 
 from .fields import Value, paint_of
@@ -28,6 +29,16 @@ def _is_white(paint: Paint) -> bool:
     return isinstance(paint, Color) and bool(np.all(paint.linear_rgb == 1))
 
 
+def _coat_normal(reader: Reader, output: Output, normal: Computed | None) -> Computed | None:
+    """Normal of the coat if it differs from that of what lies below it, else None."""
+    over, below = (linked(output.input(name)) for name in ("Coat Normal", "Normal"))
+    if over is not None:
+        same = below is not None and over == below
+        return None if same else direction_at(reader, output, "Coat Normal")
+    # without a link the coat is about the normal of the geometry, which displacement as bump bends for both
+    return None if normal is None or isinstance(normal, Raised) else Computed(reader.point("normal").program(3))
+
+
 def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint:
     """The emission color, attenuated and tinted by the coat above it."""
     plain = reader.paint(output.input("Emission Color"), gray(1.0))
@@ -40,7 +51,11 @@ def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint
     def math(kind: str, first: Value | float, second: Value | float = 0.0, third: float = 0.0) -> Value:
         return reader.emit("math", first, second, third, settings=(kind,))
 
-    normal, incoming = reader.point("normal"), reader.point("incoming")
+    coat_normal = output.input("Coat Normal")
+    normal = reader.point("normal")
+    if coat_normal is not None and linked(coat_normal) is not None:
+        normal = reader.as_value(reader.field(coat_normal))
+    incoming = reader.point("incoming")
     weight, index = reader.read(output, "Coat Weight", 0.0), reader.read(output, "Coat IOR", 1.5)
     reflected = reader.emit("fresnel", index, normal, incoming, 0.0)
     clear = math("SUBTRACT", 1.0, math("MULTIPLY", weight, reflected))
@@ -57,20 +72,19 @@ def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint
 
 
 def principled(reader: Reader, output: Output) -> Surface:
-    coat_normal = output.input("Coat Normal")
     normal = direction_at(reader, output, "Normal")
     scalar = lambda name, fallback: reader.scalar(output.input(name), fallback)  # noqa: E731
     coat_weight = reader.factor(output.input("Coat Weight"), 0.0)
-    if coat_weight != 0 and (linked(coat_normal) is not None or normal is not None):
-        reader.note(f"{output.label!r}: its coat follows the normal of what lies below it")
+    coat_normal = _coat_normal(reader, output, normal) if coat_weight != 0 else None
+    sheen = reader.factor(output.input("Sheen Weight"), 0.0)
+    if coat_normal is not None and sheen != 0:
+        reader.note(f"{output.label!r}: its sheen follows the normal of what lies below the coat")
     anisotropic = scalar("Anisotropic", 0.0)
     below = reader.factor(output.input("Subsurface Weight"), 0.0)
     strength = scalar("Emission Strength", 0.0)
     lit = isinstance(strength, Computed) or strength != 0
     index, transmission = varying_ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
     coat_tint = reader.paint(output.input("Coat Tint"), gray(1.0))
-    if coat_weight != 0 and transmission != 0 and not _is_white(coat_tint):
-        reader.note(f"{output.label!r}: its coat does not tint the transmitted light")
     return Principled(
         base_color=main_color(reader, output, 0.8, "Base Color"),
         metallic=scalar("Metallic", 0.0),
@@ -87,9 +101,10 @@ def principled(reader: Reader, output: Output) -> Surface:
         coat_roughness=scalar("Coat Roughness", 0.03),
         coat_ior=ior(reader, output.input("Coat IOR"), 1.5),
         coat_tint=coat_tint,
+        coat_normal=coat_normal,
         diffuse_roughness=scalar("Diffuse Roughness", 0.0),
         multiple_scattering=getattr(output.node, "distribution", "") == "MULTI_GGX",
-        sheen_weight=reader.factor(output.input("Sheen Weight"), 0.0),
+        sheen_weight=sheen,
         sheen_roughness=scalar("Sheen Roughness", 0.5),
         sheen_tint=reader.paint(output.input("Sheen Tint"), gray(1.0)),
         subsurface_weight=below,

@@ -6,9 +6,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Literal
 
+import numpy as np
+
 from spectral_core.scene import (
     LARGEST,
     AddSurface,
+    Computed,
     Diffuse,
     Emission,
     Glass,
@@ -16,6 +19,7 @@ from spectral_core.scene import (
     Holdout,
     Metal,
     MixSurface,
+    RayPortal,
     Scalar,
     Sheen,
     Subsurface,
@@ -68,14 +72,6 @@ def _diffuse(reader: Reader, output: Output) -> Surface:
     return Diffuse(main_color(reader, output, 0.8), roughness, direction_at(reader, output, "Normal"))
 
 
-def _diffuse_like(what: str) -> Callable[[Reader, Output], Surface]:
-    def read(reader: Reader, output: Output) -> Surface:
-        reader.note(f"{output.label!r} is shown as a diffuse surface: {what}")
-        return Diffuse(main_color(reader, output, 0.8), normal=direction_at(reader, output, "Normal"))
-
-    return read
-
-
 def _roughness(reader: Reader, output: Output, fallback: float) -> Scalar:
     sharp = getattr(output.node, "distribution", "") == "SHARP"
     return 0.0 if sharp else reader.scalar(output.input("Roughness"), fallback)
@@ -106,7 +102,11 @@ def _metallic(reader: Reader, output: Output) -> Surface:
     physical = getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR"
     if physical:
         index, extinction = (reader.vector(output.input(name), 1.0) for name in ("IOR", "Extinction"))
-        color, edge = conductor_colors(index, extinction)
+        color, edge, is_near = conductor_colors(index, extinction)
+        if is_near:
+            reader.note(
+                f"{output.label!r}: its index of refraction is too low for its extinction; the nearest metal is shown"
+            )
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
     return Metal(
         color,
@@ -195,6 +195,15 @@ def _holdout(reader: Reader, output: Output) -> Surface:
     return Holdout()
 
 
+def _portal(reader: Reader, output: Output) -> Surface:
+    direction = reader.read(output, "Direction", np.zeros(3))
+    return RayPortal(
+        reader.paint(output.input("Color"), gray(1.0)),
+        direction_at(reader, output, "Position"),
+        None if direction.constant is not None and not np.any(direction.constant) else Computed(direction.program(3)),
+    )
+
+
 def _eevee(reader: Reader, output: Output) -> Surface:
     reader.note(f"{output.label!r} is a shader of EEVEE alone; it is black, as in Cycles")
     return BLACK
@@ -229,7 +238,7 @@ SURFACES: dict[str, Callable[[Reader, Output], Surface]] = {
     "BSDF_TOON": _toon,
     "BSDF_HAIR": hair_lobe,
     "BSDF_HAIR_PRINCIPLED": principled_hair,
-    "BSDF_RAY_PORTAL": _diffuse_like("portals are not simulated"),
+    "BSDF_RAY_PORTAL": _portal,
     "EMISSION": _emission,
     "BACKGROUND": _emission,
     "MIX_SHADER": _mix,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
+from spectral_core.scene import STRAND_AXIS, STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
 from spectral_core.scene.geometry import Attribute
 
 from ..meshes import OUTPUTS, output_of
@@ -18,6 +18,10 @@ from ..shading.attributes import hashed_pair
 Array = NDArray[np.float64]
 
 SIDES = STRAND_SIDES
+WIDER = np.pi / (SIDES * np.sin(np.pi / SIDES))
+"""Radius of a tube's vertices over that of its strand: seen from all sides, its mean width is the strand's."""
+STRAND_READS = (STRAND_TANGENT, STRAND_RANDOM, STRAND_PLACE, STRAND_AXIS)
+"""Attributes of strands that materials read."""
 BETWEEN = 3
 """Added points between two points of a strand, along a smooth curve through them."""
 MOST_TRIANGLES = 6_000_000
@@ -92,21 +96,25 @@ def tubes(
 ) -> Mesh | None:
     """Tubes around strands: points (n, 3), radii (n,), and the number of points of each strand, one after another.
 
-    ``reads``: inputs that materials read, of which strands have their direction, their place and a random number.
+    ``reads``: inputs that materials read, of which strands have their direction, their place, a random number and the
+    larger axis of their cross-section.
     """
     between = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
     vertices, normals, triangles, start = [], [], [], 0
-    read: dict[str, list[Array]] = {name: [] for name in (STRAND_TANGENT, STRAND_RANDOM, STRAND_PLACE) if name in reads}
-    for numbers, strand, thickness in _by_length(points, radii, lengths):
+    read: dict[str, list[Array]] = {name: [] for name in STRAND_READS if name in reads}
+    for numbers, rows in _by_length(lengths):
+        strand, thickness = points[rows], radii[rows]
         if between and strand.shape[1] > 2:
             strand, thickness = _smooth(strand, between), _smooth(thickness[..., None], between)[..., 0]
         around = _circles(strand)
-        made = strand[:, :, None] + around * np.maximum(thickness, 0.0)[:, :, None, None]
+        made = strand[:, :, None] + around * (WIDER * np.maximum(thickness, 0.0))[:, :, None, None]
         count, rings = strand.shape[:2]
         vertices.append(made.reshape(-1, 3))
         normals.append(around.reshape(-1, 3))
         if STRAND_PLACE in read:
             read[STRAND_PLACE].append(_spread(_places(strand, thickness), around))
+        if STRAND_AXIS in read:
+            read[STRAND_AXIS].append(_spread(_axes(strand), around))
         if STRAND_TANGENT in read:
             read[STRAND_TANGENT].append(_spread(_tangents(strand), around))
         if STRAND_RANDOM in read:
@@ -144,13 +152,12 @@ def _spread(values: Array, around: Array) -> Array:
     return np.broadcast_to(values[:, :, None], around.shape).reshape(-1, 3)
 
 
-def _by_length(points: Array, radii: Array, lengths: NDArray[Any]) -> Iterator[tuple[NDArray[Any], Array, Array]]:
-    """Strands grouped by their number of points: their numbers, (count, k, 3) and (count, k)."""
+def _by_length(lengths: NDArray[Any]) -> Iterator[tuple[NDArray[Any], NDArray[Any]]]:
+    """Strands grouped by their number of points: their numbers, and the rows (count, k) of their points."""
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(int)
     for length in np.unique(lengths):
         if length > 1:
-            rows = starts[lengths == length][:, None] + np.arange(length)
-            yield np.flatnonzero(lengths == length), points[rows], radii[rows]
+            yield np.flatnonzero(lengths == length), starts[lengths == length][:, None] + np.arange(length)
 
 
 def _smooth(values: Array, between: int) -> Array:
@@ -169,14 +176,26 @@ def _circles(strand: Array) -> Array:
     tangent = _tangents(strand)
     start = tangent[:, 0]
     axis = np.where(np.abs(start[:, 2:3]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
-    across = np.cross(start, axis)
-    angle = 2 * np.pi * np.arange(SIDES) / SIDES
-    result = np.empty((*strand.shape[:2], SIDES, 3))
-    for k in range(strand.shape[1]):
-        across -= tangent[:, k] * np.sum(across * tangent[:, k], axis=-1, keepdims=True)
+    across = _carried(tangent, np.cross(start, axis))[:, :, None]
+    other, angle = np.cross(tangent[:, :, None], across), 2 * np.pi * np.arange(SIDES) / SIDES
+    return np.asarray(across * np.cos(angle)[:, None] + other * np.sin(angle)[:, None])
+
+
+def _axes(strand: Array) -> Array:
+    """Normals (count, k, 3) of least twist, as Blender computes them; cross-sections are wider along these."""
+    tangent = _tangents(strand)
+    level = np.stack([tangent[:, 0, 1], -tangent[:, 0, 0], np.zeros(len(tangent))], axis=-1)
+    upright = np.linalg.norm(level, axis=-1, keepdims=True) < 1e-4
+    return _carried(tangent, np.where(upright, [1.0, 0.0, 0.0], level))
+
+
+def _carried(tangent: Array, start: Array) -> Array:
+    """Unit vectors perpendicular to a strand's directions (count, k, 3), from those at its start (count, 3) on."""
+    result, across = np.empty_like(tangent), start.astype(np.float64)
+    for k in range(tangent.shape[1]):
+        across = across - tangent[:, k] * np.sum(across * tangent[:, k], axis=-1, keepdims=True)
         across /= np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-30)
-        other = np.cross(tangent[:, k], across)
-        result[:, k] = across[:, None] * np.cos(angle)[:, None] + other[:, None] * np.sin(angle)[:, None]
+        result[:, k] = across
     return result
 
 

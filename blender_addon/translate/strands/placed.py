@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Instance, Mesh
+from spectral_core.scene import STRAND_AXIS, Instance, Mesh
 
 from ..meshes import READS_UV
 from ..shading.attributes import OF_STRANDS, PREFIX, object_attributes
@@ -29,6 +29,9 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
     mesh = found.meshes[key]
     if mesh is not None:
         _note_unread(found, obj, reads, mesh)
+        modes = obj.data.attributes.get("normal_mode")
+        if STRAND_AXIS in reads and modes is not None and any(item.value for item in modes.data):
+            found.translation.note(obj.name, "its cross-sections follow normals of least twist, not those of its modes")
         _enter(found, obj, obj.name_full, mesh, materials, np.array(instance.matrix_world, dtype=np.float64))
         frame = found.translation.scene.frame_current_final
         attributes = object_attributes(obj, instance, reads, frame, found.points)

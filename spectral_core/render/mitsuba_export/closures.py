@@ -18,6 +18,7 @@ from spectral_core.scene import (
     AddSurface,
     Color,
     Diffuse,
+    EllipseHair,
     Emission,
     Fluorescent,
     Glass,
@@ -28,6 +29,7 @@ from spectral_core.scene import (
     Metal,
     MixSurface,
     Principled,
+    RayPortal,
     Sheen,
     Subsurface,
     Surface,
@@ -171,17 +173,24 @@ def _holdout(draft: Draft, _closure: Holdout, subject: str) -> xml.Element:
     return _black(draft)
 
 
+def _portal(draft: Draft, _closure: RayPortal, subject: str) -> xml.Element:
+    draft.note(subject, "Ray Portal has no counterpart in Mitsuba; a black surface is written")
+    return _black(draft)
+
+
 CLOSURES: dict[type, Callable[[Draft, Any, str], xml.Element]] = {
     Diffuse: _diffuse,
     Emission: _black,
     Fluorescent: _nearest_diffuse("a fluorescent surface"),
     Glass: glass,
     Glossy: glossy,
+    EllipseHair: _nearest_diffuse("the scattering of hair"),
     Hair: _nearest_diffuse("the scattering of hair"),
     HairLobe: _nearest_diffuse("the scattering of hair"),
     Holdout: _holdout,
     Metal: metal,
     Principled: principled,
+    RayPortal: _portal,
     Sheen: _nearest_diffuse("Sheen BSDF"),
     Subsurface: _nearest_diffuse("light below the surface"),
     Toon: _nearest_diffuse("Toon BSDF"),

@@ -19,7 +19,7 @@ _WRITTEN = {
 }  # fmt: skip
 _OF_WEIGHT = {
     "sheen_weight": {"sheen_roughness", "sheen_tint"},
-    "coat_weight": {"coat_roughness", "coat_ior", "coat_tint"},
+    "coat_weight": {"coat_roughness", "coat_ior", "coat_tint", "coat_normal"},
     "subsurface_weight": {f"subsurface_{name}" for name in ("radius", "scale", "anisotropy", "ior", "model")},
     "thin_film_thickness": {"thin_film_ior"},
 }

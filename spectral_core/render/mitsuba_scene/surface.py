@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
+from spectral_core.render.mitsuba_scene.closures.dielectric import glass_inputs
 from spectral_core.render.mitsuba_scene.closures.facets import glass, glossy, metal
 from spectral_core.render.mitsuba_scene.closures.principled import principled
 from spectral_core.render.mitsuba_scene.closures.soft import Below, diffuse, sheen, subsurface
@@ -22,7 +23,9 @@ from spectral_core.render.mitsuba_scene.glow import emission, is_dark
 from spectral_core.render.plugins.surfaces.sources import Lobe, Tint
 from spectral_core.render.plugins.surfaces.table import Leaf
 from spectral_core.scene import (
+    Computed,
     Diffuse,
+    EllipseHair,
     Emission,
     Fluorescent,
     Glass,
@@ -30,6 +33,7 @@ from spectral_core.scene import (
     Holdout,
     Metal,
     Principled,
+    RayPortal,
     Sheen,
     Subsurface,
     Surface,
@@ -46,6 +50,8 @@ __all__ = ["emission", "is_dark", "leaves_of"]
 
 NOWHERE = Program((Instruction("vector", values=(0.0, 0.0, 0.0)),))
 """A direction that is not given."""
+HERE = Program((Instruction("vector_input", settings=("position", 0)),))
+"""The place of a hit."""
 
 
 def leaves_of(context: Context, surface: Surface | None, subject: str) -> list[Leaf]:
@@ -111,6 +117,11 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
         yield weight, made or diffuse(context, Diffuse(closure.color), subject)
     elif isinstance(closure, Principled):
         yield from principled(context, closure, weight, subject)
+    elif isinstance(closure, EllipseHair):
+        made = _lobe_of_fields(context, closure, subject)
+        ior = closure.ior if isinstance(closure.ior, Computed) else paint.typical_number(closure.ior)
+        tables = glass_inputs(context, ior, subject, keeps_energy=True)
+        yield weight, Lobe(made.name, {**tables, **made.parts})
     elif not isinstance(closure, Emission):
         yield weight, _lobe_of_fields(context, closure, subject)
 
@@ -121,10 +132,14 @@ def _lobe_of_fields(context: Context, closure: Closure, subject: str) -> Lobe:
     for entry in fields(closure):
         value = getattr(closure, entry.name)
         if entry.type == "Paint":
-            inputs[entry.name] = paint.color(context, value, subject, bright=isinstance(closure, (Translucent, Toon)))
+            inputs[entry.name] = paint.color(
+                context, value, subject, bright=isinstance(closure, (RayPortal, Translucent, Toon))
+            )
         elif entry.type == "Scalar":
             inputs[entry.name] = paint.number(context, value, subject)
-        elif entry.name in ("tangent", "edge"):
+        elif entry.name == "position":
+            inputs[entry.name] = paint.vector(HERE if value is None else value.program)
+        elif entry.name in ("tangent", "edge", "major_axis", "direction"):
             inputs[entry.name] = paint.vector(NOWHERE if value is None else value.program)
         elif entry.name != "normal":  # ``_scattering`` bends every closure that has one
             inputs[entry.name] = value

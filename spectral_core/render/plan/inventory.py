@@ -14,6 +14,7 @@ from spectral_core.scene import (
     Color,
     Computed,
     Diffuse,
+    EllipseHair,
     Emission,
     Fluorescent,
     Glass,
@@ -26,6 +27,7 @@ from spectral_core.scene import (
     Metal,
     MixedPaint,
     Principled,
+    RayPortal,
     Rays,
     ScatteringMedium,
     Scene,
@@ -104,7 +106,7 @@ def take_inventory(scene: Scene) -> Inventory:
         transparent=which(lambda m: m.name not in borders and _is_transparent(m)),
         refractive=which(lambda m: any(_refracts(c) for c in leaves(m.surface))),
         glossy=which(lambda m: any(isinstance(c, (Glossy, Metal, Principled)) for c in leaves(m.surface))),
-        strands=which(lambda m: any(isinstance(c, (Hair, HairLobe)) for c in leaves(m.surface))),
+        strands=which(lambda m: any(isinstance(c, (EllipseHair, Hair, HairLobe)) for c in leaves(m.surface))),
         images=which(lambda m: any(isinstance(p, _IMAGES) for v in _values(m) for p in paint_parts(v))),
         light_bodies=bodies,
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
@@ -205,7 +207,8 @@ def _is_transparent(material: Material) -> bool:
     if material.surface is None:
         return True
     return any(
-        isinstance(c, Transparent) or (isinstance(c, Principled) and c.alpha != 1.0) for c in leaves(material.surface)
+        isinstance(c, (EllipseHair, RayPortal, Transparent)) or (isinstance(c, Principled) and c.alpha != 1.0)
+        for c in leaves(material.surface)
     )
 
 

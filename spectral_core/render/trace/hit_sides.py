@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins.closures.hair import FIBER
+from spectral_core.render.plugins.closures.strands import FIBER
 from spectral_core.render.plugins.terminator import lifts, rounded
 from spectral_core.render.trace.lobes import kinds_of
 from spectral_core.scene import Rays
@@ -100,11 +100,14 @@ def shadow_ray(self: Any, si: Any, drawn: Any, viewer: Any) -> tuple[Any, Any]:
     return dr.select(lifted, higher, ray), lifted
 
 
-def lifted_place(si: Any, lifted: Any) -> Any:
-    """The hit with a mark in ``duv_dx``, by which closures scatter light that starts above their triangle."""
+def lifted_place(si: Any, lifted: Any, sampled: Any) -> Any:
+    """The hit with marks by which closures scatter light that starts above their triangle (``duv_dx``), and light that
+    Cycles samples (``duv_dy``).
+    """
     import drjit as dr
     import mitsuba as mi
 
     place = mi.SurfaceInteraction3f(si)
     place.duv_dx = mi.Vector2f(si.duv_dx.x, dr.select(lifted, mi.Float(1.0), 0.0))
+    place.duv_dy = mi.Vector2f(si.duv_dy.x, dr.select(sampled, mi.Float(1.0), 0.0))
     return place

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT
-from spectral_core.render.plugins.closures.hair import FIBER
+from spectral_core.render.plugins.closures.strands import FIBER
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.media import flight as flights
 from spectral_core.render.trace.path_settings import PathSettings

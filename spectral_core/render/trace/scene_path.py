@@ -16,7 +16,7 @@ from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.plugins.closures import microfacet
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
-from spectral_core.render.trace import hit_sides, lobes, path_limits, reradiation
+from spectral_core.render.trace import hit_sides, lobes, path_limits, portals, reradiation
 from spectral_core.render.trace.below.dive import dive
 from spectral_core.render.trace.below.leaving import cosine_out, leaving
 from spectral_core.render.trace.media import in_media
@@ -125,7 +125,6 @@ def scene_path_class(variant: str) -> Any:
             asks = hit if self.fog is None else hit | self.fog[0]
             direct = self.direct(scene, sampler, lit, path, asks & ~path.last)
             path.light += self.clamped(self.carried * direct, path.depth > 0)
-
             pick, direction = sampler.next_1d(), sampler.next_2d()
             bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~matt)
             dives = hit & ~matt & ~path.last & ((bs.sampled_type & DIVES) != 0)
@@ -155,6 +154,7 @@ def scene_path_class(variant: str) -> Any:
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            portals.send_on(self.tables, (si, bsdf, bs), path, pick, hit & straight)
             bounces = scatters
             if self.tables.media is not None:
                 limits, of = (self.volume, self.bounces), (place, path, self.flight)
@@ -250,7 +250,7 @@ def scene_path_class(variant: str) -> Any:
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
             ray, lifted = self.shadow_ray(si, drawn, -path.ray.d)
             wanted &= kept | matt | floats | lifted
-            place = hit_sides.lifted_place(si, lifted)
+            place = hit_sides.lifted_place(si, lifted, drawn.number != self.lights.even_world)
             value, pdf = bsdf.eval_pdf(mi.BSDFContext(), place, wo, wanted & ~matt & ~floats)
             media = mi.UInt32(0), mi.UInt32(0)
             if self.tables.media is not None:

@@ -17,7 +17,6 @@ from spectral_core.render.plugins.closures import albedo
 from spectral_core.render.plugins.closures.film import response
 from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
 from spectral_core.scene import Computed, Glass, Metal, Principled, Scalar, nominal_ior
-from spectral_core.scene.shading import Builder
 from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
@@ -80,21 +79,6 @@ def coat_inputs(ior: float) -> dict[str, Any]:
         "coat_fresnel": Number(_average_fresnel(ior)),
         "coat_albedo": Albedos(_layer_albedo(ior, True)),
     }
-
-
-@cache
-def coat_at_view(ior: float, roughness: float) -> Computed:
-    """Share of light that a coat reflects, by the angle of view: a factor of the weights below it."""
-    place = np.sqrt(np.clip(roughness, 0.0, 1.0)) * (albedo.SIZE - 1)
-    low = min(int(place), albedo.SIZE - 2)
-    rows = _layer_albedo(ior, True)[low : low + 2]
-    row = rows[0] + (rows[1] - rows[0]) * (place - low)
-    builder = Builder()
-    directions = (builder.add("vector_input", (), name, 0) for name in ("normal", "incoming"))
-    cosine, zero = builder.add("vector_number", tuple(directions), "DOT_PRODUCT"), builder.number(0.0)
-    for mode in ("ABSOLUTE", "SQRT", "SQRT"):  # as ``albedo.nodes`` are spaced
-        cosine = builder.add("math", (cosine, zero, zero), mode)
-    return Computed(builder.program(builder.add("ramp_number", (cosine,), data=row[:, None])))
 
 
 def glass_inputs(

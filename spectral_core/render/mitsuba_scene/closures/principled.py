@@ -10,7 +10,6 @@ import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.closures.dielectric import (
-    coat_at_view,
     coat_inputs,
     facet_inputs,
     film_inputs,
@@ -41,9 +40,12 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
         tint = _specular_tint(context, closure, subject)
         colors = (Tint(np.ones(3)), base)
         made = glass(context, colors, closure, closure.ior, subject, halves=True, specular_tint=tint)
-        yield from ((part, made) for part in _below_coat(closure, through))
-        if closure.coat_weight != 0:
-            yield through.times(closure.coat_weight), _coat_alone(context, closure, subject)
+        if closure.coat_weight == 0:
+            yield through, made
+        else:
+            coat = _coat(context, closure, subject)
+            yield through, Lobe("under_coat", {"closure": made, **facet_inputs(), **coat})
+            yield through, _coat_alone(coat)
     # metal keeps its full share; transmission replaces a share of the rest
     kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
     reflecting = {
@@ -57,16 +59,10 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
         **film_inputs(context, closure, subject),
     }
     if closure.coat_weight != 0:
-        reflecting |= {
-            "coat_weight": paint.number(context, closure.coat_weight, subject),
-            "coat_roughness": paint.number(context, closure.coat_roughness, subject),
-            **coat_inputs(float(closure.coat_ior)),
-        }
+        reflecting |= _coat(context, closure, subject)
     if not _is_white(closure.specular_tint):
         tint = _specular_tint(context, closure, subject)
         reflecting |= {"specular_tint": tint, "edge_tint": tint}
-    if not _is_white(closure.coat_tint):
-        reflecting["coat_tint"] = paint.color(context, closure.coat_tint, subject)
     if closure.diffuse_roughness != 0:
         reflecting["diffuse_roughness"] = paint.number(context, closure.diffuse_roughness, subject)
     if closure.subsurface_weight != 0:
@@ -97,19 +93,22 @@ def _below(closure: Principled, ior: float) -> Below:
     return Below(closure.base_color, radius, scale, anisotropy, *facets, model, squares=True)
 
 
-def _below_coat(closure: Principled, weight: Weight) -> Iterator[Weight]:
-    """Weights of what has no coat, and of what is below one."""
-    if closure.coat_weight != 1.0:
-        yield weight.times(closure.coat_weight, complement=True)
-    if closure.coat_weight != 0:
-        rough = closure.coat_roughness
-        typical = paint.typical_number(rough)
-        reflected = coat_at_view(round(float(closure.coat_ior), 6), typical)
-        yield weight.times(closure.coat_weight).times(reflected, complement=True)
+def _coat(context: Context, closure: Principled, subject: str) -> dict[str, Any]:
+    """Inputs of the coat."""
+    coat = {
+        "coat_weight": paint.number(context, closure.coat_weight, subject),
+        "coat_roughness": paint.number(context, closure.coat_roughness, subject),
+        **coat_inputs(float(closure.coat_ior)),
+    }
+    if closure.coat_normal is not None:
+        coat["coat_normal"] = paint.vector(closure.coat_normal.program)
+    if not _is_white(closure.coat_tint):
+        coat["coat_tint"] = paint.color(context, closure.coat_tint, subject)
+    return coat
 
 
-def _coat_alone(context: Context, closure: Principled, subject: str) -> Lobe:
-    """The reflection of a full coat, over nothing."""
+def _coat_alone(coat: dict[str, Any]) -> Lobe:
+    """The reflection of a coat, over nothing."""
     nothing = {
         "base_color": Tint(np.zeros(3)),
         "metallic": Number(0.0),
@@ -117,11 +116,6 @@ def _coat_alone(context: Context, closure: Principled, subject: str) -> Lobe:
         "keeps_energy": True,
         **facet_inputs(),
         **specular_inputs(1.0 + 1e-4, True),
-    }
-    coat = {
-        "coat_weight": Number(1.0),
-        "coat_roughness": paint.number(context, closure.coat_roughness, subject),
-        **coat_inputs(float(closure.coat_ior)),
     }
     return Lobe("blender_principled", nothing | coat)
 

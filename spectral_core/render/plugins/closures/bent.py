@@ -46,6 +46,7 @@ def register(mi: Any, dr: Any) -> None:
             along = dr.select(dr.squared_norm(along) > 1e-20, dr.normalize(along), other)
             bent.sh_frame.n, bent.sh_frame.s = mi.Normal3f(frame), along
             bent.sh_frame.t = dr.cross(frame, along)
+            bent.duv_dy = mi.Vector2f(si.duv_dy.x, 0.0)  # facets of a bumpy glass face the light, as measured
             bent.dp_dv = mi.Vector3f(si.sh_frame.n)  # for ``softening``; programs have read the UV map's axes before
             # seen from behind the bent normal, the side stays that of the surface; reflecting lobes correct the normal
             # further
@@ -153,11 +154,12 @@ def register(mi: Any, dr: Any) -> None:
 
         def measure(self, si: Any, wo: Any, active: Any) -> Any:
             widest, fade, reach = self.angles(si, active)
-            angle = dr.safe_acos(dr.dot(self.middle(si), wo))
+            # the narrowest cones are narrower than an arc cosine resolves
+            angle = 2.0 * dr.safe_asin(0.5 * dr.norm(self.middle(si) - wo))
             soft = 1.0 - (angle - widest) / dr.maximum(fade, 1e-9)
             intensity = dr.select(angle < widest, 1.0, dr.select(angle < widest + fade, soft, 0.0))
             inside = (angle <= reach) & (si.wi.z * wo.z > 0.0)
-            density = dr.select(inside, 0.5 / (dr.pi * (1.0 - dr.cos(reach))), 0.0)
+            density = dr.select(inside, 0.25 / (dr.pi * dr.square(dr.sin(0.5 * reach))), 0.0)
             return density * intensity, density
 
     register_closure(mi, "bent", Bent)

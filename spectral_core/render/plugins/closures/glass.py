@@ -9,7 +9,7 @@ from spectral_core.render.plugins.closures.albedo import HIGHEST
 from spectral_core.render.plugins.closures.film import film_of
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_of, least_alpha
-from spectral_core.render.plugins.closures.upright import keeps_side
+from spectral_core.render.plugins.closures.upright import is_sampled, keeps_side
 from spectral_core.render.plugins.numbers import channel_mean
 
 
@@ -150,13 +150,17 @@ def register(mi: Any, dr: Any) -> None:
             mirror, mirror_density, facing = facets.reflection(wi, wo)
             reflected, _, _ = self.reflectance(si, facing, eta, active)
             # Walter et al. 2007, Eqs. 16, 17 and 21, with η relative to the side of wi
-            half = dr.normalize(wi + wo * eta)
-            half = dr.mulsign(half, half.z)
+            half = wi + wo * eta
+            size = dr.maximum(dr.squared_norm(half), 1e-12)
+            half = dr.mulsign(half * dr.rsqrt(size), half.z)
             into, out = dr.dot(wi, half), dr.dot(wo, half)
-            crossing = (wo.z < 0.0) & (into > 0.0) & (out < 0.0) & (wi.z > 0.0)
+            # Cycles also counts facets that light from a lamp meets from behind, which no drawn direction has
+            crossing = (wo.z < 0.0) & (wi.z > 0.0) & (((into > 0.0) & (out < 0.0)) | is_sampled(si))
+            into = dr.abs(into)
             _, passed, _ = self.reflectance(si, into, eta, active)
-            stretch = dr.square(eta) * dr.abs(out) / dr.maximum(dr.square(into + eta * out), 1e-12)
-            through = dr.select(crossing, facets.distribution.pdf(wi, half) * stretch, 0.0)
+            stretch = dr.square(eta) * dr.abs(out) / size
+            seen = facets.distribution.eval(half) * into / (wi.z * (1.0 + facets.smith_lambda(wi)))
+            through = dr.select(crossing, seen * stretch, 0.0)
             masked = facets.masking(wi, mi.Vector3f(wo.x, wo.y, dr.abs(wo.z)))
 
             def kept(color: Any) -> Any:

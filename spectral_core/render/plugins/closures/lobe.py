@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
+OWN = 1 << 29
+"""Type of a drawn direction whose value over the density is known by its closure alone."""
+
 classes: dict[tuple[str, str], Any] = {}
 """Closures by variant and name."""
 
@@ -52,6 +55,12 @@ class Closure:
 
     def normal_below(self, si: Any, active: Any) -> Any:
         """Normal about which light from below leaves, times its share; 0 if there is no such light."""
+        import mitsuba as mi
+
+        return mi.Vector3f(0.0)
+
+    def exit_of(self, si: Any, active: Any) -> Any:
+        """Where a ray through a portal goes on; 0 without one."""
         import mitsuba as mi
 
         return mi.Vector3f(0.0)

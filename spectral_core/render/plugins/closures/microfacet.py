@@ -36,9 +36,14 @@ class Microfacets:
         alpha = self.roughness * self.roughness
         along, across = (alpha, alpha) if self.stretch is None else (alpha * s for s in self.stretch)
         least = self.dr.maximum(self.least, SMALLEST_ALPHA)
-        self.along, self.across = (self.dr.maximum(a, least) for a in (along, across))
+        self.along, self.across = (self.dr.clip(a, least, 1.0) for a in (along, across))
         kind = self.mi.MicrofacetType.Beckmann if self.kind == "beckmann" else self.mi.MicrofacetType.GGX
         self.distribution = self.mi.MicrofacetDistribution(kind, self.along, self.across, sample_visible=True)
+
+    @property
+    def mean_roughness(self) -> Any:
+        """Roughness of a lobe that is as wide in all directions."""
+        return self.roughness if self.stretch is None else self.dr.sqrt(self.dr.sqrt(self.along * self.across))
 
     def smith_lambda(self, direction: Any) -> Any:
         """Λ of a direction (Heitz 2014, Eq. 72; Beckmann by Walter et al. 2007)."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.albedo import HIGHEST
+from spectral_core.render.plugins.closures.coat import Coat
 from spectral_core.render.plugins.closures.film import film_of, metal_reflectance
 from spectral_core.render.plugins.closures.lobe import register_closure
 from spectral_core.render.plugins.closures.matt import oren_nayar
@@ -87,20 +88,15 @@ def register(mi: Any, dr: Any) -> None:
         """Coat over (metal mixed with specular over diffuse).
 
         ``specular_tint``, ``diffuse_roughness``, and inputs whose names begin with ``coat`` and ``subsurface`` may be
-        absent. ``coat_ior`` comes with the hemispherical mean of its reflectance and the table of the directional
-        albedo, the layer below with the inputs of ``specular_layer``. As in Cycles a layer subtracts that albedo at
-        the view direction from the light of the layers below.
+        absent; the layer below the coat comes with the inputs of ``specular_layer``. As in Cycles a layer subtracts its
+        albedo at the view direction from the light of the layers below.
         """
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs, mi.BSDFFlags.DiffuseReflection)
             self.base_color, self.metallic = inputs["base_color"], inputs["metallic"]
             self.roughness, self.specular = inputs["roughness"], specular_layer(mi, dr, inputs)
-            self.coat_weight, self.coat_roughness = inputs.get("coat_weight", None), inputs.get("coat_roughness", None)
-            if self.coat_weight is not None:
-                self.coat_ior, self.coat_fresnel = inputs["coat_ior"], inputs["coat_fresnel"]
-                self.coat_albedo = inputs["coat_albedo"]
-            self.coat_tint = inputs.get("coat_tint", None)
+            self.coat = Coat(inputs) if "coat_weight" in inputs else None
             self.specular_tint = inputs.get("specular_tint", None)
             self.edge_tint = inputs.get("edge_tint", None)
             self.diffuse_roughness = inputs.get("diffuse_roughness", None)
@@ -151,32 +147,22 @@ def register(mi: Any, dr: Any) -> None:
             color = self.base_color.eval(si, active)
             metallic = dr.clip(self.metallic.eval_1(si, active), 0.0, 1.0)
             roughness = dr.clip(self.roughness.eval_1(si, active), 0.0, 1.0)
-            below_coat, coat = mi.Spectrum(1.0), mi.Float(0.0)
-            coat_weight, coat_roughness = mi.Float(0.0), mi.Float(0.0)
-            if self.coat_weight is not None:
-                coat_weight = dr.clip(self.coat_weight.eval_1(si, active), 0.0, 1.0)
-                coat_roughness = dr.clip(self.coat_roughness.eval_1(si, active), 0.0, 1.0)
-                coat = coat_weight * self.coat_albedo(coat_roughness, wi.z)
-                below_coat = mi.Spectrum(1.0 - coat)
-            if self.coat_weight is not None and self.coat_tint is not None:
-                # absorption along the refracted path through the coat (Cycles: tint to the power of 1 / cosine inside)
-                inner = dr.safe_sqrt(1.0 - (1.0 - wi.z * wi.z) / dr.square(self.coat_ior.eval_1(si, active)))
-                tint = dr.maximum(self.coat_tint.eval(si, active), 1e-6) ** dr.rcp(dr.maximum(inner, 1e-3))
-                below_coat *= dr.lerp(mi.Spectrum(1.0), tint, coat_weight)
+            coat = None if self.coat is None else self.coat.at(mi, dr, si, active)
+            below_coat = mi.Spectrum(1.0) if coat is None else coat.below
             if self.film is None:
                 specular = mi.Spectrum(self.tinted(si, self.specular.albedo(si, roughness, wi.z, active), active))
             else:
                 specular = self.film_albedo(si, roughness, wi.z, active)
             brightness, passes = dr.maximum(channel_mean(dr, color), 0.02), channel_mean(dr, below_coat)
             chances = [
-                coat,
+                mi.Float(0.0) if coat is None else coat.share,
                 passes * metallic * brightness,
                 passes * (1.0 - metallic) * channel_mean(dr, specular),
                 passes * (1.0 - metallic) * dr.maximum(1.0 - channel_mean(dr, specular), 0.0) * brightness,
             ]
             total = sum(chances[1:], chances[0])
             chances = [chance / total for chance in chances]
-            return color, metallic, roughness, below_coat, specular, chances, coat_weight, coat_roughness
+            return color, metallic, roughness, below_coat, specular, chances, coat
 
         def sample(self, ctx: Any, hit: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             bs, value = super().sample(ctx, hit, sample1, sample2, active)
@@ -184,7 +170,7 @@ def register(mi: Any, dr: Any) -> None:
                 return bs, value
             si = with_valid_normal(mi, dr, hit)
             wi = self.aligned(self.lobe_axes(si, active), self.turned(si, si.wi))
-            _, metallic, _, below_coat, specular, chances, _, _ = self.layers(si, wi, active)
+            _, metallic, _, below_coat, specular, chances, _ = self.layers(si, wi, active)
             start = chances[0] + chances[1] + chances[2]
             share = self.share_below(si, active)
             # the first part of the samples that are drawn as diffuse goes below the surface
@@ -204,18 +190,21 @@ def register(mi: Any, dr: Any) -> None:
             return dr.clip(self.below_weight.eval_1(si, active), 0.0, 1.0)
 
         def draw(self, hit: Any, si: Any, wi: Any, samples: Any, active: Any) -> Any:
-            _, _, roughness, _, _, chances, _, coat_roughness = self.layers(si, wi, active)
+            _, _, roughness, _, _, chances, coat = self.layers(si, wi, active)
             sample1, sample2 = samples
             in_facets = sample1 < chances[0] + chances[1] + chances[2]
             self.drawn_matt = ~in_facets
             stretch = self.stretch(si, active)
-            if self.coat_weight is not None:
-                in_coat = sample1 < chances[0]
-                roughness = dr.select(in_coat, coat_roughness, roughness)
+            in_coat = sample1 < chances[0]
+            if coat is not None and not coat.is_turned:
+                roughness = dr.select(in_coat, coat.roughness, roughness)
                 if stretch is not None:
                     stretch = tuple(dr.select(in_coat, 1.0, part) for part in stretch)
             facets = Microfacets(mi, dr, roughness, stretch, least=least_alpha(si))
             mirrored, _ = facets.mirrored(wi, sample2)
+            if coat is not None and coat.is_turned:
+                own = self.turned(si, si.to_local(coat.drawn(mi, dr, sample2)))
+                mirrored = dr.select(in_coat, self.aligned(self.lobe_axes(si, active), own), mirrored)
             even = self.turned(hit, mi.warp.square_to_cosine_hemisphere(sample2))
             even = self.aligned(self.lobe_axes(si, active), self.turned(si, si.to_local(hit.to_world(even))))
             return dr.select(in_facets, mirrored, even)
@@ -235,7 +224,7 @@ def register(mi: Any, dr: Any) -> None:
 
         def reflect(self, hit: Any, si: Any, wi: Any, wo: Any, active: Any) -> Any:
             found = self.layers(si, wi, active)
-            color, metallic, roughness, below_coat, specular, chances, coat_weight, coat_roughness = found
+            color, metallic, roughness, below_coat, specular, chances, coat = found
             toward, away = self.plain(hit, si, wi, active), self.plain(hit, si, wo, active)
             lambert = dr.maximum(away.z, 0.0) / dr.pi
             facets = Microfacets(mi, dr, roughness, self.stretch(si, active), least=least_alpha(si))
@@ -246,7 +235,7 @@ def register(mi: Any, dr: Any) -> None:
             film = self.film_at(si, active)
             metal, average = metal_reflectance(mi, dr, (dr.minimum(color, 1.0), edge), facing, film)
             if self.keeps_energy:
-                metal *= self.kept(roughness, wi.z, average)
+                metal *= self.kept(facets.mean_roughness, wi.z, average)
             value = metallic * metal * mirror
             diffuse = color * lambert
             if self.diffuse_roughness is not None:
@@ -263,7 +252,9 @@ def register(mi: Any, dr: Any) -> None:
             value += diffuse
             kept = mi.Float(1.0)
             if self.keeps_energy:
-                kept = self.kept(roughness, wi.z, self.tinted(si, self.specular.average(si, active), active))
+                kept = self.kept(
+                    facets.mean_roughness, wi.z, self.tinted(si, self.specular.average(si, active), active)
+                )
             if film is None:
                 reflected = self.tinted(si, mi.fresnel(facing, self.specular.index(si, active))[0], active)
             else:
@@ -271,13 +262,11 @@ def register(mi: Any, dr: Any) -> None:
             value += (1.0 - metallic) * reflected * kept * mirror
             value *= below_coat
             density = (chances[1] + chances[2]) * mirror_density + chances[3] * above * lambert
-            if self.coat_weight is not None:
-                coat_facets = Microfacets(mi, dr, coat_roughness, least=least_alpha(si))
-                coat, coat_density, facing = coat_facets.reflection(wi, wo)
-                coat, coat_density = dr.select(seen, coat, 0.0), dr.select(seen, coat_density, 0.0)
-                kept = self.kept(coat_roughness, wi.z, self.coat_fresnel.eval_1(si, active))
-                value += coat_weight * mi.fresnel(facing, self.coat_ior.eval_1(si, active))[0] * kept * coat
-                density += chances[0] * coat_density
+            if coat is not None:
+                outward = si.to_world(self.turned(si, self.aligned(self.lobe_axes(si, active), wo, back=True)))
+                mirror, mirror_density = coat.reflection(mi, dr, outward, active)
+                value += mirror
+                density += chances[0] * mirror_density
             return value, density
 
     register_closure(mi, "blender_principled", BlenderPrincipled)

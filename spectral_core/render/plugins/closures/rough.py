@@ -157,7 +157,7 @@ def register(mi: Any, dr: Any) -> None:
                 colors = color, self.edge_tint.eval(si, active)
                 color, average = metal_reflectance(mi, dr, colors, facing, film, physical=self.physical)
             if self.keeps_energy:
-                color = color * self.kept(facets.roughness, wi.z, average)
+                color = color * self.kept(facets.mean_roughness, wi.z, average)
             return color * value, density
 
     register_closure(mi, "blender_glossy", BlenderGlossy)

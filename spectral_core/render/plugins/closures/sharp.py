@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """``mirror``; ``filtered``, a mirror or glass that Filter Glossy blurs; ``clear`` and ``tinted_clear``: Blender's
-Transparent, without and with a color.
+Transparent, without and with a color; ``blender_rayportal``.
 """
 
 from __future__ import annotations
@@ -9,6 +9,10 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.microfacet import least_alpha
+from spectral_core.render.plugins.closures.upright import toward_viewer
+
+PORTAL = 0x4000
+"""Mitsuba's flag ``NonSymmetric``, which marks rays that go on elsewhere."""
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -52,6 +56,34 @@ def register(mi: Any, dr: Any) -> None:
         def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
             return self.share(si, active)
 
+    class RayPortal(Clear):
+        """Rays go on at ``position`` along ``direction``, straight on where that is 0; shadow rays end here, as in
+        Cycles.
+        """
+
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.m_flags |= PORTAL
+            self.color, self.position, self.direction = inputs["color"], inputs["position"], inputs["direction"]
+
+        def share(self, si: Any, active: Any) -> Any:
+            return self.color.eval(si, active)
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            bs, value = super().sample(ctx, si, sample1, sample2, active)
+            given = mi.Vector3f(mi.Color3f(self.direction.eval_3(si, active)))
+            size = dr.norm(given)
+            way = dr.select(size > 0.0, given / dr.maximum(size, 1e-30), -toward_viewer(mi, dr, si))
+            bs.wo = si.to_local(way)
+            bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.Null) | PORTAL)
+            return bs, value
+
+        def exit_of(self, si: Any, active: Any) -> Any:
+            return mi.Vector3f(mi.Color3f(self.position.eval_3(si, active)))
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            return mi.Spectrum(0.0)
+
     class TintedClear(Clear):
         """Transmits light without refraction, times ``color``."""
 
@@ -85,4 +117,5 @@ def register(mi: Any, dr: Any) -> None:
     register_closure(mi, "filtered", Filtered)
     register_closure(mi, "mirror", Mirror)
     register_closure(mi, "clear", Clear)
+    register_closure(mi, "blender_rayportal", RayPortal)
     register_closure(mi, "tinted_clear", TintedClear)

@@ -68,13 +68,23 @@ def sees_facets(mi: Any, dr: Any, si: Any) -> Any:
 def mark_drawn(mi: Any, dr: Any, si: Any, drawn: Any) -> Any:
     """The hit with a mark in ``duv_dy``, which nothing else reads, for the closure that has drawn the direction."""
     place = mi.SurfaceInteraction3f(si)
-    place.duv_dy = mi.Vector2f(dr.select(drawn, mi.Float(1.0), 0.0), 0.0)
+    place.duv_dy = mi.Vector2f(dr.select(drawn, mi.Float(1.0), -1.0), 0.0)
     return place
+
+
+def drawn_elsewhere(si: Any) -> Any:
+    """True if a closure is evaluated in a direction that another closure of the surface has drawn."""
+    return si.duv_dy.x < -0.5
 
 
 def is_drawn(si: Any) -> Any:
     """True if a closure is evaluated in a direction that it has drawn itself."""
     return si.duv_dy.x > 0.5
+
+
+def is_sampled(si: Any) -> Any:
+    """True if a closure is evaluated toward a light that Cycles samples: any but an even world."""
+    return si.duv_dy.y > 0.5
 
 
 def keeps_side(mi: Any, dr: Any, si: Any, wo: Any) -> Any:

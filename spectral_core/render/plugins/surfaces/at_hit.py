@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from spectral_core.render.plugins.closures.lobe import OWN
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.closures.upright import mark_drawn
 from spectral_core.render.plugins.surfaces.kinds import ClosureKind, computed_inputs
@@ -171,6 +172,7 @@ class SurfaceAt:
         value = dr.select(mine, value * dr.select(dives, 1.0, total), 0.0)
         flag = drawn.sampled_type
         sharp = mi.has_flag(flag, mi.BSDFFlags.Delta) | mi.has_flag(flag, mi.BSDFFlags.Null) | dives
+        sharp |= (flag & OWN) != 0
         spread = mine & ~sharp & (drawn.pdf > 0.0)
         first, end, _ = leaves
         every, density = self._weighed(ctx, si, drawn.wo, scale, (first, end, spread, chosen))
@@ -214,6 +216,18 @@ class SurfaceAt:
             return (total + self.weight(leaf, si, leaves[2]) * self._by_kind(leaf, call, si, (), leaves[2]),)
 
         return self._over_leaves((self.mi.Vector3f(0.0),), add, leaves)[0]
+
+    def exit_of(self, si: Any, sample1: Any, active: Any) -> Any:
+        """Where a ray goes on that a portal has drawn with ``sample1``."""
+        leaf, _, active = leaves = self._leaves(active)
+        if not self.is_one:
+            mark = self.dr.minimum(sample1, 1.0 - 1e-6) * self._total(si, leaves)
+            leaf, _, _ = self._chosen(si, mark, leaves)
+
+        def call(closure: Any, si: Any, rest: tuple[Any, ...], active: Any) -> Any:
+            return closure.exit_of(si, active)
+
+        return self._by_kind(leaf, call, si, (), active)
 
     def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
         """Share of light that passes straight through."""
