@@ -79,7 +79,7 @@ def many_bulbs(stage: Stage) -> None:
         stage.add(f"column {k}", "box", place, Diffuse(gray(0.7)))
 
 
-def glowing_bars(stage: Stage) -> None:
+def emissive_bars(stage: Stage) -> None:
     """Thin bars that emit light of several colors above a satin floor."""
     stage.lights, stage.floor = [], MixSurface(0.4, Diffuse(gray(0.4)), Glossy(gray(0.8), 0.25))
     for k, rgb in enumerate(([1.0, 0.3, 0.1], [0.2, 1.0, 0.4], [0.3, 0.4, 1.0])):
@@ -151,6 +151,6 @@ def frosted_window(stage: Stage) -> None:
 STRANGE: dict[str, Callable[[Stage], None]] = {
     effect.__name__.replace("_", " "): effect
     for effect in (
-        hair_under_sky, tiny_sun, full_bottle, many_bulbs, glowing_bars, thick_fog, wax, metamers, lace, frosted_window,
+        hair_under_sky, tiny_sun, full_bottle, many_bulbs, emissive_bars, thick_fog, wax, metamers, lace, frosted_window,
     )
 }  # fmt: skip
