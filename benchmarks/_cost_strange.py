@@ -151,6 +151,7 @@ def frosted_window(stage: Stage) -> None:
 STRANGE: dict[str, Callable[[Stage], None]] = {
     effect.__name__.replace("_", " "): effect
     for effect in (
-        hair_under_sky, tiny_sun, full_bottle, many_bulbs, emissive_bars, thick_fog, wax, metamers, lace, frosted_window,
+        hair_under_sky, tiny_sun, full_bottle, many_bulbs, emissive_bars, thick_fog, wax, metamers, lace,
+        frosted_window,
     )
 }  # fmt: skip

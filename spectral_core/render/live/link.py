@@ -222,7 +222,7 @@ class LiveLink:
                     self._hear(worker, *message)
         except RenderError as error:
             self._after_crash(worker, str(error))
-        except ValueError:
+        except (ValueError, OSError):
             pass  # it was ended from here, and its log is closed
         finally:
             outbox.put(None)
