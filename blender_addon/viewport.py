@@ -52,11 +52,9 @@ class Viewport:
         settings, scale = scene.spectral.viewport, bpy.context.preferences.system.ui_scale
         middle = round(settings.divider * region.width) if len(pictures) > 1 else region.width
         clips = [(0, 0, middle, region.height), (middle, 0, region.width - middle, region.height)]
-        matrix = working_from_rgb()
         for picture, canvas, clip in zip(pictures, self._canvases, clips, strict=False):
             if picture.shown is not None:
-                shown_from_rgb = picture.matrix if matrix is None else matrix @ picture.matrix
-                canvas.show(picture.shown, shown_from_rgb, transparent=scene.render.film_transparent)
+                canvas.show(picture.shown, shown_from_rgb(picture.matrix), transparent=scene.render.film_transparent)
                 canvas.draw(engine, scene, clip if len(pictures) > 1 else None)
         if len(pictures) > 1:
             draw_divider(middle, region, (look_words(settings.look), look_words(settings.other)), scale)

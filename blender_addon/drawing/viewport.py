@@ -31,9 +31,7 @@ class Canvas:
         key = (shown, None if working_from_rgb is None else working_from_rgb.tobytes())
         if self._shown is not None and self._shown[0] is shown and self._shown[1] == key[1]:
             return
-        pixels = np.minimum(shown.pixels, np.float32(LARGEST_HALF))
-        if working_from_rgb is not None:
-            pixels[..., :3] = np.minimum(pixels[..., :3] @ working_from_rgb.T.astype(np.float32), LARGEST_HALF)
+        pixels = half_pixels(shown.pixels, working_from_rgb)
         if not transparent:
             pixels[..., 3] = 1.0
         height, width = pixels.shape[:2]
@@ -59,6 +57,19 @@ class Canvas:
         if clip is not None:
             gpu.state.scissor_test_set(False)
         gpu.state.blend_set("NONE")
+
+
+def half_pixels(pixels: NDArray[np.float32], working_from_rgb: NDArray[np.float64] | None) -> NDArray[np.float32]:
+    """Pixels (height, width, 4) in the working space, clipped to half floats. ``working_from_rgb``: None if equal.
+
+    A product of whole pixels takes less than half the time of one that leaves out every fourth number.
+    """
+    if working_from_rgb is None:
+        return np.minimum(pixels, np.float32(LARGEST_HALF))
+    matrix = np.eye(4, dtype=np.float32)
+    matrix[:3, :3] = working_from_rgb
+    found = np.minimum(pixels, np.float32(LARGEST_HALF)).reshape(-1, 4) @ matrix.T
+    return np.minimum(found, np.float32(LARGEST_HALF), out=found).reshape(pixels.shape)
 
 
 def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float) -> None:
