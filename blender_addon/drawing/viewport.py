@@ -23,6 +23,7 @@ class Canvas:
         self._texture: Any = None
         self._shown: Any = None
         self._corner, self._size = (0, 0), (1, 1)
+        self._pixels = np.empty((0, 0, 4), np.float32)
 
     def show(self, shown: Shown, working_from_rgb: NDArray[np.float64] | None, *, transparent: bool) -> None:
         """Copy a picture to the graphics card."""
@@ -31,11 +32,14 @@ class Canvas:
         key = (shown, None if working_from_rgb is None else working_from_rgb.tobytes())
         if self._shown is not None and self._shown[0] is shown and self._shown[1] == key[1]:
             return
-        pixels = half_pixels(shown.pixels, working_from_rgb)
+        if self._pixels.shape != shown.pixels.shape:
+            self._pixels = np.empty(shown.pixels.shape, np.float32)
+        pixels = self._pixels  # memory that was touched before: new pages take longer than the copy
+        half_pixels(shown.pixels, working_from_rgb, pixels)
         if not transparent:
             pixels[..., 3] = 1.0
         height, width = pixels.shape[:2]
-        data = gpu.types.Buffer("FLOAT", pixels.size, np.ascontiguousarray(pixels).ravel())
+        data = gpu.types.Buffer("FLOAT", pixels.size, pixels.ravel())
         self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=data)
         self._shown, self._size = key, (width * shown.frame.level, height * shown.frame.level)
         self._corner = shown.frame.corner
@@ -59,17 +63,18 @@ class Canvas:
         gpu.state.blend_set("NONE")
 
 
-def half_pixels(pixels: NDArray[np.float32], working_from_rgb: NDArray[np.float64] | None) -> NDArray[np.float32]:
+def half_pixels(
+    pixels: NDArray[np.float32], working_from_rgb: NDArray[np.float64] | None, out: NDArray[np.float32]
+) -> None:
     """Pixels (height, width, 4) in the working space, clipped to half floats. ``working_from_rgb``: None if equal.
 
     A product of whole pixels takes less than half the time of one that leaves out every fourth number.
     """
-    if working_from_rgb is None:
-        return np.minimum(pixels, np.float32(LARGEST_HALF))
-    matrix = np.eye(4, dtype=np.float32)
-    matrix[:3, :3] = working_from_rgb
-    found = np.minimum(pixels, np.float32(LARGEST_HALF)).reshape(-1, 4) @ matrix.T
-    return np.minimum(found, np.float32(LARGEST_HALF), out=found).reshape(pixels.shape)
+    np.minimum(pixels, np.float32(LARGEST_HALF), out=out)
+    if working_from_rgb is not None:
+        matrix = np.eye(4, dtype=np.float32)
+        matrix[:3, :3] = working_from_rgb
+        np.minimum(out.reshape(-1, 4) @ matrix.T, np.float32(LARGEST_HALF), out=out.reshape(-1, 4))
 
 
 def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float) -> None:
