@@ -43,6 +43,10 @@ class Behind:
         self.running[scene.session_uid].then = then
         return True
 
+    def drop(self, scene: Scene) -> None:
+        """Ignore the answer for a scene that has not arrived yet."""
+        self.running.pop(scene.session_uid, None)
+
     def run(self, scene: Scene, work: Callable[[], Any], done: Callable[[Scene, Any], None]) -> None:
         """Call ``done`` with the scene and the result of ``work``: now if it is fast or nobody waits, else later.
 

@@ -84,6 +84,29 @@ def test_an_edit_during_a_solve_is_solved_after_it(window, monkeypatch):
     assert asked == [window.scene]
 
 
+def test_an_edit_does_not_wait_for_the_finish_before_it(window, monkeypatch):
+    from blender_addon.editing import behind
+    from blender_addon.editing.palette import solve
+
+    finishes, gate = behind.Behind("finish"), threading.Event()
+    run = finishes.run
+    monkeypatch.setattr(window.live, "FINISHES", finishes)
+    monkeypatch.setattr(finishes, "run", lambda scene, work, done: run(scene, lambda: gate.wait(30) and work(), done))
+    palette, cell = window.palette, window.palette.materials[0].cells[0]
+    window.live._finish(window.scene)
+    assert finishes.running
+    cell.target = (0.2, 0.5, 0.3)
+    window.live._follow(window.scene)
+    assert not finishes.running, "its answer is of the table before the edit"
+    arrive(window)
+    assert not palette.is_stale
+    newest = solve._last[window.scene.session_uid]
+    gate.set()
+    finishes.collect()
+    finishes.stop()
+    assert solve._last[window.scene.session_uid] is newest
+
+
 def test_an_answer_for_another_table_is_dropped(window):
     palette = window.palette
     palette.materials[0].cells[0].target = (0.2, 0.5, 0.3)

@@ -21,7 +21,8 @@ DELAY_SECONDS = 0.005
 """Time from an edit to its solution; further edits in this time are solved together."""
 REST_SECONDS = 0.3
 """Time without a further edit after which the solution is finished: all rounds, and the conflicts."""
-SOLVES = Behind("palette")
+SOLVES, FINISHES = Behind("palette"), Behind("finished palette")
+"""Threads of their own, so that an edit does not wait until the solution before it is finished."""
 AREAS = ("VIEW_3D", "PROPERTIES", "NODE_EDITOR")
 
 
@@ -47,16 +48,17 @@ def _mode_changed(cell: bpy.types.PropertyGroup) -> None:
 
 
 def _follow(scene: bpy.types.Scene) -> None:
+    FINISHES.drop(scene)  # it finishes the table before this edit
     if not SOLVES.is_busy(scene, LIVE.request):
-        _solve(scene, live_solve(scene), lambda: None)
+        _solve(SOLVES, scene, live_solve(scene), lambda: None)
 
 
 def _finish(scene: bpy.types.Scene) -> None:
     if not SOLVES.is_busy(scene, LIVE.request):
-        _solve(scene, finishing_solve(scene), lambda: possible.follow(scene))
+        _solve(FINISHES, scene, finishing_solve(scene), lambda: possible.follow(scene))
 
 
-def _solve(scene: bpy.types.Scene, solve: Solve | None, then: Callable[[], None]) -> None:
+def _solve(solver: Behind, scene: bpy.types.Scene, solve: Solve | None, then: Callable[[], None]) -> None:
     def done(scene: bpy.types.Scene, answer: PaletteSolution | str) -> None:
         assert solve is not None
         kept = keep(scene, solve, answer)
@@ -67,7 +69,7 @@ def _solve(scene: bpy.types.Scene, solve: Solve | None, then: Callable[[], None]
     if solve is None:
         show()
     else:
-        SOLVES.run(scene, solve.answer, done)
+        solver.run(scene, solve.answer, done)
 
 
 def show() -> None:
@@ -127,5 +129,6 @@ def unregister() -> None:
     hooks.ignore(*LISTENERS)
     LIVE.cancel()
     SOLVES.stop()
+    FINISHES.stop()
     possible.stop()
     forget_solutions()
