@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from .objects import Collected
 
 
+BORDER_MARGIN = 0.1
+"""Voxels between a grid and the box around it: volumes often stand on a floor, where faces would coincide."""
+
+
 def in_mesh(
     found: Collected, obj: Any, instance: Any, mesh: Mesh, item: TranslatedMaterial, state: tuple[Any, ...]
 ) -> TranslatedMaterial:
@@ -74,11 +78,11 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
     made = _kept(found, obj, instance, "medium of a volume", state, make)
     if made is None:
         return None
-    object_box, filled = made
+    border, filled = made
     found.translated["medium", material] = filled
     box = found.meshes[VOLUME_BOX] = unit_box()
     return Instance(
-        name, box.name, world_from_object @ object_box, (material,), group=obj.original.lightgroup,
+        name, box.name, world_from_object @ border, (material,), group=obj.original.lightgroup,
         index=int(obj.pass_index), shown_as=obj.name,
     )  # fmt: skip
 
@@ -86,7 +90,7 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
 def _filled(
     item: TranslatedMaterial, lattice: Lattice, placed: Region, scale: float, name: str
 ) -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
-    """The box of a lattice in object space, and the material with its medium; None for empty space."""
+    """The box around a lattice in object space, and the material with its medium; None for empty space."""
     object_box = lattice.object_from_index @ index_box(lattice.shape)
     corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
     half = np.abs(np.ptp(corners, axis=0)) / 2
@@ -100,7 +104,8 @@ def _filled(
     if medium is None:
         return None
     medium = replace(medium, density=medium.density * scale, emission_strength=medium.emission_strength * scale)
-    return object_box, _specific(replace(item, material=replace(item.material, surface=None)), name, medium)
+    border = lattice.object_from_index @ index_box(lattice.shape, BORDER_MARGIN)
+    return border, _specific(replace(item, material=replace(item.material, surface=None)), name, medium)
 
 
 def _kept(found: Collected, obj: Any, instance: Any, kind: str, state: tuple[Any, ...], make: Callable[[], Any]) -> Any:

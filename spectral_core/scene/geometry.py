@@ -98,10 +98,13 @@ def unit_box() -> Mesh:
     return Mesh(VOLUME_BOX, corners, np.array(faces, dtype=np.uint32))
 
 
-def index_box(shape: Sequence[int]) -> NDArray[np.float64]:
-    """Matrix (4, 4) from the unit box to the voxels of a grid in index space, whose centers are whole numbers."""
-    made = np.diag([*map(float, shape), 1.0])
-    made[:3, 3] = -0.5
+def index_box(shape: Sequence[int], margin: float = 0.0) -> NDArray[np.float64]:
+    """Matrix (4, 4) from the unit box to the voxels of a grid in index space, whose centers are whole numbers.
+
+    ``margin``: number of voxels added on each side.
+    """
+    made = np.diag([*(float(count) + 2 * margin for count in shape), 1.0])
+    made[:3, 3] = -0.5 - margin
     return made
 
 
