@@ -174,3 +174,24 @@ def test_the_data_of_a_scene_end_with_it(built):
     assert kept._kept.geometry is not None
     assert kept._kept.geometry.bsdf.surfaces is None
     assert kept._kept.geometry.meshes.scene is None
+
+
+def test_a_kept_bsdf_answers_a_scene_of_mitsuba_itself(built):
+    """Dr.Jit asks all BSDFs that exist; the one that waits for the next scene has no surfaces."""
+    import mitsuba as mi
+
+    from spectral_core.render.mitsuba_scene import kept
+
+    render_scene(_scene())
+    gc.collect()
+    assert kept._kept.geometry is not None
+    assert kept._kept.geometry.bsdf.surfaces is None
+    ball = {"type": "sphere", "material": {"type": "diffuse"}}
+    plate = {"type": "rectangle", "material": {"type": "conductor"}}
+    eye = mi.ScalarTransform4f().look_at(origin=[0, 0, 5], target=[0, 0, 0], up=[0, 1, 0])
+    film = {"type": "hdrfilm", "width": 8, "height": 8}
+    light, sensor = {"type": "constant"}, {"type": "perspective", "to_world": eye, "film": film}
+    scene = mi.load_dict({"type": "scene", "a": ball, "b": plate, "light": light, "sensor": sensor})
+    pixels = np.array(mi.render(scene, integrator=mi.load_dict({"type": "path"}), spp=4))
+    assert np.isfinite(pixels).all()
+    assert pixels.mean() > 0.1
