@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -137,9 +138,12 @@ def _assign_lamps(scene: Scene, session: _Session) -> None:
             session.lamps[number] = now
 
 
-def remember(scene: Scene, mix: Any) -> None:
-    """Keep a transport that was just written or read, as its LiveMix, instead of reading it again."""
-    stamp = _stamp(transport_path(scene.spectral.dial))
+def remember(scene: Scene, mix: Any, stamp: tuple[str, int, int] | None = None) -> None:
+    """Keep a transport as its LiveMix, instead of reading it again.
+
+    ``stamp``: of its file before it was read; None for the dial's file, which was just written.
+    """
+    stamp = stamp or _stamp(transport_path(scene.spectral.dial))
     _sessions[scene.session_uid] = _Session(stamp, mix, [""] * len(mix.transport.groups))
 
 
@@ -204,11 +208,12 @@ def _follow(scene: bpy.types.Scene) -> None:
     if READS.is_busy(scene, changed):
         return
     known, path = _sessions.get(scene.session_uid), transport_path(scene.spectral.dial)
-    if known is not None and known.stamp == _stamp(path):
+    stamp = _stamp(path)
+    if known is not None and known.stamp == stamp:
         _show_quietly(scene)
         return
     scene_hash = scene.spectral.dial.scene_hash
-    READS.run(scene, lambda: _read(path, scene_hash), _was_read)
+    READS.run(scene, lambda: _read(path, scene_hash), partial(_was_read, stamp))
 
 
 def _read(path: Path, scene_hash: str) -> Any:
@@ -221,9 +226,9 @@ def _read(path: Path, scene_hash: str) -> Any:
         return None
 
 
-def _was_read(scene: bpy.types.Scene, mix: Any) -> None:
+def _was_read(stamp: tuple[str, int, int], scene: bpy.types.Scene, mix: Any) -> None:
     if mix is not None:
-        remember(scene, mix)
+        remember(scene, mix, stamp)  # another file may have been chosen meanwhile
     _show_quietly(scene)
 
 
