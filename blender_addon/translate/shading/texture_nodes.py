@@ -88,7 +88,7 @@ def _image(reader: Reader, output: Output) -> Any:
         return 1.0 if is_alpha else np.array(MISSING)
     unassociates = alpha_is_read(node) and texture.pixels.shape[2] == 4
     if node.projection == "BOX":
-        place = place_of(reader, output, "generated")
+        place = place_of(reader, output, "uv")
         normal = reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
         blend = float(node.projection_blend)
         found = reader.emit("image_box", place, normal, settings=(unassociates, blend), data=texture)
