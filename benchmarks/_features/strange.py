@@ -84,6 +84,34 @@ def _box_without_coordinates(stage: Stage) -> None:
 feature("strange/box projection without coordinates", _box_without_coordinates)
 
 
+def _panel_of_normals(stage: Stage) -> None:
+    """A Texture Mapping panel of type Normal, which gives directions of length 1."""
+    noise = stage.node("ShaderNodeTexNoise", Scale=4.0)
+    panel = noise.texture_mapping
+    panel.vector_type, panel.rotation, panel.scale = "NORMAL", (0.3, 0.5, 0.2), (1.5, 0.7, 1.0)
+    stage.link(stage.node("ShaderNodeTexCoord").outputs["Object"], noise.inputs["Vector"])
+    stage.into_color(noise.outputs["Color"])
+
+
+feature("strange/texture mapping panel of directions", _panel_of_normals)
+
+
+def _bump_by(coordinates: str, output: str) -> Build:
+    def build(stage: Stage) -> None:
+        wave, bump = stage.node("ShaderNodeTexWave", Scale=3.0), stage.node("ShaderNodeBump", Distance=0.2)
+        stage.link(stage.node(coordinates).outputs[output], wave.inputs["Vector"])
+        stage.link(wave.outputs["Fac"], bump.inputs["Height"])
+        stage.link(bump.outputs[0], stage.tree().nodes["shader"].inputs["Normal"])
+
+    return build
+
+
+feature("strange/bump by window", _bump_by("ShaderNodeTexCoord", "Window"))
+feature("strange/bump by camera", _bump_by("ShaderNodeTexCoord", "Camera"))
+feature("strange/bump by view vector", _bump_by("ShaderNodeCameraData", "View Vector"))
+feature("strange/bump by parametric", _bump_by("ShaderNodeNewGeometry", "Parametric"))
+
+
 def _camera_data_of_world(output: str) -> Build:
     def build(stage: Stage) -> None:
         tree = stage.tree(stage.world)

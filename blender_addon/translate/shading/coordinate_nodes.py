@@ -71,6 +71,8 @@ def _geometry(reader: Reader, output: Output) -> Any:
     if name in plain:
         return reader.point(plain[name])
     if name == "Tangent":
+        if reader.in_world:
+            reader.note("the Tangent of a world has no direction; its pattern differs from Cycles")
         return round_tangent(reader)
     if name == "Backfacing":
         return reader.point("backfacing", 1)
@@ -101,7 +103,9 @@ def _object_info(reader: Reader, output: Output) -> Any:
 
 @evaluator("CAMERA")
 def _camera_data(reader: Reader, output: Output) -> Any:
-    place = reader.emit("transformed", reader.point("position"), settings=("POINT", "WORLD", "CAMERA"))
+    with reader.shifted(0):  # this node has no slope in Cycles: a bump by it is flat
+        position = reader.point("position")
+    place = reader.emit("transformed", position, settings=("POINT", "WORLD", "CAMERA"))
     camera = reader.translation.scene.camera
     if reader.in_world and camera is not None:  # Cycles takes the direction for a point here
         moved = np.linalg.pinv(np.array(camera.matrix_world, dtype=np.float64))[:3, 3] * (1.0, 1.0, -1.0)

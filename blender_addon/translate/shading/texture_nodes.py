@@ -38,6 +38,9 @@ def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
     if not np.array_equal(matrix, np.eye(4)):
         place = reader.emit("affine", place, *matrix[:3, :3])
         place = reader.emit("vector_math", place, matrix[:3, 3], 0.0, 0.0, settings=("ADD",))
+    # Cycles normalizes directions, unless the panel changes nothing
+    if panel.vector_type == "NORMAL" and (any(panel.translation) or not np.array_equal(matrix, np.eye(4))):
+        place = reader.emit("vector_math", place, 0.0, 0.0, 0.0, settings=("NORMALIZE",))
     return place
 
 
