@@ -23,7 +23,6 @@ from spectral_core.scene import (
     World,
     gray,
 )
-
 from tests.render.scenes import matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")
