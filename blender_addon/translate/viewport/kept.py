@@ -34,7 +34,7 @@ meshes.
 """
 
 
-class Unfinished(Exception):  # noqa: N818 - no fault of the scene
+class Unfinished(Exception):
     """A translation has reached its time limit. The parts made so far are kept: the next one continues."""
 
 
