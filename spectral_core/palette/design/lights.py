@@ -84,6 +84,8 @@ class LightDescent:
     def __init__(self, assembler: Assembler, state: PaletteState, outer: Side) -> None:
         self.assembler = assembler
         self.evaluations = 0
+        self._took = 0.0
+        """Seconds of the last evaluation that was timed."""
         self._outer = outer
         self._items = assembler.free_items(outer)
         values = [known(getattr(state, outer)[j]) for j in self._items]
@@ -108,15 +110,15 @@ class LightDescent:
         runners = [self.down(state, budget, heat)]
         if self.assembler.color_rms(runners[0].state) > GOOD_RMS:
             rng = np.random.default_rng(0)
-            while len(runners) < STARTS and budget.left > end:
+            while len(runners) < STARTS and budget.left > end + self._took:
                 runners.append(self.down(self.scattered(state, rng), budget, heat))
         while True:
             runners = sorted(runners, key=lambda each: each.objective)[: max(1, len(runners) // 2)]
-            if len(runners) == 1 or budget.left <= end:
+            if len(runners) == 1 or budget.left <= end + len(runners) * self._took:
                 break
             runners = [self.down(each.state, budget, heat) for each in runners]
         best = runners[0]
-        if budget.left > end:
+        if budget.left > end + self._took:
             best = self.down(best.state, budget, budget.left - end)
         return best.state
 
@@ -133,7 +135,7 @@ class LightDescent:
         best = _Found(found, objective)
         # L-BFGS-B compares decreases below 1 with 1: the objective is divided by its present size.
         size = max(objective, 1e-300)
-        took = begun - budget.left
+        self._took = took = begun - budget.left
         floor = max(begun - seconds, 0.0) + took
         # Reading the processor time takes a tenth of a short evaluation.
         every = EVALUATIONS if took < SHORT_SECONDS else 1
