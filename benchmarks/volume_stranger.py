@@ -151,7 +151,9 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "judged": len(judged),
         "stated_within_3_db_percent": float(100 * np.mean(right)),
         "stated_as_a_lower_bound": int(bounds.sum()),
-        "stated_within_3_db_percent_without_bounds": float(100 * np.mean(right[~bounds])) if not bounds.all() else 100.0,
+        "stated_within_3_db_percent_without_bounds": float(100 * np.mean(right[~bounds]))
+        if not bounds.all()
+        else 100.0,
         "most_optimistic_db": float(off.max()),
         "not_reached_and_not_said": sum(row["reached"] and row["measured_db"] < row["db"] - 6 for row in judged),
         "uniform_never_reaches_it": sum(not row["uniform_reaches"] for row in judged),
