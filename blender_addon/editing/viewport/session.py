@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import bpy
@@ -23,6 +23,7 @@ from ... import jobs
 from ...properties.hooks import Topic, ignore, listen
 from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
+from ...translate.viewport.kept import Unfinished
 from ...translate.viewport.look import look_of
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
@@ -34,6 +35,8 @@ REDRAW_S = 0.095
 """Longest time of a redraw, the time of its change included: the interface must not block for 100 ms. What is left
 after the drawing is the wait for the first picture of a change; a later picture needs another redraw.
 """
+UPDATE_S = 0.06
+"""Time of one update after which it begins no further mesh, material or lamp; the next redraw continues."""
 FINE_LEVEL, FINE_WAIT_S = 4, 0.035
 """Distance of pixels of a picture that a redraw prefers to a coarser one, and its wait for it: 30 redraws a second."""
 _names = itertools.count(1)
@@ -77,6 +80,7 @@ class ViewSession:
         self._sides: list[_Side] = []
         self._trouble = ""
         self._spent = 0.0
+        self._is_unfinished = False
         self.drawing_seconds = 0.0
         """Time of the latest redraw without its wait."""
 
@@ -88,14 +92,23 @@ class ViewSession:
     def update(self, context: Any, depsgraph: Any) -> None:
         """Send the changes of an edit. Called on the main thread, the only one that may read the depsgraph."""
         stage = self._enter(context, depsgraph)
-        self._spent = 0.0
         began = time.monotonic()
         _stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene))
+        self._send(context, depsgraph, _stages[stage])
+        self._spent = time.monotonic() - began
+
+    def _send(self, context: Any, depsgraph: Any, stage: Stage) -> None:
+        """Translate and send the scene, or a part of the translation if it takes long."""
         settings = depsgraph.scene.spectral.viewport
+        stage.kept.limit(UPDATE_S)
+        self._is_unfinished = False
         try:
-            scene = self._translated(context, depsgraph, _stages[stage])
+            scene = self._translated(context, depsgraph, stage)
             chosen = [settings.look, settings.other][: 2 if settings.is_split else 1]
             looks = [look_of(look, depsgraph.scene) for look in chosen]
+        except Unfinished:
+            self._is_unfinished, self._trouble = True, ""
+            return
         except SpectralError as error:
             self._trouble = str(error)
             return
@@ -110,7 +123,6 @@ class ViewSession:
             side = self._sides[number]
             side.look = look
             side.is_changed |= self.link.show(self._stage_of(side), look.on(scene))
-        self._spent = time.monotonic() - began
 
     def _stage_of(self, side: _Side) -> str:
         """The left sides of all views show one scene, the right sides another."""
@@ -149,6 +161,13 @@ class ViewSession:
         """The pictures to draw now, from left to right; requests new ones if anything has changed."""
         if not self._stage:
             self.update(context, depsgraph)
+        elif self._is_unfinished:
+            began = time.monotonic()
+            self._send(context, depsgraph, _stages[self._stage])
+            self._spent = time.monotonic() - began
+        if self._is_unfinished:
+            self._redraw()
+            return [replace(self._picture(side), is_current=False) for side in self._sides] or [Picture(None, False)]
         if self._trouble or not self._sides:
             shown = self.link.latest(self._sides[0].name) if self._sides else None
             return [Picture(shown, is_current=False, trouble=self._trouble)]
