@@ -157,8 +157,11 @@ def _computed_input(
     if any(number < len(each.programmed) and each.programmed[number].first_program is not None for each in kinds):
         found = buffers.interpreter.run(buffers.program_numbers, (which, start), si, active & is_listed)
     if targets:
-        calls = [lambda start, si, active, read=read: mi.Color3f(read(buffers, start, si, active)) for read in targets]
-        calls.append(lambda start, si, active: mi.Color3f(0.0))
+
+        def call(read: Any) -> Callable[..., Any]:
+            return lambda start, si, active: mi.Color3f(read(buffers, start, si, active))
+
+        calls = [*map(call, targets), lambda start, si, active: mi.Color3f(0.0)]
         chosen = dr.select(active & has_code, which, len(targets))
         found = dr.select(has_code, dr.switch(chosen, calls, start, si, active & has_code, label="input"), found)
     return found
