@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Predicted against true time and error: a plain render, a requested error, a requested time, on 16 different scenes.
 
-True errors are mean ΔE2000 over 2048 pixels, 256 random groups of neighbors, against a picture with other random
-numbers and all effects of at least ΔE 0.001, traced until its own noise is a third of the error; that noise is
-subtracted in quadrature. Times are compared in seconds of the processor (work), which other programs on the machine
-change little; those on the wall are printed beside. A time budget counts on the wall. Two samples for each pixel are
-the least: a scene that is better than asked after them is asked for a quarter of what it then has, too. ``--only
-WORDS``: scenes of these names, or whose name has the word, separated by commas. ``--more``: twelve others (hair, a
-bottle, fog, blur, many lamps). ``--strange``: ten of a third kind (a tiny sun, lace, nested glass, thick fog).
+True errors are mean ΔE2000 over about 2048 pixels in groups of neighbors, against a picture with other random numbers
+and all effects of at least ΔE 0.001, traced until its own noise is a third of the error; that noise is subtracted in
+quadrature. Half of the groups are drawn evenly, half by the error of a few samples, and weighted accordingly: 2 % of
+the pixels, at edges, may have two thirds of the error. Times are compared in seconds of the processor (work), which
+other programs on the machine change little; those on the wall are printed beside. A time budget counts on the wall.
+Two samples for each pixel are the least: a scene that is better than requested after them is asked for a quarter of
+what it then has, too. ``--only WORDS``: scenes of these names, or whose name has the word, separated by commas.
+``--more``: twelve others (hair, a bottle, fog, blur, many lamps). ``--strange``: ten of a third kind (a tiny sun, lace,
+nested glass, thick fog). ``--unseen``: six with which no constant of the predictions was chosen.
 """
 
 from __future__ import annotations
@@ -22,16 +24,17 @@ from numpy.typing import NDArray
 from benchmarks import Options
 from benchmarks._cost_scenes import MORE, scene_of
 from benchmarks._cost_strange import STRANGE
+from benchmarks._cost_unseen import UNSEEN
 from benchmarks._plan_scenes import SINGLE, staged
 from spectral_core.render import RenderResult, cost_curve, render_scene
-from spectral_core.render.cost.errors import expected_errors
+from spectral_core.render.cost.errors import expected_errors, pixel_errors
 from spectral_core.render.cost.resample import POOL, pools
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.scene import Scene
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
-OPTIONS = ("--only", "--more", "--strange")
+OPTIONS = ("--only", "--more", "--strange", "--unseen")
 NAMES = (
     "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "emissive", "curtain",
     "ball lamp", "lamp before lamp", "mirror", "mirror caustic", "glass caustic", "leaf",
@@ -40,8 +43,8 @@ ASKED, FINER = 1.0, 0.25
 """The requested ΔE2000; and, as a part of what the fewest samples reach, the request where they reach more."""
 REACHED, NEAR, FAR, KEPT = (0.7, 1.1), 1.25, 2.0, 0.1
 """Limits: reached over requested error, ratio of prediction and outcome in most and in all scenes, time budget."""
-COMPARED = 2048
-"""Pixels whose true error is found."""
+COMPARED, LOOKED = 2048, 4
+"""Pixels whose true error is found; samples of each half by whose error some of them are drawn."""
 NOISE_SHARE = 0.35
 """Largest noise of the converged picture, as a part of the error that is compared with it."""
 _CERTAIN = 1e-3
@@ -55,16 +58,17 @@ Renders of more than ``SHORT_S`` are not repeated."""
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
     size, samples, most, budget = ((24, 18), 8, 128, 4.0) if options.quick else ((128, 96), 64, 1 << 15, 10.0)
-    sets = {"--more": tuple(MORE), "--strange": tuple(STRANGE)}
+    sets = {"--more": tuple(MORE), "--strange": tuple(STRANGE), "--unseen": tuple(UNSEEN)}
     words = tuple(options.extra)
     chosen = sets[words[0]] if words[:1] and words[0] in sets else NAMES
     if words[:1] == ("--only",):
-        chosen = tuple(options.only((*NAMES, *MORE, *STRANGE)))
+        chosen = tuple(options.only((*NAMES, *MORE, *STRANGE, *UNSEEN)))
     names = chosen[: 2 if options.quick else None]
     rows = {}
     print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; each pair: predicted, true")
     for name in names:
-        effects = {name: (STRANGE[name],)} if name in STRANGE else SINGLE
+        others = STRANGE | UNSEEN
+        effects = {name: (others[name],)} if name in others else SINGLE
         scene = scene_of(name, size) if name in MORE else staged(effects[name], size, 1.0)[0]
         rows[name] = _row(replace(scene, film=replace(scene.film, samples=samples)), most, budget)
         print(_line(name, rows[name]), flush=True)
@@ -162,17 +166,29 @@ class _Truth:
     def __init__(self, scene: Scene, most: int) -> None:
         far = replace(scene.settings, overrides=(*scene.settings.overrides, ("bounces", "64")))
         full = replace(scene, settings=far, film=replace(scene.film, seed=4711))
-        width, height = full.film.size
-        number = pools(np.arange(width * height), width)
-        wanted = max(1, COMPARED // (POOL[0] * POOL[1]))
-        every = number.max() + 1
-        some = np.random.default_rng(4711).choice(every, min(wanted, every), replace=False)
-        self._numbers = np.flatnonzero(np.isin(number, some))
-        self._pools = np.unique(number[self._numbers], return_inverse=True)[1].ravel()
         stills = [full.at(moment) for moment in full.moments] or [full]
         self._tracers = [RenderJob(still, plan_from_data(still, _CERTAIN)).chosen_pixels() for still in stills]
-        self._most, self._samples, self._sums = most, 0, np.zeros((2, len(self._numbers), 3))
+        width, height = full.film.size
+        self._numbers = np.arange(width * height)
+        number = pools(self._numbers, width)
+        self._begin(most, self._numbers)
+        self._trace(LOOKED * len(stills))
+        error = np.bincount(number, pixel_errors(*self._sums / self._samples))
+        chance = (0.5 / len(error) + 0.5 * error / max(float(error.sum()), 1e-12)) * np.ones(len(error))
+        wanted = max(1, COMPARED // (POOL[0] * POOL[1]))
+        drawn = np.random.default_rng(4711).choice(len(error), wanted, p=chance / chance.sum())
+        self._weights = (np.bincount(drawn, minlength=len(error)) / chance)[number]
+        chosen = np.flatnonzero(self._weights)
+        self._weights, self._pools = self._weights[chosen], np.unique(number[chosen], return_inverse=True)[1].ravel()
+        self._begin(most, chosen)
         self._trace(most >> 5)  # where light is rare, the noise of few samples is underestimated
+
+    def _begin(self, most: int, numbers: NDArray[np.int64]) -> None:
+        self._numbers, self._most, self._samples = numbers, most, 0
+        self._sums = np.zeros((2, len(numbers), 3))
+
+    def _mean(self, errors: NDArray[np.float64]) -> float:
+        return float(np.average(errors, weights=self._weights))
 
     def _trace(self, samples: int) -> None:
         none, parts = np.zeros_like(self._numbers), len(self._tracers)
@@ -195,5 +211,5 @@ class _Truth:
         halves = self._sums / self._samples
         seen = pixels[..., :3].reshape(-1, 3)[self._numbers].astype(np.float64)
         lab = [lab_from_linear_rgb(np.maximum(each, 0.0)) for each in (seen, halves.mean(axis=0))]
-        noise = float(expected_errors(halves, self._pools).mean())
-        return float(np.sqrt(max(0.0, float(delta_e_2000(*lab).mean()) ** 2 - noise**2))), noise
+        noise = self._mean(expected_errors(halves, self._pools))
+        return float(np.sqrt(max(0.0, self._mean(delta_e_2000(*lab)) ** 2 - noise**2))), noise

@@ -15,6 +15,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks import _volume_drawn_fields as drawn
@@ -22,6 +23,7 @@ from benchmarks._volume_exact import exact_amounts
 from benchmarks._volume_strange_fields import fields, functions
 from benchmarks._volumes import Curve, colors_of
 from benchmarks.volume_auto import interleaved
+from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.pilot import snr_db
 from spectral_core.volume.plan import plan
@@ -34,6 +36,8 @@ TARGETS = (40.0, 50.0, 60.0)  # dB
 TIMED = 512  # pixels
 FINEST = 0.01  # voxels, the shortest step
 NOISE = 1.03  # of a ratio of processor times
+FEWEST_PIECES, MOST_PIECES = 64, 512  # of a cell's part in the exact march
+CLEAR_DB = 16.0  # dB by which the exact march is better than the picture, if so many pieces suffice
 
 
 OPTIONS = ("--draw",)
@@ -67,25 +71,37 @@ def judge(
 ) -> dict[str, Any]:
     """Stated and measured error of one case, and what `auto` takes of fixed steps at equal measured SNR."""
     volume = renderer.volume
-    colors = transfer.colors
-    exact, coarser = (exact_amounts(volume, transfer, view, pieces) @ colors for pieces in (64, 32))
-    own = snr_db(exact, exact - coarser) + 6.0
     made = plan(renderer, view, transfer, target)
     image = renderer.render(view, transfer, made.stepping)
+    exact, own = compared(volume, transfer, view, colors_of(image, transfer))
     measured = snr_db(exact, colors_of(image, transfer) - exact)
     row: dict[str, Any] = {
         "volume": volume.name, "function": function, "db": target, "rule": made.stepping.rule,
         "quadrature": made.stepping.quadrature, "reference_db": own, "stated_db": made.estimate_db,
-        "measured_db": measured, "reached": made.is_reached, "plan_frames": made.seconds / max(image.seconds, 1e-9),
+        "is_bound": made.is_bound, "measured_db": measured, "reached": made.is_reached,
+        "plan_frames": made.seconds / max(image.seconds, 1e-9),
     }  # fmt: skip
     row |= costs(Curve(renderer, view, transfer, exact), made.stepping, measured)
+    stated = f"{'at least' if made.is_bound else 'stated'} {made.estimate_db:5.1f}"
     print(
         f"{volume.name:11}{function:9}{target:.0f} dB  {made.stepping.rule:8} {made.stepping.quadrature:14}"
-        f" stated {made.estimate_db:5.1f}, measured {measured:5.1f} (reference {own:.0f})"
+        f" {stated}, measured {measured:5.1f} (reference {own:.0f})"
         + "".join(f"  {key} {row[key]:.2f}" for key in ("samples", "time", "time_fixed")),
         flush=True,
     )
     return row
+
+
+def compared(
+    volume: ScalarVolume, transfer: TransferFunction, view: View, colors: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float]:
+    """(exact colors, their own SNR): pieces are halved until they are clearly better than ``colors``."""
+    pieces = FEWEST_PIECES
+    coarse, fine = (exact_amounts(volume, transfer, view, n) @ transfer.colors for n in (pieces // 2, pieces))
+    while (own := snr_db(fine, fine - coarse) + 6.0) < snr_db(fine, colors - fine) + CLEAR_DB and pieces < MOST_PIECES:
+        pieces *= 2
+        coarse, fine = fine, exact_amounts(volume, transfer, view, pieces) @ transfer.colors
+    return fine, own
 
 
 def costs(curve: Curve, chosen: Stepping, reached: float) -> dict[str, float]:
@@ -122,6 +138,9 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
     # A reference must be better than the picture that it is compared with.
     judged = [row for row in rows if row["reference_db"] > row["measured_db"] + 6.0]
     off = np.array([row["stated_db"] - row["measured_db"] for row in judged])
+    bounds = np.array([row["is_bound"] for row in judged])
+    # A lower bound is wrong only where the measured value is below it.
+    right = np.abs(np.where(bounds, np.maximum(off, 0.0), off)) <= 3
     over = {key: np.array([row[key] for row in judged]) for key in ("time", "time_fixed")}
     # If uniform steps never reach it, there is no reference, and no share of samples.
     matched = [row for row in judged if row["uniform_reaches"]]
@@ -130,7 +149,11 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
     figures: dict[str, Any] = {
         "cases": len(rows),
         "judged": len(judged),
-        "stated_within_3_db_percent": float(100 * np.mean(np.abs(off) <= 3)),
+        "stated_within_3_db_percent": float(100 * np.mean(right)),
+        "stated_as_a_lower_bound": int(bounds.sum()),
+        "stated_within_3_db_percent_without_bounds": float(100 * np.mean(right[~bounds]))
+        if not bounds.all()
+        else 100.0,
         "most_optimistic_db": float(off.max()),
         "not_reached_and_not_said": sum(row["reached"] and row["measured_db"] < row["db"] - 6 for row in judged),
         "uniform_never_reaches_it": sum(not row["uniform_reaches"] for row in judged),

@@ -110,6 +110,7 @@ class _Translating(Waiting):
     _asked: AsRendered | None = None
     _uid = 0
     _recording: Recording | None = None
+    _knows_view = False
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
         if context.scene.session_uid in _under_way:
@@ -117,10 +118,16 @@ class _Translating(Waiting):
         self._asked = AsRendered(context, at_once=at_once)
         self._uid = context.scene.session_uid
         _under_way.add(self._uid)
-        view_transform_of(context.scene)  # the recording asks for it again, in a step of its own
 
     def is_prepared(self) -> bool:
-        return self._recording is not None or self._asked is None or not self._asked.is_running
+        if self._recording is not None or self._asked is None:
+            return True
+        if not self._asked.is_running and not self._knows_view:
+            with contextlib.suppress(OSError):  # the recording asks again, and reports it
+                view_transform_of(bpy.context.scene)  # in a step of its own; the recording finds it ready
+            self._knows_view = True
+            return False
+        return not self._asked.is_running
 
     def read(self, context: Context, *, only_changed: bool = False) -> Recording:
         """The scene, with what else a recording needs from Blender."""

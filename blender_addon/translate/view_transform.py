@@ -58,11 +58,12 @@ def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
     """Linear pixels (height, width, 3) as in a 16-bit PNG of a render, 0 to 1."""
     height, width = linear.shape[:2]
     settings = scene.render.image_settings
-    kept = (settings.file_format, settings.color_mode, settings.color_depth)
+    kept = (settings.file_format, settings.color_mode, settings.color_depth, settings.compression)
     image = bpy.data.images.new(NAME, width, height, float_buffer=True)
     read = None
     try:
         settings.file_format, settings.color_mode, settings.color_depth = "PNG", "RGB", "16"
+        settings.compression = 0  # a third of the time
         pixels = np.concatenate([linear, np.ones((height, width, 1))], axis=-1).astype(np.float32)
         image.colorspace_settings.name = "Linear Rec.709"
         image.pixels.foreach_set(pixels.ravel())
@@ -77,5 +78,7 @@ def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
         bpy.data.images.remove(image)
         if read is not None:
             bpy.data.images.remove(read)
-        settings.file_format, settings.color_mode, settings.color_depth = kept
+        # the compression belongs to the format
+        settings.compression = kept[3]
+        settings.file_format, settings.color_mode, settings.color_depth = kept[:3]
     return found.reshape(height, width, 4)[..., :3].astype(np.float64)

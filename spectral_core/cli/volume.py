@@ -145,6 +145,8 @@ def _transfer(given: str, volume: ScalarVolume) -> TransferFunction:
 def _estimate(chosen: Plan) -> str:
     if not math.isfinite(chosen.estimate_db):
         return "no error expected"
+    if chosen.is_bound:
+        return f"estimated at least {chosen.estimate_db:.1f} dB"
     low, high = chosen.interval_db
     return f"estimated {chosen.estimate_db:.1f} dB ({low:.1f} to {high:.1f})"
 
@@ -180,6 +182,7 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
         "volume": volume.name, "shape": list(volume.shape), "dtype": str(volume.data.dtype), "wanted_db": wanted,
         "rule": way.rule, "quadrature": way.quadrature, "scale": way.scale, "estimate_db": _finite(chosen.estimate_db),
         "interval_db": [_finite(end) for end in chosen.interval_db], "is_reached": chosen.is_reached,
+        "estimate_is_bound": chosen.is_bound,
         "samples": image.samples, "steps": image.steps, "seconds": image.seconds, "plan_seconds": chosen.seconds,
     }  # fmt: skip
     print(f"{image.samples:,} samples of non-zero opacity or emission, {image.steps:,} steps, {image.seconds:.3f} s")

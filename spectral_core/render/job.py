@@ -131,6 +131,7 @@ class RenderJob:
                 self.scene.film.transparent,
                 self._loaded.background,
                 Tables(self._mitsuba, self._loaded.rules),
+                self._loaded,
             )
             names = list(self._loaded.switches) if measure.groups else [""]
             if isinstance(measure.groups, tuple):

@@ -20,6 +20,7 @@ from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, Quadrature
 from spectral_core.volume.march.rules import Rule
+from spectral_core.volume.pilot_reference import refined_reference, snr_db
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -37,7 +38,6 @@ _TUNING: dict[Rule, tuple[float, ...]] = {
     "error": (1.12, 1.26, 1.41),
 }
 _MORE = 1.06  # times the samples of a rival at which a search ends: more than auto asks a rival to save
-_SINGLE = 90.0  # dB: the picture and its reference have the same rounding of single precision
 _FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which the steps of every rule are at their limits
 
 
@@ -61,7 +61,8 @@ class Trial:
     """A stepping tried on the pilot rays: SNR in dB, and samples and iterations of the loop per ray.
 
     ``spread`` is the standard error of the error energy relative to that energy: 0 if the rays are all pixels.
-    ``iteration`` is the time of one iteration, in those of a uniform midpoint march.
+    ``iteration`` is the time of one iteration, in those of a uniform midpoint march. ``is_bound``: the error is smaller
+    than that of the reference, so that ``snr_db`` is the least value that it may have.
     """
 
     stepping: Stepping
@@ -70,6 +71,7 @@ class Trial:
     steps: float
     spread: float = 0.0
     iteration: float = 1.0
+    is_bound: bool = False
 
     @property
     def cost(self) -> float:
@@ -101,33 +103,9 @@ class Pilot:
         self.count = len(x)
         self.pixels = (renderer.types.Float(x), renderer.types.Float(y))
         self._tried: dict[Stepping, Trial] = {}
-        self.reference, self.reference_db, self.reference_scale = self._refined(quality_db + 6.0)
-
-    def _refined(self, agreement_db: float) -> tuple[Array, float, float]:
-        """(colors, their own SNR, scale of the last march) of the reference.
-
-        Steps of the error rule are halved until two marches agree, and uniform steps of a sixteenth of a voxel have to
-        agree too: two marches of one rule may both miss a feature that its estimate of roughness does not see. If these
-        do not agree, uniform steps are halved until they do. All of them end at the faces of cells, where the tips of
-        objects are that a ray grazes.
-        """
-        quadrature: Quadrature = "midpoint" if self.transfer.uses_gradient else "preintegrated"
-        scale, coarse = 0.5, self._march(Stepping("error", quadrature, 0.5), REFERENCE)[0]
-        while True:
-            scale *= 0.5
-            fine = self._march(Stepping("error", quadrature, scale), REFERENCE)[0]
-            agreed = snr_db(fine, coarse - fine)
-            if agreed > agreement_db or scale < 0.02:
-                break
-            coarse = fine
-        step = 1.0 / 16.0
-        while True:
-            even = self._march(Stepping("uniform", quadrature, step), REFERENCE)[0]
-            agreed = snr_db(even, fine - even)
-            # Halving the step removes three quarters of the error at second order, and half of it at first order.
-            if agreed > agreement_db + 4.0 or step <= REFERENCE.shortest_step:
-                return even, min(agreed + 6.0, _SINGLE) if math.isfinite(agreed) else agreed, min(scale, step)
-            fine, step = even, 0.5 * step
+        quadrature: Quadrature = "midpoint" if transfer.uses_gradient else "preintegrated"
+        made = refined_reference(lambda way: self._march(way, REFERENCE)[0], quadrature, quality_db + 6.0)
+        self.reference, self.reference_db, self.reference_scale = made.colors, made.snr_db, made.scale
 
     def sharper(self) -> Pilot:
         """A pilot of the same rays whose reference has an error 25 dB smaller, as far as single precision allows."""
@@ -142,12 +120,14 @@ class Pilot:
         if stepping not in self._tried:
             colors, samples, steps = self._march(stepping)
             energies = np.sum((colors - self.reference) ** 2, axis=-1)
+            against = snr_db(self.reference, colors - self.reference)
             # An error below that of the reference cannot be measured.
-            snr = min(snr_db(self.reference, colors - self.reference), self.reference_db)
+            is_bound = math.isfinite(self.reference_db) and against >= self.reference_db
+            snr = self.reference_db if is_bound else against
             # Standard error of a sum of unequal independent terms. Over all pixels the sum is exact.
             known = self.is_whole or not energies.any()
             spread = 0.0 if known else float(np.sqrt(np.sum(energies**2)) / np.sum(energies))
-            self._tried[stepping] = Trial(stepping, snr, samples, steps, spread, self._iteration(stepping))
+            self._tried[stepping] = Trial(stepping, snr, samples, steps, spread, self._iteration(stepping), is_bound)
         return self._tried[stepping]
 
     def _iteration(self, stepping: Stepping) -> float:
@@ -282,9 +262,3 @@ def pilot_places(view: View, corners: Array, count: int) -> tuple[Array, Array, 
     order = np.lexsort((across * tiles // 1, down * tiles // 1))
     across, down = across[order], down[order]
     return low[0] + across * (high[0] - low[0]), low[1] + down * (high[1] - low[1]), False
-
-
-def snr_db(signal: Array, error: Array) -> float:
-    """10·log10 of signal over error energy; infinite without error."""
-    noise, energy = float(np.sum(error**2)), float(np.sum(signal**2))
-    return math.inf if noise == 0 else -math.inf if energy == 0 else 10.0 * math.log10(energy / noise)

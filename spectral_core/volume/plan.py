@@ -40,8 +40,9 @@ _SPREAD = 0.1
 class Plan:
     """The chosen stepping, its error before rendering in dB, and every stepping that was tried at the wanted error.
 
-    ``interval_db`` contains the picture's SNR with 95 % confidence, as estimated from the pilot rays. ``trials`` has
-    one entry per stepping, `uniform` with `midpoint` first if it was allowed.
+    ``interval_db`` contains the picture's SNR with 95 % confidence, as estimated from the pilot rays. If ``is_bound``,
+    the error is too small to be measured in single precision: the SNR is at least ``estimate_db``. ``trials`` has one
+    entry per stepping, `uniform` with `midpoint` first if it was allowed.
     """
 
     stepping: Stepping
@@ -50,6 +51,7 @@ class Plan:
     wanted_db: float
     trials: tuple[Trial, ...]
     seconds: float
+    is_bound: bool = False
 
     @property
     def is_reached(self) -> bool:
@@ -117,7 +119,13 @@ def plan(
     trials = _tried(pilot, ways, quality)
     pilot, best = _stated(pilot, pilot.solve(_choose(trials, quality).stepping, quality, _CHOSEN_DB), quality)
     return Plan(
-        best.stepping, best.snr_db, _interval(best, pilot.reference_db), quality, trials, time.perf_counter() - start
+        best.stepping,
+        best.snr_db,
+        _interval(best, pilot.reference_db),
+        quality,
+        trials,
+        time.perf_counter() - start,
+        best.is_bound,
     )
 
 
@@ -199,8 +207,11 @@ def _interval(best: Trial, reference_db: float) -> tuple[float, float]:
     """95 % interval of the SNR: the error energy as log-normal, and the reference's own error."""
     if not math.isfinite(best.snr_db):
         return best.snr_db, best.snr_db
-    own = 10.0 ** ((best.snr_db - reference_db) / 10.0)
-    width = 1.96 * 10.0 / math.log(10.0) * math.hypot(best.spread, min(own, 1.0))
+    if best.is_bound:
+        return best.snr_db, math.inf
+    # The two errors may have the same sign everywhere: amplitudes are then subtracted, or added.
+    own = 2.0 * 10.0 ** ((best.snr_db - reference_db) / 20.0)
+    width = 10.0 / math.log(10.0) * math.hypot(1.96 * best.spread, min(own, 1.0))
     return best.snr_db - width, best.snr_db + width
 
 

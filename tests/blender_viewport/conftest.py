@@ -23,7 +23,7 @@ class Link:
         old = self.scenes.get(stage)
         change = None if old is None else difference(old, scene)
         self.scenes[stage] = scene if change is None else change.applied_to(old)
-        return change is None or not change.is_empty
+        return frozenset(("scene",) if change is None else (*change.items, *change.singles))
 
     def look(self, view, request, on_news):
         self.requests.append(request)
@@ -49,10 +49,12 @@ class Link:
 def stage(blender, monkeypatch):
     """Plane, ball and lamp, and a view of them with the recording stand-in as renderer."""
     from blender_addon import jobs
+    from blender_addon.editing.viewport import session as sessions
     from blender_addon.editing.viewport.session import ViewSession
 
     link = Link()
     monkeypatch.setattr(jobs, "live", lambda: link)
+    monkeypatch.setattr(sessions, "UPDATE_S", float("inf"))  # a busy machine must not divide the updates of tests
     scene = bpy.context.scene
     scene.render.engine = "SPECTRAL"
     material = bpy.data.materials.new("Paint")

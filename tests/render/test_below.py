@@ -102,3 +102,37 @@ def test_entering_light_is_refracted(dr):
     sine = np.hypot(np.array(inward.x), np.array(inward.y))
     np.testing.assert_allclose(sine, np.sin(angle) / 1.5, atol=2e-3)
     assert np.all(np.array(inward.z) < 0) and np.all(np.array(enters))
+
+
+@pytest.mark.parametrize("albedo", [0.2, 0.7, 0.999])
+def test_guided_cosines_follow_their_density(dr, albedo):
+    """Meng et al. 2016: the share of cosines above a drawn one is the number that it was drawn by."""
+    from spectral_core.render.trace.below.guide import cosine_density, diffusion_length, drawn_cosine
+
+    length = diffusion_length(dr, mi.Float(albedo))
+    spread = dr.log((length + 1.0) / (length - 1.0))
+    place = np.linspace(0.02, 0.98, 13)
+    cosines = np.array(drawn_cosine(dr, length, spread, mi.Float(place)), dtype=float)
+    of = float(length[0]), float(spread[0])
+    above = [quad(lambda c: cosine_density(*of, c), -1, c)[0] for c in cosines]
+    assert np.all(np.abs(np.minimum(np.abs(above - place), np.abs(1 - np.array(above) - place))) < 2e-3)
+    assert quad(lambda c: cosine_density(*of, c), -1, 1)[0] == pytest.approx(1.0, rel=2e-3)
+
+
+def test_the_diffusion_length_is_that_of_transport_theory(dr):
+    """Of isotropic scattering: the root of 1 = albedo · length · artanh(1 / length) (Case and Zweifel 1967)."""
+    from spectral_core.render.trace.below.guide import diffusion_length
+
+    for albedo in (0.5, 0.8, 0.95, 0.99):
+        length = float(diffusion_length(dr, mi.Float(albedo))[0])
+        assert albedo * length * np.arctanh(1 / length) == pytest.approx(1.0, rel=0.02)
+
+
+def test_a_step_with_a_foreign_wall_keeps_its_density(dr):
+    """Where no turn was drawn, the density is that of the phase function alone."""
+    from spectral_core.render.trace.below.guide import Turn
+
+    turn = Turn(dr, None, None, mi.Float(0.75), ((mi.Float(1.0), mi.Float(9.0), mi.Float(0.3)),))
+    thick, clear = mi.Float(2.0), mi.Float(0.5)
+    assert float(turn.density((thick, clear), mi.Float(0.3), mi.Bool(False), mi.Bool(True))[0]) == 1.0
+    assert float(turn.density((thick, clear), mi.Float(0.3), mi.Bool(True), mi.Bool(True))[0]) == 0.5

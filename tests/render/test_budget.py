@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.render.cost import adaptive, asked
+from spectral_core.render.cost.errors import Wide
 from spectral_core.render.steps import FEW_PATHS, pass_sizes
 from spectral_core.render.trace.chosen_pixels import Sums
 from spectral_core.scene import Camera, Film, Scene
@@ -48,8 +49,15 @@ def _traced_until(monkeypatch, speed, budget=10.0):
     monkeypatch.setattr(adaptive, "time", clock)
     tracer = Tracer(clock)
     job = SimpleNamespace(chosen_pixels=lambda: tracer, scene=SimpleNamespace(film=Film(64, 48)))
-    picture = adaptive.AdaptivePicture(job)
-    picture.launch_s, picture.seconds_per_path = LAUNCH_S, speed(0.0)
+    probe = SimpleNamespace(
+        launch_s=LAUNCH_S,
+        seconds_per_path=speed(0.0),
+        slowness=1.0,
+        wide=lambda: Wide(np.zeros(1, np.int64)),
+        compared=lambda *_: None,
+        rarity=lambda *_, **__: 1.0,
+    )
+    picture = adaptive.AdaptivePicture(job, probe)
     adaptive.until_time(picture, clock.now + budget, 8, lambda _: False)
     return picture, tracer, clock.now - 100.0
 

@@ -226,7 +226,7 @@ def test_probe_pixels_are_blocks_distributed_over_the_picture():
     film = Film(1920, 1080)
     pixels = probe_pixels(film)
     assert 7800 < len(pixels) <= 8192 and len(np.unique(pixels)) == len(pixels)
-    blocks = pixels.reshape(-1, 2, 16)
+    blocks = pixels.reshape(-1, 4, 8)
     assert (
         pixels.max() < 1920 * 1080 and np.all(np.diff(blocks, axis=2) == 1) and np.all(np.diff(blocks, axis=1) == 1920)
     )

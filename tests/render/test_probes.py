@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from dataclasses import replace
 from math import acos, pi, sqrt
 
 import numpy as np
 import pytest
 
-from spectral_core.scene import Computed, Emission, Film, Instance, Material, Mesh
+from spectral_core.scene import Computed, Diffuse, Emission, Film, Instance, Material, Mesh, PointLight
 from spectral_core.scene.shading import Builder
 from tests.render.scenes import lit_plane, looking_down, matrix, plane
 
@@ -73,3 +75,27 @@ def test_editing_a_distance_compiles_nothing():
     results = (build.add("occlusion", (normal, build.number(d)), 16, False, False) for d in (1.0, 2.0))
     programs = [build.program(result) for result in results]
     assert programs[0].shape == programs[1].shape
+
+
+@pytest.mark.parametrize(("operation", "rest"), [("occlusion", (4, False, False)), ("bevel", (4,))])
+def test_programs_find_the_scene_of_a_tracer_whose_job_has_ended(operation, rest):
+    """``cost_curve`` keeps the tracer of a job, not the job; the scene ends with the tracer."""
+    from spectral_core.render import cost_curve
+    from spectral_core.render.cost.fixed import plan_of_render
+    from spectral_core.render.job import RenderJob
+
+    build = Builder()
+    result = build.add(operation, (build.add("vector_input", (), "normal", 0), build.number(0.5)), *rest)
+    surface = Diffuse(Computed(build.program(build.as_width(result, 3))))
+    lamp = PointLight(name="lamp", world_from_light=matrix((0, 0, 1.0)), power_w=10)
+    scene = lit_plane(lamp, surface=surface, film=Film(8, 8, samples=2))
+    job = RenderJob(scene, plan_of_render(scene))
+    loaded, tracer = weakref.ref(job.loaded.scene), job.chosen_pixels()
+    del job
+    gc.collect()
+    numbers = np.arange(64)
+    assert tracer.trace_halves(numbers, 0 * numbers, 0 * numbers + 1).colors[:, 2].min() > 0
+    assert cost_curve(scene).now.delta_e > 0
+    del tracer
+    gc.collect()
+    assert loaded() is None

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
+from spectral_core.render.trace.below import guide
 from spectral_core.scene import (
     Camera,
     Color,
@@ -18,6 +19,7 @@ from spectral_core.scene import (
     RenderSettings,
     Scene,
     Subsurface,
+    SunLight,
     World,
     gray,
 )
@@ -26,12 +28,12 @@ from tests.render.scenes import matrix, sphere_mesh
 pytest.importorskip("mitsuba")
 
 
-def _ball(surface, transport="rgb"):
-    """Mean color of the center of a ball under a uniform sky."""
+def _ball(surface, transport="rgb", samples=64, seed=0, whole=False):
+    """Mean color of the center of a ball under a uniform sky; ``whole``: its pixels."""
     camera = Camera(world_from_camera=matrix((0, 0, 4)), field_of_view_rad=0.25)
     scene = Scene(
         camera=camera,
-        film=Film(8, 8, samples=64),
+        film=Film(8, 8, samples=samples, seed=seed),
         meshes=(sphere_mesh(24),),
         materials=(Material("m", surface),),
         instances=(Instance("ball", "sphere", np.eye(4), ("m",)),),
@@ -40,7 +42,7 @@ def _ball(surface, transport="rgb"):
     )
     pixels = render_scene(scene).pixels
     assert np.isfinite(pixels).all()
-    return pixels[..., :3].mean((0, 1))
+    return pixels[..., :3] if whole else pixels[..., :3].mean((0, 1))
 
 
 @pytest.mark.parametrize("color", [0.3, 0.8, 1.0])
@@ -84,3 +86,46 @@ def test_transports_agree_and_principled_has_its_share():
     plain = _ball(Principled(color))
     assert np.all(whole["rgb"] > 0.85 * plain)
     assert np.all(whole["rgb"] < 1.02 * plain)
+
+
+def _through(model, thickness, anisotropy, seed):
+    """Mean color of the center of a thin lens with the sun behind it."""
+    skin = Subsurface(Color([0.8, 0.5, 0.4]), (1.0, 0.3, 0.1), 0.5, scattering_anisotropy=anisotropy, model=model)
+    scene = Scene(
+        camera=Camera(world_from_camera=matrix((0, 0, 4)), field_of_view_rad=0.25),
+        film=Film(8, 8, samples=256, seed=seed),
+        meshes=(sphere_mesh(24),),
+        materials=(Material("m", skin),),
+        instances=(Instance("ball", "sphere", np.diag([1.0, 1.0, thickness, 1.0]), ("m",)),),
+        lights=(SunLight(name="sun", world_from_light=np.diag([1.0, -1.0, -1.0, 1.0]), irradiance=3.0),),
+        settings=RenderSettings(max_bounces=8),
+    )
+    return render_scene(scene).pixels[..., :3].mean((0, 1))
+
+
+@pytest.mark.parametrize(
+    ("model", "thickness", "anisotropy"),
+    [("random_walk", 0.02, 0.0), ("random_walk", 0.05, 0.8), ("random_walk_skin", 0.03, 0.3)],
+)
+def test_guided_turns_change_no_mean(monkeypatch, model, thickness, anisotropy):
+    """Light that reaches the opposite side is guided most."""
+    guided = np.array([_through(model, thickness, anisotropy, seed) for seed in range(6)])
+    monkeypatch.setattr(guide, "GUIDED", 0.0)
+    plain = np.array([_through(model, thickness, anisotropy, seed) for seed in range(6)])
+    error = np.sqrt(guided.var(0, ddof=1) / 6 + plain.var(0, ddof=1) / 6)
+    assert guided.mean(0)[0] > 0.3
+    assert np.all(np.abs(guided.mean(0) - plain.mean(0)) < 4.5 * error + 0.002 * plain.mean(0) + 1e-6)
+
+
+def test_the_noise_of_channels_with_different_radii(monkeypatch):
+    """The relative variance of a sample under a sky is 0.47, and 1.06 without guided turns."""
+
+    def noise():
+        skin = Subsurface(Color([0.8, 0.5, 0.4]), (1.0, 0.2, 0.1), 0.05)
+        found = np.array([_ball(skin, samples=16, seed=seed, whole=True) for seed in range(8)])
+        return float((found.var(0, ddof=1) / found.mean((0, 1, 2)) ** 2).mean()) * 16
+
+    guided = noise()
+    monkeypatch.setattr(guide, "GUIDED", 0.0)
+    assert guided < 0.6
+    assert noise() > 1.5 * guided

@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import bpy
@@ -23,17 +23,21 @@ from ... import jobs
 from ...properties.hooks import Topic, ignore, listen
 from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
+from ...translate.viewport.kept import Unfinished
 from ...translate.viewport.look import look_of
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..palette.picture import shown_in
 from . import stages
+from .patience import Patience
 from .stages import Stage
 
 REDRAW_S = 0.095
 """Longest time of a redraw, the time of its change included: the interface must not block for 100 ms. What is left
 after the drawing is the wait for the first picture of a change; a later picture needs another redraw.
 """
+UPDATE_S = 0.06
+"""Time of one update after which it begins no further mesh, material or lamp; the next redraw continues."""
 FINE_LEVEL, FINE_WAIT_S = 4, 0.035
 """Distance of pixels of a picture that a redraw prefers to a coarser one, and its wait for it: 30 redraws a second."""
 _names = itertools.count(1)
@@ -64,7 +68,9 @@ class _Side:
     key: tuple[Any, ...] = ()
     viewpoint: Viewpoint | None = None
     generation: int = 0
-    is_changed: bool = True
+    changed: frozenset[str] = frozenset(("scene",))
+    """What has changed since the latest request: fields of the scene; none if only the view did."""
+    patience: Patience = field(default_factory=Patience)
 
 
 class ViewSession:
@@ -77,6 +83,7 @@ class ViewSession:
         self._sides: list[_Side] = []
         self._trouble = ""
         self._spent = 0.0
+        self._is_unfinished = False
         self.drawing_seconds = 0.0
         """Time of the latest redraw without its wait."""
 
@@ -88,14 +95,23 @@ class ViewSession:
     def update(self, context: Any, depsgraph: Any) -> None:
         """Send the changes of an edit. Called on the main thread, the only one that may read the depsgraph."""
         stage = self._enter(context, depsgraph)
-        self._spent = 0.0
         began = time.monotonic()
         _stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene))
+        self._send(context, depsgraph, _stages[stage])
+        self._spent = time.monotonic() - began
+
+    def _send(self, context: Any, depsgraph: Any, stage: Stage) -> None:
+        """Translate and send the scene, or a part of the translation if it takes long."""
         settings = depsgraph.scene.spectral.viewport
+        stage.kept.limit(UPDATE_S)
+        self._is_unfinished = False
         try:
-            scene = self._translated(context, depsgraph, _stages[stage])
+            scene = self._translated(context, depsgraph, stage)
             chosen = [settings.look, settings.other][: 2 if settings.is_split else 1]
             looks = [look_of(look, depsgraph.scene) for look in chosen]
+        except Unfinished:
+            self._is_unfinished, self._trouble = True, ""
+            return
         except SpectralError as error:
             self._trouble = str(error)
             return
@@ -109,8 +125,7 @@ class ViewSession:
                 self._sides.append(_Side(f"{self.name}.{number}"))
             side = self._sides[number]
             side.look = look
-            side.is_changed |= self.link.show(self._stage_of(side), look.on(scene))
-        self._spent = time.monotonic() - began
+            side.changed |= self.link.show(self._stage_of(side), look.on(scene))
 
     def _stage_of(self, side: _Side) -> str:
         """The left sides of all views show one scene, the right sides another."""
@@ -149,20 +164,29 @@ class ViewSession:
         """The pictures to draw now, from left to right; requests new ones if anything has changed."""
         if not self._stage:
             self.update(context, depsgraph)
+        elif self._is_unfinished:
+            began = time.monotonic()
+            self._send(context, depsgraph, _stages[self._stage])
+            self._spent = time.monotonic() - began
+        if self._is_unfinished:
+            self._redraw()
+            return [replace(self._picture(side), is_current=False) for side in self._sides] or [Picture(None, False)]
         if self._trouble or not self._sides:
             shown = self.link.latest(self._sides[0].name) if self._sides else None
             return [Picture(shown, is_current=False, trouble=self._trouble)]
         settings = depsgraph.scene.spectral.viewport
         if not settings.is_paused:
-            asked = [side for side in self._sides if self._ask(side, context, depsgraph)]
             # less the time of the update itself: Blender's own work between the two is not this extension's
             began = time.monotonic() - self._spent
             self._spent = 0.0
-            longest = REDRAW_S - self.drawing_seconds
-            for wait_s, level in ((longest, COARSEST), (FINE_WAIT_S, FINE_LEVEL)):
-                for side in asked:
-                    left = began + wait_s - time.monotonic()
-                    self.link.wait(side.name, side.generation, max(0.0, left), level)
+            waits = {side.name: self._ask(side, began, context, depsgraph) for side in self._sides}
+            for most_s, level in ((REDRAW_S, COARSEST), (FINE_WAIT_S, FINE_LEVEL)):
+                for side in self._sides:
+                    left = began + min(most_s, waits[side.name]) - time.monotonic()
+                    if left > 0:
+                        self.link.wait(side.name, side.generation, left, level)
+        for side in self._sides:
+            side.patience.notice(self.link.latest(side.name))
         return [self._picture(side) for side in self._sides]
 
     def _picture(self, side: _Side) -> Picture:
@@ -170,8 +194,8 @@ class ViewSession:
         is_current = shown is not None and shown.frame.generation >= side.generation
         return Picture(shown, is_current, self.link.trouble(side.name), side.look.picture_matrix)
 
-    def _ask(self, side: _Side, context: Any, depsgraph: Any) -> bool:
-        """Request a new picture of a side if it would differ from the last."""
+    def _ask(self, side: _Side, began: float, context: Any, depsgraph: Any) -> float:
+        """Request a new picture of a side if it would differ from the last; the time from ``began`` to wait for it."""
         space, region = context.space_data, context.region
         camera = space.camera if space.use_local_camera and space.camera else depsgraph.scene.camera
         seen = None if camera is None else camera.evaluated_get(depsgraph)
@@ -182,12 +206,13 @@ class ViewSession:
         border = border_of(context.region_data, space, seen, depsgraph.scene)  # the original knows it at once
         part = None if border is None else pixels_of(border, size)
         key = (*size, samples, exposure, stage, part)
-        if key == side.key and viewpoint.same_as(side.viewpoint) and not side.is_changed:
-            return False
+        if key == side.key and viewpoint.same_as(side.viewpoint) and not side.changed:
+            return 0.0
         request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
-        side.key, side.viewpoint, side.is_changed = key, viewpoint, False
-        return True
+        wait_s = side.patience.wait_s(side.generation, side.changed, began, REDRAW_S - self.drawing_seconds)
+        side.key, side.viewpoint, side.changed = key, viewpoint, frozenset()
+        return wait_s
 
     def fail(self, text: str) -> None:
         """Show a text in place of a picture until the next edit."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -33,6 +34,10 @@ meshes.
 """
 
 
+class Unfinished(Exception):
+    """A translation has reached its time limit. The parts made so far are kept: the next one continues."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
     """One kept part. ``makers``: session numbers of its sources. ``state``: other data that it depends on."""
@@ -54,6 +59,20 @@ class Kept:
     meshes: dict[Any, tuple[Mesh | None, frozenset[int]]] = field(default_factory=dict)
     parts: dict[Any, Part] = field(default_factory=dict)
     images: dict[Any, Any] = field(default_factory=dict)
+    _end: float = float("inf")
+    _has_progress: bool = False
+
+    def limit(self, seconds: float) -> None:
+        """Limit the next translation: it raises ``Unfinished`` before a part that would begin later than this.
+
+        At least one new part is made and kept before that, so that repeated translations come to an end.
+        """
+        self._end, self._has_progress = time.monotonic() + seconds, False
+
+    def spend(self) -> None:
+        """Called before each new part. Raises Unfinished after the time limit."""
+        if self._has_progress and time.monotonic() > self._end:
+            raise Unfinished
 
     def clear(self) -> None:
         """Drop everything if the changes are unknown, as after an undo."""
@@ -90,10 +109,17 @@ class Kept:
         if makers:
             self.parts = {key: part for key, part in self.parts.items() if part.makers.isdisjoint(makers)}
 
+    def keep(self, key: Any, part: Part) -> None:
+        """Keep a new part."""
+        self.parts[key] = part
+        self._has_progress = True
+
     def mesh(self, key: Any, makers: frozenset[int], make: Callable[[], Mesh | None]) -> Mesh | None:
         """The mesh of a key, created if none is kept."""
         if key not in self.meshes:
+            self.spend()
             self.meshes[key] = make(), makers
+            self._has_progress = True
         return self.meshes[key][0]
 
 
@@ -117,9 +143,10 @@ def kept_or_made(
         for note in found.notes:
             translation.note(note.subject, note.message)
         return found.value
+    kept.spend()
     with translation.listening() as heard:
         value = make()
     kept.parts.pop(key, None)
     if not heard.reads_elsewhere:
-        kept.parts[key] = Part(value, makers, state, heard.notes)
+        kept.keep(key, Part(value, makers, state, heard.notes))
     return value

@@ -7,7 +7,7 @@ Each reflectance is then a separate problem, which daqp solves in microseconds; 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +44,9 @@ class PlainPalette:
         n = len(self.surface_gram)
         self._no_rows, self._no_sense = np.zeros((0, n)), np.zeros(n, dtype=np.int32)
         self._measured: Array | None = None
-        # The reflectances of the last call: daqp starts from them, and needs fewer steps.
         self._last = np.zeros((rows, n))
+        # Each starts from the active bounds of its last solution, and needs fewer steps.
+        self._models: dict[int, Any] = {}
 
     @classmethod
     def of(cls, assembler: Assembler, *, perceptual: bool = False) -> Self | None:
@@ -147,11 +148,17 @@ class PlainPalette:
         import daqp
 
         low, high = self.bounds
-        rows, sense = self._no_rows, self._no_sense
-        x, _, flag, _ = daqp.solve(hessian, linear, rows, high, low, sense, primal_start=self._last[i])
+        model = self._models.get(i)
+        if model is None:
+            model = self._models[i] = daqp.Model()
+            model.setup(hessian, linear, self._no_rows, high, low, self._no_sense)
+        else:
+            model.update(H=hessian, f=linear)
+        x, _, flag, _ = model.solve()
         if flag <= 0 or not np.isfinite(x).all():
-            # a start that is unsuitable for this light; a cold start of daqp has no such problem
-            x, _, _, _ = daqp.solve(hessian, linear, rows, high, low, sense)
+            # bounds of the last solution that are unsuitable for this light; a cold start has no such problem
+            del self._models[i]
+            x, _, _, _ = daqp.solve(hessian, linear, self._no_rows, high, low, self._no_sense)
         if np.isfinite(x).all():
             self._last[i] = np.minimum(np.maximum(x, low), high)
         return self._last[i]

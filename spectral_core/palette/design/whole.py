@@ -59,5 +59,7 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
             break
         if number > (LEAD if both else 1) and rounds.settled(state, perceptual=metric):
             break
+        if number > LEAD and budget.left <= LAST_ROUNDS * took:  # a descent would leave no time for its last round
+            break
     rounds.check(state, perceptual=perceptual)
     return state

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.cost.allocate import for_error, for_samples
-from spectral_core.render.cost.errors import Estimate, estimated, expected_errors, rarity, rarity_after
-from spectral_core.render.cost.resample import pools
+from spectral_core.render.cost.errors import Estimate, Wide, estimated, expected_errors, rarity, rarity_after
+from spectral_core.render.cost.probe import Probe
+from spectral_core.render.cost.resample import BLOCK, pools
 from spectral_core.render.job import RenderJob
 
 Array = NDArray[np.float64]
@@ -61,11 +62,11 @@ class Outcome:
 class AdaptivePicture:
     """The two halves of a picture, its tiles, and how many samples each pixel has in each half.
 
-    ``usual_rarity``: factor for light on rare paths by the samples of a half, until the picture has enough rounds.
+    ``probe``: some of its pixels, traced before, with which it is compared.
     """
 
-    def __init__(self, job: RenderJob, usual_rarity: Callable[[float], float] = lambda _: 1.0) -> None:
-        self._usual_rarity = usual_rarity
+    def __init__(self, job: RenderJob, probe: Probe) -> None:
+        self._probe = probe
         self._tracer = job.chosen_pixels()
         self.film = job.scene.film
         width, height = self.film.size
@@ -81,12 +82,14 @@ class AdaptivePicture:
         self.tile = (row // TILE_HEIGHT) * self._across + column // TILE_WIDTH
         self.tile_pixels = np.bincount(self.tile, minlength=self._across * self._up).astype(np.float64)
         self._pools = pools(np.arange(pixels), width)
+        self._wide = Wide(pools(np.arange(pixels), width, BLOCK), probe.wide().repeated)
         self._watched = np.flatnonzero(np.random.default_rng(self.film.seed).random(pixels) < WATCHED / pixels)
         self._earlier: list[tuple[Array, Array, Array]] = []
         self._errors: Array | None = None
         self._rarity: float | None = None
         self.lost = 0
-        self.seconds_per_path, self.launch_s = 0.0, 0.05
+        self.seconds_per_path = probe.seconds_per_path * probe.slowness
+        self.launch_s = probe.launch_s * probe.slowness
         self.dearer = 1.0
         """Time of a path of later rounds over that of the first samples."""
 
@@ -137,7 +140,7 @@ class AdaptivePicture:
     def errors(self) -> Array:
         """ΔE2000 of each pixel so far."""
         if self._errors is None:
-            self._errors = expected_errors(self.halves(), self._pools)
+            self._errors = expected_errors(self.halves(), self._pools, self._wide)
         return self._errors
 
     def remember(self) -> None:
@@ -152,10 +155,13 @@ class AdaptivePicture:
         return self._rarity
 
     def _found_rarity(self) -> float:
+        told = self._probe.compared(self.halves(), self.counts, self.errors())
+        if told is not None:
+            return told
         now = self.counts[self._watched].astype(np.float64)
         past = [each for each in self._earlier if 3.9 * each[0].mean() <= now.mean()]
         if not past:
-            return self._usual_rarity(float(now.mean()))
+            return self._probe.rarity(float(now.mean()), of_half=False)
         counts, early, errors = past[-1]
         factor = rarity(early, self.halves()[:, self._watched], counts, now, errors)
         return rarity_after(factor, float(counts.mean()), float(now.mean()))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.cost.adaptive import AIM, AdaptivePicture, Outcome, until_error, until_time
 from spectral_core.render.cost.allocate import Laws
-from spectral_core.render.cost.errors import Estimate, expected_errors, pixel_errors
+from spectral_core.render.cost.errors import Estimate, Wide, expected_errors, pixel_errors
 from spectral_core.render.cost.model import DRAWN, LATER, CostModel, Prediction, measured_model
 from spectral_core.render.cost.probe import Probe
 from spectral_core.render.cost.work import Meter, Spent
@@ -96,9 +96,7 @@ def render_asked(
     model = measured_model(
         probe, least=16, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
     )
-    picture = AdaptivePicture(job, lambda samples: probe.rarity(samples, of_half=False))
-    picture.launch_s = probe.launch_s * probe.slowness
-    picture.seconds_per_path = probe.seconds_per_path * probe.slowness
+    picture = AdaptivePicture(job, probe)
     if wanted is not None:
         prediction, picture.dearer = predicted_error(probe, model, meter, wanted)
     else:
@@ -167,9 +165,12 @@ def _looking(probe: Probe) -> float:
     """Work of a comparison of the two halves of the picture."""
     times = -(-_LOOKED_AT // len(probe.pixels))
     halves = np.tile(probe.halves(), (1, times, 1))
-    pools = np.concatenate([probe.pools + k * (probe.pools.max() + 1) for k in range(times)])
+    pools, blocks = (
+        np.concatenate([numbers + k * (numbers.max() + 1) for k in range(times)])
+        for numbers in (probe.pools, probe.blocks)
+    )
     meter = Meter()
-    expected_errors(halves, pools)
+    expected_errors(halves, pools, Wide(blocks, probe.wide().repeated))
     pixel_errors(halves[0], halves[1])  # the comparison with an earlier picture takes as long
     width, height = probe.film.size
     return meter.read().work * width * height / len(pools)

@@ -25,9 +25,30 @@ DARK_SHARE = 0.05
 RARITY_POWER = 0.25
 """Power of the number of samples by which the factor for light on rare paths approaches 1."""
 
-MOST_RARITY, LEAST_RARITY, SURELY_LESS = 3.0, 0.2, 0.8
+MOST_RARITY, LEAST_RARITY, UNMET = 3.0, 0.2, 0.8
+"""Limits of that factor. Later samples may have met little of the rare light either: they lower the estimate only where
+they see less than 1 minus ``UNMET`` times the early part of the samples.
+"""
 LEAST_SHARE = 0.1
 """Least share of pixels that must have twice their early samples for a factor."""
+
+
+LOCAL, IN_BLOCK = 1.5, 2.0
+"""Factors of the two correlations of ``Wide``: the noise of a neighborhood counts by 1 minus such a multiple."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wide:
+    """Larger neighborhoods than pools, for light so rare that most pools have met none of it.
+
+    ``blocks``: (n,) number of each pixel's block of several pools, from 0. ``repeated``: correlation of the errors of
+    early and of later samples, of pixels within pools and of pools within blocks (``repetition``). Light on rare paths
+    comes anywhere, so the correlation is 0; noise at edges and of small caustics stays in its place, and its neighbors
+    do not have it.
+    """
+
+    blocks: Numbers
+    repeated: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,14 +75,40 @@ def relative_errors(first: Array, second: Array, *, of_half: bool = False) -> Ar
     return np.asarray(away**2 / (mean**2 + floor**2))
 
 
-def expected_errors(halves: Array, blocks: Numbers, *, of_half: bool = False) -> Array:
-    """ΔE2000 (n,) of each pixel, where light on rare paths counts also in pixels of a block that have met none of it.
+def expected_errors(halves: Array, pools: Numbers, wide: Wide | None = None, *, of_half: bool = False) -> Array:
+    """ΔE2000 (n,) of each pixel, where light on rare paths counts also in pixels of a pool that have met none of it.
 
-    ``halves``: (2, n, 3); ``blocks``: (n,) number of each pixel's block of neighbors, from 0.
+    ``halves``: (2, n, 3); ``pools``: (n,) number of each pixel's pool of neighbors, from 0; ``wide``: larger ones.
     """
     first, second = halves
-    own = pixel_errors(first, second, of_half=of_half)
-    return with_missed(own, PooledNoise(halves, blocks).errors(1 if of_half else 2), blocks)
+    own, parts = pixel_errors(first, second, of_half=of_half), 1 if of_half else 2
+    pooled = PooledNoise(halves, pools).errors(parts)
+    if wide is not None:
+        in_pool, in_block = wide.repeated
+        if IN_BLOCK * in_block < 1:
+            share = 1 - IN_BLOCK * max(in_block, 0.0)
+            pooled = pooled + share * (PooledNoise(halves, wide.blocks).errors(parts) - pooled)
+        pooled = own + max(0.0, 1 - LOCAL * max(in_pool, 0.0)) * (pooled - own)
+    return with_missed(own, pooled, pools)
+
+
+def repetition(early: Array, late: Array, counts: tuple[float, float], pools: Numbers, blocks: Numbers) -> Any:
+    """Correlations (2,) of the errors of early samples and of those after them: of pixels within pools, of pools within
+    blocks. ``early``, ``late``: (2, n, 3) means of the halves after ``counts`` samples; each pool is in one block.
+    """
+    first, last = counts
+    rest = (late * last - early * first) / (last - first)
+    errors = np.stack([pixel_errors(*early), pixel_errors(*rest)])
+    means = np.stack([block_means(each, pools) for each in errors])
+    of_pool = np.zeros(means.shape[1], np.int64)
+    of_pool[pools] = blocks
+    return np.array([_correlation(errors, pools), _correlation(means, of_pool)])
+
+
+def _correlation(pair: Array, groups: Numbers) -> float:
+    """Correlation of two rows of numbers (2, n) about the means of their groups (n,)."""
+    one, other = (each - block_means(each, groups)[groups] for each in pair)
+    return float(2 * (one @ other) / max(float(one @ one + other @ other), 1e-30))
 
 
 def with_missed(own: Array, pooled: Array, blocks: Numbers) -> Array:
@@ -114,16 +161,14 @@ def rarity(
         pairs, ratio = [(early.mean(axis=0), rest.mean(axis=0))], first / more
     seen = np.mean([delta_e_2000(_lab(a), _lab(b)) for a, b in pairs], axis=0) / np.sqrt(1 + ratio)
     compared = float(np.mean(seen)) / max(float(np.mean(errors[some])), 1e-9)
-    # later samples may have met little of the rare light, so they lower the estimate only where they see far less
-    if compared < SURELY_LESS:
-        return max(compared / SURELY_LESS, LEAST_RARITY)
+    surely = 1 - UNMET * float(np.mean(first / last))
+    if compared < surely:
+        return max(compared / surely, LEAST_RARITY)
     return min(max(compared, 1.0), MOST_RARITY)
 
 
 def rarity_after(factor: float, early: float, late: float) -> float:
-    """The same factor after more samples: paths that were rare become common slowly; edges stay."""
-    if factor < 1:
-        return factor
+    """The same factor after more samples: paths that were rare become common slowly."""
     return 1 + (factor - 1) * min(1.0, max(early, 1e-9) / max(late, 1e-9)) ** RARITY_POWER
 
 

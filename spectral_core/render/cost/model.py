@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -147,23 +147,20 @@ def measured_model(
     """
     width, height = probe.film.size
     counts: list[int] = []
-    errors: list[float] = []
     spent, count = 0.0, 1
     while True:
         before = probe.samples
-        errors.append(probe.trace_to(count).delta_e)
+        probe.trace_to(count)
         counts.append(count)
         spent += 2 * (count - before) * len(probe.pixels) * probe.seconds_per_path
-        known = tuple(error * probe.rarity(each) for each, error in zip(counts, errors, strict=True))
-        rate = probe.seconds_per_path * width * height
-        model = CostModel(tuple(counts), known, rate, fixed_s, probe.slowness)
         hurries = budget_s is not None and _NEXT_STEP * probe.seconds > _PROBE_SHARE * budget_s
         if count >= least or hurries:
-            model = replace(model, later=_later(probe))
-        if hurries:
-            return model
-        if count >= most:
-            return model
+            # later samples tell more of the noise of the earlier ones
+            known = tuple(probe.error_of(each) for each in counts)
+            rate = probe.seconds_per_path * width * height
+            model = CostModel(tuple(counts), known, rate, fixed_s, probe.slowness, _later(probe))
+            if hurries or count >= most:
+                return model
         if count >= least and spent >= timed_s:
             wanted = model.for_error(asked) if asked is not None else None
             wanted = model.for_time(budget_s) if budget_s is not None else wanted

@@ -15,21 +15,19 @@ from numpy.typing import NDArray
 from spectral_core.render.cost.allocate import Laws
 from spectral_core.render.cost.errors import (
     Estimate,
+    Wide,
     block_means,
     estimated,
     expected_errors,
     rarity,
     rarity_after,
+    repetition,
 )
-from spectral_core.render.cost.resample import POOL, PooledNoise, pools
+from spectral_core.render.cost.resample import BLOCK, POOL, PooledNoise, pools
 from spectral_core.render.cost.work import Meter
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Film
 
-BLOCK = (16, 2)
-"""Columns and rows of a block of neighboring pixels: the processor traces a row together, and all of them tell what
-more samples will meet.
-"""
 PIXELS = 8192
 _PARTS = (1, 2, 8, 32, 128)
 """Halves whose samples the drawn pictures have."""
@@ -43,6 +41,10 @@ _HOT_S, _MOST_HOT = 0.05, 64
 """Work of the launch that measures it, and its most samples."""
 _MANY = 8
 """Samples of a step whose time is that of its paths."""
+_MORE = 4
+"""Least ratio of the probe's samples to those of a picture that is compared with them."""
+_LATEST = 2
+"""Latest steps by which repeated noise is measured."""
 
 
 def probe_pixels(film: Film, count: int = PIXELS) -> NDArray[np.int64]:
@@ -126,6 +128,29 @@ class Probe:
             self._earlier.append((samples, self.halves().copy()))
         return estimated(self.errors(of_half=True), self.halves(), self.blocks, of_half=True)
 
+    def wide(self) -> Wide:
+        """The blocks, and how far the noise of later samples repeats that of earlier ones in its place."""
+
+        def find() -> Wide:
+            steps = list(zip(self._earlier, self._earlier[1:], strict=False))[-_LATEST:]
+            found = [
+                repetition(early, late, (first, last), self.pools, self.blocks)
+                for (first, early), (last, late) in steps
+            ]
+            in_pool, in_block = np.mean(found, axis=0) if found else (0.0, 0.0)
+            return Wide(self.blocks, (float(in_pool), float(in_block)))
+
+        return self._known(("wide", True), find)
+
+    def error_of(self, samples: int) -> float:
+        """ΔE2000 of a picture of ``samples``, as many as the probe once had, by all that it has told since."""
+        halves = next(halves for count, halves in self._earlier if count == samples)
+
+        def find() -> float:
+            return float(expected_errors(halves, self.pools, self.wide(), of_half=True).mean())
+
+        return float(self._known((f"error {samples}", True), find)) * self.rarity(samples)
+
     def _fit(self) -> None:
         """Time of a path: of the steps of many samples, once there are any, since a launch of few is mostly start.
 
@@ -170,7 +195,9 @@ class Probe:
 
     def errors(self, *, of_half: bool = False) -> NDArray[np.float64]:
         """ΔE2000 of each pixel so far."""
-        return self._known(("errors", of_half), lambda: expected_errors(self.halves(), self.pools, of_half=of_half))
+        return self._known(
+            ("errors", of_half), lambda: expected_errors(self.halves(), self.pools, self.wide(), of_half=of_half)
+        )
 
     def _known(self, what: tuple[str, bool], find: Callable[[], Any]) -> Any:
         """A result that holds until more samples are traced."""
@@ -182,7 +209,7 @@ class Probe:
         """Factor on the error of a picture for light on rare paths, see ``errors.rarity``: a picture of ``samples``, or
         without ``of_half`` one of two halves with as many each.
         """
-        known = [each for each in self._earlier if 4 * each[0] <= self.samples]
+        known = [each for each in self._earlier if _MORE * each[0] <= self.samples]
         if not known:
             return 1.0
         # the comparison of about as few samples as the picture has, where there is one
@@ -190,10 +217,24 @@ class Probe:
 
         def find() -> float:
             same = np.ones(len(self.pixels))
-            errors = expected_errors(halves, self.pools, of_half=of_half)
+            errors = expected_errors(halves, self.pools, self.wide(), of_half=of_half)
             return rarity(halves, self.halves(), same * count, same * self.samples, errors, of_half=of_half)
 
         return rarity_after(self._known((f"rarity {count}", of_half), find), count, samples)
+
+    def compared(
+        self, halves: NDArray[np.float64], counts: NDArray[np.int64], errors: NDArray[np.float64]
+    ) -> float | None:
+        """The same factor for a picture of few samples, from its pixels of the probe; None if it has too many.
+
+        Adaptive sampling leaves the noise that a picture does not show, so its own errors become too small. ``halves``
+        (2, pixels, 3), ``counts`` of samples and ``errors``: of the whole picture.
+        """
+        here = counts[self.pixels].astype(np.float64)
+        if _MORE * here.mean() > self.samples:
+            return None
+        every = np.full(len(here), float(self.samples))
+        return rarity(halves[:, self.pixels], self.halves(), here, every, errors[self.pixels])
 
     def later(self, growth: Sequence[int], *, of_half: bool = False) -> NDArray[np.float64]:
         """(len(growth), blocks): ΔE2000 of each block after ``growth`` times as many samples, drawn from the noise of

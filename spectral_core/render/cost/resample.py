@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 POOL = (4, 2)
 """Columns and rows of the pixels whose noise is pooled. More of them would smear the noise of small caustics."""
+BLOCK = (8, 4)
+"""The same of a block of pools, for light so rare that most pools have met none of it."""
 _LEAST_SCALE = 0.1
 """Least brightness of a pixel relative to its block by which noise is scaled: noise of a texture follows its albedo."""
 

@@ -36,6 +36,10 @@ class FirstHit:
     """The emitter that the camera sees behind everything, None for black."""
     rules: Tables | None = None
     """The shapes that the camera does not see, and the holdouts."""
+    home: Any = None
+    """The ``LoadedScene``: programs that send rays find the scene only as long as it exists, and every tracer has this
+    object.
+    """
 
     @property
     def looks_through(self) -> bool:

@@ -109,7 +109,8 @@ class RangeTables:
         if self.is_even:
             # Equal bins need no search: this runs over every brick of the field, millions of them.
             scale = BINS / (self.edges[-1] - self.edges[0])
-            return np.clip((values - np.float64(self.edges[0])) * scale, 0, BINS - 1).astype(np.intp)
+            with np.errstate(over="ignore"):  # values far beyond the edges are in the first or last bin as well
+                return np.clip((values - np.float64(self.edges[0])) * scale, 0, BINS - 1).astype(np.intp)
         return np.clip(np.searchsorted(self.edges, values, side="right") - 1, 0, BINS - 1)
 
 

@@ -9,11 +9,17 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.subsurface import NO_RADIUS, Entry
+from spectral_core.render.trace.below.guide import Guide
 from spectral_core.render.trace.below.medium import medium_of
+from spectral_core.render.trace.below.numbers import Numbers
 
 MOST_STEPS = 256
 START = 1e-6
 """Depth below the surface at which a walk starts, over the size of its coordinates."""
+LEAST_SHARE = 0.05
+"""Share of its first throughput below which a walk may end by Russian roulette."""
+DRAWS = 5
+"""Random numbers of a step."""
 ALIKE_AFTER = 9
 """Steps of a walk with the given anisotropy; the rest scatters evenly in a medium that diffuses light alike (Cycles).
 """
@@ -70,40 +76,61 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
     reduced = extinction * (1.0 - albedo * entry.anisotropy)
     reduced_albedo = albedo * (1.0 - entry.anisotropy) / dr.maximum(1.0 - albedo * entry.anisotropy, 1e-9)
 
-    def body(ray: Any, factor: Any, steps: Any, walking: Any, left: Any, sampler: Any) -> tuple[Any, ...]:
+    first = mi.Ray3f(si.spawn_ray(dr.select(here, outward, direction)))
+    first.o = start_below(dr, si, outward)
+    guide = Guide.of(mi, dr, (first.o, smooth), (extinction, albedo), entry.anisotropy)
+    # numbers of the first step are stratified; over the many others that would change nothing
+    begin, numbers = sampler.next_2d(), Numbers.of(mi, sampler.next_2d())
+    faint = dr.maximum(LEAST_SHARE * dr.max(factor), 1e-6)
+    # One channel draws all distances, and all channels are weighted against the mixture (balance heuristic). It is
+    # chosen once, by a stratified number: radii that differ make a walk useful for one channel alone.
+    shares = dr.select(factor > 0.0, mi.Spectrum(1.0), 0.0)
+    shares /= dr.maximum(dr.sum(shares), 1.0)
+    drawn = lambda values: of_channel(dr, values, shares, begin.x)  # noqa: E731
+    thin = drawn(extinction), drawn(reduced)
+    guide.follow(drawn)
+
+    def body(
+        ray: Any, factor: Any, share: Any, steps: Any, behind: Any, straight: Any, walking: Any, left: Any
+    ) -> tuple[Any, ...]:
         late = steps > ALIKE_AFTER
         thick, bright = dr.select(late, reduced, extinction), dr.select(late, reduced_albedo, albedo)
-        # One channel draws the distance, chosen by its throughput; all channels are weighted against the mixture.
-        share = dr.abs(factor * bright)
-        total = dr.sum(share)
-        share = dr.select(total > 0.0, share / dr.maximum(total, 1e-30), 1.0 / dr.size_v(mi.Spectrum))
-        ray.maxt = -dr.log(1.0 - sampler.next_1d()) / of_channel(dr, thick, share, sampler.next_1d())
+        draw = [numbers.number(steps * DRAWS + k) for k in range(DRAWS)]
+        turn = guide.turned((ray, behind), dr.select(late, 0.0, entry.anisotropy), late, draw[:3])
+        ray.d = dr.select(walking & ~straight, turn.direction, ray.d)
+        is_first = steps == 0
+        steep = dr.select(late, thin[1], thin[0]) * dr.select(straight, 1.0, turn.stretch)
+        length = -dr.log(1.0 - dr.select(is_first, begin.y, draw[3])) / steep
+        # the first ray looks farther, for an opposite side by which light may leave
+        ray.maxt = dr.select(is_first, dr.maximum(length, guide.reach), length)
         hit = scene.ray_intersect_preliminary(ray, coherent=False, active=walking)
         met = walking & hit.is_valid()
-        ends = met & (tables.shape_number(hit) == own)
-        length = dr.select(met, hit.t, ray.maxt)
+        wall = met & (tables.shape_number(hit) == own)
+        behind = dr.select(is_first & wall, guide.depth(ray.o + ray.d * hit.t), behind)
+        met &= hit.t < length
+        ends = met & wall
+        length = dr.select(met, hit.t, length)
         clear = dr.exp(-thick * length)
-        # The density of this very step under the mixture of channels (one-sample balance heuristic).
-        density = dr.sum(share * dr.select(met, mi.Spectrum(1.0), thick) * clear)
+        # the density of this very step under the mixture, and each channel's share of it
+        likely = share * turn.density((thick, clear), length, met, straight)
+        inverse = dr.rcp(dr.maximum(dr.sum(likely), 1e-30))
         scattered = dr.select(met, mi.Spectrum(1.0), thick * bright)
-        gained = dr.select(density > 0.0, scattered * clear / dr.maximum(density, 1e-30), 0.0)
-        factor = mi.Spectrum(dr.select(walking, factor * gained, factor))
+        factor = mi.Spectrum(dr.select(walking, factor * scattered * clear * inverse, factor))
+        share = mi.Spectrum(likely * inverse)
         onward = walking & ~ends
-        g = dr.select(steps >= ALIKE_AFTER, 0.0, entry.anisotropy)
-        turned = mi.Frame3f(ray.d).to_world(scattering(mi, dr, g, sampler.next_2d()))
         # other objects inside this one are ignored by its walk
         step = dr.select(met, length * (1.0 + 1e-4) + 1e-6, length)
         ray.o = dr.select(onward, ray.o + ray.d * step, ray.o)
-        ray.d = dr.select(onward & ~met, turned, ray.d)
-        # A walk with a throughput below a millionth adds nothing visible.
-        alive = onward & (steps < MOST_STEPS) & (dr.max(factor) > 1e-6)
-        return ray, factor, steps + 1, alive, left | ends, sampler
+        # a walk that carries little ends by Russian roulette
+        survival = dr.minimum(dr.max(factor) / faint, 1.0)
+        alive = onward & (steps < MOST_STEPS) & (draw[4] < survival)
+        factor = dr.select(alive, factor / dr.maximum(survival, 1e-6), factor)
+        return ray, factor, share, steps + 1, behind, met, alive, left | ends
 
-    first = mi.Ray3f(si.spawn_ray(dr.select(here, outward, direction)))
-    first.o = start_below(dr, si, outward)
-    state = (first, mi.Spectrum(factor), mi.UInt32(0), enters, mi.Bool(False), sampler)
-    labels = ("ray", "factor", "steps", "walking", "left", "sampler")
-    ray, factor, _, _, left, sampler = dr.while_loop(state, lambda r, f, s, walking, e, m: walking, body, labels=labels)
+    begun = mi.UInt32(0), mi.Float(dr.inf), mi.Bool(True)
+    state = (first, mi.Spectrum(factor), mi.Spectrum(shares), *begun, enters, mi.Bool(False))
+    labels = ("ray", "factor", "share", "steps", "behind", "straight", "walking", "left")
+    ray, factor, *_, left = dr.while_loop(state, lambda r, f, c, n, b, s, walking, e: walking, body, labels=labels)
     # The walk's last distance must not limit the ray that continues from here.
     ray.maxt = dr.largest(mi.Float)
     return ray, factor, left | here, sampler
@@ -128,14 +155,3 @@ def of_channel(dr: Any, values: Any, share: Any, pick: Any) -> Any:
         chosen = dr.select(pick >= below, values[k], chosen)
         below = below + share[k]
     return chosen
-
-
-def scattering(mi: Any, dr: Any, g: Any, sample: Any) -> Any:
-    """Direction about +z by Henyey and Greenstein."""
-    square = dr.square((1.0 - g * g) / (1.0 - g + 2.0 * g * sample.x))
-    cosine = dr.select(
-        dr.abs(g) < 1e-3, 1.0 - 2.0 * sample.x, (1.0 + g * g - square) / (2.0 * dr.select(g == 0.0, 1.0, g))
-    )
-    sine = dr.safe_sqrt(1.0 - cosine * cosine)
-    around_y, around_x = dr.sincos(2.0 * dr.pi * sample.y)
-    return mi.Vector3f(sine * around_x, sine * around_y, cosine)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plugins.numbers import table
-from spectral_core.render.trace.below.walk import scattering
+from spectral_core.render.trace.below.guide import scattering
 from spectral_core.render.trace.media.grids import GridRow, MediumGrids
 
 FARTHEST = 1e12

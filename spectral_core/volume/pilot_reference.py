@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The reference of pilot rays: their colors by ever finer steps, until two marches agree or rounding sets the limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.volume.image import Stepping
+from spectral_core.volume.march.march_input import REFERENCE, Quadrature
+
+Array = NDArray[np.float64]
+March = Callable[[Stepping], Array]
+
+_SINGLE = 90.0  # dB: the picture and its reference have the same rounding of single precision
+_ROUNDING_DB = 50.0  # dB: two marches of lower agreement differ by more than rounding
+_COARSEST, _EVEN = 0.5, 1.0 / 16.0  # scale of the first march by the error rule; voxels of the first by uniform steps
+_FINEST = 0.02  # scale of the error rule below which uniform steps follow
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Colors of the pilot rays, their own SNR in dB, and the scale of the march that they are from."""
+
+    colors: Array
+    snr_db: float
+    scale: float
+
+
+@dataclass(frozen=True)
+class _Halved:
+    """A march, and its agreement in dB with the march of twice its steps."""
+
+    colors: Array
+    scale: float
+    agreed_db: float
+    is_rounded: bool = False
+    """True if finer steps only added rounding errors."""
+
+    @property
+    def own_db(self) -> float:
+        """Its expected SNR: halving the step removes three quarters of the error at second order, and half of it at
+        first order.
+        """
+        return self.agreed_db if self.is_rounded else self.agreed_db + 6.0
+
+
+def refined_reference(march: March, quadrature: Quadrature, agreement_db: float) -> Reference:
+    """March until the steps are fine enough for an error clearly below ``agreement_db``.
+
+    Steps of the error rule are halved until two marches agree, and uniform steps of a sixteenth of a voxel have to
+    agree too: two marches of one rule may both miss a feature that its estimate of roughness does not see. If these do
+    not agree, uniform steps are halved until they do.
+
+    Parameters
+    ----------
+    march
+        Marches the pilot rays with a stepping: their colors (rays, 3). All of its steps end at the faces of cells,
+        where the tips of objects are that a ray grazes.
+    quadrature
+        The quadrature of all marches.
+    agreement_db
+        SNR of one march against the next at which they agree.
+    """
+    adaptive = _halved(march, Stepping("error", quadrature, _COARSEST), _FINEST, agreement_db)
+    first = Stepping("uniform", quadrature, _EVEN)
+    even = _halved(march, first, REFERENCE.shortest_step, agreement_db + 4.0, adaptive)
+    own = even.own_db
+    # Where the two differ by more than the error of the adaptive march, they differ by that of the uniform one, which
+    # would be taken off the error of a picture by uniform steps.
+    better = adaptive if even.scale == _EVEN and adaptive.own_db > even.agreed_db else even
+    return Reference(better.colors, min(own, _SINGLE) if math.isfinite(own) else own, min(adaptive.scale, even.scale))
+
+
+def _halved(march: March, way: Stepping, last: float, wanted_db: float, before: _Halved | None = None) -> _Halved:
+    """The march whose steps are halved, from ``way`` down to ``last``, until it agrees with the one before.
+
+    Each halving doubles the number of roundings. So if the agreement of fine steps falls from one halving to the next,
+    the march before the fall is the better one.
+    """
+    marches: list[_Halved] = []
+    while True:
+        colors = march(way)
+        agreed = -math.inf if before is None else snr_db(colors, before.colors - colors)
+        before = _Halved(colors, way.scale, agreed)
+        marches.append(before)
+        fallen = [_ROUNDING_DB < b.agreed_db < a.agreed_db for a, b in pairwise(marches)]
+        if agreed > wanted_db or way.scale <= last or fallen[-2:] == [True, True]:
+            break
+        way = replace(way, scale=0.5 * way.scale)
+    while fallen and fallen.pop():
+        marches.pop()
+    return replace(marches[-1], is_rounded=marches[-1] is not before)
+
+
+def snr_db(signal: Array, error: Array) -> float:
+    """10·log10 of signal over error energy; infinite without error."""
+    noise, energy = float(np.sum(error**2)), float(np.sum(signal**2))
+    return math.inf if noise == 0 else -math.inf if energy == 0 else 10.0 * math.log10(energy / noise)

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An update that takes long continues in the next redraws, and ends with the same scene."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+MOST_REDRAWS = 60
+
+
+@pytest.fixture
+def slow(stage, monkeypatch):
+    """A view whose updates have no time left after one new part."""
+    from blender_addon.editing.viewport import session
+
+    monkeypatch.setattr(session, "UPDATE_S", -1.0)
+    stage.redraws = []
+    stage.session._redraw = lambda: stage.redraws.append(1)
+    return stage
+
+
+def redrawn(stage):
+    """Pictures of one redraw."""
+    return stage.session.look(stage.context, bpy.context.view_layer.depsgraph)
+
+
+def settled(stage):
+    """Number of redraws until no further one is requested."""
+    for number in range(1, MOST_REDRAWS):
+        stage.redraws.clear()
+        redrawn(stage)
+        if not stage.redraws:
+            return number
+    raise AssertionError("the update does not end")
+
+
+def followed(stage, edit):
+    """The calls of Blender after an edit."""
+
+    def follow(_scene, depsgraph):
+        stage.session.update(stage.context, depsgraph)
+
+    bpy.app.handlers.depsgraph_update_post.append(follow)
+    try:
+        edit()
+        bpy.context.view_layer.update()
+    finally:
+        bpy.app.handlers.depsgraph_update_post.remove(follow)
+
+
+def sent(stage):
+    return next(iter(stage.link.scenes.values()), None)
+
+
+def differs(stage):
+    from blender_addon.translate.scene import translate_scene
+    from spectral_core.render.live.changes import difference
+    from spectral_core.scene import Camera
+
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    camera = Camera(world_from_camera=np.eye(4))
+    whole = translate_scene(depsgraph, film=sent(stage).film, seen_from=camera, shows=lambda _instance: True)
+    left = difference(sent(stage), whole)
+    return list(left.items), list(left.singles)
+
+
+def test_a_first_update_is_divided(slow):
+    followed(slow, lambda: None)
+    assert sent(slow) is None
+    assert settled(slow) > 3
+    assert differs(slow) == ([], [])
+
+
+def test_nothing_is_sent_or_called_current_before_the_end(slow):
+    followed(slow, lambda: None)
+    settled(slow)
+    before, asked = sent(slow), len(slow.link.requests)
+
+    def edit():
+        for _ in range(3):
+            bpy.ops.mesh.primitive_cube_add(location=(1, 1, 1))
+        for ball in bpy.data.objects:
+            if ball.type == "MESH":
+                ball.data.vertices[0].co.z += 0.1
+                ball.data.update()
+
+    followed(slow, edit)
+    slow.redraws.clear()
+    pictures = redrawn(slow)
+    assert [picture.is_current for picture in pictures] == [False]
+    assert slow.redraws
+    assert sent(slow) is before
+    assert len(slow.link.requests) == asked
+    settled(slow)
+    assert differs(slow) == ([], [])
+    assert len(slow.link.requests) == asked + 1
+
+
+def test_an_edit_during_a_divided_update_is_sent(slow):
+    followed(slow, lambda: None)
+    redrawn(slow)
+    redrawn(slow)
+    assert sent(slow) is None
+
+    def edit():
+        bpy.data.objects["Floor"].data.vertices[0].co.z = 0.7
+        bpy.data.objects["Floor"].data.update()
+        bpy.data.lights["Lamp"].energy = 77
+
+    followed(slow, edit)
+    settled(slow)
+    assert differs(slow) == ([], [])
+    assert [light.power_w for light in sent(slow).lights] == [77]
+
+
+def test_a_fast_update_is_not_divided(stage):
+    requested = []
+    stage.session._redraw = lambda: requested.append(1)
+    followed(stage, lambda: None)
+    assert sent(stage) is not None
+    redrawn(stage)
+    assert requested == []
+
+
+def test_parts_that_are_never_kept_do_not_hold_up_the_end(slow):
+    """A material that reads another object's place is translated in each update."""
+    for name in ("Ball", "Floor"):
+        material = bpy.data.materials.new(f"Reads {name}")
+        if material.node_tree is None:
+            material.use_nodes = True
+        tree = material.node_tree
+        place, noise = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexNoise")
+        place.object = bpy.data.objects["Lamp"]
+        tree.links.new(place.outputs["Object"], noise.inputs["Vector"])
+        shader = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
+        tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
+        bpy.data.objects[name].data.materials.clear()
+        bpy.data.objects[name].data.materials.append(material)
+    followed(slow, lambda: None)
+    settled(slow)
+    assert differs(slow) == ([], [])
