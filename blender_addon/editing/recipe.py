@@ -82,7 +82,7 @@ def _library(recipe: PropertyGroup) -> list[Spectrum]:
         path = Path(bpy.path.abspath(recipe.filepath))
         if not recipe.filepath or not path.is_file():
             raise InvalidInputError("no file of spectra is chosen; choose one with a column per channel or colorant")
-        return told_apart(read_spectra(path))
+        return told_apart(read_spectra(path, kind="illuminant" if recipe.kind == "LAMP" else "reflectance"))
     if recipe.kind == "LAMP":
         return list(led_channels())
     if recipe.kind == "PAINTS":

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panel "Mixing Board" in the sidebar of the 3D view."""
 
+import re
+
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
@@ -68,13 +70,15 @@ def _draw_bindings(layout: UILayout, settings: PropertyGroup) -> None:
     for number, entry in enumerate(settings.bindings):
         box = layout.box()
         row = box.row()
-        row.label(text=entry.name.removeprefix("bpy.data."))
+        row.label(text=_short(entry.name))
         row.operator("spectral.board_unbind", text="", icon="X", emboss=False).index = number
-        row = box.row(align=True)
+        column = box.column(align=True)
+        row = column.row(align=True)
         row.prop(entry, "control", text="")
-        row.prop(entry, "low", text="")
-        row.prop(entry, "high", text="")
         row.prop(entry, "pick_up", text="", icon="SNAP_ON" if entry.pick_up else "SNAP_OFF")
+        row = column.row(align=True)
+        row.prop(entry, "low")
+        row.prop(entry, "high")
     for number, order in enumerate(settings.orders):
         row = layout.row()
         row.label(text=f"{_short(order.lower)} ≤ {_short(order.upper)}", icon="SORT_ASC")
@@ -82,8 +86,9 @@ def _draw_bindings(layout: UILayout, settings: PropertyGroup) -> None:
 
 
 def _short(path: str) -> str:
-    """A number by the name of its data-block and its own name."""
-    return path.removeprefix("bpy.data.").partition("[")[2].replace('"]', "")
+    """A number by the name of its data-block and its path: ``Key: energy`` for ``bpy.data.lights["Key"].energy``."""
+    found = re.match(r'bpy\.data\.\w+\["(.*?)"\]\.?(.*)', path)
+    return f"{found[1]}: {found[2]}" if found else path.removeprefix("bpy.data.")
 
 
 register, unregister = bpy.utils.register_classes_factory((SPECTRAL_PT_board,))

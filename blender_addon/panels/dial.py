@@ -123,7 +123,7 @@ def _draw_recording(layout: UILayout, context: Context, dial: PropertyGroup) -> 
     scene = context.scene
     film = translate_film(scene, scene.spectral.render.samples, 0)
     stated = stated_peak(storage_of(dial), *film.size, group_count(scene, dial.one_per_light))
-    wrapped(hint, context, stated, indent=60.0)
+    wrapped(hint, context, f"Keeps {stated}.", indent=60.0)
     row = box.row(align=True)
     row.scale_y = 1.3
     row.operator("spectral.dial_record", text="Record again" if len(dial.bulbs) else "Record", icon="REC")

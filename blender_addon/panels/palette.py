@@ -7,7 +7,8 @@ import bpy
 from bpy.types import Context, Panel, PropertyGroup, UILayout
 
 from ..editing.palette.bindings import faults
-from .palette_details import draw_cell, draw_light, draw_material
+from ..editing.palette.solve import NEEDS_BUTTON
+from .palette_details import CONFLICTS_SHOWN, draw_cell, draw_conflict, draw_light, draw_material
 from .palette_more import draw_alternatives, draw_paint
 from .palette_table import draw_table
 from .parts import wrapped
@@ -15,7 +16,7 @@ from .parts import wrapped
 STATUS = {
     "solved": ("CHECKMARK", "All targets met"),
     "compromise": ("ERROR", "A compromise"),
-    "still_improving": ("TIME", "Still improving: solve to continue"),
+    "still_improving": ("TIME", "Can still improve: press Solve"),
     "exact_conflict": ("ERROR", "Exact cells conflict"),
     "invisible": ("ERROR", "A light shows nothing"),
     "inaccurate": ("CANCEL", "Not reliable"),
@@ -23,8 +24,6 @@ STATUS = {
 
 FAULT_ICON = {"deleted": "UNLINKED", "renamed": "SORTALPHA", "linked": "LINKED", "unused": "ORPHAN_DATA"}
 FAULTS_SHOWN = 3
-CONFLICTS_SHOWN = 2
-"""Number of conflicts to show; the others are often resolved with them."""
 
 
 def draw_palette(layout: UILayout, context: Context) -> None:
@@ -82,7 +81,7 @@ def _draw_welcome(layout: UILayout, context: Context) -> None:
     column = layout.column(align=True)
     column.scale_y = 1.2
     column.operator_enum("spectral.palette_preset", "preset")
-    layout.label(text="Or from this scene:")
+    layout.label(text="Or from existing data:")
     layout.operator("spectral.palette_from_scene", icon="SCENE_DATA")
     layout.operator("spectral.palette_import", text="From a File", icon="IMPORT")
     layout.label(text="Or from nothing:")
@@ -95,8 +94,9 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
     """Draw the status of the last solve, and its remedy."""
     if palette.message:
         column = layout.column()
-        column.alert = True
-        wrapped(column, context, palette.message, icon="ERROR")
+        column.alert = palette.message != NEEDS_BUTTON
+        text = f"{palette.message[:1].upper()}{palette.message[1:]}"
+        wrapped(column, context, text, icon="ERROR" if column.alert else "INFO")
         return
     if not palette.status:
         layout.label(text="Not solved yet", icon="INFO")
@@ -107,7 +107,8 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
     icon, words = STATUS[palette.status]
     told = layout.column(align=True)
     row = told.row()
-    row.alert = palette.status != "solved"
+    is_missed = any(cell.is_missed for material in palette.materials for cell in material.cells)
+    row.alert = palette.status not in ("solved", "still_improving") or is_missed
     row.label(text=words, icon=icon)
     facts = told.row()  # below: beside them, a narrow sidebar truncates the text
     facts.active = False
@@ -121,7 +122,7 @@ def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> No
     if palette.message or palette.is_stale or not palette.remedy:
         return
     for conflict in palette.conflicts[:CONFLICTS_SHOWN]:
-        _draw_conflict(layout.box(), context, palette, conflict)
+        draw_conflict(layout.box(), context, palette, conflict)
     if len(palette.conflicts) > CONFLICTS_SHOWN:
         layout.label(text=f"and {len(palette.conflicts) - CONFLICTS_SHOWN} more", icon="BLANK1")
     if not len(palette.conflicts):
@@ -132,22 +133,6 @@ def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> No
 
 def _duration(milliseconds: float) -> str:
     return f"{milliseconds:.1f} ms" if milliseconds < 100 else f"{milliseconds / 1000:.1f} s"
-
-
-def _draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conflict: PropertyGroup) -> None:
-    """Draw a cell that misses its target, and a button that relaxes the cell that conflicts with it."""
-    rows = {material.uid: row for row, material in enumerate(palette.materials)}
-    columns = {light.uid: column for column, light in enumerate(palette.lights)}
-    line = box.row()
-    wrapped(line.column(), context, conflict.text, icon="INFO", indent=90.0)
-    if conflict.light_uid in columns and conflict.material_uid in rows:
-        show = line.operator("spectral.palette_select", text="", icon="VIEWZOOM", emboss=False)
-        show.row, show.column = rows[conflict.material_uid], columns[conflict.light_uid]
-    if conflict.relief_light_uid in columns and conflict.relief_material_uid in rows:
-        row, column = rows[conflict.relief_material_uid], columns[conflict.relief_light_uid]
-        name = f"Ignore {palette.materials[row].name}, {palette.lights[column].name}"
-        relieve = box.operator("spectral.palette_relieve", text=name)
-        relieve.row, relieve.column = row, column
 
 
 def draw_weights(layout: UILayout, context: Context) -> None:

@@ -8,6 +8,8 @@ from ..translate.palette.table import active_cell, may_refer, references
 from .parts import draw_curve, draw_source, wrapped
 from .possible import draw_possible
 
+CONFLICTS_SHOWN = 2
+"""Number of conflicts below the table; the others are often resolved with them."""
 HINTS = {
     "FIXED": "",
     "FREE": "The palette chooses the color.",
@@ -35,7 +37,7 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
         return
     material, light = palette.materials[palette.active_row], palette.lights[palette.active_column]
     layout.label(text=f"{material.name} under {light.name}", icon="RESTRICT_COLOR_ON")
-    _draw_conflict(layout, context, palette, (material, light))
+    _draw_hidden_conflict(layout, context, palette, (material, light))
     column = _split(layout.column())
     column.prop(cell, "mode", text="Target")
     if HINTS[cell.mode]:
@@ -69,23 +71,32 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
     row.operator("spectral.palette_spread", text="Row").side = "MATERIAL"
 
 
-def _draw_conflict(
-    layout: UILayout, context: Context, palette: PropertyGroup, entries: tuple[PropertyGroup, PropertyGroup]
-) -> None:
-    """Draw the cause of a missed target and the cell to relax; nothing if the target is met."""
-    uids = entries[0].uid, entries[1].uid
-    conflict = next((each for each in palette.conflicts if (each.material_uid, each.light_uid) == uids), None)
-    if conflict is None or palette.is_stale:
-        return
-    box = layout.box()
-    wrapped(box, context, conflict.text, icon="INFO", indent=60.0)
-    rows = [each.uid for each in palette.materials]
-    columns = [each.uid for each in palette.lights]
-    if conflict.relief_material_uid in rows and conflict.relief_light_uid in columns:
-        row, column = rows.index(conflict.relief_material_uid), columns.index(conflict.relief_light_uid)
+def draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conflict: PropertyGroup) -> None:
+    """Draw a cell that misses its target, and a button that relaxes the cell that conflicts with it."""
+    rows = {material.uid: row for row, material in enumerate(palette.materials)}
+    columns = {light.uid: column for column, light in enumerate(palette.lights)}
+    line = box.row()
+    wrapped(line.column(), context, conflict.text, icon="INFO", indent=90.0)
+    if conflict.light_uid in columns and conflict.material_uid in rows:
+        show = line.operator("spectral.palette_select", text="", icon="VIEWZOOM", emboss=False)
+        show.row, show.column = rows[conflict.material_uid], columns[conflict.light_uid]
+    if conflict.relief_light_uid in columns and conflict.relief_material_uid in rows:
+        row, column = rows[conflict.relief_material_uid], columns[conflict.relief_light_uid]
         name = f"Ignore {palette.materials[row].name}, {palette.lights[column].name}"
         relieve = box.operator("spectral.palette_relieve", text=name)
         relieve.row, relieve.column = row, column
+
+
+def _draw_hidden_conflict(
+    layout: UILayout, context: Context, palette: PropertyGroup, entries: tuple[PropertyGroup, PropertyGroup]
+) -> None:
+    """Draw the conflict of this cell if it is not among those below the table."""
+    uids = entries[0].uid, entries[1].uid
+    hidden = () if palette.is_stale else list(palette.conflicts)[CONFLICTS_SHOWN:]
+    for conflict in hidden:
+        if (conflict.material_uid, conflict.light_uid) == uids:
+            draw_conflict(layout.box(), context, palette, conflict)
+            return
 
 
 def _draw_references(layout: UILayout, palette: PropertyGroup, cell: PropertyGroup) -> None:
@@ -129,9 +140,9 @@ def draw_light(layout: UILayout, context: Context, palette: PropertyGroup) -> No
             _draw_lamps(layout, context, light.primaries, "PRIMARIES", "Lamps to mix from")
     else:
         _draw_lamps(layout, context, light.variants, "VARIANTS", "Matches should hold under these too")
-    column = _split(layout.column(heading="Apply to"))
-    column.prop(light, "light")
-    column.prop(light, "world")
+    column = _split(layout.column(align=True))
+    column.prop(light, "light", text="Apply to")
+    column.prop(light, "world", text="or World")
     if len(light.result.samples):
         draw_curve(layout, context, light.result)
 
@@ -145,7 +156,7 @@ def draw_material(layout: UILayout, context: Context, palette: PropertyGroup) ->
     if material.design == "MEASURED":
         draw_source(layout, material.spectral)
         _draw_message(layout, context, material.spectral)
-    _split(layout.column(heading="Apply to")).prop(material, "material")
+    _split(layout.column()).prop(material, "material", text="Apply to")
     if len(material.result.samples):
         draw_curve(layout, context, material.result)
 

@@ -80,7 +80,7 @@ def draw_spectrum(layout: UILayout, context: Context, spectral: PropertyGroup, c
         row = layout.row()
         row.use_property_split = True
         row.use_property_decorate = False
-        row.prop(spectral, "strength")
+        row.prop(spectral, "strength", text="Strength")
     if spectral.source == "FILE":
         layout.operator("spectral.spectrum_reload", icon="FILE_REFRESH").carrier = carrier
 

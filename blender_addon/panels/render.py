@@ -40,7 +40,7 @@ class SPECTRAL_PT_render_sampling(_RenderPanel, bpy.types.Panel):
             layout.prop(settings, "time_budget")
         else:
             layout.prop(settings, "samples")
-        layout.prop(context.scene.spectral.viewport, "samples")
+        layout.prop(context.scene.spectral.viewport, "samples", text="Viewport")
         layout.prop(settings, "seed")
         layout.prop(settings, "transport")
         layout.prop(settings, "denoise")
@@ -58,6 +58,10 @@ class SPECTRAL_PT_render_cost(_RenderPanel, bpy.types.Panel):
     def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.scene.spectral.render
         layout.operator("spectral.cost", icon="FCURVE")
+        if not len(settings.cost):
+            hint = layout.column()
+            hint.active = False
+            wrapped(hint, context, "Renders parts of the picture and predicts error and time for other settings.")
         if settings.cost_summary:
             wrapped(layout, context, settings.cost_summary)
         axis = ""

@@ -22,23 +22,25 @@ class SPECTRAL_PT_look(bpy.types.Panel):
         """Draw one look, or two for a split view."""
         settings, layout = context.scene.spectral.viewport, self.layout
         layout.operator("spectral.look_split", icon="MOD_MIRROR", depress=settings.is_split)
+        if settings.is_split:
+            layout.label(text="Left")
         draw_look(layout, context, settings.look, "look")
         if settings.is_split:
-            layout.separator()
+            layout.label(text="Right")
             draw_look(layout, context, settings.other, "other")
             layout.prop(settings, "divider", slider=True)
         layout.separator()
         column = layout.column()
         column.use_property_split = True
         column.use_property_decorate = False
-        column.prop(settings, "samples")
+        column.prop(settings, "samples", text="Samples")
         column.prop(settings, "preview_lamp")
 
 
 def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str) -> None:
     """Draw a look: one button for the scene's own light and for each light of the palette, and further options."""
     column = layout.column(align=True)
-    grid = column.grid_flow(columns=2, align=True)
+    grid = column.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     plain = grid.operator("spectral.look_under", text="As It Is", depress=look.kind == "SCENE")
     plain.kind, plain.side = "SCENE", side
     for light in context.scene.spectral.palette.lights:

@@ -96,8 +96,9 @@ def _print(solution: PaletteSolution) -> None:
     for surface, row in zip(solution.reflectances, solution.delta_e_2000, strict=True):
         errors = ["—" if np.isnan(error) else f"{error:.3f}" for error in row]
         print(f"{surface.name:{width}}" + "".join(f"{text:>16}" for text in errors))
+    rounds = "1 round" if solution.rounds == 1 else f"{solution.rounds} rounds"
     print(
-        f"{solution.status.value} after {solution.rounds} round(s) by {', '.join(solution.engines) or 'no solver'}; "
+        f"{solution.status.value} after {rounds} by {', '.join(solution.engines) or 'no solver'}; "
         f"KKT residual {solution.kkt_residual:.1e}, {1e3 * solution.timings['total']:.0f} ms"
     )
     if solution.remedy:

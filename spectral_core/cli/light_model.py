@@ -51,7 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.keep not in models:
         raise UnknownNameError.among("light model", arguments.keep, models)
     figures = {name: _figures(model, lights, surfaces) for name, model in models.items()}
-    print(f"{len(surfaces)} surfaces under {', '.join(light.name for light in lights)}; ΔE2000 to the full spectra")
+    count = "1 surface" if len(surfaces) == 1 else f"{len(surfaces)} surfaces"
+    print(f"{count} under {', '.join(light.name for light in lights)}; ΔE2000 to the full spectra")
     print(f"{'model':<22}{'mean':>8}{'largest':>9}{'mean, twice':>13}{'products':>10}")
     for name, row in figures.items():
         print(

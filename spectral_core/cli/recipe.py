@@ -19,6 +19,7 @@ from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
 
 if TYPE_CHECKING:
+    from spectral_core.spectra.files.columns import SpectrumKind
     from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 
@@ -54,7 +55,8 @@ def _lamp(arguments: argparse.Namespace) -> int:
     if arguments.cct is None:
         raise InvalidInputError("a lamp needs --cct, the color temperature in kelvin")
     recipe = lamp_recipe(
-        [_illuminant(spectrum) for spectrum in _channels(arguments.spectra)], arguments.cct, duv=arguments.duv,
+        [_illuminant(spectrum) for spectrum in _channels(arguments.spectra, "illuminant")], arguments.cct,
+        duv=arguments.duv,
         quality=LampQuality(
             arguments.cri, arguments.rf, None if arguments.rg is None else (arguments.rg[0], arguments.rg[1]),
             arguments.cct_tolerance, arguments.duv_tolerance,
@@ -82,7 +84,7 @@ def _material(arguments: argparse.Namespace) -> int:
 
     if arguments.target is None:
         raise InvalidInputError("a recipe of a material needs --target, the wanted reflectance")
-    spectra = _channels(arguments.spectra)
+    spectra = _channels(arguments.spectra, "reflectance")
     grid = spectra[0].grid
     values = np.stack([spectrum.at(grid.wavelengths_nm) for spectrum in spectra])
     paper = None if arguments.paper is None else reflectance_named(arguments.paper).at(grid.wavelengths_nm)
@@ -106,18 +108,18 @@ def _material(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _read(path: Path) -> list[Spectrum]:
+def _read(path: Path, kind: SpectrumKind) -> list[Spectrum]:
     from spectral_core.spectra.files import read_spectra
 
     if not path.is_file():
         raise InvalidInputError(f"there is no file {path}; give a file of spectra such as examples/leds.csv")
-    return list(read_spectra(path))
+    return list(read_spectra(path, kind=kind))
 
 
-def _channels(path: Path) -> list[Spectrum]:
+def _channels(path: Path, kind: SpectrumKind) -> list[Spectrum]:
     from spectral_core.palette.recipe.library import told_apart
 
-    return told_apart(_read(path))
+    return told_apart(_read(path, kind))
 
 
 def _illuminant(spectrum: Spectrum) -> Illuminant:

@@ -52,9 +52,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--led-width", type=float, default=20.0, metavar="NM", help="width of the LEDs, 5 to 60 nm (20)"
     )
     parser.add_argument(
-        "--want", "--wish", nargs=2, dest="wanted", action="append", default=[], metavar=("COLOR", "WANTED"),
+        "--want", nargs=2, dest="wanted", action="append", default=[], metavar=("COLOR", "WANTED"),
         help="one picture: this color should look like that one under the second light, both as #rrggbb",
     )  # fmt: skip
+    # the earlier name of --want
+    parser.add_argument("--wish", nargs=2, dest="wanted", action="append", default=[], help=argparse.SUPPRESS)
     parser.add_argument("--progress", action="store_true", help="print a line 'progress SHARE WHAT' for each step")
 
 

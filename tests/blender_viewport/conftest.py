@@ -23,7 +23,7 @@ class Link:
         old = self.scenes.get(stage)
         change = None if old is None else difference(old, scene)
         self.scenes[stage] = scene if change is None else change.applied_to(old)
-        return change is None or not change.is_empty
+        return frozenset(("scene",) if change is None else (*change.items, *change.singles))
 
     def look(self, view, request, on_news):
         self.requests.append(request)

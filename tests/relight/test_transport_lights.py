@@ -224,6 +224,16 @@ def test_a_change_other_than_lights_requires_a_full_recording(image_world: Scene
     assert changed_groups(before, fingerprint(sky)) == ("Sky",)
 
 
+def test_a_fingerprint_traces_nothing(image_world: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is computed in Blender's process, where Mitsuba must not run: it could end the artist's session."""
+
+    def run_pilot(*_given: object) -> None:
+        raise AssertionError("a pilot was traced")
+
+    monkeypatch.setattr("spectral_core.render.plan.effects.run_pilot", run_pilot)
+    assert fingerprint(image_world).groups
+
+
 def test_an_earlier_recording_with_other_settings_is_refused(image_world: Scene) -> None:
     kept = record_transport(image_world, MixtureStorage())
     with pytest.raises(InvalidInputError, match="record all lights again"):

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.spectra.files import detect_format, read_spectra, read_spectrum, write_spectra
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra.files.columns import SpectrumKind
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 PLAIN = "wavelength,one,two\n400,0.1,0.5\n410,0.2,0.6\n420,0.3,0.7\n"
 
@@ -71,11 +72,19 @@ def test_empty_cells_give_each_spectrum_its_own_wavelengths(tmp_path: Path) -> N
     assert two.grid.wavelengths_nm.tolist() == [410, 420]
 
 
+@pytest.mark.parametrize(("stated", "wanted"), [("illuminant", "reflectance"), ("reflectance", "illuminant")])
+def test_a_lamp_is_no_paint(tmp_path: Path, stated: str, wanted: SpectrumKind) -> None:
+    path = file_of(tmp_path, f"# kind: {stated}\nnm,one\n400,0.1\n500,0.2\n")
+    with pytest.raises(FileFormatError, match=f"'one' is of the kind {stated}; expected {wanted}"):
+        read_spectra(path, kind=wanted)
+    assert read_spectra(path, kind="spectrum")[0].name == "one"
+
+
 def test_arguments_override_the_file(tmp_path: Path) -> None:
     path = file_of(tmp_path, "# kind: illuminant\nnm,lamp\n0.4,10\n0.5,20\n", "um.csv")
     assert type(read_spectrum(file_of(tmp_path, "# kind: illuminant\nnm,lamp\n400,10\n500,20\n"))) is Illuminant
-    lamp = read_spectra(path, kind="reflectance", wavelength_unit="µm", value_unit="%")[0]
-    assert type(lamp) is Reflectance
+    lamp = read_spectra(path, kind="spectrum", wavelength_unit="µm", value_unit="%")[0]
+    assert type(lamp) is Spectrum
     np.testing.assert_allclose(lamp.grid.wavelengths_nm, [400, 500])
     assert lamp.values.tolist() == [0.1, 0.2]
 

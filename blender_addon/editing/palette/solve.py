@@ -17,6 +17,8 @@ from ...translate.palette.table import paused
 from . import picture
 from .session import forget_sessions, live_solution, same_problem, same_table
 
+NEEDS_BUTTON = "This table takes some seconds to solve: press Solve"
+"""Message of a table that is not solved live; no error."""
 _last: dict[int, PaletteSolution] = {}
 """Last solution by scene, a start for the next one. Not saved: an opened file starts without it."""
 
@@ -67,7 +69,7 @@ def live_solve(scene: Scene) -> Solve | None:
         return None
     if takes_seconds(palette):
         if palette.is_stale:  # Solve may have been pressed since the edit
-            palette.message = "This table takes some seconds to solve: press Solve"
+            palette.message = NEEDS_BUTTON
         return None
     return _read(scene, lambda problem: Solve(problem, lambda: live_solution(uid, problem), finished=False))
 

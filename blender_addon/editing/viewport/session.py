@@ -29,6 +29,7 @@ from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..palette.picture import shown_in
 from . import stages
+from .patience import Patience
 from .stages import Stage
 
 REDRAW_S = 0.095
@@ -67,7 +68,9 @@ class _Side:
     key: tuple[Any, ...] = ()
     viewpoint: Viewpoint | None = None
     generation: int = 0
-    is_changed: bool = True
+    changed: frozenset[str] = frozenset(("scene",))
+    """What has changed since the latest request: fields of the scene; none if only the view did."""
+    patience: Patience = field(default_factory=Patience)
 
 
 class ViewSession:
@@ -122,7 +125,7 @@ class ViewSession:
                 self._sides.append(_Side(f"{self.name}.{number}"))
             side = self._sides[number]
             side.look = look
-            side.is_changed |= self.link.show(self._stage_of(side), look.on(scene))
+            side.changed |= self.link.show(self._stage_of(side), look.on(scene))
 
     def _stage_of(self, side: _Side) -> str:
         """The left sides of all views show one scene, the right sides another."""
@@ -173,15 +176,17 @@ class ViewSession:
             return [Picture(shown, is_current=False, trouble=self._trouble)]
         settings = depsgraph.scene.spectral.viewport
         if not settings.is_paused:
-            asked = [side for side in self._sides if self._ask(side, context, depsgraph)]
             # less the time of the update itself: Blender's own work between the two is not this extension's
             began = time.monotonic() - self._spent
             self._spent = 0.0
-            longest = REDRAW_S - self.drawing_seconds
-            for wait_s, level in ((longest, COARSEST), (FINE_WAIT_S, FINE_LEVEL)):
-                for side in asked:
-                    left = began + wait_s - time.monotonic()
-                    self.link.wait(side.name, side.generation, max(0.0, left), level)
+            waits = {side.name: self._ask(side, began, context, depsgraph) for side in self._sides}
+            for most_s, level in ((REDRAW_S, COARSEST), (FINE_WAIT_S, FINE_LEVEL)):
+                for side in self._sides:
+                    left = began + min(most_s, waits[side.name]) - time.monotonic()
+                    if left > 0:
+                        self.link.wait(side.name, side.generation, left, level)
+        for side in self._sides:
+            side.patience.notice(self.link.latest(side.name))
         return [self._picture(side) for side in self._sides]
 
     def _picture(self, side: _Side) -> Picture:
@@ -189,8 +194,8 @@ class ViewSession:
         is_current = shown is not None and shown.frame.generation >= side.generation
         return Picture(shown, is_current, self.link.trouble(side.name), side.look.picture_matrix)
 
-    def _ask(self, side: _Side, context: Any, depsgraph: Any) -> bool:
-        """Request a new picture of a side if it would differ from the last."""
+    def _ask(self, side: _Side, began: float, context: Any, depsgraph: Any) -> float:
+        """Request a new picture of a side if it would differ from the last; the time from ``began`` to wait for it."""
         space, region = context.space_data, context.region
         camera = space.camera if space.use_local_camera and space.camera else depsgraph.scene.camera
         seen = None if camera is None else camera.evaluated_get(depsgraph)
@@ -201,12 +206,13 @@ class ViewSession:
         border = border_of(context.region_data, space, seen, depsgraph.scene)  # the original knows it at once
         part = None if border is None else pixels_of(border, size)
         key = (*size, samples, exposure, stage, part)
-        if key == side.key and viewpoint.same_as(side.viewpoint) and not side.is_changed:
-            return False
+        if key == side.key and viewpoint.same_as(side.viewpoint) and not side.changed:
+            return 0.0
         request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
-        side.key, side.viewpoint, side.is_changed = key, viewpoint, False
-        return True
+        wait_s = side.patience.wait_s(side.generation, side.changed, began, REDRAW_S - self.drawing_seconds)
+        side.key, side.viewpoint, side.changed = key, viewpoint, frozenset()
+        return wait_s
 
     def fail(self, text: str) -> None:
         """Show a text in place of a picture until the next edit."""

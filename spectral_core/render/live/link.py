@@ -33,10 +33,14 @@ MEMORY_GROWTH, MEMORY_ALLOWANCE = 3.0, 1e9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shown:
-    """A view's latest picture: ``pixels`` (height, width, 4) linear sRGB and coverage, row 0 at the bottom."""
+    """A view's latest picture: ``pixels`` (height, width, 4) linear sRGB and coverage, row 0 at the bottom.
+
+    ``first``: time (``time.monotonic``) at which the first picture of its request arrived.
+    """
 
     pixels: NDArray[np.float32]
     frame: Frame
+    first: float = 0.0
 
 
 @dataclass
@@ -72,22 +76,22 @@ class LiveLink:
         self.sent_scenes = 0
         """Number of scenes that were sent completely; all others were sent as changes."""
 
-    def show(self, stage: str, scene: Scene) -> bool:
-        """Set the scene of a stage. True if it differs from the previous one."""
+    def show(self, stage: str, scene: Scene) -> frozenset[str]:
+        """Set the scene of a stage. Returns the fields of the scene that differ from the previous one."""
         with self._lock:
             old = self._scenes.get(stage)
             if old is scene:
-                return False
+                return frozenset()
             if old is None:
                 self._scenes[stage] = scene
                 self._post_scene(stage)
-                return True
+                return frozenset(("scene",))
             change = difference(old, scene)
             # not ``new``: unchanged items stay identical objects, and are not compared again
             self._scenes[stage] = change.applied_to(old)
             if not change.is_empty:
                 self._post(("change", (stage, change)))
-            return not change.is_empty
+            return frozenset((*change.items, *change.singles))
 
     def look(self, view: str, request: ViewRequest, on_news: Callable[[], None]) -> int:
         """Request a picture; returns its generation. ``on_news``: called from another thread after each picture."""
@@ -238,7 +242,9 @@ class LiveLink:
                 pixels = kept.area.read(content.place)
                 if pixels is None:
                     return
-                kept.shown = Shown(pixels, content)
+                is_first = kept.shown is None or kept.shown.frame.generation < content.generation
+                first = time.monotonic() if is_first or kept.shown is None else kept.shown.first
+                kept.shown = Shown(pixels, content, first)
                 if content.generation >= kept.request.generation:
                     kept.trouble = ""
             elif kind == "trouble":

@@ -79,8 +79,8 @@ class BandStorage(Storage):
         """Text on the difference of a relit picture from a render."""
         smooth, lines, laser = BAND_ERRORS[self.count]
         return (
-            f"mean ΔE2000 on designed surfaces up to {smooth:g} for smooth lamps, {lines:g} for sodium and fluorescent "
-            f"ones, {laser:g} for lasers"
+            f"New spectra: mean ΔE2000 up to {smooth:g} for smooth lamps, {lines:g} for sodium and fluorescent "
+            f"ones, {laser:g} for lasers, on designed surfaces"
         )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
-from spectral_core.render.plan.effects import plan_effects
+from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.scene import Color, Emission, Material, Principled, Scene, World, gray, leaves, scene_hash
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -29,7 +29,7 @@ def fingerprint(scene: Scene, *, one_per_light: bool = False) -> Fingerprint:
     """Fingerprint of a scene for ``record_transport``."""
     scene = one_group_per_light(scene) if one_per_light else scene
     dark = World(gray(0.0))
-    plan = plan_effects(scene)
+    plan = plan_from_data(scene)  # as recordings are; a pilot would run Mitsuba in Blender's process
     rest = replace(scene, lights=(), world=dark, notes=())
     own = {}
     for name in light_groups(scene):

@@ -85,8 +85,9 @@ class Storage(ABC):
     def describe(self, width: int, height: int, groups: int) -> str:
         """One line to show before rendering: size in memory, and error."""
         size = self.bytes_needed(width, height, groups) / 1e6
-        channels = f"{self.channel_count} channels × {groups} lights at {width}×{height}"
-        return f"{self.kind}: {channels}, {size:,.0f} MB; {self.stated_error()}"
+        lights = "1 light" if groups == 1 else f"{groups} lights"
+        channels = f"{self.channel_count} channels each"
+        return f"{size:,.0f} MB for {lights} at {width}×{height}, {channels}. {self.stated_error()}"
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,7 @@ class MixtureStorage(Storage):
 
     def stated_error(self) -> str:
         """Text on the difference of a relit picture from a render."""
-        return "exact (float rounding) for any mixture of the given lights; new spectra are not possible"
+        return "Any mixture of the lights is exact, up to float rounding; they keep their spectra"
 
 
 def flat_light() -> Illuminant:

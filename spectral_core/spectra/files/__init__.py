@@ -48,8 +48,9 @@ def read_spectra(
     """All spectra of a file, each on its own wavelengths, in the order of the file.
 
     ``kind``: ``"illuminant"``, ``"reflectance"`` or ``"spectrum"``; None takes what the file states, and a plain
-    ``Spectrum`` where it states nothing. ``wavelength_unit``: ``"nm"``, ``"um"``, ``"angstrom"`` or ``"m"``;
-    ``value_unit``: ``"fraction"`` or ``"percent"``; None uses the file's statement, else nm and fraction.
+    ``Spectrum`` where it states nothing. A lamp that is wanted as a reflectance, or the reverse, is an error.
+    ``wavelength_unit``: ``"nm"``, ``"um"``, ``"angstrom"`` or ``"m"``; ``value_unit``: ``"fraction"`` or
+    ``"percent"``; None uses the file's statement, else nm and fraction.
     Raises FileFormatError (file, line, what was expected), UnknownNameError.
     """
     file = Path(path)

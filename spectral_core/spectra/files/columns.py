@@ -107,6 +107,7 @@ def number(path: Path, line: int, text: str, what: str) -> float:
 def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:
     """The checked spectrum of one column, in nm and fractions. Raises FileFormatError naming the line."""
     kind = options.kind or column.kind or "spectrum"
+    _require_kind(path, column, kind)
     wavelength_unit = options.wavelength_unit or column.wavelength_unit or "nm"
     value_unit = options.value_unit or column.value_unit or "fraction"
     if len(column.wavelengths) < 2:
@@ -126,6 +127,16 @@ def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:
         return KINDS[kind](column.name, grid, values, source=column.source or path.name)
     except InvalidInputError as error:
         raise FileFormatError(f"{path}, lines {min(lines)} to {max(lines)}: {error}") from error
+
+
+def _require_kind(path: Path, column: Column, kind: SpectrumKind) -> None:
+    """Check that the spectrum is what the caller wants: a lamp is no paint. ``"spectrum"`` accepts both."""
+    if "spectrum" in (kind, column.kind or "spectrum") or column.kind == kind:
+        return
+    raise FileFormatError(
+        f"{path} states that {column.name!r} is of the kind {column.kind}; expected {kind}: choose a file of "
+        f"{kind}s, or correct the statement in the file"
+    )
 
 
 def _require_wavelengths(path: Path, lines: list[int], wavelengths: NDArray[np.float64], unit: str) -> None:

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A redraw waits for pictures that come in time, and does not stop Blender for those that never do."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("bpy")
+
+LONGEST = 0.09
+MESH, NUMBER, VIEW = frozenset(("meshes",)), frozenset(("materials",)), frozenset()
+
+
+@pytest.fixture
+def changes(monkeypatch):
+    """Makes changes whose pictures come after some time; returns whether the redraw waited for each."""
+    from blender_addon.editing.viewport import patience
+
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(patience, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    patient, numbers = patience.Patience(), iter(range(1, 1000))
+
+    def change(kind, seconds, how="meshes", *, comes=True):
+        generation = next(numbers)
+        waited = patient.wait_s(generation, kind, clock.now, LONGEST)
+        first = clock.now + seconds
+        clock.now += 1.0
+        if comes:
+            frame = SimpleNamespace(generation=generation, how=how)
+            patient.notice(SimpleNamespace(frame=frame, first=first))
+            patient.notice(SimpleNamespace(frame=frame, first=first))
+        return waited
+
+    return change
+
+
+def test_pictures_that_come_in_time_are_waited_for(changes):
+    assert [changes(MESH, 0.07) for _ in range(20)] == [LONGEST] * 20
+
+
+def test_the_first_picture_of_a_kind_is_waited_for(changes):
+    assert [changes(kind, 0.5) for kind in (MESH, NUMBER, VIEW)] == [LONGEST] * 3
+
+
+def test_pictures_that_come_too_late_are_not_waited_for(changes):
+    changes(MESH, 0.16)
+    waits = [changes(MESH, 0.16) for _ in range(40)]
+    assert waits.count(LONGEST) <= 8
+    assert [changes(NUMBER, 0.05) for _ in range(3)] == [LONGEST] * 3
+
+
+def test_one_late_picture_among_punctual_ones_changes_nothing(changes):
+    for _ in range(5):
+        changes(MESH, 0.06)
+    assert [changes(MESH, seconds) for seconds in (0.11, 0.06, 0.06)] == [LONGEST] * 3
+
+
+def test_a_wait_is_tried_again_when_the_machine_is_faster(changes):
+    for _ in range(5):
+        changes(MESH, 0.3)
+    waits = [changes(MESH, 0.05) for _ in range(40)]
+    assert waits[0] == 0.0
+    assert waits[-10:] == [LONGEST] * 10
+
+
+def test_a_scene_that_was_loaded_tells_nothing_about_numbers(changes):
+    changes(NUMBER, 0.05)
+    changes(NUMBER, 2.0, "loaded")
+    assert changes(NUMBER, 0.05) == LONGEST
+
+
+def test_a_picture_that_the_next_change_replaces_was_late(changes):
+    changes(MESH, 0.0, comes=False)
+    assert changes(MESH, 0.05) == 0.0
