@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
-from spectral_core.scene import Computed, Diffuse, Emission, Film, Glossy, Principled, World, gray
+from spectral_core.scene import Computed, Diffuse, Emission, Film, Glass, Glossy, Principled, World, gray
 from spectral_core.scene.shading import Builder
 
 from .scenes import lit_plane
@@ -69,6 +69,28 @@ def test_a_normal_that_points_away_from_its_face_leaves_the_face_dark(surface):
         for normals in (up, -up)
     )
     assert right > 0.01 and wrong < 1e-3 * right
+
+
+@pytest.mark.parametrize("surface", [Glass(ior=1.45, roughness=0.0), Glass(ior=1.45, roughness=0.3)])
+def test_glass_turns_normals_that_would_mirror_the_view_below_it(surface):
+    """A lens whose normals lean away from the viewer at its rim is not dark: its light goes on, as in Cycles."""
+    plain = lit_plane(surface=surface, film=Film(8, 8, 256), world=World(gray(1.0)))
+    (mesh,) = plain.meshes
+    leaning = np.tile(np.float32([0.9987, 0.0, 0.05]), (len(mesh.positions), 1))
+    view = replace(plain.camera, world_from_camera=seen_from(np.array([-2.0, 0.0, 0.5])))
+    scene = replace(plain, camera=view, meshes=(replace(mesh, normals=leaning),))
+    assert render_scene(scene).pixels[..., :3].mean() > 0.5
+
+
+def seen_from(place):
+    """Camera at a place that looks at the origin, up along z."""
+    back = place / np.linalg.norm(place)
+    side = np.cross((0.0, 0.0, 1.0), back)
+    side /= np.linalg.norm(side)
+    made = np.eye(4)
+    made[:3, :3] = np.stack([side, np.cross(back, side), back], axis=1)
+    made[:3, 3] = place
+    return made
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])

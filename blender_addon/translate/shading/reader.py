@@ -47,6 +47,7 @@ class Reader:
     """True while positions are those before the displacement, which a moved mesh has as an attribute."""
     is_far: bool = False
     """True for what is infinitely far: suns and worlds."""
+    in_world: bool = False
     _known: dict[Any, Field] = field(default_factory=dict)
     _open: set[Any] = field(default_factory=set)
     skies: dict[int, tuple[ImageTexture, Atmosphere, float, float]] = field(default_factory=dict)
@@ -124,7 +125,7 @@ class Reader:
         if spectrum is not None:
             return spectrum
         key = (source.socket.as_pointer(), tuple(group.as_pointer() for group in source.groups), self.shift,
-               self.undisplaced)  # fmt: skip
+               self.undisplaced, self.raised is None)  # fmt: skip
         if key in self._known:
             return self._known[key]
         if key in self._open or len(self._open) > MOST_NESTED:
@@ -201,6 +202,10 @@ class Reader:
         return Value(
             self.builder, self.builder.add(operation, (), name, self.shift), "VECTOR" if width == 3 else "VALUE"
         )
+
+    def smooth_normal(self) -> Value:
+        """The surface's normal before a displacement bends it."""
+        return Value(self.builder, self.builder.add("vector_input", (), "normal", self.shift), "VECTOR")
 
     @contextmanager
     def shifted(self, shift: int) -> Iterator[None]:
