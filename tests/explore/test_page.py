@@ -92,6 +92,8 @@ def test_the_views_are_linked_in_a_browser(tmp_path: Path) -> None:
     with Browser(1100, 800) as page:
         page.open(path.resolve().as_uri())
         panel = page.run(PANEL)
+        fits = "(({scrollHeight, clientHeight}) => scrollHeight <= clientHeight)(document.getElementById('matrix'))"
+        assert page.run(fits), "the header took room from the matrix after its layout"
         x, y, w, h = panel
         page.drag([(x + 1, y + 1), (x + w / 2, y + 1), (x + w / 2, y + h - 1), (x + 1, y + h - 1)])
         selected = page.run("Array.from(explorer.state.selection)")
