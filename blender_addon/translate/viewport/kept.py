@@ -124,9 +124,9 @@ class Kept:
             self.walk = None
 
     def keep(self, key: Any, part: Part) -> None:
-        """Keep a new part."""
+        """Keep a new part. One in the place of another is no progress: two instances may exchange theirs forever."""
+        self._has_progress |= key not in self.parts
         self.parts[key] = part
-        self._has_progress = True
 
     def mesh(self, key: Any, makers: frozenset[int], make: Callable[[], Mesh | None]) -> Mesh | None:
         """The mesh of a key, created if none is kept."""
@@ -160,7 +160,8 @@ def kept_or_made(
     kept.spend()
     with translation.listening() as heard:
         value = make()
-    kept.parts.pop(key, None)
-    if not heard.reads_elsewhere:
+    if heard.reads_elsewhere:
+        kept.parts.pop(key, None)
+    else:
         kept.keep(key, Part(value, makers, state, heard.notes))
     return value
