@@ -160,6 +160,37 @@ def test_the_kernel_holds_the_interpreter_once_for_all_types_of_closures(monkeyp
     assert 0 < count(CLOSURES) <= count((Diffuse,))
 
 
+def test_programs_run_once_for_a_drawn_and_an_asked_direction(monkeypatch):
+    """Few programs have code of their own, which a kernel contains once for all uses of a surface at a hit."""
+    from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
+    from spectral_core.render.plugins.surfaces.slots import ProgramReader
+
+    read, reads = ProgramReader.__call__, []
+    monkeypatch.setattr(ProgramReader, "__call__", lambda *given: reads.append(1) or read(*given))
+
+    def count(closures):
+        reads.clear()
+        pixels = render_scene(_scene_of(_programs(3), "rgb", closures)).pixels
+        return len(reads), pixels
+
+    once = [count(closures) for closures in ((Diffuse,), CLOSURES)]
+    monkeypatch.setattr(SurfaceAt, "compute", lambda *_: None)
+    for (few, pixels), closures in zip(once, ((Diffuse,), CLOSURES), strict=True):
+        often, same = count(closures)
+        assert few <= often / 2
+        np.testing.assert_allclose(pixels, same, rtol=1e-5, atol=1e-6)
+
+
+def test_many_registers(monkeypatch):
+    """A program that keeps more results at one time than most do equals its compiled code."""
+    from spectral_core.render.plugins.paints import interpreter
+
+    scene = _scene_of(_programs(9), "rgb")
+    few = render_scene(scene).pixels
+    monkeypatch.setattr(interpreter, "REGISTERS", (10, 10))
+    np.testing.assert_allclose(render_scene(scene).pixels, few, rtol=1e-5, atol=1e-6)
+
+
 def test_more_programs_of_the_same_operations_add_no_code():
     import drjit
 

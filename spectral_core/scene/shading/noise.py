@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
+import numpy as np
+
+from spectral_core.scene.shading.numpy_backend import NumPy
 from spectral_core.scene.shading.registry import operation
 from spectral_core.scene.shading.tuples import clip, mix
 
@@ -209,12 +212,24 @@ def coordinates(vector: Any, w: Any, dimensions: str) -> tuple[Any, ...]:
     return {"1D": (w,), "2D": vector[:2], "3D": tuple(vector), "4D": (*vector, w)}[dimensions]
 
 
-def _offset(xp: Any, like: Any, seed: float, count: int) -> tuple[Any, ...]:
+@cache
+def _offset(seed: int, count: int) -> tuple[float, ...]:
     """Offset of the noise number ``seed``, which makes it independent of the others."""
-    zero = 0.0 * like
-    if count == 1:
-        return (100.0 + hashed(xp, zero + seed) * 100.0,)
-    return tuple(100.0 + hashed(xp, zero + seed, zero + float(k)) * 100.0 for k in range(count))
+    xp, key = NumPy(np.float32), np.full(1, seed, np.float32)
+    keys = [(key,)] if count == 1 else [(key, np.full(1, k, np.float32)) for k in range(count)]
+    return tuple(float(100.0 + np.float32(hashed(xp, *each)[0]) * np.float32(100.0)) for each in keys)
+
+
+def _distorted(xp: Any, p: tuple[Any, ...], distortion: Any) -> tuple[Any, ...]:
+    """Coordinates moved by noise; where nothing is distorted, none is computed."""
+    count = len(p)
+
+    def body(left: Any, *place: Any) -> tuple[Any, ...]:
+        moves = [perlin(xp, tuple(x + o for x, o in zip(p, _offset(k, count), strict=True))) for k in range(count)]
+        there = (x + move * distortion for x, move in zip(place, moves, strict=True))
+        return (xp.where(left != 0.0, 0.0, left), *there)
+
+    return tuple(xp.loop((distortion + 0.0 * p[0], *p), lambda left, *_: left != 0.0, body)[1:])
 
 
 def _noise(xp: Any, inputs: tuple[Any, ...], kind: str, normalizes: bool, dimensions: str, outputs: range) -> list[Any]:
@@ -222,13 +237,12 @@ def _noise(xp: Any, inputs: tuple[Any, ...], kind: str, normalizes: bool, dimens
     p = tuple(x * scale for x in coordinates(vector, w, dimensions))
     count = len(p)
     detail, rough = clip(xp, detail, 0.0, 15.0), xp.maximum(rough, 0.0)
-    shifts = [_offset(xp, p[0], float(seed), count) for seed in range(count + 2)]
-    moved = [tuple(x + o for x, o in zip(p, shifts[k], strict=True)) for k in range(count)]
-    p = tuple(x + perlin(xp, m) * distortion for x, m in zip(p, moved, strict=True))
+    p = _distorted(xp, p, distortion)
     fractal = partial(FRACTALS[kind], xp)
     found = []
     for output in outputs:
-        place = p if output == 0 else tuple(x + o for x, o in zip(p, shifts[count - 1 + output], strict=True))
+        shift = _offset(count - 1 + output, count)
+        place = p if output == 0 else tuple(x + o for x, o in zip(p, shift, strict=True))
         found.append(fractal(place, detail, rough, lac, offset, gain, normalizes))
     return found
 

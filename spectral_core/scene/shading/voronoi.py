@@ -36,7 +36,7 @@ def _offset_of(xp: Any, number: Any, count: int, reach: int) -> tuple[Any, ...]:
     side = 2 * reach + 1
     parts = []
     for _ in range(count):
-        whole = xp.floor((number + 0.5) / side)
+        whole = xp.floor((number + 0.5) * (1.0 / side))
         parts.append(number - whole * side - float(reach))
         number = whole
     return tuple(parts)
@@ -50,7 +50,16 @@ def _nearest(xp: Any, p: tuple[Any, ...], random: Any, metric: str, exponent: An
     zero, far = 0.0 * p[0], 0.0 * p[0] + 8e30
     blank = (zero,) * count
 
-    def body(number: Any, best: Any, next_best: Any, *rest: Any) -> Any:
+    def first(number: Any, best: Any, *rest: Any) -> Any:
+        new = _offset_of(xp, number, count, 1)
+        placed = point_in_cell(xp, tuple(c + o for c, o in zip(cell, new, strict=True)))
+        candidate = tuple(o + q * random for o, q in zip(new, placed, strict=True))
+        distance = _distance(xp, candidate, within, metric, exponent)
+        nearer = distance < best
+        kept = (xp.where(nearer, a, b) for a, b in zip((*new, *candidate), rest, strict=True))
+        return (number + 1.0, xp.where(nearer, distance, best), *kept)
+
+    def both(number: Any, best: Any, next_best: Any, *rest: Any) -> Any:
         offset, point = rest[:count], rest[count : 2 * count]
         next_offset, next_point = rest[2 * count : 3 * count], rest[3 * count :]
         new = _offset_of(xp, number, count, 1)
@@ -67,13 +76,16 @@ def _nearest(xp: Any, p: tuple[Any, ...], random: Any, metric: str, exponent: An
         offset, point = pick(nearer, new, offset), pick(nearer, candidate, point)
         return (number + 1.0, best, next_best, *offset, *point, *next_offset, *next_point)
 
-    start = (zero, far, far, *blank, *blank, *blank, *blank)
-    found = xp.loop(start, lambda number, *_: number < float(3**count), body)
-    rest = found[3:]
-    first = 2 * count if second else 0
-    offset, point = rest[first : first + count], rest[first + count : first + 2 * count]
+    goes_on = lambda number, *_: number < float(3**count)  # noqa: E731
+    if second:
+        found = xp.loop((zero, far, far, *blank, *blank, *blank, *blank), goes_on, both)
+        distance, rest = found[2], found[3 + 2 * count :]
+    else:
+        found = xp.loop((zero, far, *blank, *blank), goes_on, first)
+        distance, rest = found[1], found[2:]
+    offset, point = rest[:count], rest[count:]
     color = cell_numbers(xp, tuple(c + o for c, o in zip(cell, offset, strict=True)))[:3]
-    return (found[2] if second else found[1], *color, *(c + q for c, q in zip(cell, point, strict=True)))
+    return (distance, *color, *(c + q for c, q in zip(cell, point, strict=True)))
 
 
 def _smooth(xp: Any, p: tuple[Any, ...], random: Any, metric: str, exponent: Any, smoothness: Any) -> tuple[Any, ...]:

@@ -13,8 +13,8 @@ from spectral_core.render.plugins.paints.programs import DrJit
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.scene.shading import OPERATIONS, Instruction, Program
 
-REGISTERS = 10
-"""Most results that a program may use at one time."""
+REGISTERS = (4, 10)
+"""Results that the programs of a scene may use at one time: few, as each takes time at every step, or most."""
 CONSTANT, WIDE = 1 << 31, 1 << 30
 """Bits of an operand: it is an index into the program's numbers; it has three components."""
 
@@ -32,6 +32,7 @@ class Interpreter:
         self._places: dict[Any, int] = {}
         self._rows: list[list[int]] = []
         self._widths: list[int] = []
+        self._registers = REGISTERS[0]
 
     def enter(self, program: Program) -> int | None:
         """Number of a program; None if its results need too many registers."""
@@ -54,7 +55,8 @@ class Interpreter:
         last_use = {operand: k for k, item in enumerate(program.instructions) for operand in item.inputs}
         if program.instructions[-1].values:
             return None
-        free, places, rows, offset = list(range(REGISTERS)), {}, [], 0
+        free, places, rows, offset = list(range(REGISTERS[-1])), {}, [], 0
+        used = 0
         for k, item in enumerate(program.instructions):
             if item.values:
                 places[k] = CONSTANT | (WIDE if len(item.values) == 3 else 0) | offset
@@ -66,8 +68,10 @@ class Interpreter:
                     free.append(places[operand])
             if not free:
                 return None
-            places[k] = free.pop()
+            places[k] = free.pop(free.index(min(free)))
+            used = max(used, places[k] + 1)
             rows.append([self._target(item), places[k], *operands])
+        self._registers = next(count for count in REGISTERS if count >= max(used, self._registers))
         return rows
 
     def _target(self, item: Instruction) -> int:
@@ -88,7 +92,7 @@ class Interpreter:
         mi, dr = self.tables.mi, self.tables.dr
         program, start = which
         row, end, out = (dr.gather(mi.UInt32, self.programs, program * 3 + k, active) for k in range(3))
-        size = 2 + len(self._widths)
+        size, registers_used = 2 + len(self._widths), self._registers
         targets = [self._call(item) for item in self._targets]
 
         def operand(k: int, at: Any, registers: tuple[Any, ...], active: Any) -> Any:
@@ -98,7 +102,7 @@ class Interpreter:
             parts = []
             for c in range(self._widths[k]):
                 held = registers[c]
-                for r in range(1, REGISTERS):
+                for r in range(1, registers_used):
                     held = dr.select(given == r, registers[3 * r + c], held)
                 number = dr.gather(mi.Float, numbers, place + step * c, active & is_number)
                 parts.append(dr.select(is_number, number, held))
@@ -116,12 +120,12 @@ class Interpreter:
             kept = [dr.select(into == k // 3, found[k % 3], register) for k, register in enumerate(registers)]
             return (row + 1, *kept)
 
-        begin = (row, *(mi.Float(0.0) for _ in range(3 * REGISTERS)))
+        begin = (row, *(mi.Float(0.0) for _ in range(3 * registers_used)))
         registers = dr.while_loop(begin, lambda row, *_: active & (row < end), body)[1:]
         parts = []
         for c in range(3):
             held = registers[c]
-            for r in range(1, REGISTERS):
+            for r in range(1, registers_used):
                 held = dr.select(out == r, registers[3 * r + c], held)
             parts.append(dr.select(dr.isfinite(held), held, 0.0))
         return mi.Color3f(*parts)

@@ -34,7 +34,7 @@ class SurfaceAt:
         Only where each material has a single closure; otherwise each use of a closure runs its own.
         """
         mi, dr, tables = self.mi, self.dr, self.tables
-        if self.is_one and len(tables.kinds) > 1:
+        if self.is_one:
             leaf, _, there = self._leaves(active)
             row = dr.gather(mi.UInt32, tables.leaf_row, leaf, there)
             kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, there)
@@ -88,7 +88,7 @@ class SurfaceAt:
 
         targets = [target(kind) for kind in tables.kinds]
         if len(targets) == 1:
-            return targets[0](row, si, rest, (), active)
+            return targets[0](row, si, rest, self._inputs or (), active)
         kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, active)
         computed = self._inputs
         if computed is None:

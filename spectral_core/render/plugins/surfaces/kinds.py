@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -93,15 +93,15 @@ class ClosureKind:
         self.flags = int(self.closure.flags())
 
     @property
-    def interpreted(self) -> list[Slot]:
-        """Inputs whose programs the interpreter runs."""
-        return [slot for slot in self.slots if slot.first_program is not None]
+    def programmed(self) -> list[Slot]:
+        """Inputs that programs compute."""
+        return [slot for slot in self.slots if slot.programs]
 
     def prepare(self, buffers: Buffers, row: Any, si: Any, active: Any, computed: tuple[Any, ...] = ()) -> Any:
         """The closure with the inputs of a hit; ``row``: index of its first number; ``computed``: of
         ``computed_inputs``.
         """
-        for slot, found in zip(self.interpreted, computed, strict=False):
+        for slot, found in zip(self.programmed, computed, strict=False):
             slot.computed = found
         for slot in self.slots:
             slot.read(buffers, row, si, active)
@@ -118,31 +118,53 @@ class ClosureKind:
 
 
 def computed_inputs(kinds: list[ClosureKind], buffers: Buffers, at: tuple[Any, Any], si: Any, active: Any) -> Any:
-    """Results of the interpreter for the first interpreted input of a closure, the second, …; ``at``: the closure's
-    type and the index of its first number.
+    """Results of the programs for the first programmed input of a closure, the second, …; ``at``: the closure's type
+    and the index of its first number.
 
     They are computed before the kernel branches by type: the interpreter, which is long, is then there once instead of
-    once for each type.
+    once for each type, and all uses of a closure at a hit share the results.
     """
+    count = max(len(each.programmed) for each in kinds)
+    return tuple(_computed_input(kinds, buffers, number, at, si, active) for number in range(count))
+
+
+def _computed_input(
+    kinds: list[ClosureKind], buffers: Buffers, number: int, at: tuple[Any, Any], si: Any, active: Any
+) -> Any:
+    """Three numbers: the programmed input ``number`` of each lane's closure."""
     import drjit as dr
     import mitsuba as mi
 
     kind, row = at
-    found = []
-    for number in range(max(len(each.interpreted) for each in kinds)):
-        offset, first, mine = mi.UInt32(0), mi.UInt32(0), mi.Bool(False)
-        for place, each in enumerate(kinds):
-            if number < len(each.interpreted):
-                slot = each.interpreted[number]
-                here = kind == place
-                offset, first = dr.select(here, slot.offset, offset), dr.select(here, slot.first_program or 0, first)
-                mine |= here
-        mine &= active
-        code = dr.gather(mi.UInt32, buffers.codes, row + offset, mine)
-        start = dr.gather(mi.UInt32, buffers.codes, row + offset + 1, mine)
-        mine &= (code > 0) & (code < FIRST_TEXTURE)
-        found.append(buffers.interpreter.run(buffers.program_numbers, (code - 1 + first, start), si, mine))
-    return tuple(found)
+    offset, first, is_listed, has_code = mi.UInt32(0), mi.UInt32(0), mi.Bool(False), mi.Bool(False)
+    targets: list[Any] = []
+    for place, each in enumerate(kinds):
+        if number >= len(each.programmed):
+            continue
+        slot, here = each.programmed[number], kind == place
+        offset = dr.select(here, slot.offset, offset)
+        if slot.first_program is None:
+            first = dr.select(here, len(targets), first)
+            targets += slot.programs
+            has_code |= here
+        else:
+            first = dr.select(here, slot.first_program, first)
+            is_listed |= here
+    code = dr.gather(mi.UInt32, buffers.codes, row + offset, active & (is_listed | has_code))
+    start = dr.gather(mi.UInt32, buffers.codes, row + offset + 1, active & (is_listed | has_code))
+    active = active & (code > 0) & (code < FIRST_TEXTURE)
+    which, found = code - 1 + first, mi.Color3f(0.0)
+    if any(number < len(each.programmed) and each.programmed[number].first_program is not None for each in kinds):
+        found = buffers.interpreter.run(buffers.program_numbers, (which, start), si, active & is_listed)
+    if targets:
+
+        def call(read: Any) -> Callable[..., Any]:
+            return lambda start, si, active: mi.Color3f(read(buffers, start, si, active))
+
+        calls = [*map(call, targets), lambda start, si, active: mi.Color3f(0.0)]
+        chosen = dr.select(active & has_code, which, len(targets))
+        found = dr.select(has_code, dr.switch(chosen, calls, start, si, active & has_code, label="input"), found)
+    return found
 
 
 def _made(lobe: Lobe, named: dict[int, Slot], variant: str) -> Any:

@@ -94,7 +94,7 @@ class Slot:
         """Number of the first of its programs in the interpreter; None if each has its own code."""
         self.value: Any = None
         self.computed: Any = None
-        """Result of the interpreter for this input, if it ran before the type of the closure was known."""
+        """Result of its program, if that ran before the type of the closure was known."""
 
     def enter(self, source: Source, tables: SceneTables) -> int:
         """Entry of a row for the reader of a source; 0 for a plain number."""
@@ -203,6 +203,8 @@ class Slot:
                 wide = any(read.traced.program.width == 3 for read in self.programs)
                 found = 0.2126 * found.x + 0.7152 * found.y + 0.0722 * found.z if wide else found.x
             return self._as_kind(buffers, found, si)
+        if self.computed is not None:
+            return self._as_kind(buffers, self.computed.x if self.kind == "number" else self.computed, si)
         targets = [lambda start, si, active, read=read: read(buffers, start, si, active) for read in self.programs]
         found = (
             targets[0](start, si, active)
