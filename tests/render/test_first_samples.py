@@ -75,8 +75,8 @@ def test_reflectances_are_found_in_mixes_and_textures_and_indices_are_ignored() 
 
 @pytest.mark.parametrize(("name", "most"), [("D65", 0.04), ("A", 0.04), ("E", 0.04), ("FL2", 0.06), ("HP1", 0.06)])
 def test_four_wavelengths_measure_a_gray_surface(name: str, most: float) -> None:
-    """Relative variance of linear sRGB over the positions of the comb: 0.02 to 0.05; 0.07 under D65 and E if the density
-    is the observer's response.
+    """Relative variance of linear sRGB over the positions of the comb: 0.02 to 0.05; 0.07 under D65 and E if the
+    density is the observer's response.
     """
     light = catalogue.illuminant(name)
     plan = plan_wavelengths([light])

@@ -2,11 +2,11 @@
 """Wavelengths to trace and their weights in the picture.
 
 Radiance is integrated against measurement functions (the observer's three, or spectral bands) that are linear between
-knots of 1 nm. Four wavelengths per path are drawn where the picture's channels and the lights have their power, in cells
-that end at the knots of the lights, so that a sodium lamp or a laser is as quiet as daylight; and where the scene's
-reflectances send that power to the eye, so that a designed reflectance that is high near 700 nm alone shows its color
-from the first samples on. The four are a comb with teeth a quarter apart in probability, whose position is one dimension
-of the path's Sobol point.
+knots of 1 nm. Four wavelengths per path are drawn where the picture's channels and the lights have their power, in
+cells that end at the knots of the lights, so that a sodium lamp or a laser is as quiet as daylight; and where the
+scene's reflectances send that power to the eye, so that a designed reflectance that is high near 700 nm alone shows
+its color from the first samples on. The four are a comb with teeth a quarter apart in probability, whose position is
+one dimension of the path's Sobol point.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ FIRST_NM, LAST_NM = 360, 830
 WAVELENGTHS_NM: Array = np.arange(FIRST_NM, LAST_NM + 1, dtype=np.float64)
 WAVELENGTHS_NM.setflags(write=False)
 SMOOTH_NM = 20
-"""Width (standard deviation) of the smoothing of the density. Four wavelengths a quarter apart in probability integrate a
-smooth function over the density far better than one with steep flanks.
+"""Width (standard deviation) of the smoothing of the density. Four wavelengths a quarter apart in probability
+integrate a smooth function over the density far better than one with steep flanks.
 """
 _LEAST_CHANNEL = 0.05
 """Least response of a channel of the picture, over that of the strongest: darker ones get no more samples."""
