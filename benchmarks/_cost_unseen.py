@@ -49,7 +49,9 @@ def shower(stage: Stage) -> None:
 def beam(stage: Stage) -> None:
     """A beam of two degrees through dense smoke that scatters forward, and the spot where it ends."""
     stage.lights = [
-        SpotLight(name="beam", world_from_light=at(-1.4, 0.3, 2.6, turn=("y", -35)), power_w=900, cone_angle_rad=0.035)
+        SpotLight(
+            name="beam", world_from_light=at(-1.4, 0.3, 2.6, turn=("y", -35)), power_w=60000, cone_angle_rad=0.035
+        )
     ]
     stage.add("smoke", "box", at(0, 0, 1.4, (2.5, 2.0, 1.35)), None)
     stage.media["smoke"] = ScatteringMedium(0.5, gray(0.9), 0.6)

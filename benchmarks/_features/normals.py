@@ -32,7 +32,9 @@ def _lathe(profile: list[tuple[float, float]], segments: int = 48) -> Any:
 CUP = [(0.01, 0.0), (0.8, 0.0), (0.9, 1.6), (0.8, 1.6), (0.7, 0.15), (0.01, 0.15)]
 
 
-def _cup(smooth: bool, shader: str = "") -> Callable[[Stage], None]:
+def cup(smooth: bool, shader: str = "") -> Callable[[Stage], None]:
+    """A cup with hard edges on the floor, in place of the ball."""
+
     def build(stage: Stage) -> None:
         bpy.data.objects.remove(stage.ball)
         if shader:
@@ -64,11 +66,11 @@ def _emissive(kind: str, smooth: bool) -> Callable[[Stage], None]:
 
 for _smooth in (False, True):
     _how = "smooth" if _smooth else "flat"
-    feature(f"normals/cup {_how}", _cup(_smooth))
+    feature(f"normals/cup {_how}", cup(_smooth))
     feature(f"normals/emissive torus {_how}", _emissive("torus", _smooth))
     feature(f"normals/emissive cylinder {_how}", _emissive("cylinder", _smooth))
     feature(f"normals/emissive ball {_how}", _emissive("uv_sphere", _smooth))
 feature("normals/emissive cube smooth", _emissive("cube", True))
-feature("normals/cup smooth glossy", _cup(True, "ShaderNodeBsdfAnisotropic"))
-feature("normals/cup smooth principled", _cup(True, "ShaderNodeBsdfPrincipled"))
-feature("normals/cup smooth glass", _cup(True, "ShaderNodeBsdfGlass"), 4)
+feature("normals/cup smooth glossy", cup(True, "ShaderNodeBsdfAnisotropic"))
+feature("normals/cup smooth principled", cup(True, "ShaderNodeBsdfPrincipled"))
+feature("normals/cup smooth glass", cup(True, "ShaderNodeBsdfGlass"), 4)

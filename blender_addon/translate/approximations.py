@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.scene import (
     Glass,
     Glossy,
+    Instance,
     Mesh,
     Metal,
     Principled,
@@ -20,39 +23,48 @@ from spectral_core.scene import (
     Translucent,
     leaves,
 )
+from spectral_core.scene.geometry import box_of, placed
 
 from .context import Translation
 from .meshes import OUTPUTS, uv_layer
 
-LEANING_COSINE = 0.7
-"""Cosine between a face's normal and a shading normal of its corners below which refraction differs visibly."""
+Array = NDArray[np.float64]
+
 FEW = 0.01
-"""Largest share of corners beyond that angle."""
+"""Largest share of corners whose normals point to the other side of their faces."""
+MOST_TRIANGLES, MOST_PLANES = 20_000, 32
+"""Triangles of a mesh, and planes of its largest faces, that are compared with those of other meshes."""
+LARGE_FACE = 0.01
+"""Share of a mesh's area from which a triangle is compared."""
+RAY_STEP = 1e-4
+"""Distance to a surface from which rays start, relative to the coordinates plus 1."""
 
 
-def note_approximations(translation: Translation, scene: Scene) -> None:
-    """Add one note per object, light or scene."""
+def note_approximations(translation: Translation, scene: Scene, *, is_render: bool) -> None:
+    """Add one note per object, light or scene; in a viewport without those on faces that coincide."""
     surfaces = {material.name: material.surface for material in scene.materials}
     meshes = {mesh.name: mesh for mesh in scene.meshes}
-    bends = {name for name, surface in surfaces.items() if _refracts(surface)}
     enters = {name for name, surface in surfaces.items() if _enters(surface)}
-    leaning: dict[str, tuple[bool, bool]] = {}
+    turned: dict[str, bool] = {}
     for instance in scene.instances:
-        if not (bends | enters).intersection(instance.materials):
+        if not enters.intersection(instance.materials):
             continue
-        if instance.mesh not in leaning:
-            mesh = meshes[instance.mesh]
-            leaning[instance.mesh] = _leans(mesh, LEANING_COSINE), _leans(mesh, 0.0)
-        leans, is_turned = leaning[instance.mesh]
-        if leans and bends.intersection(instance.materials):
-            message = "it is smooth-shaded over hard edges: light refracted there is dimmer than in Cycles"
-            translation.note(instance.name, message)
-        if is_turned and enters.intersection(instance.materials):
+        if instance.mesh not in turned:
+            turned[instance.mesh] = _is_turned(meshes[instance.mesh])
+        if turned[instance.mesh]:
             message = (
                 "faces of its smooth-shaded mesh point both outward and inward: translucent, subsurface and sheen "
                 "light differs from Cycles there; Mesh > Normals > Recalculate Outside mends the mesh"
             )
             translation.note(instance.name, message)
+    if is_render:
+        passes = enters | {name for name, surface in surfaces.items() if _refracts(surface)}
+        for name, other in _coincident(scene, meshes, passes):
+            message = (
+                f"faces of it coincide with faces of {other!r}: Cycles loses light between them, and here it is kept; "
+                "move it by a thousandth of its size"
+            )
+            translation.note(name, message)
     film = scene.film
     if film.transparent and film.transparent_glass:
         for name, surface in surfaces.items():
@@ -87,17 +99,80 @@ def _is_mixed(surface: Surface | None) -> bool:
     return len(kinds) == 2 or any(isinstance(leaf, Principled) for leaf in leaves(surface))
 
 
-def _leans(mesh: Mesh, cosine: float) -> bool:
-    """True if interpolated normals are further from those of their faces than an angle of this cosine."""
+def _is_turned(mesh: Mesh) -> bool:
+    """True if interpolated normals point to the other side of their faces."""
     if mesh.normals is None:
         return False
-    first, second, third = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
-    faces = np.cross(second - first, third - first)
+    faces = np.cross(*_edges(mesh.positions[mesh.triangles].astype(np.float64)))
     size = np.linalg.norm(faces, axis=1)
     kept = size > 0
     normals = mesh.normals[mesh.triangles[kept]].astype(np.float64)
     cosines = np.einsum("tci,ti->tc", normals, faces[kept] / size[kept, None])
-    return bool((cosines < cosine).mean() > FEW) if cosines.size else False
+    return bool((cosines < 0.0).mean() > FEW) if cosines.size else False
+
+
+def _edges(triangles: Array) -> tuple[Array, Array]:
+    return triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+
+
+def _coincident(scene: Scene, meshes: dict[str, Mesh], materials: set[str]) -> Iterator[tuple[str, str]]:
+    """Names of instances with some of the materials, each with one that a large face of it lies on."""
+    chosen = [item for item in scene.instances if materials.intersection(item.materials)]
+    if not chosen:
+        return
+    boxes = {item.name: _ends(placed(box_of(meshes[item.mesh]), item.world_from_object)) for item in scene.instances}
+    for item in chosen:
+        near = [
+            other for other in scene.instances
+            if other is not item and len(meshes[other.mesh].triangles) <= MOST_TRIANGLES
+            and _meet(boxes[item.name], boxes[other.name])
+        ]  # fmt: skip
+        if not near or not 0 < len(meshes[item.mesh].triangles) <= MOST_TRIANGLES:
+            continue
+        planes = _planes(_triangles(meshes[item.mesh], item))
+        found = next((other for other in near if _lies_on(planes, _triangles(meshes[other.mesh], other))), None)
+        if found is not None:
+            yield item.name, found.name
+
+
+def _triangles(mesh: Mesh, item: Instance) -> Array:
+    """Corners (t, 3, 3) in the world."""
+    return placed(mesh.positions.astype(np.float64), item.world_from_object)[mesh.triangles]
+
+
+def _ends(points: Array) -> Array:
+    """Lowest and highest coordinates (2, 3) of points, with the distance from which rays start."""
+    if not len(points):
+        return np.array([(np.inf,) * 3, (-np.inf,) * 3])
+    step = RAY_STEP * (1.0 + np.abs(points).max())
+    return np.array([points.min(axis=0) - step, points.max(axis=0) + step])
+
+
+def _meet(one: Array, other: Array) -> bool:
+    return bool(np.all(one[0] <= other[1]) and np.all(other[0] <= one[1]))
+
+
+def _planes(triangles: Array) -> list[tuple[Array, float, Array]]:
+    """Normal, offset, and the ends of the faces on it, of the planes of the largest faces."""
+    normals = np.cross(*_edges(triangles))
+    area = np.linalg.norm(normals, axis=1)
+    large = np.argsort(-area)[: 2 * MOST_PLANES]
+    large = large[area[large] > LARGE_FACE * area.sum()]
+    found: list[tuple[Array, float, Array]] = []
+    for corners, normal in zip(triangles[large], normals[large] / area[large, None], strict=True):
+        if len(found) < MOST_PLANES:
+            found.append((normal, float(normal @ corners[0]), _ends(corners)))
+    return found
+
+
+def _lies_on(planes: list[tuple[Array, float, Array]], triangles: Array) -> bool:
+    """True if a face of other triangles lies on one of the planes, beside a face of the first ones."""
+    for normal, offset, ends in planes:
+        step = RAY_STEP * (1.0 + np.abs(ends).max())
+        on = (np.abs(triangles @ normal - offset) < step).all(axis=1)
+        if any(_meet(ends, _ends(face)) for face in triangles[on]):
+            return True
+    return False
 
 
 def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> None:

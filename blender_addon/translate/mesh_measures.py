@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures of a whole mesh for the Geometry node: Pointiness and Random Per Island, computed as Cycles does."""
+"""Arrays of a ``bpy.types.Mesh``, its shading normals, and measures for the Geometry node (Pointiness, Random Per
+Island), as Cycles computes them.
+"""
 
 from __future__ import annotations
 
@@ -89,3 +91,65 @@ def hashed(words: Array) -> Array:
 
 def _rotated(words: Array, bits: int) -> Array:
     return (words << np.uint32(bits)) | (words >> np.uint32(32 - bits))
+
+
+def floats(collection: Any, name: str, length: int, width: int) -> Array:
+    """Values (length, width) float32 of a collection."""
+    values = np.empty(length * width, dtype=np.float32)
+    collection.foreach_get(name, values)
+    return values.reshape(length, width)
+
+
+def corner_vertices(source: Any) -> Array:
+    """Vertex (c,) of each corner."""
+    values = np.empty(len(source.loops), dtype=np.int32)
+    attribute = source.attributes.get(".corner_vert")
+    if attribute is not None:
+        attribute.data.foreach_get("value", values)
+    else:
+        source.loops.foreach_get("vertex_index", values)
+    return values
+
+
+def normals_of(source: Any) -> Array | None:
+    """None if every face is flat, one per vertex if all are smooth, else one per corner."""
+    if source.normals_domain == "FACE":
+        return None
+    if source.normals_domain == "POINT":
+        return _unit(floats(source.vertex_normals, "vector", len(source.vertices), 3))
+    if source.has_custom_normals or _has_sharp_edges(source):
+        return _unit(floats(source.corner_normals, "vector", len(source.loops), 3))
+    return _of_smooth_and_flat(source)
+
+
+def _has_sharp_edges(source: Any) -> bool:
+    attribute = source.attributes.get("sharp_edge")
+    if attribute is None or attribute.domain != "EDGE" or attribute.data_type != "BOOLEAN":
+        return False
+    values = np.empty(len(source.edges), dtype=bool)
+    attribute.data.foreach_get("value", values)
+    return bool(values.any())
+
+
+def _of_smooth_and_flat(source: Any) -> Array:
+    """Normals of corners where some faces are flat and no edge is sharp: smooth faces have those of their vertices.
+
+    So does Cycles; Blender's own corner normals split at the borders of flat faces.
+    """
+    count = len(source.polygons)
+    smooth, sizes = np.empty(count, dtype=bool), np.empty(count, dtype=np.int32)
+    source.polygons.foreach_get("use_smooth", smooth)
+    source.polygons.foreach_get("loop_total", sizes)
+    of_faces = np.repeat(floats(source.polygon_normals, "vector", count, 3), sizes, axis=0)
+    of_vertices = np.take(
+        floats(source.vertex_normals, "vector", len(source.vertices), 3), corner_vertices(source), axis=0
+    )
+    return _unit(np.where(np.repeat(smooth, sizes)[:, None], of_vertices, of_faces))
+
+
+def _unit(normals: Array) -> Array:
+    """Blender gives zero normals to loose vertices and collapsed faces; they become up, which is never NaN."""
+    lost = ~(np.abs(normals).max(axis=1, initial=0) > 0)
+    if lost.any():
+        normals[lost] = (0, 0, 1)
+    return normals

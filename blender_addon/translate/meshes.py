@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.scene.geometry import Attribute, Mesh
 
-from .mesh_measures import READ, measure
+from .mesh_measures import READ, corner_vertices, floats, measure, normals_of
 
 Array = NDArray[Any]
 
@@ -46,8 +46,8 @@ def translate_mesh(
     count = len(source.loop_triangles)
     if count == 0:
         return None
-    positions = _floats(source.attributes["position"].data, "vector", len(source.vertices), 3)
-    corners = _corner_vertices(source)
+    positions = floats(source.attributes["position"].data, "vector", len(source.vertices), 3)
+    corners = corner_vertices(source)
     triangle_corners = np.empty(count * 3, dtype=np.int32)
     source.loop_triangles.foreach_get("loops", triangle_corners)
     triangle_corners = triangle_corners.reshape(-1, 3)
@@ -58,7 +58,7 @@ def translate_mesh(
         values = _attribute(source, item, corners, positions, undeformed, groups)
         if values is not None:
             extra[item] = values
-    normals = _normals(source)
+    normals = normals_of(source)
     keys = [array for array in (uvs, normals, *extra.values()) if array is not None and len(array) == len(corners)]
     vertex_of_corner, corner_of_vertex = corners, None
     if keys:
@@ -129,45 +129,12 @@ def _same_rows(vertices: Array, attributes: Array) -> tuple[Array, Array]:
     return one, kind
 
 
-def _floats(collection: Any, name: str, length: int, width: int) -> Array:
-    values = np.empty(length * width, dtype=np.float32)
-    collection.foreach_get(name, values)
-    return values.reshape(length, width)
-
-
-def _corner_vertices(source: Any) -> Array:
-    values = np.empty(len(source.loops), dtype=np.int32)
-    attribute = source.attributes.get(".corner_vert")
-    if attribute is not None:
-        attribute.data.foreach_get("value", values)
-    else:
-        source.loops.foreach_get("vertex_index", values)
-    return values
-
-
-def _normals(source: Any) -> Array | None:
-    """None if every face is flat, one per vertex if all are smooth, else one per corner."""
-    if source.normals_domain == "FACE":
-        return None
-    if source.normals_domain == "POINT":
-        return _unit(_floats(source.vertex_normals, "vector", len(source.vertices), 3))
-    return _unit(_floats(source.corner_normals, "vector", len(source.loops), 3))
-
-
-def _unit(normals: Array) -> Array:
-    """Blender gives zero normals to loose vertices and collapsed faces; they become up, which is never NaN."""
-    lost = ~(np.abs(normals).max(axis=1, initial=0) > 0)
-    if lost.any():
-        normals[lost] = (0, 0, 1)
-    return normals
-
-
 def _corner_uvs(source: Any, corners: Array, uv_map: str = "") -> Array:
     """UV of each corner, (c, 2); zero if the mesh has no such map, as in Blender, or no finite value."""
     layer = uv_layer(source, uv_map)
     if layer is None:
         return np.zeros((len(corners), 2), dtype=np.float32)
-    uvs = _floats(layer.uv, "vector", len(corners), 2)
+    uvs = floats(layer.uv, "vector", len(corners), 2)
     return np.where(np.isfinite(uvs), uvs, np.float32(0))
 
 
@@ -178,7 +145,7 @@ def _attribute(source: Any, name: str, corners: Array, positions: Array, undefor
     if name.startswith(READ):
         edges = np.empty(2 * len(source.edges), dtype=np.int32)
         source.edges.foreach_get("vertices", edges)
-        normals = _floats(source.vertex_normals, "vector", len(positions), 3)
+        normals = floats(source.vertex_normals, "vector", len(positions), 3)
         return _told_apart(measure(name[len(READ) :], positions, normals, edges.reshape(-1, 2)), corners)
     kind, _, attribute = name.partition(":")
     if kind not in OUTPUTS:
@@ -267,7 +234,7 @@ def _generated(source: Any, positions: Array, undeformed: Any) -> Array:
     base = source
     if undeformed is not None and len(undeformed.vertices) == len(positions):
         base = undeformed
-        positions = _floats(undeformed.attributes["position"].data, "vector", len(positions), 3)
+        positions = floats(undeformed.attributes["position"].data, "vector", len(positions), 3)
     center, half = (
         np.array(base_value[:], dtype=np.float64) for base_value in (base.texspace_location, base.texspace_size)
     )

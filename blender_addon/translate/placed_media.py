@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import Instance, Material, Mesh, ScatteringMedium
-from spectral_core.scene.geometry import VOLUME_BOX, box_of, index_box, unit_box
+from spectral_core.scene.geometry import BORDER_MARGIN, VOLUME_BOX, box_of, index_box, unit_box
 
 from .shading.attributes import PREFIX, object_attributes, object_info
 from .shading.materials import TranslatedMaterial
@@ -22,10 +22,6 @@ from .volumes import GridFile, Lattice
 
 if TYPE_CHECKING:
     from .objects import Collected
-
-
-BORDER_MARGIN = 0.1
-"""Voxels between a grid and the box around it: volumes often stand on a floor, where faces would coincide."""
 
 
 def in_mesh(

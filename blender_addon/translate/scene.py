@@ -79,7 +79,7 @@ def translate_scene(
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )
-    note_approximations(translation, scene)
+    note_approximations(translation, scene, is_render=kept is None)
     return replace(scene, notes=translation.notes)
 
 

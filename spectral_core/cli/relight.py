@@ -60,7 +60,9 @@ def run(arguments: argparse.Namespace) -> int:
         report["files"] = _write(arguments, live, mixes)
         report["seconds"] = round(time.perf_counter() - start, 3)
     if arguments.html is not None:
-        write_page(arguments.html, transport, title=arguments.transport.stem, lights=lights, mix=mix)
+        write_page(
+            arguments.html, transport, title=arguments.transport.stem.removesuffix(".transport"), lights=lights, mix=mix
+        )
         report["files"].append(str(arguments.html))
     for file in report["files"]:
         print(file)

@@ -18,7 +18,7 @@ from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.volumes import require_lighting
 from spectral_core.scene import Instance, Material, MediumGrid, Note, ScatteringMedium, Scene, VolumeObject, gray
-from spectral_core.scene.geometry import index_box, unit_box
+from spectral_core.scene.geometry import BORDER_MARGIN, index_box, unit_box
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 
 Array = NDArray[Any]
@@ -82,7 +82,7 @@ def _object(volume: VolumeObject, name: str) -> tuple[Material, Instance] | None
     parts = scattering / (density or 1.0), absorption / (density or 1.0), emission / (strength or 1.0)
     grid = MediumGrid(world_from_index, *(np.minimum(part, 1.0).astype(np.float32) for part in parts))
     medium = ScatteringMedium(density, gray(1.0), emission_color=gray(1.0), emission_strength=strength, grid=grid)
-    place = volume.world_from_index @ index_box(volume.data.shape)
+    place = volume.world_from_index @ index_box(volume.data.shape, BORDER_MARGIN)
     return Material(name, None, medium), Instance(name, unit_box().name, place, (name,), shown_as=volume.name)
 
 

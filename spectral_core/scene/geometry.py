@@ -18,6 +18,8 @@ from spectral_core.scene.rays import Rays
 
 VOLUME_BOX = "box of volumes"
 """Name of the mesh that borders volumes."""
+BORDER_MARGIN = 0.1
+"""Voxels between a grid and the box around its medium: volumes often stand on a floor, where faces would coincide."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

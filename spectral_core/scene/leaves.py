@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from spectral_core.scene.paint import ImageTexture, MixedPaint, Scalar, SpectralImage
-from spectral_core.scene.shading.program import Computed, Program
+from spectral_core.scene.shading.program import Computed, OnRaised, Program
 from spectral_core.scene.surface import AddSurface, Closure, Holdout, MixSurface, Surface
 
 
@@ -123,5 +123,7 @@ def _parts(values: Iterable[Any]) -> Iterator[Any]:
         value = stack.pop()
         if isinstance(value, MixedPaint):
             stack += [value.factor, value.first, value.second]
-        else:
-            yield value
+            continue
+        if isinstance(value, OnRaised):
+            stack.append(value.surface)
+        yield value

@@ -35,12 +35,17 @@ def smooth_cube():
     return cube
 
 
-def test_smooth_shaded_glass_with_hard_edges_gets_a_note(build, translate):
+@pytest.mark.parametrize(("kind", "tells"), [("Glass", True), ("Translucent", True), ("Diffuse", False)])
+def test_faces_that_coincide_with_a_floor_get_a_note_where_light_passes(build, translate, kind, tells):
+    """Cycles meets one of the two faces by chance, and loses light between them."""
+    build.plane(name="Ground", size=10.0)
     cube = smooth_cube()
-    shaded(cube, "ShaderNodeBsdfGlass")
-    assert "smooth-shaded over hard edges" in messages(translate())
-    for polygon in cube.data.polygons:
-        polygon.use_smooth = False
+    cube.location, cube.rotation_euler = (0.3, 0.2, 1.0), (0, 0, 0.5)
+    shaded(cube, f"ShaderNodeBsdf{kind}")
+    assert ("coincide with faces of 'Ground'" in messages(translate())) is tells
+    cube.location.z = 1.01
+    assert not translate().notes
+    cube.location = (20.0, 0.0, 1.0)  # in the plane of the ground, beside it
     assert not translate().notes
 
 

@@ -169,6 +169,29 @@ def test_the_texture_mapping_panel_of_an_environment_turns_it(build, translate, 
     np.testing.assert_allclose(coarse, np.roll(plain, 2, axis=1), rtol=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("output", "told"), [("Is Camera Ray", False), ("Is Glossy Ray", True), ("Diffuse Depth", True)]
+)
+def test_a_drawn_world_that_tells_rays_apart_has_a_note(build, translate, output, told):
+    world_with()
+    tree = bpy.context.scene.world.node_tree
+    path, mixed, sky = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("LightPath", "Mix", "TexNoise"))
+    mixed.data_type = "RGBA"
+    colors = [socket for socket in mixed.inputs if socket.type == "RGBA"]
+    tree.links.new(path.outputs[output], mixed.inputs[0])
+    tree.links.new(sky.outputs["Color"], colors[0])
+    target = next(node for node in tree.nodes if node.type == "BACKGROUND").inputs["Color"]
+    tree.links.new(next(socket for socket in mixed.outputs if socket.type == "RGBA"), target)
+    assert any("depends on the type of ray" in note.message for note in translate().notes) is told
+
+
+@pytest.mark.parametrize(("limit", "told"), [(1024, False), (60, False), (2, True)])
+def test_bounces_of_the_world_have_a_note_if_paths_are_longer(build, translate, limit, told):
+    world_with()
+    bpy.context.scene.world.cycles.max_bounces, bpy.context.scene.cycles.max_bounces = limit, 12
+    assert any("number of bounces" in note.message for note in translate().notes) is told
+
+
 def test_no_world_is_black_and_a_missing_sky_image_is_magenta_with_a_note(build, translate):
     assert translate().world.is_black
     world_with(image=bpy.data.images.new("Gone", 4, 4))

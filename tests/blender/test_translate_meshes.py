@@ -53,6 +53,29 @@ def test_every_corner_equals_that_of_blender(blender, shading, uvs):
         assert len(distinct) == len(mesh.positions)
 
 
+@pytest.mark.parametrize("kind", ["cube", "cylinder"])
+def test_smooth_faces_beside_flat_ones_have_the_normals_of_their_vertices(blender, kind):
+    """As in Cycles, as long as no edge is sharp; Blender's own corner normals split at flat faces."""
+    from blender_addon.translate.meshes import translate_mesh
+
+    getattr(bpy.ops.mesh, f"primitive_{kind}_add")()
+    source = bpy.context.object.data
+    for number, face in enumerate(source.polygons):
+        face.use_smooth = number % 2 == 1
+    source.update()
+    mesh = translate_mesh("thing", source)
+    source.calc_loop_triangles()
+    expected = [
+        source.vertices[v].normal if source.polygons[t.polygon_index].use_smooth else t.normal
+        for t in source.loop_triangles for v in t.vertices
+    ]  # fmt: skip
+    np.testing.assert_allclose(mesh.normals[mesh.triangles.ravel()], expected, atol=1e-6)
+    source.attributes.new("sharp_edge", "BOOLEAN", "EDGE").data[0].value = True
+    source.update()
+    sharp = translate_mesh("thing", source)
+    np.testing.assert_allclose(corners_of(sharp), corners_in_blender(source, normals=True, uvs=False), atol=1e-6)
+
+
 def test_split_keeps_equal_corners_together(rng):
     from blender_addon.translate.meshes import split_corners
 

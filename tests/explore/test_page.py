@@ -117,6 +117,19 @@ def test_the_views_are_linked_in_a_browser(tmp_path: Path) -> None:
 
 
 @needs_browser
+def test_the_matrix_fits_whether_the_header_has_one_line_or_two(tmp_path: Path) -> None:
+    path = write_page(tmp_path / "page.html", small_table(60, **{name: list(range(60)) for name in "defgh"}))
+    with Browser(1000, 800) as page:
+        for width in range(800, 1500, 100):
+            size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+            page.call("Emulation.setDeviceMetricsOverride", size)
+            page.open(path.resolve().as_uri())
+            room = "(({scrollHeight, clientHeight}) => [scrollHeight, clientHeight])(document.getElementById('matrix'))"
+            needed, given = page.run(room)
+            assert needed <= given, width
+
+
+@needs_browser
 def test_a_finger_selects_on_a_narrow_screen(tmp_path: Path) -> None:
     path = write_page(tmp_path / "page.html", small_table())
     with Browser(420, 800, dark=True) as page:

@@ -103,6 +103,13 @@ def test_an_emissive_medium_adds_light_along_the_path(density):
     assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(0.3 * length, rel=0.01)
 
 
+def test_rays_that_meet_nothing_more_have_left_the_medium_of_an_open_mesh():
+    """As in Cycles: a ray entered through the one wall and is in the world's medium alone behind it."""
+    medium = ScatteringMedium(density=0.0, color=gray(0.0), emission_strength=0.3)
+    scene = replace(_in_white_world(medium), meshes=(replace(plane(0.5), name="box"),))
+    assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(1.0, rel=1e-3)
+
+
 def test_a_world_medium_dims_by_the_distance_to_the_camera():
     glow = Material("glow", Emission(gray(1.0), 1.0))
     scene = replace(

@@ -179,3 +179,13 @@ def test_a_painted_volume_under_a_sodium_lamp_has_its_spectral_color():
 def test_invalid_settings_are_reported(change, message):
     with pytest.raises(InvalidInputError, match=message):
         render_scene(scene(replace(slab(constant()), **change)))
+
+
+def test_the_box_of_a_volume_among_media_is_larger_than_its_voxels():
+    """Faces that coincide with a floor lost the medium above it."""
+    from spectral_core.render.volumes_as_media import volumes_as_media
+
+    volume = slab(constant(), lighting="scene")
+    (item,) = volumes_as_media(scene(volume)).instances
+    corners = np.linalg.inv(volume.world_from_index) @ item.world_from_object @ np.array([(0, 0, 0, 1), (1, 1, 1, 1)]).T
+    np.testing.assert_allclose(corners[:3].T, [(-0.6,) * 3, (3.6,) * 3], atol=1e-9)

@@ -34,6 +34,9 @@ def displaced(found: Any, obj: Any, instance: Any, mesh: Mesh, materials: Sequen
     for name in sorted(_unread(mesh, moves, numbers)):
         words = name.replace("_", " ")
         found.translation.note(obj.name, f"its displacement depends on the {words}, unknown at vertices here")
+    if mesh.normals is None and any(move is not None and not move.bends for move in moves):
+        message = "Displacement and Bump shades flat faces differently from Cycles; shade the mesh smooth"
+        found.translation.note(obj.name, message)
     # objects of one mesh share its displaced form, as in Cycles
     key = ("displaced", mesh.name, *(item.material.name for item in materials))
     if key not in found.meshes:

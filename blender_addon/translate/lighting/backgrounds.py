@@ -38,6 +38,28 @@ def depends_on_ray_type(source: Output | None, depth: int = 0) -> bool:
     return any(depends_on_ray_type(linked(Input(socket, source.groups)), depth + 1) for socket in source.node.inputs)
 
 
+PLAIN_RAYS = ("Is Camera Ray", "Is Shadow Ray", "Ray Length")
+"""Outputs of Light Path whose value is known for all rays that light the scene: no shadow ray reaches a world."""
+
+
+def ray_types_of(source: Output | None, depth: int = 0) -> frozenset[str]:
+    """Outputs of Light Path in a tree that differ between rays which light the scene."""
+    if source is None or depth > 50:
+        return frozenset()
+    if source.node.type == "LIGHT_PATH":
+        return frozenset({source.socket.name}) - frozenset(PLAIN_RAYS)
+    places = (linked(Input(socket, source.groups)) for socket in source.node.inputs)
+    return frozenset().union(*(ray_types_of(place, depth + 1) for place in places))
+
+
+def note_ray_type(reader: Reader, name: str) -> None:
+    """Name an output of Light Path that a world reads for diffuse rays alone."""
+    reader.note(
+        f"{name!r} in the world depends on the type of ray, which is not supported here; the value for diffuse "
+        "surfaces was used"
+    )
+
+
 def joined(reader: Reader, terms: list[Term]) -> Term:
     """The sum of several backgrounds as one."""
     terms = [term for term in terms if term.strength > 0]

@@ -15,7 +15,7 @@ from ..context import Translation
 from ..shading.reader import Reader
 from ..shading.texture_nodes import is_moved_by_panel
 from ..shading.tree import Input, Output, linked
-from .backgrounds import Term, depends_on_ray_type, directions_of, environment_of
+from .backgrounds import Term, depends_on_ray_type, directions_of, environment_of, note_ray_type, ray_types_of
 from .directions import Array, Look, radiance
 
 ROWS, MOST_ROWS = 512, 2048
@@ -89,7 +89,7 @@ def world_light(
     from ... import compat
     from ..shading.tree import surface_output
 
-    reader = Reader(translation, world.name, on_surface=True, is_far=True)
+    reader = Reader(translation, world.name, on_surface=True, is_far=True, in_world=True)
     output = surface_output(compat.node_tree(world), "OUTPUT_WORLD")
     place = Input(output.inputs["Surface"])
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
@@ -112,6 +112,8 @@ def world_light(
     window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
     lights = drawn(Look(grids[0], view, window=window))
     tells = depends_on_ray_type(linked(place))
+    for name in sorted(ray_types_of(linked(place))):
+        note_ray_type(reader, name)
     sees = drawn(Look(grids[0], view, camera=True, window=window)) if tells else lights
     suns = tuple(
         sun

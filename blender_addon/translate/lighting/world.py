@@ -26,7 +26,7 @@ from ..shading.reader import Reader
 from ..shading.texture_nodes import mapping_matrix
 from ..shading.tree import Input, Output, linked, surface_output
 from ..visibility import cycles_settings, world_hidden_from
-from .backgrounds import Term, depends_on_ray_type, joined, resampled
+from .backgrounds import PLAIN_RAYS, Term, depends_on_ray_type, joined, note_ray_type, resampled
 from .patterns import needs_directions, world_light
 
 
@@ -46,7 +46,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         "hidden_from": world_hidden_from(world) & ~Rays.SHADOW,
         "max_bounces": cycles_settings(world, "max_bounces", 1024),
     }
-    if own["max_bounces"] < 1024:
+    if own["max_bounces"] < min(1024, int(cycles_settings(translation.scene, "max_bounces", 12))):
         translation.note(
             world.name,
             "its light ends after its number of bounces; Cycles keeps the share that its rays find by chance",
@@ -113,11 +113,8 @@ def _number(reader: Reader, place: Input | None, fallback: float, *, camera: boo
     if source is None or source.node.type != "LIGHT_PATH":
         return reader.number(place, fallback)
     name = source.socket.name
-    if name not in ("Is Camera Ray", "Is Shadow Ray"):  # no shadow ray reaches a world
-        reader.note(
-            f"{name!r} in the world depends on the type of ray, which is not supported here; the value for diffuse "
-            "surfaces was used"
-        )
+    if name not in PLAIN_RAYS:
+        note_ray_type(reader, name)
     return float(name == "Is Camera Ray") if camera else float(name in ("Is Diffuse Ray", "Is Reflection Ray"))
 
 

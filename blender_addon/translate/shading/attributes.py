@@ -197,5 +197,5 @@ def uv_axes(reader: Any, uv_map: str) -> tuple[Any, Any]:
         with reader.shifted(shift):
             places.append(reader.point(f"attribute:{uv_map}"))
     steps = reader.point("step_x"), reader.point("step_y")
-    tangent = reader.emit("uv_tangent", *places, *steps, reader.point("normal"))
-    return tangent, reader.emit("uv_bitangent", *places, *steps, reader.point("normal"))
+    tangent = reader.emit("uv_tangent", *places, *steps, reader.smooth_normal())
+    return tangent, reader.emit("uv_bitangent", *places, *steps, reader.smooth_normal())

@@ -71,6 +71,8 @@ def _geometry(reader: Reader, output: Output) -> Any:
     if name in plain:
         return reader.point(plain[name])
     if name == "Tangent":
+        if reader.in_world:
+            reader.note("the Tangent of a world has no direction; its pattern differs from Cycles")
         return round_tangent(reader)
     if name == "Backfacing":
         return reader.point("backfacing", 1)
@@ -101,7 +103,13 @@ def _object_info(reader: Reader, output: Output) -> Any:
 
 @evaluator("CAMERA")
 def _camera_data(reader: Reader, output: Output) -> Any:
-    place = reader.emit("transformed", reader.point("position"), settings=("POINT", "WORLD", "CAMERA"))
+    with reader.shifted(0):  # this node has no slope in Cycles: a bump by it is flat
+        position = reader.point("position")
+    place = reader.emit("transformed", position, settings=("POINT", "WORLD", "CAMERA"))
+    camera = reader.translation.scene.camera
+    if reader.in_world and camera is not None:  # Cycles takes the direction for a point here
+        moved = np.linalg.pinv(np.array(camera.matrix_world, dtype=np.float64))[:3, 3] * (1.0, 1.0, -1.0)
+        place = reader.emit("vector_math", place, moved, 0.0, 0.0, settings=("ADD",))
     if output.socket.name == "View Vector":
         return reader.emit("normalize", place)
     if output.socket.name == "View Z Depth":
@@ -228,7 +236,7 @@ def _normal_map(reader: Reader, output: Output) -> Any:
         color = reader.emit("vector_math", color, np.array((1.0, -1.0, 1.0)), np.array((0.0, 1.0, 0.0)), 0.0,
                             settings=("MULTIPLY_ADD",))  # fmt: skip
     if node.space == "TANGENT":
-        return reader.emit("normal_map", color, strength, reader.point("normal"), *uv_axes(reader, node.uv_map))
+        return reader.emit("normal_map", color, strength, reader.smooth_normal(), *uv_axes(reader, node.uv_map))
     direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
     if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z have the opposite sign
         direction = reader.emit("vector_math", direction, np.array((1.0, -1, -1)), 0.0, 0.0, settings=("MULTIPLY",))

@@ -27,6 +27,10 @@ MOST_NESTED = 2000
 """Most nodes in a chain."""
 
 
+UNKNOWN_TO_CYCLES = ("SQUEEZE", "SHADERTORGB", "UVALONGSTROKE")
+"""Nodes of other engines: a link from them has no effect in Cycles."""
+
+
 @dataclass
 class Reader:
     """Reads the sockets of one material, light or world.
@@ -47,6 +51,7 @@ class Reader:
     """True while positions are those before the displacement, which a moved mesh has as an attribute."""
     is_far: bool = False
     """True for what is infinitely far: suns and worlds."""
+    in_world: bool = False
     _known: dict[Any, Field] = field(default_factory=dict)
     _open: set[Any] = field(default_factory=set)
     skies: dict[int, tuple[ImageTexture, Atmosphere, float, float]] = field(default_factory=dict)
@@ -123,8 +128,11 @@ class Reader:
         spectrum = spectra.spectrum_of(self.translation, source.node)
         if spectrum is not None:
             return spectrum
+        if source.node.type in UNKNOWN_TO_CYCLES:
+            self.note(f"the node {source.label!r} is none of Cycles; as there, the socket behind it has its own value")
+            return self.constant(place)
         key = (source.socket.as_pointer(), tuple(group.as_pointer() for group in source.groups), self.shift,
-               self.undisplaced)  # fmt: skip
+               self.undisplaced, self.raised is None)  # fmt: skip
         if key in self._known:
             return self._known[key]
         if key in self._open or len(self._open) > MOST_NESTED:
@@ -201,6 +209,10 @@ class Reader:
         return Value(
             self.builder, self.builder.add(operation, (), name, self.shift), "VECTOR" if width == 3 else "VALUE"
         )
+
+    def smooth_normal(self) -> Value:
+        """The surface's normal before a displacement bends it."""
+        return Value(self.builder, self.builder.add("vector_input", (), "normal", self.shift), "VECTOR")
 
     @contextmanager
     def shifted(self, shift: int) -> Iterator[None]:

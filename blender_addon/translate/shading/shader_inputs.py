@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from spectral_core.scene import FILM_THICKNESS_NM, IOR, Color, Computed, Paint, Scalar, SubsurfaceModel, gray
-from spectral_core.scene.shading import Raised
+from spectral_core.scene.shading import OnRaised, Raised
 
 from .. import spectra
 from .coordinate_nodes import round_tangent
@@ -26,8 +26,10 @@ def direction_at(reader: Reader, output: Output, name: str) -> Computed | None:
     place = output.input(name)
     if place is None or linked(place) is None:
         return Raised(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
-    value = reader.as_value(reader.field(place))
-    return Computed(value.program(3))
+    program = reader.as_value(reader.field(place)).program(3)
+    if reader.raised is not None and name == "Normal":
+        return OnRaised(program, Raised(reader.raised.program(3)))
+    return Computed(program)
 
 
 def lobe_tangent(reader: Reader, output: Output, anisotropy: Scalar) -> Computed | None:

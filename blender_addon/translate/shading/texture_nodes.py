@@ -38,6 +38,9 @@ def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
     if not np.array_equal(matrix, np.eye(4)):
         place = reader.emit("affine", place, *matrix[:3, :3])
         place = reader.emit("vector_math", place, matrix[:3, 3], 0.0, 0.0, settings=("ADD",))
+    # Cycles normalizes directions, unless the panel changes nothing
+    if panel.vector_type == "NORMAL" and (any(panel.translation) or not np.array_equal(matrix, np.eye(4))):
+        place = reader.emit("vector_math", place, 0.0, 0.0, 0.0, settings=("NORMALIZE",))
     return place
 
 
@@ -88,7 +91,7 @@ def _image(reader: Reader, output: Output) -> Any:
         return 1.0 if is_alpha else np.array(MISSING)
     unassociates = alpha_is_read(node) and texture.pixels.shape[2] == 4
     if node.projection == "BOX":
-        place = place_of(reader, output, "generated")
+        place = place_of(reader, output, "uv")
         normal = reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
         blend = float(node.projection_blend)
         found = reader.emit("image_box", place, normal, settings=(unassociates, blend), data=texture)

@@ -121,7 +121,8 @@ def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel)
     points = []
     for axis, setting, other_scene, other_plan in _alternatives(scene, plan):
         tried = Probe(RenderJob(other_scene, other_plan), probe.pixels)
-        found = tried.trace_to(_BIAS_SAMPLES)
+        tried.trace_to(_BIAS_SAMPLES)
+        found = tried.estimate()
         ratio = tried.seconds_per_path / max(reference.seconds_per_path, 1e-12)
         count = scene.film.samples
         # noise depends on samples as under the plan; the bias stays

@@ -67,7 +67,8 @@ class CostModel:
     def _law(self) -> tuple[Array, Array]:
         """Logarithms of the measured and drawn counts, and of their errors."""
         steps = np.log(LATER) * np.arange(1, len(self.later) + 1)
-        steeper = min(0.0, self.slope + 0.5) * steps
+        # evenly spread numbers go on to pay as measured for as many samples again
+        steeper = min(0.0, self.slope + 0.5) * steps + min(0.0, self.last_slope - self.slope) * np.log(2)
         counts = np.concatenate([np.log(self.counts), np.log(self.counts[-1]) + steps])
         errors = np.concatenate([self.errors, np.exp(steeper) * self.later])
         return counts, np.log(np.maximum(np.minimum.accumulate(errors), 1e-6))

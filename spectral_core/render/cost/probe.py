@@ -113,8 +113,8 @@ class Probe:
         sums = self._tracer.trace_halves(self.pixels, none + done, none + more)
         self._sums += sums.colors.reshape(2, -1, 3)
 
-    def trace_to(self, samples: int) -> Estimate:
-        """Trace both halves up to ``samples`` each; the error of a picture with as many samples."""
+    def trace_to(self, samples: int) -> None:
+        """Trace both halves up to ``samples`` each."""
         more = samples - self.samples
         if more > 0:
             meter = Meter()
@@ -126,6 +126,9 @@ class Probe:
             self.samples = samples
             self._found.clear()
             self._earlier.append((samples, self.halves().copy()))
+
+    def estimate(self) -> Estimate:
+        """Error of a picture with as many samples as a half of the probe."""
         return estimated(self.errors(of_half=True), self.halves(), self.blocks, of_half=True)
 
     def wide(self) -> Wide:
@@ -144,12 +147,14 @@ class Probe:
 
     def error_of(self, samples: int) -> float:
         """ΔE2000 of a picture of ``samples``, as many as the probe once had, by all that it has told since."""
+        return float(self._errors_of(samples, of_half=True).mean()) * self.rarity(samples)
+
+    def _errors_of(self, samples: int, *, of_half: bool) -> NDArray[np.float64]:
+        """ΔE2000 of each pixel when the probe had as many samples."""
         halves = next(halves for count, halves in self._earlier if count == samples)
-
-        def find() -> float:
-            return float(expected_errors(halves, self.pools, self.wide(), of_half=True).mean())
-
-        return float(self._known((f"error {samples}", True), find)) * self.rarity(samples)
+        return self._known(
+            (f"errors {samples}", of_half), lambda: expected_errors(halves, self.pools, self.wide(), of_half=of_half)
+        )
 
     def _fit(self) -> None:
         """Time of a path: of the steps of many samples, once there are any, since a launch of few is mostly start.
@@ -195,9 +200,7 @@ class Probe:
 
     def errors(self, *, of_half: bool = False) -> NDArray[np.float64]:
         """ΔE2000 of each pixel so far."""
-        return self._known(
-            ("errors", of_half), lambda: expected_errors(self.halves(), self.pools, self.wide(), of_half=of_half)
-        )
+        return self._errors_of(self.samples, of_half=of_half)
 
     def _known(self, what: tuple[str, bool], find: Callable[[], Any]) -> Any:
         """A result that holds until more samples are traced."""
@@ -217,7 +220,7 @@ class Probe:
 
         def find() -> float:
             same = np.ones(len(self.pixels))
-            errors = expected_errors(halves, self.pools, self.wide(), of_half=of_half)
+            errors = self._errors_of(count, of_half=of_half)
             return rarity(halves, self.halves(), same * count, same * self.samples, errors, of_half=of_half)
 
         return rarity_after(self._known((f"rarity {count}", of_half), find), count, samples)

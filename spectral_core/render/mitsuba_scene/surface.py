@@ -43,7 +43,7 @@ from spectral_core.scene import (
     Weight,
     weighted_leaves,
 )
-from spectral_core.scene.shading.program import Instruction, Program, Raised
+from spectral_core.scene.shading.program import Instruction, OnRaised, Program, Raised
 from spectral_core.scene.surface import Closure
 
 __all__ = ["emission", "is_dark", "leaves_of"]
@@ -81,6 +81,9 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
             softens = fades and _is_diffuse(closure)
             bent = {"normal": paint.vector(normal.program), "softens": softens, "fades": fades}
             made = Lobe("bent", {"closure": made, **bent})
+            if isinstance(normal, OnRaised):
+                around = {"normal": paint.vector(normal.surface.program), "softens": False, "fades": False}
+                made = Lobe("bent", {"closure": made, **around})
         yield amount, made
 
 

@@ -1,7 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shading programs: node trees as named operations that are evaluated at a hit point."""
 
-from spectral_core.scene.shading.program import Builder, Computed, Instruction, Program, Raised, mean_of, run, step
+from spectral_core.scene.shading.program import (
+    Builder,
+    Computed,
+    Instruction,
+    OnRaised,
+    Program,
+    Raised,
+    mean_of,
+    run,
+    step,
+)
 from spectral_core.scene.shading.registry import OPERATIONS
 
-__all__ = ["OPERATIONS", "Builder", "Computed", "Instruction", "Program", "Raised", "mean_of", "run", "step"]
+__all__ = [
+    "OPERATIONS",
+    "Builder",
+    "Computed",
+    "Instruction",
+    "OnRaised",
+    "Program",
+    "Raised",
+    "mean_of",
+    "run",
+    "step",
+]

@@ -159,6 +159,15 @@ class Raised(Computed):
     """
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class OnRaised(Computed):
+    """The normal of a closure on a displaced surface, whose own normal is ``surface``: light fades toward its
+    horizon.
+    """
+
+    surface: Raised
+
+
 def mean_of(program: Program, size: int = 16) -> NDArray[np.float64]:
     """Mean (1,) or (3,) of a program over a square of coordinates from 0 to 1, seen perpendicularly from above."""
     u, v = (c.ravel() for c in np.meshgrid(*(((np.arange(size) + 0.5) / size,) * 2)))

@@ -12,9 +12,17 @@ const DISTINCT = [
 ];
 const PLAIN = [76, 120, 200];
 
+/** Where the map begins: its first third cannot be told from a dark ground. */
+let mapStart = 0;
+
+/** Fit the map to the ground of the page. @param {boolean} isDark */
+export function onGround(isDark) {
+  mapStart = isDark ? 0.3 : 0;
+}
+
 /** Color of a position from 0 to 1. @param {number} at @returns {number[]} */
 export function mapped(at) {
-  const place = Math.min(Math.max(at, 0), 1) * (MAP.length - 1);
+  const place = (mapStart + (1 - mapStart) * Math.min(Math.max(at, 0), 1)) * (MAP.length - 1);
   const k = Math.min(Math.floor(place), MAP.length - 2);
   const rest = place - k;
   return [0, 1, 2].map((c) => Math.round(MAP[k][c] * (1 - rest) + MAP[k + 1][c] * rest));

@@ -2,7 +2,7 @@
 // The page: reads the table, builds the views, links them, hears keys and buttons.
 
 import { columnOf, shown, tableOf, textColumn } from "./data.js";
-import { css, distinct, mapped } from "./colors.js";
+import { css, distinct, mapped, onGround } from "./colors.js";
 import { List } from "./list.js";
 import { ask } from "./live.js";
 import { Matrix } from "./matrix.js";
@@ -72,8 +72,8 @@ class Explorer {
 
   /** Repaint, and remember once there is time: to write down many rows takes longer than to paint them. */
   changed() {
-    this.paint();
     this.details();
+    this.paint(); // last: all above may take room from the view
     clearTimeout(this.later);
     this.later = setTimeout(() => remember(this.state, this.table), REMEMBER_MS);
   }
@@ -81,6 +81,8 @@ class Explorer {
   paint() {
     const { view, theme } = this.state;
     document.documentElement.dataset.theme = theme;
+    onGround(isDark());
+    this.legend(); // before the view, because its width may wrap the header, which takes room from the view
     for (const name of ["matrix", "parallel", "table"]) {
       element(name).hidden = name !== view;
       element(`view-${name}`).setAttribute("aria-pressed", String(name === view));
@@ -92,7 +94,6 @@ class Explorer {
     if (view === "matrix") this.matrix.draw();
     else if (view === "parallel") this.parallel.draw();
     else this.list.draw();
-    this.legend();
   }
 
   details() {
@@ -289,8 +290,7 @@ class Explorer {
     click("clear", () => this.clear());
     click("invert", () => this.invert());
     click("theme", () => {
-      const dark = getComputedStyle(document.documentElement).getPropertyValue("color-scheme").includes("dark");
-      state.theme = dark ? "light" : "dark";
+      state.theme = isDark() ? "light" : "dark";
       this.changed();
     });
     click("menu", () => element("side").classList.toggle("open"));
@@ -380,6 +380,10 @@ class Explorer {
     this.hover(next, window.innerWidth / 2, 80);
     this.pick(next);
   }
+}
+
+function isDark() {
+  return getComputedStyle(document.documentElement).getPropertyValue("color-scheme").includes("dark");
 }
 
 /** Offer a text as a file. @param {string} name @param {string} text @param {string} kind */

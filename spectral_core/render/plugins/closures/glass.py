@@ -9,7 +9,7 @@ from spectral_core.render.plugins.closures.albedo import HIGHEST
 from spectral_core.render.plugins.closures.film import film_of
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_of, least_alpha
-from spectral_core.render.plugins.closures.upright import is_sampled, keeps_side
+from spectral_core.render.plugins.closures.upright import is_sampled, keeps_side, sees_facets, with_valid_normal
 from spectral_core.render.plugins.numbers import channel_mean
 
 
@@ -109,7 +109,9 @@ def register(mi: Any, dr: Any) -> None:
             single, mean = (dr.select(outer, read(a), read(b)) for a, b in zip(*self.tables, strict=True))
             return single, mean
 
-        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+        def sample(self, ctx: Any, hit: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            si = with_valid_normal(mi, dr, hit)
+            active = active & sees_facets(mi, dr, si)
             eta = self.relative_ior(si, active)
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             normal = mi.Vector3f(0, 0, 1)
@@ -124,7 +126,7 @@ def register(mi: Any, dr: Any) -> None:
             refraction = (facing / eta - dr.abs(inner)) * normal - wi / eta
             wo = dr.select(reflects, 2.0 * facing * normal - wi, refraction)
             bs = dr.zeros(mi.BSDFSample3f)
-            bs.wo = mi.Vector3f(wo.x, wo.y, dr.mulsign(wo.z, si.wi.z))
+            bs.wo = hit.to_local(si.to_world(mi.Vector3f(wo.x, wo.y, dr.mulsign(wo.z, si.wi.z))))
             bs.eta = mi.Float(1.0)
             bs.sampled_type = dr.select(reflects, mi.UInt32(self.kinds[0]), mi.UInt32(self.kinds[1]))
             if self.smooth:
@@ -133,15 +135,17 @@ def register(mi: Any, dr: Any) -> None:
                 if self.is_colored:
                     color *= dr.select(reflects, reflected, passes) / dr.maximum(bs.pdf, 1e-6)
                 return bs, dr.select(active & (bs.pdf > 0.0), color, 0.0)
-            value, density = self.eval_pdf(ctx, si, bs.wo, active)
+            value, density = self.eval_pdf(ctx, hit, bs.wo, active)
             sane = active & (density > 0.0) & (reflects == (wo.z > 0.0)) & (facing > 0.0)
             bs.pdf = dr.select(sane, density, 0.0)
             return bs, dr.select(sane, value / dr.maximum(density, 1e-20), 0.0)
 
-        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        def eval_pdf(self, ctx: Any, hit: Any, wo: Any, active: Any = True) -> Any:
             if self.smooth:
                 return mi.Spectrum(0.0), mi.Float(0.0)
-            active = active & keeps_side(mi, dr, si, wo)
+            si = with_valid_normal(mi, dr, hit)
+            wo = si.to_local(hit.to_world(wo))
+            active = active & keeps_side(mi, dr, si, wo) & sees_facets(mi, dr, si)
             eta = self.relative_ior(si, active)
             roughness = self.roughness.eval_1(si, active)
             facets = Microfacets(mi, dr, roughness, kind=self.kind, least=least_alpha(si))

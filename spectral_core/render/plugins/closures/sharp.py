@@ -9,7 +9,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.microfacet import least_alpha
-from spectral_core.render.plugins.closures.upright import toward_viewer
+from spectral_core.render.plugins.closures.upright import sees_facets, toward_viewer, with_valid_normal
 
 PORTAL = 0x4000
 """Mitsuba's flag ``NonSymmetric``, which marks rays that go on elsewhere."""
@@ -28,12 +28,13 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = int(mi.BSDFFlags.DeltaReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
             self.color = inputs["color"]
 
-        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+        def sample(self, ctx: Any, hit: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            si = with_valid_normal(mi, dr, hit)
             bs = dr.zeros(mi.BSDFSample3f)
-            bs.wo = mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z)
+            bs.wo = hit.to_local(si.to_world(mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z)))
             bs.eta = mi.Float(1.0)
             bs.pdf, bs.sampled_type = mi.Float(1.0), mi.UInt32(int(mi.BSDFFlags.DeltaReflection))
-            usable = active & (si.wi.z != 0.0)
+            usable = active & (si.wi.z != 0.0) & sees_facets(mi, dr, si)
             bs.pdf = dr.select(usable, bs.pdf, 0.0)
             return bs, dr.select(usable, self.color.eval(si, active), 0.0)
 

@@ -146,8 +146,8 @@ class DrJit:
             return self._tuple(self._step(1 if name == "step_x" else 2))
         if name == "position":
             return self._tuple(self._position(shift))
-        if name == "uv":
-            return self._uv(shift)
+        if name in ("uv", "window", "parametric"):
+            return getattr(self, f"_{name}")(shift)
         if name == "generated" or name.startswith("attribute"):
             vector = self._attribute(name, shift)
             return vector[0] if name.startswith(("attribute_alpha", "attribute_factor")) else vector
@@ -218,13 +218,13 @@ class DrJit:
     def _backfacing(self) -> Any:
         return self.dr.select(self.dr.dot(self.si.n, self.si.to_world(self.si.wi)) < 0.0, self.mi.Float(1.0), 0.0)
 
-    def _parametric(self) -> Any:
+    def _parametric(self, shift: int) -> Any:
         """Shares of the triangle's first and second corner, as the Geometry node shows them."""
         mi, dr, si = self.mi, self.dr, self.si
         if not self.tables.is_live:
             return si.uv.x, si.uv.y, mi.Float(0.0)
         corners, is_triangle = self.tables.meshes.corners(si, self.active)
-        first, second, _ = barycentric(dr, corners, si.p)
+        first, second, _ = barycentric(dr, corners, mi.Point3f(self._position(shift)))
         return dr.select(is_triangle, first, 0.0), dr.select(is_triangle, second, 0.0), mi.Float(0.0)
 
     def _edge_u(self) -> Any:
@@ -254,9 +254,9 @@ class DrJit:
         across = dr.cross(si.sh_frame.n, mi.Vector3f(*self.input("tangent", 0)))
         return self._tuple(dr.select(dr.dot(across, si.dp_dv) < 0.0, -across, across))
 
-    def _window(self) -> Any:
+    def _window(self, shift: int) -> Any:
         mi = self.mi
-        x, y, z = self.transform(self._tuple(self.si.p), "POINT", "CAMERA", False)
+        x, y, z = self.transform(self._tuple(self._position(shift)), "POINT", "CAMERA", False)
         width, height, shift_x, shift_y, perspective = self.tables.camera_window()
         depth = self.dr.select(perspective > 0.5, self.dr.maximum(z, 1e-9), 1.0)
         return x / (depth * width) + 0.5 - shift_x, y / (depth * height) + 0.5 - shift_y, mi.Float(0.0)

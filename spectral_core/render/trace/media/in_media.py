@@ -26,6 +26,11 @@ def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[F
     import mitsuba as mi
 
     si, path = of
+    # As in Cycles, a ray that meets nothing more is in the world's medium alone: it left the others through a mesh that
+    # is not closed.
+    lost = active & ~si.is_valid()
+    path.medium = dr.select(lost, mi.UInt32(media.around), path.medium)
+    path.outer = dr.select(lost, mi.UInt32(0), path.outer)
     flight = flights.fly(media, path, dr.select(si.is_valid(), si.t, dr.inf), sampler, active)
     place = mi.SurfaceInteraction3f(si)
     place.p = dr.select(flight.scatters, path.ray.o + path.ray.d * flight.distance, si.p)
