@@ -64,12 +64,13 @@ class SPECTRAL_PT_render_cost(_RenderPanel, bpy.types.Panel):
             wrapped(hint, context, "Renders parts of the picture and predicts error and time for other settings.")
         if settings.cost_summary:
             wrapped(layout, context, settings.cost_summary)
+            wrapped(layout, context, "Noise and bias are in ΔE2000.")
         axis = ""
         for point in settings.cost:
             if point.axis != axis:
                 axis = point.axis
                 box = layout.box().column(align=True)
-                _cost_row(box, (axis.capitalize(), "Time", "Noise ΔE", "Bias ΔE"))
+                _cost_row(box, (axis.capitalize(), "Time", "Noise", "Bias"))
             cells = (point.name, f"{point.seconds:.3g} s", f"{point.delta_e:.2g}", f"{point.bias:.2g}")
             row = _cost_row(box, cells)
             row.active = point.is_measured
@@ -141,7 +142,8 @@ def words(identifier: str) -> str:
 
 def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None:
     """Draw one decision: value, reason, and the other choices."""
-    head = box.split(factor=0.5)
+    # a row without buttons has room for a longer name
+    head = box.split(factor=0.5 if "|" in line.choices and not line.is_artists else 0.65)
     head.label(text=words(line.name), icon="USER" if line.is_artists else "DOT")
     value = head.row(align=True)
     value.alignment = "RIGHT"
