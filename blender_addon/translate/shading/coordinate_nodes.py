@@ -71,8 +71,8 @@ def _geometry(reader: Reader, output: Output) -> Any:
     if name in plain:
         return reader.point(plain[name])
     if name == "Tangent":
-        if reader.in_world:
-            reader.note("the Tangent of a world has no direction; its pattern differs from Cycles")
+        if reader.in_world or hasattr(reader, "lamp"):
+            reader.note("the Tangent of a lamp or world differs from Cycles; no mesh defines it")
         return round_tangent(reader)
     if name == "Backfacing":
         return reader.point("backfacing", 1)
