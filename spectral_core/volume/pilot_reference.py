@@ -19,6 +19,7 @@ March = Callable[[Stepping], Array]
 
 _SINGLE = 90.0  # dB: the picture and its reference have the same rounding of single precision
 _ROUNDING_DB = 50.0  # dB: two marches of lower agreement differ by more than rounding
+_DISTANCE_DB = 10.0  # dB by which the agreement of uniform steps exceeds that of the error rule
 _COARSEST, _EVEN = 0.5, 1.0 / 16.0  # scale of the first march by the error rule; voxels of the first by uniform steps
 _FINEST = 0.02  # scale of the error rule below which uniform steps follow
 
@@ -69,12 +70,10 @@ def refined_reference(march: March, quadrature: Quadrature, agreement_db: float)
     """
     adaptive = _halved(march, Stepping("error", quadrature, _COARSEST), _FINEST, agreement_db)
     first = Stepping("uniform", quadrature, _EVEN)
-    even = _halved(march, first, REFERENCE.shortest_step, agreement_db + 4.0, adaptive)
+    # Errors of the same sign, as of two marches by uniform steps, are subtracted: they need more distance.
+    even = _halved(march, first, REFERENCE.shortest_step, agreement_db + _DISTANCE_DB, adaptive)
     own = even.own_db
-    # Where the two differ by more than the error of the adaptive march, they differ by that of the uniform one, which
-    # would be taken off the error of a picture by uniform steps.
-    better = adaptive if even.scale == _EVEN and adaptive.own_db > even.agreed_db else even
-    return Reference(better.colors, min(own, _SINGLE) if math.isfinite(own) else own, min(adaptive.scale, even.scale))
+    return Reference(even.colors, min(own, _SINGLE) if math.isfinite(own) else own, min(adaptive.scale, even.scale))
 
 
 def _halved(march: March, way: Stepping, last: float, wanted_db: float, before: _Halved | None = None) -> _Halved:
