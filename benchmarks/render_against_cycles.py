@@ -7,12 +7,14 @@ mean of their relative mean square errors against its own converged picture: (x 
 (Cycles' · its error). Neither engine denoises, clamps or ends paths before 12 bounces. Times are of the whole render
 command, in seconds of the processor's cores together (work), which other programs on the machine do not change; those
 on the wall are printed beside. ``--only WORDS``: scenes of these names, or whose name has the word, separated by
-commas; ``--more``: eight others (hair, textures, a lens, a tiny sun).
+commas; ``--more``: eight others (hair, textures, a lens, a tiny sun). ``--medium``: smaller pictures with the full
+number of samples, where fixed costs are as small a part as at full size.
 """
 
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +23,11 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 
-OPTIONS = ("--only", "--more")
+MEDIUM = "--medium"
+OPTIONS = ("--only", "--more", MEDIUM)
 BOUNCES = 12
+SIZES = {"full": ((240, 135), 64, 2048), "medium": ((160, 90), 64, 192), "quick": ((96, 54), 16, 256)}
+"""Pixels, samples per pixel, and samples of the converged picture."""
 SEEDS = (2, 3, 4)
 """Seeds of the pictures whose error is measured: of one picture, it depends on a few bright paths."""
 
@@ -39,7 +44,8 @@ def run(options: Options) -> dict[str, Any]:
 
     if not hasattr(bpy.types.Scene, "spectral"):
         blender_addon.register()
-    size, samples, many = ((96, 54), 16, 256) if options.quick else ((240, 135), 64, 2048)
+    size, samples, many = SIZES["quick" if options.quick else "medium" if MEDIUM in options.extra else "full"]
+    options = replace(options, extra=[word for word in options.extra if word != MEDIUM])
     figures: dict[str, Any] = {}
     print(
         f"{'scene':18} {'our work':>8} {'its work':>8} {'our s':>7} {'its s':>7} {'our error':>10} {'its error':>10} "

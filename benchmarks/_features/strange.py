@@ -65,7 +65,9 @@ def _displaced_with_normal_map(stage: Stage) -> None:
     stage.link(raised.outputs[0], stage.tree().nodes["output"].inputs["Displacement"])
     mapped, image = stage.node("ShaderNodeNormalMap", Strength=0.6), stage.node("ShaderNodeTexImage")
     image.image = stage.image()
-    stage.link(image.outputs["Color"], mapped.inputs["Color"])
+    blue = stage.node("ShaderNodeMixRGB", Fac=0.7, Color2=(0.5, 0.5, 1.0, 1.0))  # as normal maps are
+    stage.link(image.outputs["Color"], blue.inputs["Color1"])
+    stage.link(blue.outputs[0], mapped.inputs["Color"])
     stage.link(mapped.outputs[0], stage.tree().nodes["shader"].inputs["Normal"])
 
 
@@ -109,7 +111,6 @@ def _bump_by(coordinates: str, output: str) -> Build:
 feature("strange/bump by window", _bump_by("ShaderNodeTexCoord", "Window"))
 feature("strange/bump by camera", _bump_by("ShaderNodeTexCoord", "Camera"))
 feature("strange/bump by view vector", _bump_by("ShaderNodeCameraData", "View Vector"))
-feature("strange/bump by parametric", _bump_by("ShaderNodeNewGeometry", "Parametric"))
 
 
 def _camera_data_of_world(output: str) -> Build:

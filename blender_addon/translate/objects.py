@@ -20,13 +20,14 @@ from .approximations import note_missing
 from .context import Translation, overridden
 from .displacement.moved import displaced
 from .ledger import note_changed, note_nodes
-from .lighting.lights import translate_light
+from .lighting.placed import place_light, relit
 from .meshes import READS_UV, object_mesh
 from .placed_media import grids_read, in_mesh, in_volume
 from .shading.attributes import color_of, object_attributes, random_of, root_of
 from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
-from .viewport.kept import Kept, kept_or_made
+from .viewport.kept import Kept, Unfinished, kept_or_made
+from .viewport.walk import RepeatWalk, Trace, walk_of
 from .visibility import Linking, hidden_from, terminator_cosine
 from .volumes import GridFile, has_transfer, translate_volume
 
@@ -54,12 +55,15 @@ class Collected:
     kept: Kept | None = None
     is_render: bool = True
     """True in renders, False in the viewport."""
+    settled: tuple[Instance, ...] = ()
+    """All instances, after the walk."""
+    trace: Trace = field(default_factory=Trace)
     _names: dict[str, int] = field(default_factory=dict)
 
     @property
     def materials(self) -> tuple[Material, ...]:
         """Each assigned material, once; one whose volume varies only as the objects that have it."""
-        used = {name for item in self.instances for name in item.materials}
+        used = {name for item in self.settled for name in item.materials}
         made = {item.material.name: item for item in self.translated.values()}
         return tuple(item.material for name, item in made.items() if item.filling is None or name in used)
 
@@ -76,16 +80,38 @@ def everything(_instance: Any) -> bool:
 
 
 def collect(translation: Translation, shows: Callable[[Any], bool] = everything, kept: Kept | None = None) -> Collected:
-    """Walk over every instance that the render shows and that passes ``shows``; ``kept``: meshes of an earlier
-    translation.
-    """
-    found = Collected(translation, kept=kept, is_render=shows is everything)
+    """All instances that the render shows and that pass ``shows``; ``kept``: parts and walk of earlier translations."""
+    if kept is None:
+        return _walked(Collected(translation, is_render=shows is everything), shows)
+    walk, kept.walk = kept.walk, None
+    if walk is not None:
+        try:
+            found = walk.again(translation, _remade, relit)
+        except Unfinished:
+            kept.walk = walk
+            raise
+        except RepeatWalk:
+            pass
+        else:
+            kept.walk = walk
+            return found
+    with translation.listening() as heard:
+        found = _walked(Collected(translation, kept=kept, is_render=shows is everything), shows)
+    kept.walk = walk_of(found, heard.notes, kept)
+    return found
+
+
+def _walked(found: Collected, shows: Callable[[Any], bool]) -> Collected:
+    """A walk over every instance."""
+    translation = found.translation
     for instance in translation.depsgraph.object_instances:
         obj = instance.object
         if not shows(instance):
             continue
         if not instance.show_self and not (instance.is_instance and instance.show_particles):
             continue
+        if found.kept is not None:
+            found.trace.see(instance)
         try:
             _collect_one(found, obj, instance)
         except InvalidInputError as error:
@@ -93,7 +119,16 @@ def collect(translation: Translation, shows: Callable[[Any], bool] = everything,
     found.instances = [_linked(found, item, obj) for item, obj in zip(found.instances, found.originals, strict=True)]
     for obj in translation.depsgraph.objects:
         place_hair(found, obj, lambda item: [_translated(found, m) for m in _materials(item)], shows is everything)
+    found.settled = tuple(found.instances)
     return found
+
+
+def _remade(found: Collected, material: Any) -> TranslatedMaterial:
+    """A material that was edited."""
+    number, make = material.original.session_uid, partial(_material, found.translation, material)
+    return kept_or_made(
+        found.kept, found.translation, ("material", number), frozenset((number,)), material.name_full, make
+    )
 
 
 def _linked(found: Collected, item: Instance, obj: Any) -> Instance:
@@ -112,10 +147,7 @@ def _linked(found: Collected, item: Instance, obj: Any) -> Instance:
 def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
     translation = found.translation
     if obj.type == "LIGHT":
-        light = _light(found, obj, instance)
-        if light is not None:
-            found.lights.append(light)
-            found.linking.add(light.name, obj.original)
+        place_light(found, obj, instance)
     elif obj.type == "MESH":
         if translation.depsgraph.view_layer_eval.use_solid:
             _collect_mesh(found, obj, instance)
@@ -148,22 +180,8 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
         found.instances.append(replace(placed, hidden_from=hidden) if hidden else placed)
 
 
-def _light(found: Collected, obj: Any, instance: Any) -> Light | None:
-    name, original = found.unique("light", obj.name_full), obj.original
-    make = partial(translate_light, found.translation, name, obj, instance)
-    if instance.is_instance:
-        return make()
-    makers = frozenset((original.session_uid, original.data.session_uid))
-    state = (name, original.lightgroup, hidden_from(obj), _rows(instance.matrix_world))
-    return kept_or_made(found.kept, found.translation, ("light", original.session_uid), makers, state, make)
-
-
-def _rows(matrix: Any) -> tuple[tuple[float, ...], ...]:
-    return tuple(map(tuple, matrix))
-
-
 def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
-    rows = _rows(instance.matrix_world)
+    rows = tuple(map(tuple, instance.matrix_world))
     if not all(map(isfinite, chain(*rows))):
         found.translation.note(obj.name, "its transform is not finite; the object was left out")
         return
@@ -199,6 +217,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         "terminator_cosine": terminator_cosine(obj),
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
+    found.trace.places[original.session_uid] = len(found.instances)
     found.originals.append(original)
     found.linking.add(name, original)
     if instance.is_instance:
@@ -243,10 +262,8 @@ def _translated(found: Collected, material: Any, *, of_volume: bool = False) -> 
         if material is None:
             found.translated[key] = default_volume() if of_volume else translate_material(found.translation, None)
         else:
-            number, make = material.original.session_uid, partial(_material, found.translation, material)
-            found.translated[key] = kept_or_made(
-                found.kept, found.translation, ("material", number), frozenset((number,)), material.name_full, make
-            )
+            found.translated[key] = _remade(found, material)
+            found.trace.sources[key] = material.original.session_uid
     return found.translated[key]
 
 

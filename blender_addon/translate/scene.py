@@ -73,7 +73,7 @@ def translate_scene(
         film=film,
         meshes=tuple(mesh for mesh in found.meshes.values() if mesh is not None),
         materials=found.materials,
-        instances=tuple(found.instances),
+        instances=found.settled,
         lights=(*found.lights, *suns),
         world=environment,
         volumes=tuple(found.volumes),

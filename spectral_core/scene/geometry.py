@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -123,8 +123,17 @@ def box_of(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def placed(points: NDArray[Any], world_from_object: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (n, 3) in the world."""
-    return np.asarray(points @ world_from_object[:3, :3].T + world_from_object[:3, 3])
+    """Points (n, 3) in the world; (k, n, 3) for ``world_from_object`` of k objects, (k, 4, 4)."""
+    turned = points @ np.swapaxes(world_from_object[..., :3, :3], -1, -2)
+    return np.asarray(turned + world_from_object[..., None, :3, 3])
+
+
+def placed_by_mesh(instances: Iterable[Instance]) -> dict[str, tuple[list[int], NDArray[np.float64]]]:
+    """The instances of each mesh: their indices, and their matrices (k, 4, 4)."""
+    found: dict[str, list[tuple[int, NDArray[np.float64]]]] = {}
+    for number, instance in enumerate(instances):
+        found.setdefault(instance.mesh, []).append((number, instance.world_from_object))
+    return {mesh: ([n for n, _ in items], np.array([m for _, m in items])) for mesh, items in found.items()}
 
 
 def corners_of(points: NDArray[Any]) -> NDArray[np.float64]:

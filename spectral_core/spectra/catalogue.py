@@ -58,15 +58,25 @@ def illuminant_names() -> list[str]:
 def illuminant(name: str) -> Illuminant:
     """A measured light by name (``"D65"``, ``"HP1"``, ``"FL11"``, …) on its own grid, in relative power per nm.
 
-    ``"blackbody 3200"`` gives Planck's law at that temperature in kelvin. Raises UnknownNameError.
+    ``"blackbody 3200"`` gives Planck's law at that temperature in kelvin. Raises UnknownNameError, and
+    InvalidInputError for a temperature outside of 500 to 50000 K.
     """
     known = ALIASES.get(name.lower(), name)
     if known.lower().startswith("blackbody "):
-        return blackbody(float(known.split()[1].rstrip("Kk")))
+        return blackbody(_kelvin(name, known[len("blackbody ") :]))
     if known not in illuminant_names():
         raise UnknownNameError.among("illuminant", name, [*illuminant_names(), *ALIASES, "blackbody 3200"])
     wavelengths, values = _column("illuminants.csv", known)
     return Illuminant(known, SpectralGrid(wavelengths), values, source="CIE / maker's data, see data/SOURCES.md")
+
+
+def _kelvin(name: str, text: str) -> float:
+    try:
+        return float(text.strip().rstrip("Kk"))
+    except ValueError:
+        raise UnknownNameError(
+            f"{name!r} names no temperature; expected one in kelvin, such as 'blackbody 3200'"
+        ) from None
 
 
 def reflectance_names() -> list[str]:

@@ -26,8 +26,7 @@ from spectral_core.volume.view import View
 
 # `auto` leaves uniform only for at most this share of its samples, and of its time (whose prediction is rougher).
 _SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.9
-# Steppings are compared within the first of these many dB above the target; the chosen one is refined to within the
-# second.
+# Decibels above the target within which a search of steps ends: while rules are compared, and for the chosen rule.
 _COMPARED_DB, _CHOSEN_DB = 2.0, 0.3
 _SHORT_DB = 0.5  # dB below the target that still count as reached: no viewer can tell the difference
 # The error of a trial is measured if it is this many dB above the reference's; references are refined up to the second.

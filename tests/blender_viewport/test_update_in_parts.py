@@ -142,3 +142,23 @@ def test_parts_that_are_never_kept_do_not_hold_up_the_end(slow):
     followed(slow, lambda: None)
     settled(slow)
     assert differs(slow) == ([], [])
+
+
+def test_parts_that_replace_each_other_come_to_an_end(blender):
+    """As the media of two instances of one object, which are kept in one place."""
+    from blender_addon.translate.context import Translation
+    from blender_addon.translate.viewport.kept import Kept, Unfinished, kept_or_made
+
+    kept = Kept()
+    translation = Translation.of(bpy.context.evaluated_depsgraph_get(), bpy.data)
+    for _ in range(3):
+        kept.limit(-1.0)
+        try:
+            made = [
+                kept_or_made(kept, translation, ("medium", 1), frozenset((1,)), state, lambda state=state: state)
+                for state in (1, 2, 3)
+            ]
+        except Unfinished:
+            continue
+        break
+    assert made == [1, 2, 3]

@@ -9,10 +9,26 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
-from spectral_core.scene import Computed, Diffuse, Emission, Film, Glass, Glossy, Principled, World, gray
+from spectral_core.scene import (
+    Camera,
+    Computed,
+    Diffuse,
+    Emission,
+    Film,
+    Glass,
+    Glossy,
+    Instance,
+    Material,
+    Principled,
+    RenderSettings,
+    Scene,
+    World,
+    gray,
+)
 from spectral_core.scene.shading import Builder
 
 from .scenes import lit_plane
+from .test_medium import box
 
 pytest.importorskip("mitsuba")
 
@@ -71,15 +87,20 @@ def test_a_normal_that_points_away_from_its_face_leaves_the_face_dark(surface):
     assert right > 0.01 and wrong < 1e-3 * right
 
 
-@pytest.mark.parametrize("surface", [Glass(ior=1.45, roughness=0.0), Glass(ior=1.45, roughness=0.3)])
-def test_glass_turns_normals_that_would_mirror_the_view_below_it(surface):
-    """A lens whose normals lean away from the viewer at its rim is not dark: its light goes on, as in Cycles."""
-    plain = lit_plane(surface=surface, film=Film(8, 8, 256), world=World(gray(1.0)))
-    (mesh,) = plain.meshes
-    leaning = np.tile(np.float32([0.9987, 0.0, 0.05]), (len(mesh.positions), 1))
-    view = replace(plain.camera, world_from_camera=seen_from(np.array([-2.0, 0.0, 0.5])))
-    scene = replace(plain, camera=view, meshes=(replace(mesh, normals=leaning),))
-    assert render_scene(scene).pixels[..., :3].mean() > 0.5
+def test_glass_turns_normals_that_would_mirror_the_view_below_it():
+    """A smooth-shaded cube of clear glass in a white world: 14 % of the light is lost if its normals stay."""
+    cube = box()
+    smooth = cube.positions / np.linalg.norm(cube.positions, axis=1, keepdims=True)
+    scene = Scene(
+        camera=Camera(world_from_camera=seen_from(np.array([3.0, 2.0, 2.5])), field_of_view_rad=0.25),
+        film=Film(8, 8, 128),
+        meshes=(replace(cube, normals=smooth.astype(np.float32)),),
+        materials=(Material("glass", Glass(ior=1.45)),),
+        instances=(Instance("cube", "box", np.eye(4), ("glass",)),),
+        world=World(gray(1.0)),
+        settings=RenderSettings(max_bounces=64),
+    )
+    assert render_scene(scene).pixels[..., :3].mean() > 0.9
 
 
 def seen_from(place):

@@ -130,5 +130,8 @@ def test_the_peak_of_a_blackbody_follows_wien() -> None:
         peak = grid.wavelengths_nm[catalogue.blackbody(kelvin, grid).values.argmax()]
         assert peak == pytest.approx(2.897771955e6 / kelvin, abs=1.0)
     assert catalogue.illuminant("blackbody 3200").name == "blackbody 3200"
+    for name in ("blackbody abc", "blackbody  ", "blackbody 32 00"):
+        with pytest.raises(UnknownNameError, match="expected one in kelvin"):
+            catalogue.illuminant(name)
     with pytest.raises(InvalidInputError, match="temperature is 5 K; expected a value from 500 K"):
         catalogue.blackbody(5)

@@ -156,9 +156,12 @@ class ViewSession:
             **pixel_filter_of(source),
         )  # fmt: skip
         camera = Camera(world_from_camera=np.eye(4))  # the camera of a view is part of each request for a picture
-        return translate_scene(
+        scene = translate_scene(
             depsgraph, film=film, seen_from=camera, shows=shows, kept=stage.kept, designed=stage.designed
         )
+        if is_local:
+            stage.kept.walk = None  # Blender does not report which objects a local view shows
+        return scene
 
     def look(self, context: Any, depsgraph: Any) -> list[Picture]:
         """The pictures to draw now, from left to right; requests new ones if anything has changed."""

@@ -48,7 +48,7 @@ class Stage:
         self.kept.forget(depsgraph.updates)
         before, self.designed = self.designed, designed
         keys = before.keys() | designed.keys()
-        self.kept.drop({key for key in keys if before.get(key) is not designed.get(key)})
+        self.kept.redesign({key for key in keys if before.get(key) is not designed.get(key)})
 
 
 @bpy.app.handlers.persistent

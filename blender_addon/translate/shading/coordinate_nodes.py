@@ -77,6 +77,8 @@ def _geometry(reader: Reader, output: Output) -> Any:
     if name == "Backfacing":
         return reader.point("backfacing", 1)
     if name == "Parametric":
+        if reader.shift:
+            reader.note("a bump by Parametric coordinates differs from Cycles")
         return reader.point("parametric")
     measured = {"Pointiness": "pointiness", "Random Per Island": "island"}
     if name in measured:

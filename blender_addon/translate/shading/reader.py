@@ -27,6 +27,10 @@ MOST_NESTED = 2000
 """Most nodes in a chain."""
 
 
+UNKNOWN_TO_CYCLES = ("SQUEEZE", "SHADERTORGB", "UVALONGSTROKE")
+"""Nodes of other engines: a link from them has no effect in Cycles."""
+
+
 @dataclass
 class Reader:
     """Reads the sockets of one material, light or world.
@@ -124,6 +128,9 @@ class Reader:
         spectrum = spectra.spectrum_of(self.translation, source.node)
         if spectrum is not None:
             return spectrum
+        if source.node.type in UNKNOWN_TO_CYCLES:
+            self.note(f"the node {source.label!r} is none of Cycles; as there, the socket behind it has its own value")
+            return self.constant(place)
         key = (source.socket.as_pointer(), tuple(group.as_pointer() for group in source.groups), self.shift,
                self.undisplaced, self.raised is None)  # fmt: skip
         if key in self._known:

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from spectral_core.scene import Mesh, Note
 
 from ..context import Translation
+from .walk import Walk
 
 Value = TypeVar("Value")
 
@@ -59,6 +60,8 @@ class Kept:
     meshes: dict[Any, tuple[Mesh | None, frozenset[int]]] = field(default_factory=dict)
     parts: dict[Any, Part] = field(default_factory=dict)
     images: dict[Any, Any] = field(default_factory=dict)
+    walk: Walk | None = None
+    """The last complete walk over the objects, until an edit that needs another."""
     _end: float = float("inf")
     _has_progress: bool = False
 
@@ -83,9 +86,13 @@ class Kept:
         """Drop what may depend on the frame without a report; Blender reports the meshes that it evaluated anew."""
         self.parts.clear()
         self.images.clear()
+        self.walk = None
 
     def forget(self, updates: Iterable[Any]) -> None:
         """Drop the parts that the edits of a depsgraph affect (``depsgraph.updates``)."""
+        updates = list(updates)
+        if self.walk is not None and not self.walk.follows(updates):
+            self.walk = None
         touched: set[int] = set()
         reshaped: set[int] = set()
         for update in updates:
@@ -98,7 +105,8 @@ class Kept:
             if update.is_updated_geometry:
                 reshaped.add(block.session_uid)
             only_shading = update.is_updated_shading and not (update.is_updated_geometry or update.is_updated_transform)
-            if kind != "Object" or not only_shading:  # each material's edit lists all of its objects
+            # each material's edit lists all of its objects and meshes
+            if kind not in ("Object", "Mesh") or not only_shading:
                 touched.add(block.session_uid)
         self.drop(touched)
         if reshaped:
@@ -109,10 +117,16 @@ class Kept:
         if makers:
             self.parts = {key: part for key, part in self.parts.items() if part.makers.isdisjoint(makers)}
 
+    def redesign(self, makers: set[int]) -> None:
+        """Drop the parts made from any of these (session numbers), whose designed spectra have changed."""
+        self.drop(makers)
+        if self.walk is not None and not self.walk.redesigned(makers):
+            self.walk = None
+
     def keep(self, key: Any, part: Part) -> None:
-        """Keep a new part."""
+        """Keep a new part. One in the place of another is no progress: two instances may exchange theirs forever."""
+        self._has_progress |= key not in self.parts
         self.parts[key] = part
-        self._has_progress = True
 
     def mesh(self, key: Any, makers: frozenset[int], make: Callable[[], Mesh | None]) -> Mesh | None:
         """The mesh of a key, created if none is kept."""
@@ -146,7 +160,8 @@ def kept_or_made(
     kept.spend()
     with translation.listening() as heard:
         value = make()
-    kept.parts.pop(key, None)
-    if not heard.reads_elsewhere:
+    if heard.reads_elsewhere:
+        kept.parts.pop(key, None)
+    else:
         kept.keep(key, Part(value, makers, state, heard.notes))
     return value

@@ -5,7 +5,7 @@ In the metric of the region (``anchoring``) the lattice is reduced, and its coor
 first. A partial choice is dropped when no completion can lie in the region, by three tests of growing price:
 
 * the enclosing ellipsoid (Fincke and Pohst),
-* every half-space, given how far the coordinates still open can reach within the ellipsoid,
+* every half-space, with the largest contribution that the open coordinates can make within the ellipsoid,
 * projections of the region: where many partial choices survive, a linear program for a sample of them either finds a
   completion or a cut (its dual) that no projection of the region crosses, and that all others are tested against.
 

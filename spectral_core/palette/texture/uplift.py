@@ -193,8 +193,8 @@ class _LatticeSolver:
         program.setup(hessian, linear[0], np.ascontiguousarray(self.first), upper, lower, sense)
         for row, node in enumerate(chosen):
             upper[knots:] = lower[knots:] = self.slope_of_colors * self.colors[node]
-            # Reset senses let each program begin without the last one's active bounds: the results do not depend on the
-            # order.
+            # The senses are reset, so that no program begins with the active bounds of the one before: the results do
+            # not depend on the order.
             program.update(f=linear[row], bupper=upper, blower=lower, sense=sense)
             found, _, status, _ = program.solve()
             if status != 1:

@@ -87,8 +87,7 @@ class LiveLink:
                 self._post_scene(stage)
                 return frozenset(("scene",))
             change = difference(old, scene)
-            # not ``new``: unchanged items stay identical objects, and are not compared again
-            self._scenes[stage] = change.applied_to(old)
+            self._scenes[stage] = scene  # the next translation keeps its parts, which are then not compared
             if not change.is_empty:
                 self._post(("change", (stage, change)))
             return frozenset((*change.items, *change.singles))

@@ -25,7 +25,6 @@ from spectral_core.scene import (
     Instance,
     Light,
     Material,
-    Mesh,
     PointLight,
     Principled,
     Scene,
@@ -33,7 +32,7 @@ from spectral_core.scene import (
     SunLight,
     leaves,
 )
-from spectral_core.scene.geometry import box_of, placed
+from spectral_core.scene.geometry import box_of, placed, placed_by_mesh
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -80,10 +79,7 @@ def pixels_per_unit(scene: Scene) -> float:
 
 def corners(scene: Scene, instance: Instance) -> Array:
     """(8, 3) corners of the box around a placed mesh; (0, 3) for one without vertices."""
-    return _placed(instance, next(mesh for mesh in scene.meshes if mesh.name == instance.mesh))
-
-
-def _placed(instance: Instance, mesh: Mesh) -> Array:
+    mesh = next(mesh for mesh in scene.meshes if mesh.name == instance.mesh)
     return placed(box_of(mesh), instance.world_from_object)
 
 
@@ -117,7 +113,10 @@ def blur_of_lens(scene: Scene, points: Array) -> float:
 def boxes_of(scene: Scene) -> list[Array]:
     """Corners of each placed object."""
     meshes = {mesh.name: mesh for mesh in scene.meshes}
-    return [_placed(instance, meshes[instance.mesh]) for instance in scene.instances]
+    found = dict[int, Array]()
+    for name, (numbers, matrices) in placed_by_mesh(scene.instances).items():
+        found.update(zip(numbers, placed(box_of(meshes[name]), matrices), strict=True))
+    return [found[number] for number in range(len(scene.instances))]
 
 
 def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, boxes: list[Array]) -> float:

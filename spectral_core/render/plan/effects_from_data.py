@@ -188,7 +188,7 @@ def _lamp_bodies(found: Found) -> Effect:
     loses = "shadows are hard, and mirrors do not show the lamps"
     seen = found.inventory.glossy or found.inventory.refractive or any(light.camera_visible for light in balls)
     if seen or found.inventory.media or found.scene.volumes:
-        reason = f"{names(shown)} have a size, and a visible effect of it"
+        reason = f"the size of {names(shown)} has a visible effect"
         return Effect("lamp_bodies", levels, reason, loses, "not known", ON_OFF)
     boxes = bounds.boxes_of(found.scene)
     blur = max(bounds.blur_of_lamp(found.scene, light, found.points, boxes) for light in balls)
@@ -246,7 +246,7 @@ def _bounces(found: Found) -> Effect:
         reason = f"light enters and leaves {names(inventory.refractive)}, some of it after inner reflections"
         return Effect("bounces", (Level("24"),), reason, "black spots in glass", "not known")
     if inventory.glossy:
-        reason = f"{names(inventory.glossy)} reflect other surfaces"
+        reason = f"other surfaces are reflected in {names(inventory.glossy)}"
         return Effect("bounces", (Level("12"),), reason, "dark reflections of reflections", "not known")
     counts = range(MOST_DIFFUSE_BOUNCES, 1, -1)
     last = inventory.diffuse_error(2)

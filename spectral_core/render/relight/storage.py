@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Data of a transport render, chosen by the later changes: one class per type of storage.
+"""Data that a transport render stores, for the changes that are wanted later: one class per type of storage.
 
 A new storage is one file with a subclass of ``Storage``, listed in ``KINDS`` of ``storages.py``.
 """

@@ -40,8 +40,8 @@ def kinds_of(bsdf: Any, both_sides: Any) -> Any:
     import drjit as dr
     import mitsuba as mi
 
-    # A superset is safe here: a light is passed over only if it is hidden from all of these types, and a type that the
-    # surface does not scatter along merely keeps such a light in the choice.
+    # A light is skipped only if it is hidden from all of these types. A type too many can therefore only keep a light
+    # that could have been skipped.
     flags = bsdf.flags()
     has = lambda lobes: (flags & int(lobes)) != 0  # noqa: E731
     diffuse = dr.select(has(mi.BSDFFlags.Diffuse), mi.UInt32(int(Rays.DIFFUSE)), 0)

@@ -2,11 +2,11 @@
 """Wavelengths to trace and their weights in the picture.
 
 Radiance is integrated against measurement functions (the observer's three, or spectral bands) that are linear between
-knots of 1 nm. Four wavelengths per path are drawn where observer and lights have their power, in cells that end at the
-knots of the lights, so that a sodium lamp or a laser is as quiet as daylight; and where the scene's reflectances send
-that power to the eye, so that a designed reflectance that is high near 700 nm alone shows its color from the first
-samples on. The four are a comb with teeth a quarter apart in probability, whose position is one dimension of the
-path's Sobol point.
+knots of 1 nm. Four wavelengths per path are drawn where the picture's channels and the lights have their power, in
+cells that end at the knots of the lights, so that a sodium lamp or a laser is as quiet as daylight; and where the
+scene's reflectances send that power to the eye, so that a designed reflectance that is high near 700 nm alone shows
+its color from the first samples on. The four are a comb with teeth a quarter apart in probability, whose position is
+one dimension of the path's Sobol point.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
+from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import STANDARD, integration_points, observer
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -28,8 +29,14 @@ FIRST_NM, LAST_NM = 360, 830
 """The range that Mitsuba traces."""
 WAVELENGTHS_NM: Array = np.arange(FIRST_NM, LAST_NM + 1, dtype=np.float64)
 WAVELENGTHS_NM.setflags(write=False)
+SMOOTH_NM = 20
+"""Width (standard deviation) of the smoothing of the density. Four wavelengths a quarter apart in probability
+integrate a smooth function over the density far better than one with steep flanks.
+"""
+_LEAST_CHANNEL = 0.05
+"""Least response of a channel of the picture, over that of the strongest: darker ones get no more samples."""
 _OBSERVER_SHARE = 0.2
-"""Share of samples that follow the observer alone, for wavelengths of indirect light or fluorescence."""
+"""Share of samples that follow the picture's channels alone, for wavelengths of indirect light or fluorescence."""
 _REFLECTED_SHARE = 0.4
 """Share of samples that follow lights times reflectances, if some are given as spectra. Light that hits no such surface
 keeps half of its samples: at most twice its variance, while a spike gains ten times and more.
@@ -114,22 +121,20 @@ def plan_wavelengths(
     disperses: bool = False,
     follow_bands: bool = True,
 ) -> WavelengthPlan:
-    """Draw in proportion to the observer's response to all ``lights``, plus a fifth by the observer's sensitivity
-    alone.
+    """Draw in proportion to the picture's response to all ``lights``, plus a fifth by its ``sensitivity`` alone.
 
-    With ``reflectances``, two fifths follow the observer's response to the lights after each reflectance, in equal
+    With ``reflectances``, two fifths follow the picture's response to the lights after each reflectance, in equal
     shares. With ``bands`` half of all follow these, so that every channel gets samples; without ``follow_bands`` they
     do not, if the same wavelengths must be drawn whatever is measured.
     """
     edges = cell_edges(lights)
     widths = np.diff(edges)
     cmfs = _responses_at_1_nm()
-    sensitivity = cmfs.sum(axis=0)
     # Equal shares of each light, not of their powers: a dim lamp alone in a corner is sampled as well as a bright one.
-    share = share_by_cell(edges, WAVELENGTHS_NM, sensitivity)
+    share = share_by_cell(edges, WAVELENGTHS_NM, sensitivity())
     power = np.zeros_like(share)
     for light in lights:
-        power += share_by_cell(edges, WAVELENGTHS_NM, sensitivity, light)
+        power += share_by_cell(edges, WAVELENGTHS_NM, sensitivity(light), light)
     if power.sum() > 0:
         power /= power.sum()
         reflected = _reflected(edges, power, reflectances)
@@ -146,6 +151,22 @@ def plan_wavelengths(
     measured = np.any(pieces != 0, axis=(0, 1))
     probability = np.where(measured, np.maximum(share, _LEAST_DENSITY * widths), share)
     return WavelengthPlan(edges, probability / probability.sum(), responses, pieces, 1 if disperses else 4)
+
+
+def sensitivity(light: Spectrum | None = None) -> Array:
+    """Response of the picture to light of each whole nm, (471,): of red, green and blue, each over its value under
+    ``light`` (under equal energy without one), so that the noise of each is small beside itself; smoothed.
+    """
+    channels = RGB_FROM_XYZ @ _responses_at_1_nm()
+    points, weights = integration_points(WAVELENGTHS_NM, *([] if light is None else [light.grid.wavelengths_nm]))
+    amount = weights if light is None else weights * np.maximum(light.at(points), 0.0)
+    totals = np.array([amount @ np.interp(points, WAVELENGTHS_NM, channel) for channel in channels])
+    if totals.max() <= 0.0:  # nothing of the light is visible
+        totals = channels.sum(axis=1)
+    together = (np.abs(channels) / np.maximum(totals, _LEAST_CHANNEL * totals.max())[:, None]).sum(axis=0)
+    away = np.arange(-3 * SMOOTH_NM, 3 * SMOOTH_NM + 1)
+    kernel = np.exp(-0.5 * (away / SMOOTH_NM) ** 2)
+    return np.asarray(np.convolve(together, kernel / kernel.sum(), mode="same"))
 
 
 def single_precision_spectrum(spectrum: Spectrum) -> tuple[Array, Array]:

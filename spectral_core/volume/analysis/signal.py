@@ -144,7 +144,7 @@ def steepest_slope(signal: SampledFunction) -> float:
     """Largest gradient magnitude that the (multi)linear interpolant of the samples can have, per unit length.
 
     In each cell a partial derivative is a mean of that cell's parallel edges, hence at most the largest of their
-    differences; the norm of these per-axis bounds is exact in one variable and slightly safe in more.
+    differences; the norm of these per-axis bounds is exact in one variable and slightly too large in more.
     """
     values = signal.values
     if signal.periodic:
