@@ -59,7 +59,7 @@ def search(scene: Scene) -> Callable[[], Found]:
         raise InvalidInputError(f"a white takes three channels or more; At Most is {most}, make it 3")
     cct, duv = recipe.cct, recipe.duv
     # The library's channels have one watt each; those of a file are as bright as the file says.
-    full = "one watt of radiation" if recipe.library == "BUILTIN" else "the channel as in the file"
+    full = "one watt of radiation" if not recipe.reads_file else "the channel as in the file"
 
     def driven() -> Found:
         lamp = lamp_recipe(channels, cct, duv=duv, quality=quality, most_channels=min(most, len(channels)))
@@ -78,24 +78,21 @@ def store(scene: Scene, found: Found) -> None:
 
 
 def _library(recipe: PropertyGroup) -> list[Spectrum]:
-    if recipe.library == "FILE":
+    if recipe.reads_file:
         path = Path(bpy.path.abspath(recipe.filepath))
         if not recipe.filepath or not path.is_file():
-            raise InvalidInputError("no file of spectra is chosen; choose one with a column per channel or colorant")
+            why = "" if recipe.library == "FILE" else f"{recipe.kind.lower()} differ from maker to maker, and "
+            raise InvalidInputError(f"{why}no file of spectra is chosen; choose one with a column per component")
         return told_apart(read_spectra(path, kind="illuminant" if recipe.kind == "LAMP" else "reflectance"))
     if recipe.kind == "LAMP":
         return list(led_channels())
-    if recipe.kind == "PAINTS":
-        # A chip would be its own recipe.
-        itself = recipe.surface if recipe.wanted == "NAMED" else ""
-        return [chip for chip in paint_chips() if chip.name != itself]
-    raise InvalidInputError(
-        f"{recipe.kind.lower()} differ from maker to maker, so none are built in; choose a file with measurements"
-    )
+    # A chip would be its own recipe.
+    itself = recipe.surface if recipe.wanted == "NAMED" else ""
+    return [chip for chip in paint_chips() if chip.name != itself]
 
 
 def _colorants(recipe: PropertyGroup, spectra: list[Spectrum]) -> Colorants:
-    grid = SpectralGrid.uniform(400, 700, 10) if recipe.library == "BUILTIN" else spectra[0].grid
+    grid = SpectralGrid.uniform(400, 700, 10) if not recipe.reads_file else spectra[0].grid
     values = np.stack([each.at(grid.wavelengths_nm) for each in spectra])
     kind = {"PAINTS": "paints", "INKS": "inks", "FILTERS": "filters"}[recipe.kind]
     names = tuple(each.name for each in spectra)

@@ -22,8 +22,9 @@ class SPECTRAL_PT_recipe(bpy.types.Panel):
         column = layout.column()
         column.use_property_split = True
         column.use_property_decorate = False
-        column.row().prop(recipe, "library", expand=True)
-        if recipe.library == "FILE":
+        if recipe.kind in ("LAMP", "PAINTS"):
+            column.row().prop(recipe, "library", expand=True)
+        if recipe.reads_file:
             column.prop(recipe, "filepath")
         column.prop(recipe, "most", text="Most Channels" if recipe.kind == "LAMP" else "Most Parts")
         if recipe.kind == "LAMP":

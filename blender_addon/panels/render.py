@@ -71,9 +71,15 @@ class SPECTRAL_PT_render_cost(_RenderPanel, bpy.types.Panel):
                 axis = point.axis
                 box = layout.box().column(align=True)
                 _cost_row(box, (axis.capitalize(), "Time", "Noise", "Bias"))
-            cells = (point.name, f"{point.seconds:.3g} s", f"{point.delta_e:.2g}", f"{point.bias:.2g}")
+            cells = (point.name, _duration(point.seconds), f"{point.delta_e:.2g}", f"{point.bias:.2g}")
             row = _cost_row(box, cells)
             row.active = point.is_measured
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.3g} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
 
 
 def _cost_row(layout: UILayout, cells: tuple[str, ...]) -> UILayout:
@@ -168,8 +174,11 @@ def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None
 
 def _figures(line: PropertyGroup) -> str:
     """Error of omitting an effect, and its share of the time."""
+    share = f"{line.time_share:.0%} of the time"
+    if "ΔE" in line.cost:  # said above
+        return f"It takes {share}."
     error = "error not known" if line.error < 0 else f"ΔE {line.error:.2g} without it ({line.how})"
-    return f"{error}, {line.time_share:.0%} of the time"
+    return f"{error[:1].upper()}{error[1:]}, {share}."
 
 
 class _PassesPanel(_RenderPanel):

@@ -86,6 +86,11 @@ class SpectralRecipe(bpy.types.PropertyGroup):
     met: BoolProperty(description="Whether all requirements are met")
     spectrum: StringProperty(description="Spectrum of the recipe, as JSON")
 
+    @property
+    def reads_file(self) -> bool:
+        """True if the colorants come from a file; inks and filters differ from maker to maker: none are built in."""
+        return self.library == "FILE" or self.kind in ("INKS", "FILTERS")
+
 
 CLASSES = (SpectralRecipe,)
 

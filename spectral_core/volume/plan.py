@@ -30,7 +30,7 @@ _SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.9
 _COMPARED_DB, _CHOSEN_DB = 2.0, 0.3
 _SHORT_DB = 0.5  # dB below the target that still count as reached: no viewer can tell the difference
 # The error of a trial is measured if it is this many dB above the reference's; references are refined up to the second.
-_CLEAR_DB, _BEST_DB = 6.0, 90.0
+_CLEAR_DB, _BEST_DB = 12.0, 90.0
 # More rays are taken while the relative standard error of the error energy is above this, which is about 0.4 dB.
 _SPREAD = 0.1
 

@@ -8,8 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from spectral_core.render.cost import adaptive, asked
+from spectral_core.render.cost import adaptive, asked, probe
 from spectral_core.render.cost.errors import Wide
+from spectral_core.render.cost.work import Spent
 from spectral_core.render.steps import FEW_PATHS, pass_sizes
 from spectral_core.render.trace.chosen_pixels import Sums
 from spectral_core.scene import Camera, Film, Scene
@@ -49,7 +50,7 @@ def _traced_until(monkeypatch, speed, budget=10.0):
     monkeypatch.setattr(adaptive, "time", clock)
     tracer = Tracer(clock)
     job = SimpleNamespace(chosen_pixels=lambda: tracer, scene=SimpleNamespace(film=Film(64, 48)))
-    probe = SimpleNamespace(
+    fixed = SimpleNamespace(
         launch_s=LAUNCH_S,
         seconds_per_path=speed(0.0),
         slowness=1.0,
@@ -57,7 +58,7 @@ def _traced_until(monkeypatch, speed, budget=10.0):
         compared=lambda *_: None,
         rarity=lambda *_, **__: 1.0,
     )
-    picture = adaptive.AdaptivePicture(job, probe)
+    picture = adaptive.AdaptivePicture(job, fixed)
     adaptive.until_time(picture, clock.now + budget, 8, lambda _: False)
     return picture, tracer, clock.now - 100.0
 
@@ -81,12 +82,32 @@ def test_a_time_budget_is_kept_whatever_other_programs_do(monkeypatch, what, spe
     assert counts[24:].mean() > 2 * counts[:24].mean()  # the noisy half has more samples
 
 
+def test_a_launch_without_paths_is_told_from_long_paths(monkeypatch):
+    """One launch of few samples is mostly paths: of them alone, a path would seem five times shorter than it is."""
+    clock = Clock(lambda now: 2e-5)
+
+    class Meter:
+        def __init__(self):
+            self.begun = clock.now
+
+        def read(self):
+            return Spent(clock.now - self.begun, clock.now - self.begun)
+
+    monkeypatch.setattr(probe, "Meter", Meter)
+    tracer = Tracer(clock)
+    job = SimpleNamespace(chosen_pixels=lambda: tracer, scene=SimpleNamespace(film=Film(64, 48)))
+    found = probe.Probe(job)
+    found.trace_to(1)
+    assert found.launch_s == pytest.approx(LAUNCH_S, rel=0.05)
+    assert found.seconds_per_path == pytest.approx(2e-5, rel=0.05)
+
+
 def test_a_prediction_counts_the_launches_that_follow():
     """Two samples are traced by one launch and compared once, however many rounds other pictures take."""
-    probe = SimpleNamespace(launch_s=1.0)
-    assert asked._beside_paths(probe, 2.0, 0.0) == 1
-    assert asked._beside_paths(probe, 2.0, 0.5) == 1.5
-    assert asked._beside_paths(probe, 100.0, 0.0) == 2 + asked._ROUNDS
+    fixed = SimpleNamespace(launch_s=1.0)
+    assert asked._beside_paths(fixed, 2.0, 0.0) == 1
+    assert asked._beside_paths(fixed, 2.0, 0.5) == 1.5
+    assert asked._beside_paths(fixed, 100.0, 0.0) == 2 + asked._ROUNDS
 
 
 def test_a_small_picture_has_two_passes_and_a_large_one_more():

@@ -32,6 +32,8 @@ _ROUNDS = 2
 """Rounds of adaptive sampling after the first samples that a prediction assumes."""
 _NEAR = 8.0
 """Samples, over those of the probe, up to which the slope that it measured last holds."""
+_DEARER_SHARE = 0.02
+"""Largest part of a time budget in which the longer paths of noisy places are measured."""
 _LOOKED_AT = 16384
 """Pixels at which the time of a comparison is measured."""
 
@@ -194,7 +196,8 @@ def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: flo
     if total <= traced:
         return Prediction(total, max(budget_s, spent_s), _halved(model).error(total)), 1.0
     laws = _laws(probe)
-    dearer = probe.dearer(laws.for_samples(total, 2.0 * _first_samples(total)))
+    most_work = _DEARER_SHARE * budget_s / model.slowness
+    dearer = probe.dearer(laws.for_samples(total, 2.0 * _first_samples(total)), most_work)
     total = max(traced, total / dearer)
     slope = model.last_slope if total < _NEAR * traced else model.slope
     even = traced * (total / traced) ** (min(slope, -0.5) / -0.5)  # as many independent numbers as the Sobol points

@@ -39,6 +39,8 @@ a path.
 """
 _HOT_S, _MOST_HOT = 0.05, 64
 """Work of the launch that measures it, and its most samples."""
+_FEW_PIXELS = 16
+"""Pixels of the launch whose time is that of a launch without its paths."""
 _MANY = 8
 """Samples of a step whose time is that of its paths."""
 _MORE = 4
@@ -93,8 +95,8 @@ class Probe:
             self._launch(0, 1)
             launches.append(meter.read())
         self._spent = min(launches, key=lambda spent: spent.work)
-        self.launch_s = self._spent.work
-        self._timed: list[tuple[int, float]] = [(1, self.launch_s)]
+        self.launch_s = self._almost_empty()
+        self._timed: list[tuple[int, float]] = [(1, self._spent.work)]
         """Samples of each half in a step, and the work of the step."""
         self._sums[:] = 0.0
 
@@ -112,6 +114,13 @@ class Probe:
         none = np.zeros(len(self.pixels), np.int64)
         sums = self._tracer.trace_halves(self.pixels, none + done, none + more)
         self._sums += sums.colors.reshape(2, -1, 3)
+
+    def _almost_empty(self) -> float:
+        """Work of a launch of a few pixels: where paths are long, one of all pixels is mostly paths."""
+        few = self.pixels[:_FEW_PIXELS]
+        meter = Meter()
+        self._tracer.trace_halves(few, 0 * few, 0 * few + 1)
+        return min(meter.read().work, self._spent.work)
 
     def trace_to(self, samples: int) -> None:
         """Trace both halves up to ``samples`` each."""
@@ -170,10 +179,10 @@ class Probe:
                 self.launch_s = max(float((work - rate * steps)[few].min()), 0.2 * float(work[few].min()))
         self.seconds_per_path = rate / (2 * len(self.pixels))
 
-    def dearer(self, samples: NDArray[np.float64]) -> float:
+    def dearer(self, samples: NDArray[np.float64], most_work: float = np.inf) -> float:
         """Mean time of a path over the usual one if blocks get ``samples`` (blocks,): noisy ones may have longer paths.
 
-        Two launches of the blocks with more samples than the mean measure it.
+        Two launches of the blocks with more samples than the mean measure it, unless they take more than ``most_work``.
         """
         share = samples / float(self.shares @ samples)
         hot = share > 1.0
@@ -183,6 +192,8 @@ class Probe:
         pixels = self.pixels[hot[self.blocks]]
         none = np.zeros(len(pixels), np.int64)
         more = int(np.clip(np.ceil(_HOT_S / (2 * len(pixels) * self.seconds_per_path)), 1, _MOST_HOT))
+        if 4 * len(pixels) * more * self.seconds_per_path > most_work:
+            return 1.0
         spent = []
         for _ in range(2):  # other programs may slow one down
             meter = Meter()
