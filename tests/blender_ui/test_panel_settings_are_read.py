@@ -130,7 +130,8 @@ def test_every_setting_of_a_recipe_has_an_effect(blender, asked, tmp_path):
     assert walked(recipe, of_paints, made, {"surface": "foliage"}) == {}
     recipe.library, recipe.filepath, recipe.kind = "FILE", str(tmp_path / "mine.csv"), "INKS"
     assert walked(recipe, ["filepath", "dot_gain"], made, {"filepath": str(tmp_path / "others.csv")}) == {}
-    recipe.kind = "LAMP"
+    write_spectra(tmp_path / "lamps.csv", [illuminant(each) for each in ("D65", "A", "HP1", "FL11")])
+    recipe.kind, recipe.filepath = "LAMP", str(tmp_path / "lamps.csv")
     assert walked(recipe, ["library"], made) == {}
     assert of_lamps | of_paints | {"filepath", "dot_gain", "library"} == names
 
