@@ -7,6 +7,7 @@ import contextlib
 import time
 import traceback
 import weakref
+from collections.abc import Iterator
 from typing import Any
 
 import bpy
@@ -37,16 +38,26 @@ class Viewport:
 
     def update(self, engine: Any, context: Any, depsgraph: Any) -> None:
         """Send the changes, and request a redraw of the view."""
-        try:
+        with self._reporting():
             self._session.update(context, depsgraph)
-        except Exception as error:  # noqa: BLE001 - Blender would switch the view off, and say nothing in it
+        engine.tag_redraw()
+
+    @contextlib.contextmanager
+    def _reporting(self) -> Iterator[None]:
+        """Show an unexpected error in the view: Blender would switch the view off, and say nothing in it."""
+        try:
+            yield
+        except Exception as error:  # noqa: BLE001 - of any part of the translation
             traceback.print_exc()
             self._session.fail(f"The view could not be updated ({type(error).__name__}: {error})")
-        engine.tag_redraw()
 
     def draw(self, engine: Any, context: Any, depsgraph: Any) -> None:
         """Draw the latest pictures, side by side in a split view."""
-        pictures = self._session.look(context, depsgraph)
+        pictures: list[Picture] = []
+        with self._reporting():  # a long update continues in redraws
+            pictures = self._session.look(context, depsgraph)
+        if not pictures:
+            pictures = self._session.look(context, depsgraph)  # the error, until the next edit
         began = time.monotonic()
         scene, region = depsgraph.scene_eval, context.region
         settings, scale = scene.spectral.viewport, bpy.context.preferences.system.ui_scale

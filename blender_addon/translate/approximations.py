@@ -23,7 +23,7 @@ from spectral_core.scene import (
     Translucent,
     leaves,
 )
-from spectral_core.scene.geometry import box_of, placed
+from spectral_core.scene.geometry import placed, placed_boxes
 
 from .context import Translation
 from .meshes import OUTPUTS, uv_layer
@@ -34,6 +34,8 @@ FEW = 0.01
 """Largest share of corners whose normals point to the other side of their faces."""
 MOST_TRIANGLES, MOST_PLANES = 20_000, 32
 """Triangles of a mesh, and planes of its largest faces, that are compared with those of other meshes."""
+MOST_COMPARED = 1_000_000
+"""Triangles of other meshes that are compared in one scene, so that thousands of instances do not delay a render."""
 LARGE_FACE = 0.01
 """Share of a mesh's area from which a triangle is compared."""
 RAY_STEP = 1e-4
@@ -120,19 +122,27 @@ def _coincident(scene: Scene, meshes: dict[str, Mesh], materials: set[str]) -> I
     chosen = [item for item in scene.instances if materials.intersection(item.materials)]
     if not chosen:
         return
-    boxes = {item.name: _ends(placed(box_of(meshes[item.mesh]), item.world_from_object)) for item in scene.instances}
+    counts = {name: len(mesh.triangles) for name, mesh in meshes.items()}
+    boxes = np.array([_ends(box) for box in placed_boxes(scene.meshes, scene.instances)])
+    places = {item.name: place for place, item in enumerate(scene.instances)}
+    left = MOST_COMPARED
     for item in chosen:
-        near = [
-            other for other in scene.instances
-            if other is not item and len(meshes[other.mesh].triangles) <= MOST_TRIANGLES
-            and _meet(boxes[item.name], boxes[other.name])
-        ]  # fmt: skip
-        if not near or not 0 < len(meshes[item.mesh].triangles) <= MOST_TRIANGLES:
+        left -= len(boxes)
+        if left <= 0:
+            return
+        if not 0 < counts[item.mesh] <= MOST_TRIANGLES:
             continue
-        planes = _planes(_triangles(meshes[item.mesh], item))
-        found = next((other for other in near if _lies_on(planes, _triangles(meshes[other.mesh], other))), None)
-        if found is not None:
-            yield item.name, found.name
+        own = boxes[places[item.name]]
+        meet = np.flatnonzero(np.all((own[0] <= boxes[:, 1]) & (boxes[:, 0] <= own[1]), axis=1))
+        planes: list[tuple[Array, float, Array]] = []
+        for other in (scene.instances[place] for place in meet if place != places[item.name]):
+            if counts[other.mesh] > MOST_TRIANGLES or left <= 0:
+                continue
+            left -= counts[other.mesh]
+            planes = planes or _planes(_triangles(meshes[item.mesh], item))
+            if _lies_on(planes, _triangles(meshes[other.mesh], other)):
+                yield item.name, other.name
+                break
 
 
 def _triangles(mesh: Mesh, item: Instance) -> Array:

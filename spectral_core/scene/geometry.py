@@ -136,6 +136,15 @@ def placed_by_mesh(instances: Iterable[Instance]) -> dict[str, tuple[list[int], 
     return {mesh: ([n for n, _ in items], np.array([m for _, m in items])) for mesh, items in found.items()}
 
 
+def placed_boxes(meshes: Iterable[Mesh], instances: Sequence[Instance]) -> list[NDArray[np.float64]]:
+    """Corners (8, 3) of the box around each instance in the world; (0, 3) for a mesh without vertices."""
+    boxes = {mesh.name: box_of(mesh) for mesh in meshes}
+    found = dict[int, NDArray[np.float64]]()
+    for name, (numbers, matrices) in placed_by_mesh(instances).items():
+        found.update(zip(numbers, placed(boxes[name], matrices), strict=True))
+    return [found[number] for number in range(len(instances))]
+
+
 def corners_of(points: NDArray[Any]) -> NDArray[np.float64]:
     """(8, 3) corners of the box around points (n, 3)."""
     ends = np.array([points.min(axis=0), points.max(axis=0)], dtype=np.float64)

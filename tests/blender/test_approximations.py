@@ -104,3 +104,28 @@ def test_a_number_that_is_not_finite_gets_a_note_and_the_object_is_kept(build, t
     assert len(scene.instances) == 1
     told = [note.message for note in scene.notes if "which is not a finite number; 0 was used" in note.message]
     assert written and told
+
+
+def test_thousands_of_glass_instances_are_compared_up_to_a_limit(blender, monkeypatch):
+    import numpy as np
+
+    from blender_addon.translate import approximations
+    from blender_addon.translate.context import Translation
+    from spectral_core.scene import Camera, Film, Glass, Instance, Material, Mesh, Scene
+
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
+    faces = np.array([[0, 1, 3], [0, 3, 2], [4, 7, 5], [4, 6, 7], [0, 5, 1], [0, 4, 5]], np.uint32)
+    places = [np.eye(4) for _ in range(1500)]
+    for number, matrix in enumerate(places):
+        matrix[:3, 3] = 0.37 * number / 1500, 0.0, 0.1 * number / 1500  # all boxes overlap, few faces coincide
+    scene = Scene(
+        camera=Camera(world_from_camera=np.eye(4)), film=Film(4, 4),
+        meshes=(Mesh("cube", corners, faces),), materials=(Material("glass", Glass()),),
+        instances=tuple(Instance(f"cube {k}", "cube", matrix, ("glass",)) for k, matrix in enumerate(places)),
+    )  # fmt: skip
+    compared = []
+    monkeypatch.setattr(approximations, "_lies_on", lambda planes, others: compared.append(len(others)))
+    monkeypatch.setattr(approximations, "MOST_COMPARED", 30_000)
+    translation = Translation.of(bpy.context.evaluated_depsgraph_get(), bpy.data)
+    approximations.note_approximations(translation, scene, is_render=True)
+    assert 0 < sum(compared) <= 30_000

@@ -162,3 +162,36 @@ def test_parts_that_replace_each_other_come_to_an_end(blender):
             continue
         break
     assert made == [1, 2, 3]
+
+
+class Engine:
+    """A stand-in for Blender's engine."""
+
+    def tag_redraw(self):
+        pass
+
+    def update_stats(self, *_):
+        pass
+
+
+def test_an_error_in_a_later_part_is_shown_in_the_view(slow, monkeypatch):
+    """Blender would switch the view off, and say nothing in it."""
+    from blender_addon import viewport
+    from blender_addon.editing.viewport import session
+
+    told = []
+    monkeypatch.setattr(viewport, "draw_message", lambda text, *_: told.append(text))
+    engine = Engine()
+    view = viewport.Viewport(engine)
+    view._session = slow.session
+    followed(slow, lambda: None)
+    assert slow.session._is_unfinished
+
+    def broken(*_given, **_named):
+        raise ZeroDivisionError("no such mesh")
+
+    monkeypatch.setattr(session, "translate_scene", broken)
+    for _ in range(2):
+        view.draw(engine, slow.context, bpy.context.view_layer.depsgraph)
+    assert len(told) == 2
+    assert all("no such mesh" in text for text in told)

@@ -8,15 +8,14 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from spectral_core.render.live.link import Shown
+from spectral_core.render.live.messages import LOADED
 
 REMEMBERED, FEWEST = 5, 2
-"""Pictures of a kind of change that are remembered, and those among them that must have come in time for a wait: one
-that comes in time is drawn some 0.2 s earlier, and one that does not is drawn 0.1 s later than without the wait.
+"""Pictures of a kind of change that are remembered, and those among them that must have come in time for a wait: where
+redraws are slow, a picture in time gains more than a late one loses, because it needs no second redraw.
 """
 TRIED_AGAIN = 4
 """Of so many changes that would not be waited for, one is."""
-LOADED = "loaded"
-"""The word of a picture whose scene was loaded anew; this tells nothing about the next change of the same kind."""
 
 
 @dataclass
@@ -64,6 +63,7 @@ class Patience:
         if request is None or shown is None or shown.frame.generation < request.generation:
             return
         self._open = None
+        # the time of loading a scene tells nothing about the next change of the same kind
         if not (request.changed and shown.frame.how == LOADED):
             self._learn(request, shown.first)
 

@@ -129,7 +129,7 @@ class Reader:
         if spectrum is not None:
             return spectrum
         if source.node.type in UNKNOWN_TO_CYCLES:
-            self.note(f"the node {source.label!r} is none of Cycles; as there, the socket behind it has its own value")
+            self.note(f"Cycles ignores the node {source.label!r}; as in Cycles, the linked socket keeps its own value")
             return self.constant(place)
         key = (source.socket.as_pointer(), tuple(group.as_pointer() for group in source.groups), self.shift,
                self.undisplaced, self.raised is None)  # fmt: skip

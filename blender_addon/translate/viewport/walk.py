@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The objects of the last complete translation, for edits after which a walk over every object would find the same.
 
-A walk takes some 50 µs for each object, which is too long for each edited number in a scene of ten thousand instances.
+A walk takes time for each object, too long for each edited number in a scene of ten thousand instances.
 """
 
 from __future__ import annotations

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from spectral_core.render.live.area import Place
 from spectral_core.scene import Note
 
+LOADED = "loaded"
+"""How a change was made if the whole scene was loaded anew."""
+
 
 @dataclass(frozen=True, slots=True)
 class AreaName:
@@ -24,7 +27,8 @@ class Frame:
     ``generation``: number of the request. ``level``: distance of two rendered pixels in the view, 1 for a full picture.
     ``corner``: its lower left pixel in the view, (0, 0) without a border.
     ``samples``: per pixel of a full picture. ``seconds``: since the request was received. ``memory``: bytes of the
-    process. ``how``: how the last change of the scene was made. ``recordings``: of launches since the scene was loaded.
+    process. ``how``: how the last change of the scene was made, ``LOADED`` or the edited parts. ``recordings``: of
+    launches since the scene was loaded.
     """
 
     view: str

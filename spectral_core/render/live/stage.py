@@ -16,6 +16,7 @@ from spectral_core.render.live import edits
 from spectral_core.render.live.changes import difference
 from spectral_core.render.live.held import lay_open
 from spectral_core.render.live.media import look_from
+from spectral_core.render.live.messages import LOADED
 from spectral_core.render.live.passes import Launcher
 from spectral_core.render.live.view import Viewpoint
 from spectral_core.render.mitsuba_scene.assemble import scene_radius
@@ -45,7 +46,7 @@ class Stage:
         self.loads = 0
         self.number = 0
         self.how = ""
-        """Effect of the last change: "loaded", or a list of the parts that were edited in place."""
+        """Effect of the last change: ``LOADED``, or a list of the parts that were edited in place."""
         self._simulated: Scene | None = None
         self._plan: EffectPlan | None = None
         self._job: RenderJob | None = None
@@ -130,7 +131,7 @@ class Stage:
         self.scene, self._simulated, self._plan = scene, simulated, plan
         self.loads += 1
         self.number += 1
-        self.how = "loaded"
+        self.how = LOADED
 
     def _can_stay(self, scene: Scene, simulated: Scene, plan: EffectPlan) -> bool:
         """True if a change may be possible in place, judged without a look at the objects."""

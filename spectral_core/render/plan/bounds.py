@@ -32,7 +32,7 @@ from spectral_core.scene import (
     SunLight,
     leaves,
 )
-from spectral_core.scene.geometry import box_of, placed, placed_by_mesh
+from spectral_core.scene.geometry import box_of, placed, placed_boxes
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -85,7 +85,7 @@ def corners(scene: Scene, instance: Instance) -> Array:
 
 def seen_points(scene: Scene) -> Array:
     """(n, 3) corners of the boxes of all objects, which contain everything that the camera sees."""
-    parts = boxes_of(scene)
+    parts = placed_boxes(scene.meshes, scene.instances)
     return np.concatenate(parts) if parts else np.zeros((0, 3))
 
 
@@ -110,17 +110,8 @@ def blur_of_lens(scene: Scene, points: Array) -> float:
     return float(pixels_per_unit(scene) * spread.max())
 
 
-def boxes_of(scene: Scene) -> list[Array]:
-    """Corners of each placed object."""
-    meshes = {mesh.name: mesh for mesh in scene.meshes}
-    found = dict[int, Array]()
-    for name, (numbers, matrices) in placed_by_mesh(scene.instances).items():
-        found.update(zip(numbers, placed(box_of(meshes[name]), matrices), strict=True))
-    return [found[number] for number in range(len(scene.instances))]
-
-
 def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, boxes: list[Array]) -> float:
-    """Largest penumbra of a ball lamp, in pixels, with the occluder (of ``boxes_of``) at its nearest position."""
+    """Largest penumbra of a ball lamp, in pixels, with the occluder (of ``placed_boxes``) at its nearest position."""
     along = depths(scene, points)
     placed = np.concatenate(boxes) if boxes else np.zeros((0, 3))
     if not len(placed) or not len(along):

@@ -16,6 +16,7 @@ from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
 from spectral_core.scene import Material, PointLight, Scene, SpotLight
+from spectral_core.scene.geometry import placed_boxes
 
 SPECTRAL_SHARE = 0.3
 """Share of the time that spectra take beyond three channels, at equal noise (``plan-effects`` prints it)."""
@@ -190,7 +191,7 @@ def _lamp_bodies(found: Found) -> Effect:
     if seen or found.inventory.media or found.scene.volumes:
         reason = f"the size of {names(shown)} has a visible effect"
         return Effect("lamp_bodies", levels, reason, loses, "not known", ON_OFF)
-    boxes = bounds.boxes_of(found.scene)
+    boxes = placed_boxes(found.scene.meshes, found.scene.instances)
     blur = max(bounds.blur_of_lamp(found.scene, light, found.points, boxes) for light in balls)
     levels = (Level("on"), Level("off", bounds.error_of_blur(blur) if np.isfinite(blur) else 100.0, TRANSPARENCY_SHARE))
     reason = f"half-shadows of {names(shown)} are at most {min(blur, 9999):.2g} pixels wide"
