@@ -10,7 +10,7 @@ further arguments from ``options.extra``.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from spectral_core.errors import UnknownNameError
@@ -26,6 +26,22 @@ class Options:
     """Folder of pictures and tables."""
     extra: list[str] = field(default_factory=list)
     """Arguments that the benchmark itself understands."""
+
+    def number(self, name: str, usual: float) -> tuple[float, Options]:
+        """The number after the option ``name``, or ``usual``, and the options without it.
+
+        Raises SystemExit with a message if no number follows.
+        """
+        if name not in self.extra:
+            return usual, self
+        place = self.extra.index(name)
+        given = self.extra[place + 1 : place + 2]
+        rest = replace(self, extra=self.extra[:place] + self.extra[place + 2 :])
+        try:
+            return float(given[0]), rest
+        except (IndexError, ValueError):
+            got = " ".join(given) or "none"
+            raise SystemExit(f"{name} expects a number, as in {name} {usual:g}; got {got}") from None
 
     def only(self, names: Iterable[str]) -> list[str]:
         """The ``names`` that ``--only`` chooses, all without it.

@@ -92,7 +92,7 @@ def thick_fog(stage: Stage) -> None:
     """Dense fog around a lamp and a ball."""
     stage.lights = [SpotLight(name="spot", world_from_light=at(0.8, 0.5, 3.2), power_w=500, cone_angle_rad=0.9)]
     stage.add("fog", "box", at(0, 0, 1.6, (2.5, 2.5, 1.55)), None)
-    stage.media["fog"] = ScatteringMedium(0.8, gray(0.97), 0.4)
+    stage.media["fog"] = ScatteringMedium(0.8, gray(0.97), anisotropy=0.4)
     stage.add("ball", "sphere", at(0.2, 0, 0.7, 0.5), Diffuse(Color(np.array([0.7, 0.3, 0.2]))))
 
 

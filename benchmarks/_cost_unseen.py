@@ -54,7 +54,7 @@ def beam(stage: Stage) -> None:
         )
     ]
     stage.add("smoke", "box", at(0, 0, 1.4, (2.5, 2.0, 1.35)), None)
-    stage.media["smoke"] = ScatteringMedium(0.5, gray(0.9), 0.6)
+    stage.media["smoke"] = ScatteringMedium(0.5, gray(0.9), anisotropy=0.6)
     stage.add("block", "box", at(0.9, 0.6, 0.4, 0.4), Diffuse(Color(np.array([0.3, 0.5, 0.7]))))
 
 

@@ -48,8 +48,6 @@ def build():
         if material.node_tree is None:
             material.use_nodes = True
         bpy.context.object.data.materials.append(material)
-    bpy.ops.spectral.palette_preset(preset="HIDDEN_MARK")
-    bind()
     scene.spectral.palette.possible_follows = True
     view = space()
     view.shading.type = "RENDERED"
@@ -186,8 +184,8 @@ def table():
         yield 1.0
 
 
-def preset():
-    pressed("palette_preset", preset=str(any_of(["HIDDEN_MARK", "METAMER_PAIR", "SPLIT_LIGHT"])))
+def preset(name=""):
+    pressed("palette_preset", preset=name or str(any_of(["HIDDEN_MARK", "METAMER_PAIR", "SPLIT_LIGHT"])))
     bind()
     yield 2.0
 
@@ -240,7 +238,7 @@ def drive():
     yield 1.0
     trace.calls.clear()  # the modules and classes of the extension are loaded before anybody works
     build()
-    yield 1.0
+    yield from preset("HIDDEN_MARK")
     sidebar()
     views = jobs.live()._views
     yield from _inside.until(lambda: any(view.shown for view in views.values()), 300, "the first picture")

@@ -9,19 +9,26 @@ other programs on the machine change little; those on the wall are printed besid
 Two samples for each pixel are the least: a scene that is better than requested after them is asked for a quarter of
 what it then has, too. ``--only WORDS``: scenes of these names, or whose name has the word, separated by commas.
 ``--more``: twelve others (hair, a bottle, fog, blur, many lamps). ``--strange``: ten of a third kind (a tiny sun, lace,
-nested glass, thick fog). ``--unseen``: six with which no constant of the predictions was chosen.
+nested glass, thick fog). ``--unseen``: six with which no constant of the predictions was chosen. ``--fresh``: ten that
+were built after the predictions. ``--budget S``: seconds of the time budget, 10 without it. ``--brief``: one
+prediction and one render of each, against references of up to 2,048 samples at 1,024 pixels.
+
+The rows are those of the table in docs/plan_and_cost.md. Bold figures are off by more than 25 %, or by more than 10 %
+where a time is requested, or beyond 0.7 to 1.1 of a requested error. ≥ is a prediction that says of itself that it is
+a lower bound.
 """
 
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
+from benchmarks._cost_fresh import FRESH, fresh_scene
 from benchmarks._cost_scenes import MORE, scene_of
 from benchmarks._cost_strange import STRANGE
 from benchmarks._cost_unseen import UNSEEN
@@ -34,7 +41,7 @@ from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.scene import Scene
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
-OPTIONS = ("--only", "--more", "--strange", "--unseen")
+OPTIONS = ("--only", "--more", "--strange", "--unseen", "--fresh", "--budget", "--brief")
 NAMES = (
     "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "emissive", "curtain",
     "ball lamp", "lamp before lamp", "mirror", "mirror caustic", "glass caustic", "leaf",
@@ -55,27 +62,56 @@ REPEATS, SHORT_S = 3, 3.0
 Renders of more than ``SHORT_S`` are not repeated."""
 
 
+@dataclass(frozen=True)
+class Effort:
+    """Most samples of references, their pixels, and how often predictions and renders are timed."""
+
+    most: int = 1 << 15
+    compared: int = COMPARED
+    repeats: int = REPEATS
+
+
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
     size, samples, most, budget = ((24, 18), 8, 128, 4.0) if options.quick else ((128, 96), 64, 1 << 15, 10.0)
-    sets = {"--more": tuple(MORE), "--strange": tuple(STRANGE), "--unseen": tuple(UNSEEN)}
-    words = tuple(options.extra)
-    chosen = sets[words[0]] if words[:1] and words[0] in sets else NAMES
-    if words[:1] == ("--only",):
-        chosen = tuple(options.only((*NAMES, *MORE, *STRANGE, *UNSEEN)))
-    names = chosen[: 2 if options.quick else None]
+    budget, options = options.number("--budget", budget)
+    effort = Effort(most=most)
+    if "--brief" in options.extra:
+        options = replace(options, extra=[word for word in options.extra if word != "--brief"])
+        effort = Effort(most=min(most, 2048), compared=1024, repeats=1)
+    names = _chosen(options)[: 2 if options.quick else None]
     rows = {}
-    print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; each pair: predicted, true")
+    print(f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    print("\n".join(_head(budget)))
     for name in names:
-        others = STRANGE | UNSEEN
-        effects = {name: (others[name],)} if name in others else SINGLE
-        scene = scene_of(name, size) if name in MORE else staged(effects[name], size, 1.0)[0]
-        rows[name] = _row(replace(scene, film=replace(scene.film, samples=samples)), most, budget)
+        scene = _scene(name, size)
+        rows[name] = _row(replace(scene, film=replace(scene.film, samples=samples)), effort, budget)
         print(_line(name, rows[name]), flush=True)
+    for name, row in rows.items():
+        if "finer" in row:
+            print(_finer(name, row))
     figures: dict[str, Any] = {"scenes": rows, "holds": holds(rows)}
     for claim, true in figures["holds"].items():
         print(f"{'holds' if true else 'FAILS':6} {claim}")
     return figures
+
+
+def _chosen(options: Options) -> list[str]:
+    """Names of the scenes that the command line chooses."""
+    sets = {"--more": MORE, "--strange": STRANGE, "--unseen": UNSEEN, "--fresh": FRESH}
+    word = options.extra[0] if options.extra else ""
+    if word in sets:
+        return list(sets[word])
+    return options.only((*NAMES, *MORE, *STRANGE, *UNSEEN, *FRESH)) if word == "--only" else list(NAMES)
+
+
+def _scene(name: str, size: tuple[int, int]) -> Scene:
+    if name in MORE:
+        return scene_of(name, size)
+    if name in FRESH:
+        return fresh_scene(name, size)
+    others = STRANGE | UNSEEN
+    return staged((others[name],) if name in others else SINGLE[name], size, 1.0)[0]
 
 
 def holds(rows: dict[str, dict[str, Any]]) -> dict[str, bool]:
@@ -103,17 +139,18 @@ def _ratio(pair: tuple[float, float]) -> float:
     return max(pair[0] / max(pair[1], 1e-9), pair[1] / max(pair[0], 1e-9))
 
 
-def _row(scene: Scene, most: int, budget: float) -> dict[str, Any]:
-    truth = _Truth(scene, most)
+def _row(scene: Scene, effort: Effort, budget: float) -> dict[str, Any]:
+    truth = _Truth(scene, effort)
     asked = lambda **what: replace(scene, settings=replace(scene.settings, **what))  # noqa: E731
-    pairs = [(cost_curve(scene).now, render_scene(scene)) for _ in range(REPEATS)]
+    pairs = [(cost_curve(scene).now, render_scene(scene)) for _ in range(effort.repeats)]
     said, plain = pairs[0]
     by_error = render_scene(asked(target_error=ASKED))
-    repeats = REPEATS - 1 if by_error.work < SHORT_S else 0
+    repeats = effort.repeats - 1 if by_error.work < SHORT_S else 0
     again = [render_scene(asked(target_error=ASKED)) for _ in range(repeats)]
     by_time = render_scene(asked(time_budget_s=budget))
     reached = truth.error(by_error)
     row: dict[str, Any] = {
+        "is_least": said.rare is not None,
         "error": (said.delta_e, truth.error(plain)),
         "seconds": _medians([(said.seconds, made.seconds) for said, made in pairs]),
         "work": _medians([(said.work, made.work) for said, made in pairs]),
@@ -145,25 +182,52 @@ def _works(made: RenderResult) -> tuple[float, float]:
     return (made.prediction.work if made.prediction else 0.0, made.work)
 
 
+def _head(budget: float) -> tuple[str, str]:
+    cells = (
+        "scene", "plain: ΔE predicted, true", "work, s", f"ΔE {ASKED:g} requested: estimated, true", "samples",
+        "work, s", f"{budget:g} s requested: taken, s", "ΔE estimated, true",
+    )  # fmt: skip
+    return "| " + " | ".join(cells) + " |", "|---" * len(cells) + "|"
+
+
 def _line(name: str, row: dict[str, Any]) -> str:
-    pair = lambda what, digits=2: "{:.{d}f}, {:.{d}f}".format(*row[what], d=digits)  # noqa: E731
-    text = (
-        f"{name:17} plain ΔE {pair('error', 3)}; {pair('work')} s ({pair('seconds')} on the wall) | "
-        f"ΔE {ASKED:g} asked {pair('asked_error')}; {pair('asked_work')} s, {row['samples']} samples | "
-        f"{pair('budget', 1)} s, ΔE {pair('budget_error', 3)}"
+    low, high = REACHED
+    kept = abs(row["budget"][1] / row["budget"][0] - 1) <= KEPT
+    asked = low <= row["reached"] <= high or (row["samples"] <= 2 and row["reached"] < low)
+    least = "≥ " if row["is_least"] else ""
+    cells = (
+        name, least + _pair(row["error"], 3), _pair(row["work"]),
+        f"{row['asked_error'][0]:.2f}, " + _bold(f"{row['asked_error'][1]:.2f}", asked), str(row["samples"]),
+        _pair(row["asked_work"]), _bold(f"{row['budget'][1]:.1f}", kept), _unless_unknown(row["budget_error"]),
+    )  # fmt: skip
+    return "| " + " | ".join(cells) + " |"
+
+
+def _pair(pair: tuple[float, float], digits: int = 2) -> str:
+    return f"{pair[0]:.{digits}f}, " + _bold(f"{pair[1]:.{digits}f}", _ratio(pair) <= NEAR)
+
+
+def _unless_unknown(pair: tuple[float, float]) -> str:
+    """The errors after a time budget; – for a true one below the noise of the reference, which is not traced for it."""
+    return _pair(pair, 3) if pair[1] >= 5e-4 else f"{pair[0]:.3f}, –"
+
+
+def _bold(text: str, holds: bool) -> str:
+    return text if holds else f"**{text}**"
+
+
+def _finer(name: str, row: dict[str, Any]) -> str:
+    return (
+        f"{name}: ΔE {row['finer']:.3f} requested, {row['finer_reached']:.2f} of it reached; work "
+        f"{_pair(row['finer_work'])} s, {row['finer_samples']} samples"
     )
-    if "finer" in row:
-        text += (
-            f" | ΔE {row['finer']:.3f} asked: {row['finer_reached']:.2f} of it; {pair('finer_work')} s, "
-            f"{row['finer_samples']} samples"
-        )
-    return text
 
 
 class _Truth:
     """A picture with all effects, at some pixels, in two halves that are traced further on demand."""
 
-    def __init__(self, scene: Scene, most: int) -> None:
+    def __init__(self, scene: Scene, effort: Effort) -> None:
+        most = effort.most
         far = replace(scene.settings, overrides=(*scene.settings.overrides, ("bounces", "64")))
         full = replace(scene, settings=far, film=replace(scene.film, seed=4711))
         stills = [full.at(moment) for moment in full.moments] or [full]
@@ -175,7 +239,7 @@ class _Truth:
         self._trace(LOOKED * len(stills))
         error = np.bincount(number, pixel_errors(*self._sums / self._samples))
         chance = (0.5 / len(error) + 0.5 * error / max(float(error.sum()), 1e-12)) * np.ones(len(error))
-        wanted = max(1, COMPARED // (POOL[0] * POOL[1]))
+        wanted = max(1, effort.compared // (POOL[0] * POOL[1]))
         drawn = np.random.default_rng(4711).choice(len(error), wanted, p=chance / chance.sum())
         self._weights = (np.bincount(drawn, minlength=len(error)) / chance)[number]
         chosen = np.flatnonzero(self._weights)
@@ -192,6 +256,7 @@ class _Truth:
 
     def _trace(self, samples: int) -> None:
         none, parts = np.zeros_like(self._numbers), len(self._tracers)
+        samples = max(1, samples // parts) * parts  # as many for each moment
         for tracer in self._tracers:
             sums = tracer.trace_halves(self._numbers, none + self._samples // parts, none + samples // parts)
             self._sums += sums.colors.reshape(2, -1, 3)

@@ -4,7 +4,8 @@
 Each engine renders each scene three times at one number of samples, after a render that warms it, and its error is the
 mean of their relative mean square errors against its own converged picture: (x - r)² / (r² + (mean r / 10)²), the worst
 0.1 % of pixels left out. Error falls as one over time, so the ratio of times at equal error is (ours · our error) /
-(Cycles' · its error). Neither engine denoises, clamps or ends paths before 12 bounces. Times are of the whole render
+(Cycles' · its error). Neither engine denoises, clamps or ends paths before 12 bounces. ``--denoised``: both denoise
+their pictures (not the converged ones), each with its own denoiser. Times are of the whole render
 command, in seconds of the processor's cores together (work), which other programs on the machine do not change; those
 on the wall are printed beside. ``--only WORDS``: scenes of these names, or whose name has the word, separated by
 commas; ``--more``: eight others (hair, textures, a lens, a tiny sun). ``--medium``: smaller pictures with the full
@@ -23,8 +24,8 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 
-MEDIUM = "--medium"
-OPTIONS = ("--only", "--more", MEDIUM)
+MEDIUM, DENOISED = "--medium", "--denoised"
+OPTIONS = ("--only", "--more", MEDIUM, DENOISED)
 BOUNCES = 12
 SIZES = {"full": ((240, 135), 64, 2048), "medium": ((160, 90), 64, 192), "quick": ((96, 54), 16, 256)}
 """Pixels, samples per pixel, and samples of the converged picture."""
@@ -45,7 +46,8 @@ def run(options: Options) -> dict[str, Any]:
     if not hasattr(bpy.types.Scene, "spectral"):
         blender_addon.register()
     size, samples, many = SIZES["quick" if options.quick else "medium" if MEDIUM in options.extra else "full"]
-    options = replace(options, extra=[word for word in options.extra if word != MEDIUM])
+    denoised = DENOISED in options.extra
+    options = replace(options, extra=[word for word in options.extra if word not in (MEDIUM, DENOISED)])
     figures: dict[str, Any] = {}
     print(
         f"{'scene':18} {'our work':>8} {'its work':>8} {'our s':>7} {'its s':>7} {'our error':>10} {'its error':>10} "
@@ -55,7 +57,7 @@ def run(options: Options) -> dict[str, Any]:
     for name in names:
         _prepare(size)
         scenes[name]()
-        ours, cycles = (_figures(engine, samples, many) for engine in ("SPECTRAL", "CYCLES"))
+        ours, cycles = (_figures(engine, samples, many, denoised) for engine in ("SPECTRAL", "CYCLES"))
         errors = ours[1] / cycles[1]
         ratio, on_wall = (of / than * errors for of, than in zip(ours[0], cycles[0], strict=True))
         figures[name] = {
@@ -101,13 +103,13 @@ def _prepare(size: tuple[int, int]) -> None:
     cycles.volume_bounces = BOUNCES
 
 
-def _figures(engine: str, samples: int, many: int) -> tuple[tuple[float, float], float, float]:
+def _figures(engine: str, samples: int, many: int, denoised: bool) -> tuple[tuple[float, float], float, float]:
     """Work and seconds (medians), mean error, and mean of the converged picture."""
-    _render(engine, 1, 9)  # loads and compiles
+    _render(engine, 1, 9, denoised=denoised)  # loads and compiles
     reference, _ = _render(engine, many, 1)
     errors, spent = [], []
     for seed in SEEDS:
-        picture, seconds = _render(engine, samples, seed)
+        picture, seconds = _render(engine, samples, seed, denoised=denoised)
         square = (picture - reference) ** 2 / (reference**2 + (0.1 * reference.mean()) ** 2)
         error = np.sort(square.mean(axis=2).ravel())
         errors.append(float(error[: max(1, int(error.size * 0.999))].mean()))
@@ -116,7 +118,9 @@ def _figures(engine: str, samples: int, many: int) -> tuple[tuple[float, float],
     return (float(work), float(wall)), float(np.mean(errors)), float(reference.mean())
 
 
-def _render(engine: str, samples: int, seed: int) -> tuple[NDArray[np.float64], tuple[float, float]]:
+def _render(
+    engine: str, samples: int, seed: int, *, denoised: bool = False
+) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """A picture (height, width, 3), and the work and the seconds of the render command."""
     import bpy
 
@@ -127,6 +131,7 @@ def _render(engine: str, samples: int, seed: int) -> tuple[NDArray[np.float64], 
     scene.render.engine = engine
     scene.cycles.samples = scene.spectral.render.samples = samples
     scene.cycles.seed = scene.spectral.render.seed = seed
+    scene.cycles.use_denoising = scene.spectral.render.denoise = denoised
     with tempfile.TemporaryDirectory() as folder:
         scene.render.filepath = str(Path(folder) / "frame.exr")
         compat.set_image_format(scene.render.image_settings, "OPEN_EXR", color_depth="32", color_mode="RGBA")

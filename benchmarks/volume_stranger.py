@@ -36,7 +36,7 @@ TARGETS = (40.0, 50.0, 60.0)  # dB
 TIMED = 512  # pixels
 FINEST = 0.01  # voxels, the shortest step
 NOISE = 1.03  # of a ratio of processor times
-FEWEST_PIECES, MOST_PIECES = 64, 512  # of a cell's part in the exact march
+FEWEST_PIECES, MOST_PIECES = 64, 512  # into which the exact march divides a ray's way through a cell
 CLEAR_DB = 16.0  # dB by which the exact march is better than the picture, if so many pieces suffice
 
 
@@ -117,7 +117,7 @@ def costs(curve: Curve, chosen: Stepping, reached: float) -> dict[str, float]:
     samples, times = curve.point(chosen)[1], _times(curve, [chosen, *ways])
     best = min((t for t, can in zip(times[1:], able, strict=True) if can), default=min(times[1:]))
     return {
-        # Steps that miss everything show no samples: there is no share of these.
+        # Uniform steps that miss everything take no samples, and nothing can be divided by their number.
         "samples": samples / max(found[0]["samples"], 1.0) if able[0] else 0.0,
         "time": times[0] / times[1],
         "time_fixed": 1.0 if chosen.rule == "uniform" and any(able) else times[0] / best,

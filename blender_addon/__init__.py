@@ -1,6 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Spectral Scene Design in Blender. Importing this needs no Blender; ``register()`` does."""
 
+import importlib
+import sys
+
+_WITH_WHEELS = "bl_ext."
+"""Start of the package's name where Blender has installed this as an extension, and the core from a wheel."""
+
+
+def _forget_earlier_version() -> None:
+    """Forget modules of an earlier version of this extension, if it is updated while Blender runs.
+
+    Blender imports this file anew then, but keeps the modules of wheels: the new panels would import the old core,
+    fail, and leave the extension enabled without its wheels, also after a restart.
+    """
+    earlier = [name for name in sys.modules if f"{name}.".startswith(("spectral_core.", f"{__name__}."))]
+    for name in earlier:
+        if name != __name__:
+            del sys.modules[name]
+    importlib.invalidate_caches()
+
+
+if __name__.startswith(_WITH_WHEELS):
+    _forget_earlier_version()
+
 
 def register() -> None:
     """Blender calls this when the extension is enabled."""

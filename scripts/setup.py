@@ -44,7 +44,7 @@ LINKED_LIBRARIES = {
 def say(text: str) -> None:
     try:
         print(f"setup: {text}", flush=True)
-    except BrokenPipeError:  # `make setup | head -1`: the set-up is finished without its reader
+    except BrokenPipeError:  # as after `make setup | head -1`: nobody reads on, and the set-up is still finished
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

@@ -54,8 +54,13 @@ def test_an_error_gives_one_line_and_an_exit_status(capsys: pytest.CaptureFixtur
         (["lattice", "--refine", "-1"], "--refine is -1; expected 0 or more"),
         (["design", "--preset", "Hidden mark", "--out", "FILE"], "File exists"),
         (["design", "examples/transfer/solid.toml"], 'format is "spectral-scene transfer function"'),
-        (["design", "absent.toml"], "absent.toml: No such file or directory; expected a file that can be read"),
+        (["design", "absent.toml"], "there is no file absent.toml; check its name and its folder"),
         (["relight", "absent.exr", "--out", "x.png"], "there is no file absent.exr"),
+        (
+            ["recipe", "paints", "absent.csv", "--target", "red"],
+            "there is no file absent.csv; give a file of spectra such",
+        ),
+        (["explore", "absent"], "absent.cdb holds no sweep (neither project.json nor data.csv); run one first"),
     ],
 )
 def test_simple_mistakes_give_one_line(

@@ -54,7 +54,7 @@ def _with(
     def build(stage: Stage) -> None:
         node = stage.shader(kind)
         for name, value in (properties or {}).items():
-            setattr(node, name, value)  # sockets of other models appear
+            setattr(node, name, value)  # a property, such as the model, changes which sockets there are
         for name, value in inputs.items():
             node.inputs[name.replace("_", " ")].default_value = value
         shape(stage)

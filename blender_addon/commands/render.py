@@ -96,8 +96,11 @@ def run(arguments: argparse.Namespace) -> int:
             print(f"denoised by {entry['denoised']}")
         if entry["outcome"] is not None:
             said, found = entry["prediction"], entry["outcome"]
-            print(f"predicted: ΔE {said['delta_e']:.2g} in {said['seconds']:.1f} s, {said['samples']:.0f} samples")
-            error = f"ΔE {found['delta_e']:.2g} ± {2 * found['spread']:.1g}"
+            least = "at least " if found["rare"] is not None else ""
+            print(
+                f"predicted: {least}ΔE {said['delta_e']:.2g} in {said['seconds']:.1f} s, {said['samples']:.0f} samples"
+            )
+            error = f"{least}ΔE {found['delta_e']:.2g} ± {2 * found['spread']:.1g}"
             print(f"reached:   {error} in {found['seconds']:.1f} s, {found['samples']:.0f} samples")
     print(f"colors: {report['colors']}")
     for note in report["notes"]:

@@ -34,6 +34,7 @@ class Behind:
         self._threads: list[ThreadPoolExecutor] = []
         self.running: dict[int, _Running] = {}
         """By session number of the scene."""
+        self._is_collecting = False
         self._timer = self.collect  # Blender identifies a timer by its object
 
     def is_busy(self, scene: Scene, then: Callable[[Scene], None]) -> bool:
@@ -58,7 +59,8 @@ class Behind:
         if not self._threads:
             self._threads.append(ThreadPoolExecutor(1, thread_name_prefix=self._name))
         answer = self._threads[0].submit(work)
-        wait([answer], PATIENCE_SECONDS)
+        if not self._is_collecting:  # a timer comes back soon, and has stored an answer before
+            wait([answer], PATIENCE_SECONDS)
         if answer.done():
             done(scene, answer.result())
             return
@@ -76,8 +78,12 @@ class Behind:
             if scene is None:
                 continue  # deleted in the meantime
             found.done(scene, found.answer.result())
-            if found.then is not None:
-                found.then(scene)
+            self._is_collecting = True
+            try:
+                if found.then is not None:
+                    found.then(scene)
+            finally:
+                self._is_collecting = False
         return POLL_SECONDS if self.running else None
 
     def stop(self) -> None:

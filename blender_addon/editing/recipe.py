@@ -86,7 +86,7 @@ def _library(recipe: PropertyGroup) -> list[Spectrum]:
         return told_apart(read_spectra(path, kind="illuminant" if recipe.kind == "LAMP" else "reflectance"))
     if recipe.kind == "LAMP":
         return list(led_channels())
-    # A chip would be its own recipe.
+    # Without the wanted chip itself, which would be the whole recipe.
     itself = recipe.surface if recipe.wanted == "NAMED" else ""
     return [chip for chip in paint_chips() if chip.name != itself]
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 import tempfile
 import threading
@@ -21,13 +20,13 @@ from spectral_core.errors import InvalidInputError, RenderError, SpectralError
 from spectral_core.explore.page.live import LiveSweep
 from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
-from spectral_core.explore.sweep.parameters import Parameter, is_column_name
+from spectral_core.explore.sweep.parameters import Parameter
 from spectral_core.explore.sweep.store import Store, cdb_folder
 from spectral_core.files.whole import write_text
 
 from .sweep_points import set_point
 from .sweep_run import Run
-from .sweep_settings import setting_at
+from .sweep_settings import column_name, setting_at
 
 POLL_S = 0.5
 _run: Run | None = None
@@ -50,22 +49,12 @@ def add(scene: Scene, path: str) -> PropertyGroup:
         raise InvalidInputError(f"{path} is swept already")
     taken = [each.label for each in sweep.parameters]
     entry = sweep.parameters.add()
-    entry.name, entry.label = path, _label(path, taken)
+    entry.name, entry.label = path, column_name(setting, taken)
     entry.choices, entry.whole = ", ".join(setting.choices), setting.is_whole
     if not setting.choices:
         entry.low, entry.high = setting.place.range()
     sweep.active = len(sweep.parameters) - 1
     return entry
-
-
-def _label(path: str, taken: list[str]) -> str:
-    """A column name from the last words of a path: the data-block, then the property."""
-    words = re.findall(r'"([^"]*)"', path)[:1] + re.findall(r"\.(\w+)(?:\[\d+\])?$", path)
-    index = re.search(r"\[(\d+)\]$", path)
-    text = "_".join([*words, *([index[1]] if index else [])])
-    name = re.sub(r"\W+", "_", text).strip("_").lower() or "value"
-    name = name if is_column_name(name) else f"p_{name}"
-    return name if name not in taken else next(f"{name}_{k}" for k in range(2, 1000) if f"{name}_{k}" not in taken)
 
 
 def parameters_of(sweep: PropertyGroup) -> list[Parameter]:

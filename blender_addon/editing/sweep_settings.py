@@ -3,17 +3,24 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.parameters import is_column_name
 
 from .board.paths import Number, block_at, place_in
 
 SWITCH = ("off", "on")
 """The values of a switch; a document may also use 0 and 1."""
+
+
+_VECTORS = ("TRANSLATION", "DIRECTION", "VELOCITY", "ACCELERATION", "EULER", "XYZ", "XYZ_LENGTH", "COORDINATES")
+_COMPONENTS = {"COLOR": "rgba", "COLOR_GAMMA": "rgba", "QUATERNION": "wxyz", **dict.fromkeys(_VECTORS, "xyz")}
+"""Letters of the components of a property, by its subtype."""
 
 
 @dataclass(frozen=True)
@@ -108,3 +115,17 @@ def setting_at(path: str) -> Setting:
         f"{path!r} cannot be varied by a sweep; expected a number, one component of a vector or color, a switch, "
         "or a choice from a list"
     )
+
+
+def column_name(setting: Setting, taken: list[str]) -> str:
+    """A column name: the data-block, the property or the node's socket, and the component of a vector or color."""
+    place = setting.place
+    is_socket = isinstance(place.owner, bpy.types.NodeSocket)
+    words = [*re.findall(r'"([^"]*)"', setting.path)[:1], place.owner.name if is_socket else place.name]
+    if place.index is not None:
+        subtype = "" if place.is_custom else place.owner.bl_rna.properties[place.name].subtype
+        letters = _COMPONENTS.get(subtype, "")
+        words.append(letters[place.index] if place.index < len(letters) else str(place.index))
+    name = re.sub(r"\W+", "_", "_".join(words)).strip("_").lower() or "value"
+    name = name if is_column_name(name) else f"p_{name}"
+    return name if name not in taken else next(f"{name}_{k}" for k in range(2, 1000) if f"{name}_{k}" not in taken)

@@ -102,6 +102,12 @@ def chosen_path(filepath: str) -> Path:
     return Path(bpy.path.abspath(filepath))
 
 
+def clear_status(context: Context) -> None:
+    """Show Blender's own hints in the status bar again; a file that is loaded may keep the workspace."""
+    if context.workspace is not None:
+        context.workspace.status_text_set(None)
+
+
 class Waiting:
     """Base of operators whose work takes longer than a moment: in a window a thread does it, and the artist goes on.
 
@@ -186,7 +192,7 @@ class Waiting:
         if self._thread is not None and self._thread.is_alive():
             return {"PASS_THROUGH"}
         context.window_manager.event_timer_remove(self._timer)
-        context.workspace.status_text_set(None)
+        clear_status(context)
         if scene is None:
             self.leave()
             return {"CANCELLED"}  # deleted in the meantime
@@ -194,6 +200,11 @@ class Waiting:
         for area in context.screen.areas if context.screen else ():
             area.tag_redraw()
         return found
+
+    def cancel(self, context: Context) -> None:
+        """Blender ends the operator: another file is loaded, or the window closed. Nobody takes the answer."""
+        clear_status(context)
+        self.leave()
 
     def _ended(self, scene: Scene, answer: Any) -> set[str]:
         self.leave()

@@ -17,14 +17,14 @@ from ..drawing import dial as drawn
 from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, snapped
 from ..editing.dial import live
 from ..editing.dial.picture import look
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, clear_status, reporting
 from .dial import dial_in
 
 AREAS = {"VIEW_3D", "IMAGE_EDITOR"}
 NUDGE, FINE_NUDGE = 0.05, 0.01
 ARROWS = {"LEFT_ARROW": (-1, 0), "RIGHT_ARROW": (1, 0), "UP_ARROW": (0, 1), "DOWN_ARROW": (0, -1)}
 DIGITS = ("ONE", "TWO", "THREE", "FOUR", "FIVE", "SIX", "SEVEN", "EIGHT", "NINE")
-HINT = "Dial: drag the light, drag bulbs, click bulbs on and off · Ctrl snaps · arrows, 1–9, 0 · Esc ends"
+HINT = "Dial: drag the selector, drag bulbs, click bulbs on and off · Ctrl snaps · arrows, 1–9, 0 · Esc ends"
 
 Place = tuple[Area, Region]
 Pixel = tuple[float, float]
@@ -146,9 +146,10 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         live.redraw_dial()
         return {"FINISHED"}
 
-    def cancel(self, _context: Context) -> None:
+    def cancel(self, context: Context) -> None:
         """Blender ends the operator: another file is loaded, or the window closed."""
         running.discard(self._window)
+        clear_status(context)
 
 
 class _Drag:

@@ -18,6 +18,7 @@ from ..editing.dial import changes, live
 from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, store_members
 from ..editing.dial.recording import Recording, remember_recorded
+from ..translate.dial import storage_name
 from ..translate.view_transform import view_transform_of
 from .common import UNDOABLE, Waiting, WaitingForFile, chosen_path
 from .dial import dial_in, reset
@@ -83,7 +84,7 @@ def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
     store_members(dial.bulbs, members)
     _color_bulbs(dial, transport)
     width, height = transport.size
-    dial.facts = f"{width}×{height}, {transport.samples} samples, {transport.storage.kind} storage"
+    dial.facts = f"{width}×{height}, {transport.samples} samples, {storage_name(transport.storage)}"
     dial.message = ""
     dial.scene_hash = transport.scene_hash
 
@@ -102,6 +103,8 @@ def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
 
 _under_way: set[int] = set()
 """Session numbers of the scenes that are translated or recorded."""
+recording_progress: dict[int, float] = {}
+"""Finished share of each recording that runs in a window, by the scene's session number; for the panel."""
 
 
 class _Translating(Waiting):
@@ -185,9 +188,23 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
                 self._recording.stop = True
             return {"RUNNING_MODAL"}
         done = super().modal(context, event)
-        if event.type == "TIMER" and self._recording is not None and done == {"PASS_THROUGH"}:
-            context.workspace.status_text_set(f"{self.bl_label} … {100 * self._recording.progress:.0f} %; Esc stops it")
+        if event.type == "TIMER" and done == {"PASS_THROUGH"}:
+            progress = 0.0 if self._recording is None else round(self._recording.progress, 2)
+            if progress != recording_progress.get(self._uid):
+                recording_progress[self._uid] = progress
+                context.workspace.status_text_set(f"Recording … {100 * progress:.0f} %; Esc stops it")
+                live.redraw_dial()
         return done
+
+    def cancel(self, context: Context) -> None:
+        self._is_stopped = True
+        if self._recording is not None:
+            self._recording.stop = True
+        super().cancel(context)
+
+    def leave(self) -> None:
+        super().leave()
+        recording_progress.pop(self._uid, None)
 
 
 class SPECTRAL_OT_dial_keep(WaitingForFile, bpy.types.Operator, ExportHelper):

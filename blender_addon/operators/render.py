@@ -131,10 +131,13 @@ def store_curve(settings: PropertyGroup, curve: "CostCurve") -> None:
         line.name, line.axis, line.is_measured = point.setting, point.axis, point.measured
         line.seconds, line.delta_e, line.bias = point.seconds, point.delta_e, point.bias
     now, asked = curve.now, curve.at_error
+    least = "at least " if now.rare is not None else ""
     settings.cost_summary = (
-        f"As it is set: ΔE {now.delta_e:.2g} of noise in {now.seconds:.1f} s. "
+        f"As it is set: {least}ΔE {now.delta_e:.2g} of noise in {now.seconds:.1f} s. "
         f"ΔE 1 takes {asked.seconds:.1f} s, {asked.samples:.0f} samples in the mean."
     )
+    if now.rare is not None:
+        settings.cost_summary += f" {now.rare.text}"
 
 
 class SPECTRAL_OT_cost(Waiting, bpy.types.Operator):

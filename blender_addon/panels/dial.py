@@ -9,6 +9,7 @@ from spectral_core.render.relight.memory import stated_peak
 from ..editing.dial.live import shares_of
 from ..editing.dial.members import group_count
 from ..operators.dial_drag import running
+from ..operators.dial_record import recording_progress
 from ..translate.camera import translate_film
 from ..translate.dial import storage_of
 from .parts import wrapped
@@ -126,7 +127,11 @@ def _draw_recording(layout: UILayout, context: Context, dial: PropertyGroup) -> 
     wrapped(hint, context, f"Keeps {stated}.", indent=60.0)
     row = box.row(align=True)
     row.scale_y = 1.3
-    row.operator("spectral.dial_record", text="Record again" if len(dial.bulbs) else "Record", icon="REC")
+    progress = recording_progress.get(scene.session_uid)
+    if progress is not None:
+        row.progress(factor=progress, text=f"Recording {100 * progress:.0f} %; Esc stops it")
+        return
+    row.operator("spectral.dial_record", text="Record Again" if len(dial.bulbs) else "Record", icon="REC")
     row.operator("spectral.dial_load", text="", icon="FILE_FOLDER")
     if len(dial.bulbs):
         row.operator("spectral.dial_keep", text="", icon="FILE_TICK")

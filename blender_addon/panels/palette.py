@@ -7,6 +7,7 @@ import bpy
 from bpy.types import Context, Panel, PropertyGroup, UILayout
 
 from ..editing.palette.bindings import faults
+from ..editing.palette.picture import RELIT
 from ..editing.palette.solve import NEEDS_BUTTON
 from .palette_details import CONFLICTS_SHOWN, draw_cell, draw_conflict, draw_light, draw_material
 from .palette_more import draw_alternatives, draw_paint
@@ -53,8 +54,15 @@ def draw_palette(layout: UILayout, context: Context) -> None:
     if palette.picture:
         told = layout.column()
         told.active = False
-        wrapped(told, context, f"Not applied yet. {palette.picture}", icon="INFO")
+        wrapped(told, context, f"Not applied yet. {picture_words(context, palette)}", icon="INFO")
     _draw_faults(layout, context, palette)
+
+
+def picture_words(context: Context, palette: PropertyGroup) -> str:
+    """How views show a solution that is not applied."""
+    if context.engine != "SPECTRAL" and palette.picture != RELIT:
+        return "Rendered views show it with the render engine Spectral."
+    return palette.picture
 
 
 def _draw_faults(layout: UILayout, context: Context, palette: PropertyGroup) -> None:

@@ -95,6 +95,7 @@ def _draw_cell(flow: UILayout, cell: PropertyGroup, place: tuple[int, int], sele
         colors.label(text="")
     below = column.row(align=True)
     below.alert = cell.is_missed
+    below.active = not palette_of(cell).is_stale  # the number is that of the last solution
     text = cell.error_text if room >= NARROW_CELL else cell.error_text.removeprefix("ΔE ")
     icon = "LOCKED" if cell.exact and cell.mode == "FIXED" else MODE_ICON[cell.mode]
     operator = below.operator(

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Elements that several panels share: wrapped text, a spectrum with its curve, swatches under lamps."""
 
+import re
 import textwrap
 from collections.abc import Iterable, Sequence
 
@@ -15,6 +16,8 @@ from .swatches import NO_SWATCH, Swatch, swatches_of
 CHARACTER_PIXELS = 6.4
 """Mean width of a letter of Blender's interface font, at scale 1."""
 ICON_PIXELS = 20.0
+UNIT = re.compile(r"(?<=ΔE) (?=\d)|(?<=\d) (?=(?:MB|GB|nm|dB|ms|s|min|h|K|W|g|%)(?![\w]))")
+"""The space between a number and its unit."""
 
 
 def width_of(context: Context) -> float:
@@ -24,7 +27,8 @@ def width_of(context: Context) -> float:
 
 
 def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", indent: float = 40.0) -> None:
-    """A text in as many lines as the panel's width requires."""
+    """A text in as many lines as the panel's width requires; a number stays on the line of its unit."""
+    text = UNIT.sub("\u00a0", text)
     column = layout.column(align=True)
     column.scale_y = 0.8
     room = width_of(context) - indent - (0.0 if icon == "NONE" else ICON_PIXELS)

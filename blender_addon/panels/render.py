@@ -103,7 +103,10 @@ def _draw_outcome(layout: UILayout, context: Context) -> None:
         row = layout.split(factor=0.4)
         row.active = False
         row.label(text=title)
-        row.label(text=f"ΔE {item.delta_e:.2g}, {item.seconds:.1f} s, {item.samples:.0f} samples")
+        least = "at least " if item.rare is not None else ""
+        row.label(text=f"{least}ΔE {item.delta_e:.2g}, {item.seconds:.1f} s, {item.samples:.0f} samples")
+    if found.rare is not None:
+        wrapped(layout.column(), context, found.rare.text)
 
 
 class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):

@@ -52,13 +52,14 @@ def _draw_parameter(layout: UILayout, number: int, entry: PropertyGroup) -> None
 def _draw_run(layout: UILayout, context: Context, sweep: PropertyGroup) -> None:
     row = layout.row(align=True)
     row.scale_y = 1.3
+    progress = f"{sweep.done} of {sweep.total}"
     if editing.running() is None:
         row.operator("spectral.sweep_run", icon="PLAY")
         row.operator("spectral.sweep_estimate", text="", icon="TIME")
     else:
-        row.progress(factor=sweep.done / max(sweep.total, 1), text=f"{sweep.done} of {sweep.total}")
+        row.progress(factor=sweep.done / max(sweep.total, 1), text=progress)
         row.operator("spectral.sweep_cancel", text="", icon="X")
-    if sweep.status:
+    if sweep.status and sweep.status != progress:
         wrapped(layout, context, sweep.status, icon="INFO")
 
 

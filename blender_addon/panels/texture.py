@@ -71,13 +71,13 @@ def _draw_mapping(layout: UILayout, design: PropertyGroup) -> None:
     column = layout.column()
     column.use_property_split = True
     column.use_property_decorate = False
-    column.prop(design, "mapping", text="Impossible")
+    column.prop(design, "mapping", text="If Impossible")
     column.prop(design, "floor")
     row = column.row()
     row.enabled = design.mapping == "least_delta_e"
     row.prop(design, "slope")
     column.prop(design, "spectra")
-    column.prop(design, "importance", text="First's Weight")
+    column.prop(design, "importance", text="First Picture")
 
 
 def _draw_wanted_colors(layout: UILayout, design: PropertyGroup) -> None:

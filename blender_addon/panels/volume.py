@@ -15,6 +15,7 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 from ..drawing.icons import swatch_icon
 from ..operators.volume import shown_volume, volume_in
+from ..properties.volume import RANGE_KEY
 from ..translate.spectra.stored import spectrum_of
 from ..translate.volume_looks.curves import curve_node
 from .parts import draw_curve, draw_source, draw_swatches, is_editable, wrapped
@@ -172,8 +173,22 @@ def _draw_curve_of(
     node = curve_node(data, entry, which)
     if node is not None:
         box.template_curve_mapping(node, "mapping", type="NONE")
+        _draw_ends(box, data, which)
     elif which != "emission" or entry.emission > 0:
         box.operator("spectral.volume_curve_add", text="Draw its Curve", icon="FCURVE").which = which
+
+
+def _draw_ends(box: UILayout, data: Volume, which: str) -> None:
+    """Draw the values at both ends of a curve over the data, if an import has stored them."""
+    ends = data.get(RANGE_KEY)
+    if ends is None or which == "gradient":
+        return
+    row = box.row()
+    row.active = False
+    row.label(text=f"Data from {ends[0]:g}")
+    high = row.row()
+    high.alignment = "RIGHT"
+    high.label(text=f"to {ends[1]:g}")
 
 
 class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):

@@ -41,7 +41,7 @@ class SpectralDialBulb(bpy.types.PropertyGroup):
     """A bulb of the dial; ``name`` is its light group."""
 
     place: FloatVectorProperty(
-        name="Place",
+        name="Position",
         size=2,
         subtype="XYZ",
         default=(0.0, 1.0),

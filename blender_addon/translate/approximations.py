@@ -26,7 +26,7 @@ from spectral_core.scene import (
 from spectral_core.scene.geometry import placed, placed_boxes
 
 from .context import Translation
-from .meshes import OUTPUTS, uv_layer
+from .meshes.triangles import OUTPUTS, uv_layer
 
 Array = NDArray[np.float64]
 
@@ -143,6 +143,9 @@ def _coincident(scene: Scene, meshes: dict[str, Mesh], materials: set[str]) -> I
             if _lies_on(planes, _triangles(meshes[other.mesh], other)):
                 yield item.name, other.name
                 break
+        else:
+            if _lies_on_itself(_triangles(meshes[item.mesh], item)):
+                yield item.name, item.name
 
 
 def _triangles(mesh: Mesh, item: Instance) -> Array:
@@ -181,6 +184,20 @@ def _lies_on(planes: list[tuple[Array, float, Array]], triangles: Array) -> bool
         step = RAY_STEP * (1.0 + np.abs(ends).max())
         on = (np.abs(triangles @ normal - offset) < step).all(axis=1)
         if any(_meet(ends, _ends(face)) for face in triangles[on]):
+            return True
+    return False
+
+
+def _lies_on_itself(triangles: Array) -> bool:
+    """True if two of the largest faces of a mesh lie on each other, back to back."""
+    planes = _planes(triangles)
+    normals = np.cross(*_edges(triangles))
+    for normal, offset, ends in planes:
+        step = RAY_STEP * (1.0 + np.abs(ends).max())
+        on = (np.abs(triangles @ normal - offset) < step).all(axis=1) & (normals @ normal < 0.0)
+        least = LARGE_FACE * (ends[1] - ends[0]).max()
+        shared = np.minimum(triangles[on].max(axis=1), ends[1]) - np.maximum(triangles[on].min(axis=1), ends[0])
+        if np.any((shared > least).sum(axis=1) >= 2):
             return True
     return False
 

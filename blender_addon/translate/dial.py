@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from bpy.types import PropertyGroup
 
+from ..properties.dial import STORAGE
+
 if TYPE_CHECKING:
     from spectral_core.render.relight.storage import Storage
 
@@ -17,3 +19,13 @@ def storage_of(dial: PropertyGroup) -> Storage:
 
     name: str = dial.storage
     return storage_named(name.lower())
+
+
+def storage_name(storage: Storage) -> str:
+    """Display name of a storage; of one that the panel does not offer, its type and the number of its channels."""
+    from spectral_core.render.relight.storages import storage_named
+
+    for identifier, name, *_ in STORAGE:
+        if storage_named(identifier.lower()).channel_names() == storage.channel_names():
+            return str(name)
+    return f"{storage.kind}, {storage.channel_count} channels"

@@ -6,29 +6,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain
-from math import isfinite
+from itertools import islice
 from typing import Any
 
-import numpy as np
-
 from spectral_core.errors import InvalidInputError
-from spectral_core.scene import Instance, Light, Material, Mesh, Rays, VolumeObject
+from spectral_core.scene import Instance, Light, Material, Mesh, VolumeObject
 
 from .. import compat
-from .approximations import note_missing
 from .context import Translation, overridden
-from .displacement.moved import displaced
 from .ledger import note_changed, note_nodes
 from .lighting.placed import place_light, relit
-from .meshes import READS_UV, object_mesh
-from .placed_media import grids_read, in_mesh, in_volume
-from .shading.attributes import color_of, object_attributes, random_of, root_of
+from .meshes.placed import Shared, place_mesh
+from .placed_media import grids_read, in_volume
+from .shading.attributes import random_of
 from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
-from .viewport.kept import Kept, Unfinished, kept_or_made
+from .viewport.kept import Begun, Kept, Unfinished, kept_or_made
 from .viewport.walk import RepeatWalk, Trace, walk_of
-from .visibility import Linking, hidden_from, terminator_cosine
+from .visibility import Culling, Linking, hidden_from
 from .volumes import GridFile, has_transfer, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
@@ -58,7 +53,13 @@ class Collected:
     settled: tuple[Instance, ...] = ()
     """All instances, after the walk."""
     trace: Trace = field(default_factory=Trace)
+    shared: dict[tuple[int, int], Shared | None] = field(default_factory=dict)
+    """What the instances of a mesh object share, by its session number and the address of its mesh."""
+    noted: set[tuple[int, int]] = field(default_factory=set)
+    """Keys of ``shared`` whose notes have been given for all instances."""
     _names: dict[str, int] = field(default_factory=dict)
+    _taken: list[str] = field(default_factory=list)
+    """Names that the present object has taken."""
 
     @property
     def materials(self) -> tuple[Material, ...]:
@@ -67,11 +68,27 @@ class Collected:
         made = {item.material.name: item for item in self.translated.values()}
         return tuple(item.material for name, item in made.items() if item.filling is None or name in used)
 
+    def enter(self, instance: Instance, original: Any) -> None:
+        """Add an instance of an original object."""
+        self.instances.append(instance if self.kept is None else self.kept.same(instance))
+        self.originals.append(original)
+
     def unique(self, kind: str, name: str) -> str:
         """``name`` for its first use, with a number after that."""
         key = f"{kind} {name}"
         self._names[key] = count = self._names.get(key, 0) + 1
+        self._taken.append(key)
         return name if count == 1 else self.unique(kind, f"{name} #{count}")
+
+    def settle_names(self) -> None:
+        """What the present object has taken names for is stored: it keeps them."""
+        self._taken.clear()
+
+    def free_names(self) -> None:
+        """The present object is not complete, and will be visited again."""
+        for key in self._taken:
+            self._names[key] -= 1
+        self._taken.clear()
 
 
 def everything(_instance: Any) -> bool:
@@ -95,32 +112,53 @@ def collect(translation: Translation, shows: Callable[[Any], bool] = everything,
         else:
             kept.walk = walk
             return found
+    begun, kept.begun = kept.begun or Begun(Collected(translation, kept=kept, is_render=shows is everything)), None
+    begun.found.translation = translation
     with translation.listening() as heard:
-        found = _walked(Collected(translation, kept=kept, is_render=shows is everything), shows)
+        for note in begun.notes:
+            translation.note(note.subject, note.message)
+        try:
+            found = _walked(begun.found, shows, begun)
+        except Unfinished:
+            begun.found.free_names()
+            kept.begun = replace(begun, notes=translation.notes)
+            raise
     kept.walk = walk_of(found, heard.notes, kept)
+    kept.placed = {item.name: item for item in found.instances}
     return found
 
 
-def _walked(found: Collected, shows: Callable[[Any], bool]) -> Collected:
-    """A walk over every instance."""
-    translation = found.translation
-    for instance in translation.depsgraph.object_instances:
-        obj = instance.object
-        if not shows(instance):
-            continue
-        if not instance.show_self and not (instance.is_instance and instance.show_particles):
-            continue
-        if found.kept is not None:
-            found.trace.see(instance)
-        try:
-            _collect_one(found, obj, instance)
-        except InvalidInputError as error:
-            translation.note(obj.name, f"{error}; the object was left out")
+def _walked(found: Collected, shows: Callable[[Any], bool], begun: Begun | None = None) -> Collected:
+    """A walk over every instance, or over those from the place of ``begun`` on."""
+    translation, kept = found.translation, found.kept
+    culling = Culling(translation, is_render=found.is_render)
+    for instance in islice(translation.depsgraph.object_instances, 0 if begun is None else begun.place, None):
+        if kept is not None:
+            kept.spend()
+        _visit(found, instance, shows, culling)
+        if begun is not None and kept is not None:
+            begun.place += 1
+            kept.passed()
+        found.settle_names()
     found.instances = [_linked(found, item, obj) for item, obj in zip(found.instances, found.originals, strict=True)]
     for obj in translation.depsgraph.objects:
         place_hair(found, obj, lambda item: [_translated(found, m) for m in _materials(item)], shows is everything)
     found.settled = tuple(found.instances)
     return found
+
+
+def _visit(found: Collected, instance: Any, shows: Callable[[Any], bool], culling: Culling) -> None:
+    """One instance of the depsgraph."""
+    obj = instance.object
+    is_shown = instance.show_self or (instance.is_instance and instance.show_particles)
+    if not (shows(instance) and is_shown) or culling.leaves_out(obj, instance.matrix_world):
+        return
+    if found.kept is not None:
+        found.trace.see(instance)
+    try:
+        _collect_one(found, obj, instance)
+    except InvalidInputError as error:
+        found.translation.note(obj.name, f"{error}; the object was left out")
 
 
 def _remade(found: Collected, material: Any) -> TranslatedMaterial:
@@ -150,7 +188,8 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
         place_light(found, obj, instance)
     elif obj.type == "MESH":
         if translation.depsgraph.view_layer_eval.use_solid:
-            _collect_mesh(found, obj, instance)
+            override = overridden(translation.depsgraph, "material_override")
+            place_mesh(found, obj, instance, lambda item: [_translated(found, override or m) for m in _materials(item)])
     elif obj.type in ("CURVES", "POINTCLOUD"):
         if translation.depsgraph.view_layer_eval.use_strand or obj.type == "POINTCLOUD":
             materials = [_translated(found, material) for material in _materials(obj)]
@@ -176,79 +215,7 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     placed = in_volume(found, obj, instance, item, GridFile.of(obj.data, grids_read(item.filling.inputs)))
     if placed is not None:
         hidden = hidden_from(obj)
-        found.originals.append(obj.original)
-        found.instances.append(replace(placed, hidden_from=hidden) if hidden else placed)
-
-
-def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
-    rows = tuple(map(tuple, instance.matrix_world))
-    if not all(map(isfinite, chain(*rows))):
-        found.translation.note(obj.name, "its transform is not finite; the object was left out")
-        return
-    override = overridden(found.translation.depsgraph, "material_override")
-    materials = [_translated(found, override or material) for material in _materials(obj)]
-    reads = frozenset().union(*(item.reads for item in materials))
-    shows_uv = frozenset({"uv"}) if found.translation.depsgraph.view_layer_eval.use_pass_uv else frozenset()
-    mesh = _mesh(found, obj, reads | shows_uv, instance)
-    if mesh is None:
-        return
-    mesh = displaced(found, obj, instance, mesh, materials)
-    materials = [in_mesh(found, obj, instance, mesh, item, (rows,)) for item in materials]
-    name, original = found.unique("instance", obj.name_full), obj.original
-    layer = found.translation.depsgraph.view_layer
-    is_holdout = bool(obj.is_holdout or original.holdout_get(view_layer=layer))
-    hidden = hidden_from(obj)
-    if original.indirect_only_get(view_layer=layer):
-        hidden |= Rays.CAMERA
-    fields = {
-        "name": name,
-        "mesh": mesh.name,
-        "group": original.lightgroup,  # Blender does not notify the evaluated copy of a change
-        "hidden_from": hidden,
-        "is_holdout": is_holdout,
-        "color": tuple(color_of(obj, instance)),
-        "index": int(obj.pass_index),
-        "attributes": object_attributes(
-            obj, instance, reads, found.translation.scene.frame_current_final, found.points
-        ),
-        "shown_as": obj.name,
-        "asset": root_of(original).name,
-        "is_shadow_catcher": obj.is_shadow_catcher,
-        "terminator_cosine": terminator_cosine(obj),
-    }
-    make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
-    found.trace.places[original.session_uid] = len(found.instances)
-    found.originals.append(original)
-    found.linking.add(name, original)
-    if instance.is_instance:
-        found.instances.append(make())
-        return
-    names = tuple(item.material.name for item in materials)
-    state = (rows, names, reads, tuple(fields.values()), mesh)
-    makers = frozenset((original.session_uid, original.data.session_uid))
-    key = ("instance", original.session_uid)
-    found.instances.append(kept_or_made(found.kept, found.translation, key, makers, state, make))
-
-
-def _instance(
-    found: Collected, obj: Any, instance: Any, mesh: Mesh, materials: list[TranslatedMaterial], reads: frozenset[str],
-    fields: dict[str, Any],
-) -> Instance:  # fmt: skip
-    """The instance of a mesh, and its notes."""
-    highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
-    # a face beyond the last slot has the last material, as in Blender
-    materials = materials + [materials[-1]] * (highest + 1 - len(materials))
-    note_missing(found.translation, obj, reads)
-    note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
-    if obj.mode == "SCULPT" and any(each.type == "MULTIRES" for each in obj.modifiers):
-        found.translation.note(
-            obj.name, "its multiresolution levels are shown after Sculpt Mode; here the base mesh is"
-        )
-    if obj.is_shadow_catcher and not found.is_render:
-        message = "it is a shadow catcher in renders of F12 and spectral-scene, a plain object in the viewport"
-        found.translation.note(obj.name, message)
-    matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
-    return Instance(world_from_object=matrix, materials=names, random=random_of(obj, instance), **fields)
+        found.enter(replace(placed, hidden_from=hidden) if hidden else placed, obj.original)
 
 
 def _materials(obj: Any) -> list[Any]:
@@ -273,27 +240,3 @@ def _material(translation: Translation, material: Any) -> TranslatedMaterial:
         note_changed(translation, material.name, item)
     note_nodes(translation, material.name, compat.node_tree(material))
     return translate_material(translation, material)
-
-
-def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> Mesh | None:
-    """Mesh of an evaluated object, shared by all objects with the same evaluated data."""
-    reads = frozenset(name for name in reads if name in READS_UV or name.startswith(("generated", "attribute")))
-    key = (obj.data.as_pointer(), reads)
-    if key not in found.meshes:
-        data = obj.original.data if obj.data.is_editmode else obj.data  # without a name of its own in Edit Mode
-        name = found.unique("mesh", data.name_full)
-        make = partial(object_mesh, name, obj, reads)
-        if found.kept is None:
-            found.meshes[key] = make()
-        else:
-            makers = _makers(obj, instance)  # another mesh may use the same memory later
-            found.meshes[key] = found.kept.mesh((*key, name, makers), makers, make)
-    return found.meshes[key]
-
-
-def _makers(obj: Any, instance: Any) -> frozenset[int]:
-    """Session numbers of the data that a mesh is made from; none if geometry nodes or the like create it anew."""
-    source = obj.original
-    data = getattr(source, "data", None)
-    blocks = [source, data, instance.parent.original if instance.parent else None]
-    return frozenset(block.session_uid for block in blocks if block is not None)

@@ -39,7 +39,7 @@ def in_mesh(
         else (corners.mean(axis=0), np.ptp(corners, axis=0) / 2)
     )  # fmt: skip
     placed = _placed(found, obj, instance, center, half, item.filling.inputs)
-    # each object takes a name, whether its medium is kept or not: another one would get the same
+    # the name is taken even if the medium is not kept; another object would get the same name otherwise
     name = found.unique("material", f"{item.material.name} in {obj.name_full}")
 
     def make() -> TranslatedMaterial:

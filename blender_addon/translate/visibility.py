@@ -6,7 +6,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from spectral_core.scene import Rays
+
+from .context import Translation
 
 FLAGS = {
     "visible_camera": Rays.CAMERA, "visible_diffuse": Rays.DIFFUSE, "visible_glossy": Rays.GLOSSY,
@@ -18,15 +23,25 @@ WORLD_FLAGS = {
 }  # fmt: skip
 
 
+MOST_SHIFT = 1.99
+"""Shading Offset from which Cycles leaves the terminator where it is."""
+
+
 def cycles_settings(owner: Any, name: str, fallback: Any) -> Any:
     """A setting of Cycles in ``owner.cycles``; ``fallback`` if this Blender has no Cycles."""
     return getattr(getattr(owner, "cycles", None), name, fallback)
 
 
-def terminator_cosine(obj: Any) -> float:
-    """Cosine below which light starts from the rounded surface of an object (Cycles' Geometry Offset)."""
-    name = "shadow_terminator_geometry_offset"
-    return float(min(max(getattr(obj, name, cycles_settings(obj, name, 0.1)), 0.0), 1.0))
+def terminator_of(obj: Any) -> dict[str, float]:
+    """Fields of an instance: Geometry Offset and Shading Offset of an object's shadow terminator."""
+    lift, shift = (
+        max(float(getattr(obj, name, cycles_settings(obj, older, fallback))), 0.0)
+        for name, older, fallback in (
+            ("shadow_terminator_geometry_offset", "shadow_terminator_geometry_offset", 0.1),
+            ("shadow_terminator_shading_offset", "shadow_terminator_offset", 0.0),
+        )
+    )
+    return {"terminator_cosine": min(lift, 1.0), "terminator_shift": shift if shift < MOST_SHIFT else 0.0}
 
 
 def hidden_from(obj: Any) -> Rays:
@@ -45,6 +60,73 @@ def _bits(owner: Any, flags: dict[str, Rays]) -> Rays:
         if not getattr(owner, name, True):
             bits |= kind
     return bits
+
+
+class Culling:
+    """Which objects Simplify leaves out of renders: those beyond the camera's view, or far from it, by their boxes."""
+
+    def __init__(self, translation: Translation, *, is_render: bool) -> None:
+        scene, depsgraph = translation.scene, translation.depsgraph
+        render, camera = scene.render, scene.camera
+        usable = render.use_simplify and not render.use_multiview and camera is not None and camera.type == "CAMERA"
+        usable = usable and camera.data.type in ("PERSP", "ORTHO")
+        self.margin = float(cycles_settings(scene, "camera_cull_margin", 0.0))
+        self.distance = float(cycles_settings(scene, "distance_cull_margin", 0.0))
+        self._by_view = usable and bool(cycles_settings(scene, "use_camera_cull", False))
+        self._by_distance = usable and self.distance != 0.0 and bool(cycles_settings(scene, "use_distance_cull", False))
+        if self.is_used and not is_render:
+            translation.note(scene.name, "Simplify culls objects in renders; the 3D view shows all")
+            self._by_view = self._by_distance = False
+        if self.is_used:
+            camera = camera.evaluated_get(depsgraph)
+            self._place = camera.matrix_world.normalized()
+            self._data, self._view = camera.data, np.array(self._place.inverted())
+            size = {"x": render.resolution_x, "y": render.resolution_y}
+            aspect = {"scale_x": render.pixel_aspect_x, "scale_y": render.pixel_aspect_y}
+            self._projection = np.array(camera.calc_matrix_camera(depsgraph, **size, **aspect))
+
+    @property
+    def is_used(self) -> bool:
+        """True if the scene leaves out any objects."""
+        return self._by_view or self._by_distance
+
+    def leaves_out(self, obj: Any, world_from_object: Any) -> bool:
+        """True if an instance of an object is left out, by all of the rules that it is subject to."""
+        if not self.is_used:
+            return False
+        rules = [
+            test
+            for is_on, name, test in (
+                (self._by_view, "use_camera_cull", self._is_beyond),
+                (self._by_distance, "use_distance_cull", self._is_far),
+            )
+            if is_on and cycles_settings(obj, name, False)
+        ]
+        if not rules or obj.type == "LIGHT":
+            return False
+        corners = np.c_[np.array([corner[:] for corner in obj.bound_box]), np.ones(8)]
+        corners = corners @ np.array(world_from_object).T
+        return all(test(corners) for test in rules)
+
+    def _is_beyond(self, corners: NDArray[np.float64]) -> bool:
+        """True if a box is behind the camera, or on one side of its picture."""
+        seen = corners @ self._view.T
+        near, far = self._data.clip_start, self._data.clip_end
+        depth = -seen[:, 2] - near  # Cycles compares its projected depth with the margin
+        depth = depth * far / (far - near) if self._data.type == "PERSP" else depth / (far - near)
+        if np.all(depth < -self.margin):
+            return True
+        clip = seen @ self._projection.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            place = 0.5 + 0.5 * clip[:, :2] / clip[:, 3:]
+        place = np.where(depth[:, None] < 0.0, 1.0 - place, place)
+        return bool(np.any(place.min(0) >= 1.0 + self.margin) or np.any(place.max(0) <= -self.margin))
+
+    def _is_far(self, corners: NDArray[np.float64]) -> bool:
+        """True if no point of a box is as near to the camera as the distance."""
+        own = np.array(self._place.translation)
+        nearest = np.clip(own, corners[:, :3].min(0), corners[:, :3].max(0))
+        return bool(np.linalg.norm(own - nearest) > self.distance)
 
 
 class Linking:

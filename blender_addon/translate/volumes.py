@@ -109,7 +109,8 @@ def _lattice(path: Path, names: tuple[str, ...], _modified: int, _size: int) -> 
     if not wanted:
         reads = f"reads {', '.join(map(repr, names))}" if names else "reads no grid"
         raise InvalidInputError(
-            f"the shader {reads}, and {path.name} holds {', '.join(map(repr, held))}: nothing is seen"
+            f"the shader {reads}, and {path.name} holds {', '.join(map(repr, held))}: nothing is seen; "
+            "name one of these grids in the shader"
         )
     found = {name: _grid(path, name) for name in wanted}
     first = found[wanted[0]][0]

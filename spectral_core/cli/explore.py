@@ -72,7 +72,10 @@ def run(arguments: argparse.Namespace) -> int:
     result: dict[str, Any] = {"folder": str(folder)}
     if not (folder / "project.json").is_file():
         if not (folder / "data.csv").is_file():
-            raise InvalidInputError(f"{folder} is no sweep and no Cinema folder (neither project.json nor data.csv)")
+            raise InvalidInputError(
+                f"{folder} holds no sweep (neither project.json nor data.csv); run one first with "
+                "`spectral-scene sweep SWEEP.toml`, or name the folder of a Cinema database"
+            )
         table = table_of_folder(folder)
         _figures(arguments, dict(table.columns))
     else:

@@ -112,7 +112,8 @@ def _read(path: Path, kind: SpectrumKind) -> list[Spectrum]:
     from spectral_core.spectra.files import read_spectra
 
     if not path.is_file():
-        raise InvalidInputError(f"there is no file {path}; give a file of spectra such as examples/leds.csv")
+        example = "leds.csv" if kind == "illuminant" else "paints.csv"
+        raise InvalidInputError(f"there is no file {path}; give a file of spectra such as examples/{example}")
     return list(read_spectra(path, kind=kind))
 
 

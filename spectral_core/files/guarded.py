@@ -73,6 +73,8 @@ def open_regular(path: str | Path) -> BinaryIO:
     try:
         # Without O_NONBLOCK, opening a pipe waits for a writer.
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except FileNotFoundError as error:
+        raise FileFormatError(f"there is no file {path}; check its name and its folder") from error
     except (OSError, ValueError) as error:  # ValueError: an invalid file name
         raise FileFormatError(
             f"{path}: {getattr(error, 'strerror', None) or error}; expected a file that can be read"

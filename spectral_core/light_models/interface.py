@@ -77,7 +77,7 @@ def values_on_grid(spectra: ArrayLike | Sequence[Spectrum], grid: SpectralGrid) 
     values = np.asarray(spectra, dtype=np.float64)
     if values.shape[-1:] != (grid.size,):
         raise InvalidInputError(
-            f"reflectances have shape {values.shape}; the grid {grid} wants {grid.size} values on the last axis"
+            f"reflectances have shape {values.shape}; the grid {grid} needs {grid.size} values on the last axis"
         )
     return values
 

@@ -18,7 +18,7 @@ from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
 from spectral_core.render.mitsuba_scene.fluorescent import emission_spectra, reradiation
 from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
-from spectral_core.render.mitsuba_scene.traced_spectra import light_spectra, reflectance_spectra
+from spectral_core.render.mitsuba_scene.traced_spectra import color_spectra, light_spectra, reflectance_spectra
 from spectral_core.render.mitsuba_scene.units import in_working_units
 from spectral_core.render.passes.light_path import groups_by_light, light_pass_class
 from spectral_core.render.plan.decision import EffectPlan
@@ -103,6 +103,7 @@ class RenderJob:
                 [*lights, *emission_spectra(self.scene)],
                 measure.bands,
                 reflectances=reflectance_spectra(self.scene),
+                colors=color_spectra(self.scene),
                 disperses=plan.is_on("dispersion"),
                 follow_bands=measure.sampling_lights is None,
             )

@@ -114,7 +114,8 @@ def _with_outcome(made: Any, parts: list[Any], scene: Scene, seconds: float) -> 
     if settings.time_budget_s is not None:
         prediction = replace(prediction, seconds=settings.time_budget_s)
     counts = sum(part.sample_counts for part in parts)
-    outcome = Outcome(error, spread, seconds, samples, reached)
+    rare = max((each.rare for each in found if each.rare is not None), key=lambda each: each.delta_e, default=None)
+    outcome = Outcome(error, spread, seconds, samples, reached, rare)
     return replace(made, prediction=prediction, outcome=outcome, sample_counts=counts)
 
 

@@ -93,11 +93,14 @@ class RenderResult:
             entries["spectral.denoised"] = self.denoised
         if self.prediction is not None and self.outcome is not None:
             said, found = self.prediction, self.outcome
+            least = "" if found.rare is None else "at least "
             entries["spectral.predicted"] = (
-                f"dE2000 {said.delta_e:.3g}; {said.seconds:.3g} s; {said.samples:.4g} samples"
+                f"dE2000 {least}{said.delta_e:.3g}; {said.seconds:.3g} s; {said.samples:.4g} samples"
             )
-            reached = f"dE2000 {found.delta_e:.3g} +- {found.spread:.2g}"
+            reached = f"dE2000 {least}{found.delta_e:.3g} +- {found.spread:.2g}"
             entries["spectral.outcome"] = f"{reached}; {found.seconds:.3g} s; {found.samples:.4g} samples"
+            if found.rare is not None:
+                entries["spectral.rare"] = found.rare.text
         return entries
 
 

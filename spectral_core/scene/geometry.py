@@ -81,7 +81,8 @@ class Mesh:
             set_field("material_indices", indices)
         if self.triangles.size and int(self.triangles.max()) >= vertex_count:
             raise InvalidInputError(
-                f"mesh {self.name!r} names vertex {int(self.triangles.max())} but has {vertex_count} vertices, from 0"
+                f"a triangle of mesh {self.name!r} refers to vertex {int(self.triangles.max())}; the mesh has "
+                f"{vertex_count} vertices, counted from 0"
             )
 
 
@@ -171,6 +172,7 @@ class Instance:
     three or four numbers. ``shown_as``, ``asset``: names in cryptomattes, if they differ from ``name``.
     ``is_shadow_catcher``: True if the picture contains only its shadows. ``terminator_cosine``: cosine between light
     and a smooth-shaded triangle below which light starts from the rounded surface, 0 for never.
+    ``terminator_shift``: in [0, 2), twice the share of the angles, from the horizon on, at which it reflects no light.
     """
 
     name: str
@@ -190,10 +192,12 @@ class Instance:
     asset: str = ""
     is_shadow_catcher: bool = False
     terminator_cosine: float = 0.0
+    terminator_shift: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_object", affine(f"instance {self.name!r}", self.world_from_object))
         require_range(f"instance {self.name!r}: terminator_cosine", self.terminator_cosine, 0.0, 1.0)
+        require_range(f"instance {self.name!r}: terminator_shift", self.terminator_shift, 0.0, 1.99)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

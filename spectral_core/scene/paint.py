@@ -30,18 +30,24 @@ _LIMITS = {
 
 
 class Numbers:
-    """Closures and media: plain numbers in them are finite."""
+    """Closures and media: plain numbers in them are finite, and no number stands for a color."""
 
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Raise InvalidInputError that names the first number that is NaN, infinite, or outside the range of an
-        index.
+        """Raise InvalidInputError that names the first number that is NaN, infinite, outside the range of an index, or
+        in the place of a color.
         """
         names: tuple[str, ...] = type(self).__slots__
+        fields: dict[str, str] = type(self).__annotations__
         for name in names:
             value = getattr(self, name)
             if isinstance(value, (int, float, np.number)):
+                if str(fields.get(name, "")).startswith("Paint"):
+                    raise InvalidInputError(
+                        f"{type(self).__name__} {name.replace('_', ' ')} is the number {value}; expected a color, a "
+                        f"spectrum or an image: gray({value}) is a color of equal channels"
+                    )
                 least, most = _LIMITS.get(name, (-LARGEST, LARGEST))
                 require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
 

@@ -101,7 +101,7 @@ class Metal(Numbers):
     """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021).
 
     ``physical``: Fresnel's equations in place of that model, with the index of refraction and extinction that ``color``
-    and ``edge_tint`` stand for by Gulbrandsen 2014.
+    and ``edge_tint`` times ``edge_scale`` stand for by Gulbrandsen 2014; tints of metals of little extinction reach 2.
     """
 
     color: Paint = field(default_factory=lambda: gray(0.6))
@@ -116,6 +116,7 @@ class Metal(Numbers):
     thin_film_thickness: Scalar = 0.0
     thin_film_ior: Scalar = 1.33
     distribution: Literal["ggx", "beckmann"] = "ggx"
+    edge_scale: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -95,15 +95,17 @@ def every_degree(vertical_rad: Array, horizontal_rad: Array, strength: Array) ->
     if len(rows) == 1:
         return np.maximum(rows, 0.0)
     around, rows = _all_around(np.degrees(horizontal_rad), rows)
-    wraps = _close(around[0], 0.0) and _close(around[-1], 360.0)
-    ends = ("around", "around") if wraps else ("flat", "flat")
-    turned = np.stack([_cubic(around, column, np.arange(361.0), *ends) for column in rows.T], axis=1)
+    turned = np.stack([_cubic(around, column, np.arange(361.0), "flat", "mirror") for column in rows.T], axis=1)
     return np.maximum(turned, 0.0)
 
 
 def _open_ends(vertical: Array) -> tuple[str, str]:
-    """What follows the ends of the vertical angles: a pole mirrors."""
-    return "mirror" if _close(vertical[0], 0.0) else "flat", "mirror" if _close(vertical[-1], 180.0) else "flat"
+    """What follows the ends of the vertical angles: the pole below mirrors.
+
+    Cycles compares 180° and 360° with its own constants in single precision and misses them, so that it neither
+    mirrors at the pole above nor goes on around the circle.
+    """
+    return "mirror" if _close(vertical[0], 0.0) else "flat", "flat"
 
 
 def _all_around(around: Array, rows: Array) -> tuple[Array, Array]:
@@ -122,8 +124,8 @@ def _cubic(knots: Array, values: Array, at: Array, low: str, high: str) -> Array
     """Cubic interpolation through knots, in each piece as if they were even; 0 outside."""
     if len(knots) == 1:
         return np.where(np.abs(at - knots[0]) < 0.5, values[0], 0.0)
-    before = {"flat": values[0], "mirror": values[1], "around": values[-2]}[low]
-    after = {"flat": values[-1], "mirror": values[-2], "around": values[1]}[high]
+    before = {"flat": values[0], "mirror": values[1]}[low]
+    after = {"flat": values[-1], "mirror": values[-2]}[high]
     padded = np.concatenate([[before], values, [after]])
     piece = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(knots) - 2)
     x = (at - knots[piece]) / (knots[piece + 1] - knots[piece])

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 March = Callable[[Stepping], Array]
 
 _SINGLE = 90.0  # dB: the picture and its reference have the same rounding of single precision
-_ROUNDING_DB = 50.0  # dB: two marches of lower agreement differ by more than rounding
+_ROUNDING_DB = 50.0  # dB: two marches that agree less than this differ by more than rounding
 _DISTANCE_DB = 10.0  # dB by which the agreement of uniform steps exceeds that of the error rule
 _COARSEST, _EVEN = 0.5, 1.0 / 16.0  # scale of the first march by the error rule; voxels of the first by uniform steps
 _FINEST = 0.02  # scale of the error rule below which uniform steps follow
@@ -70,7 +70,8 @@ def refined_reference(march: March, quadrature: Quadrature, agreement_db: float)
     """
     adaptive = _halved(march, Stepping("error", quadrature, _COARSEST), _FINEST, agreement_db)
     first = Stepping("uniform", quadrature, _EVEN)
-    # Errors of the same sign, as of two marches by uniform steps, are subtracted: they need more distance.
+    # The errors of two marches by uniform steps have the same sign, so that their difference looks smaller than either
+    # error: these marches must agree better.
     even = _halved(march, first, REFERENCE.shortest_step, agreement_db + _DISTANCE_DB, adaptive)
     own = even.own_db
     return Reference(even.colors, min(own, _SINGLE) if math.isfinite(own) else own, min(adaptive.scale, even.scale))

@@ -49,6 +49,18 @@ def test_faces_that_coincide_with_a_floor_get_a_note_where_light_passes(build, t
     assert not translate().notes
 
 
+@pytest.mark.parametrize(("kind", "gap", "tells"), [("Translucent", 0.0, True), ("Translucent", 0.01, False),
+                                                     ("Diffuse", 0.0, False)])  # fmt: skip
+def test_faces_that_coincide_with_each_other_get_a_note(build, translate, kind, gap, tells):
+    """Two boxes of one mesh, side by side."""
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6)]
+    boxes = corners + [(x + 1 + gap, y, z * 1.5) for x, y, z in corners]
+    thing = build.mesh("Boxes", boxes, faces + [tuple(8 + k for k in face) for face in faces])
+    shaded(thing, f"ShaderNodeBsdf{kind}")
+    assert ("coincide with faces of 'Boxes'" in messages(translate())) is tells
+
+
 def test_faces_of_both_windings_get_a_note_where_light_enters(build, translate):
     bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
     ball = bpy.context.object

@@ -45,6 +45,6 @@ def test_every_node_is_in_the_right_row(blender):
             node = tree.nodes.new(name)
         except RuntimeError:  # a base class, or a node of geometry
             continue
-        if node.bl_label not in rows[_state(node.type)]:
-            wrong[node.bl_label] = _state(node.type)
+        if node.bl_label not in rows[_state(node.type or name)]:
+            wrong[node.bl_label] = _state(node.type or name)
     assert wrong == {}

@@ -32,7 +32,7 @@ def corners_in_blender(source, *, normals, uvs):
 @pytest.mark.parametrize("shading", ["flat", "smooth", "sharp", "custom"])
 @pytest.mark.parametrize("uvs", [False, True])
 def test_every_corner_equals_that_of_blender(blender, shading, uvs):
-    from blender_addon.translate.meshes import translate_mesh
+    from blender_addon.translate.meshes.triangles import translate_mesh
 
     bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=7)
     source = bpy.context.object.data
@@ -56,7 +56,7 @@ def test_every_corner_equals_that_of_blender(blender, shading, uvs):
 @pytest.mark.parametrize("kind", ["cube", "cylinder"])
 def test_smooth_faces_beside_flat_ones_have_the_normals_of_their_vertices(blender, kind):
     """As in Cycles, as long as no edge is sharp; Blender's own corner normals split at flat faces."""
-    from blender_addon.translate.meshes import translate_mesh
+    from blender_addon.translate.meshes.triangles import translate_mesh
 
     getattr(bpy.ops.mesh, f"primitive_{kind}_add")()
     source = bpy.context.object.data
@@ -77,7 +77,7 @@ def test_smooth_faces_beside_flat_ones_have_the_normals_of_their_vertices(blende
 
 
 def test_split_keeps_equal_corners_together(rng):
-    from blender_addon.translate.meshes import split_corners
+    from blender_addon.translate.meshes.triangles import split_corners
 
     corners = rng.integers(0, 50, 600).astype(np.int32)
     attributes = rng.integers(0, 2, (600, 3)).astype(np.float32)
@@ -90,7 +90,7 @@ def test_split_keeps_equal_corners_together(rng):
 
 def test_hash_collisions_cost_memory_and_change_nothing(monkeypatch):
     """If two different rows have the same hash, every row becomes a separate vertex."""
-    from blender_addon.translate import meshes
+    from blender_addon.translate.meshes import triangles as meshes
 
     vertices, attributes = np.array([3, 3, 4]), np.array([[1.0], [2.0], [1.0]], dtype=np.float32)
     monkeypatch.setattr(meshes.np, "unique", lambda *_, **__: (None, np.array([0]), np.zeros(3, dtype=int)))

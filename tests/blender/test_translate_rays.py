@@ -57,6 +57,37 @@ def test_ray_visibility_of_lamp_object_and_world(build, translate):
     assert scene.world.hidden_from == Rays.DIFFUSE and not scene.notes
 
 
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
+def test_simplify_culls_by_view_and_distance(build, translate, kind):
+    """An object that is subject to both rules is left out by both together, as in Cycles."""
+    scene, camera = bpy.context.scene, build.camera((0, 0, 5))
+    camera.data.type, camera.data.clip_end = kind, 100.0
+    things = {name: build.plane(name, 1.0) for name in ("Seen", "Beside", "Behind", "Far", "Far beside", "Free")}
+    places = {
+        "Beside": (20, 0, 0),
+        "Behind": (0, 0, 9),
+        "Far": (0, 0, -30),
+        "Far beside": (90, 0, 0),
+        "Free": (90, 0, 0),
+    }
+    for name, place in places.items():
+        things[name].location = place
+    for name in ("Seen", "Beside", "Behind"):
+        things[name].cycles.use_camera_cull = True
+    for name in ("Seen", "Far"):
+        things[name].cycles.use_distance_cull = True
+    things["Far beside"].cycles.use_camera_cull = things["Far beside"].cycles.use_distance_cull = True
+    scene.cycles.use_camera_cull = scene.cycles.use_distance_cull = True
+    scene.cycles.distance_cull_margin, scene.cycles.camera_cull_margin = 25.0, 0.01
+    assert {item.name for item in translate().instances} == set(things)
+    scene.render.use_simplify = True
+    found = translate()
+    assert {item.name for item in found.instances} == {"Seen", "Free"} and not found.notes
+    things["Beside"].cycles.use_distance_cull = True
+    things["Beside"].update_tag()
+    assert "Beside" in {item.name for item in translate().instances}
+
+
 @pytest.mark.parametrize("flag", ["holdout", "indirect_only"])
 def test_collections_of_the_view_layer(build, translate, flag):
     thing = build.plane()

@@ -66,14 +66,18 @@ def test_three_properties_are_swept_applied_and_keyframed(scene, tmp_path):
     entry.scale = "log"
     add(ROUGH, 0.1, 0.9)
     add(HEIGHT, 2, 5)
-    assert [each.label for each in scene.spectral.sweep.parameters][::2] == ["key_energy", "camera_location_2"]
+    assert [each.label for each in scene.spectral.sweep.parameters] == [
+        "key_energy",
+        "metal_roughness",
+        "camera_location_z",
+    ]
     assert bpy.ops.spectral.sweep_estimate() == {"FINISHED"}
     assert bpy.ops.spectral.sweep_run() == {"FINISHED"}, scene.spectral.sweep.status
     rows = editing.rows(scene)
     assert len(rows) == 3 and (tmp_path / "sweep.cdb" / rows[0].files["FILE"]).is_file()
     assert bpy.ops.spectral.sweep_apply(row=2) == {"FINISHED"}
     assert bpy.data.lights["Key"].energy == pytest.approx(rows[1].parameters["key_energy"], rel=1e-6)
-    assert bpy.data.objects["Camera"].location[2] == pytest.approx(rows[1].parameters["camera_location_2"], rel=1e-6)
+    assert bpy.data.objects["Camera"].location[2] == pytest.approx(rows[1].parameters["camera_location_z"], rel=1e-6)
     # applying a point changes the file, and the sweep still continues
     scene.spectral.sweep.budget = 5
     assert bpy.ops.spectral.sweep_run() == {"FINISHED"}, scene.spectral.sweep.status
@@ -141,6 +145,16 @@ high = 4.0
     bad = subprocess.run([*command, str(tmp_path / "bad.toml"), "--out", str(tmp_path / "bad")], capture_output=True,
                          text=True, check=False, cwd=Path(__file__).parents[2])  # fmt: skip
     assert bad.returncode == 1 and "Kamera" in bad.stderr
+
+
+def test_columns_have_the_names_of_sockets_and_components(scene):
+    color = ROUGH.replace("inputs[1].default_value", "inputs[0].default_value[1]")
+    turn = 'bpy.data.objects["Camera"].rotation_euler[0]'
+    for path in (ROUGH, color, turn, turn.replace("[0]", "[1]")):
+        bpy.ops.spectral.sweep_add(target=path)
+    assert [each.label for each in scene.spectral.sweep.parameters] == [
+        "metal_roughness", "metal_color_g", "camera_rotation_euler_x", "camera_rotation_euler_y"
+    ]  # fmt: skip
 
 
 def test_a_number_is_removed_and_a_sweep_without_a_run_cannot_be_cancelled_or_opened(scene):

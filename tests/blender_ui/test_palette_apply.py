@@ -159,3 +159,15 @@ def test_a_linked_volume_is_refused_by_name(blender, tmp_path):
     with pytest.raises(InvalidInputError, match=r"volume 'Smoke' is linked from library\.blend"):
         store_transfer(linked, stated_transfer(linked))
     assert len(linked.spectral.materials) == 1
+
+
+def test_a_light_of_two_columns_is_named_with_the_spectrum_that_it_gets(blender, scene, capfd):
+    from blender_addon.editing.palette.bindings import shared
+
+    palette = scene.spectral.palette
+    assert shared(palette) == []
+    palette.lights[1].light = palette.lights[0].light
+    assert shared(palette) == ["'Sun' is chosen for Daylight and Sodium, and has the spectrum of Sodium"]
+    blender.ops.spectral.palette_apply()
+    assert "choose another one for each" in capfd.readouterr().out
+    assert spectrum_of(palette.lights[0].light).name == palette.lights[1].result.spectrum_name

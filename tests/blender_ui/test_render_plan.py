@@ -86,6 +86,17 @@ def test_the_cost_of_accuracy_is_shown(blender, settings):
     assert "As it is set" in settings.cost_summary and settings.cost[0].seconds > 0
 
 
+def test_an_error_that_is_a_lower_bound_says_so(blender, settings):
+    from blender_addon.operators.render import store_curve
+    from spectral_core.render.cost.curve import CostCurve
+    from spectral_core.render.cost.model import CostModel, Prediction, RareLight
+
+    said = Prediction(8, 1.0, 2.0).with_rare(RareLight(1.5, 3.0, "light over glass or mirrors"))
+    store_curve(settings, CostCurve((), CostModel((1, 4), (2.0, 1.0), 0.1, 0.1), said, said, 1, 1.0, None))
+    assert "at least ΔE 2.5" in settings.cost_summary
+    assert "light over glass or mirrors" in settings.cost_summary and "ΔE 1.5 of it" in settings.cost_summary
+
+
 def test_a_target_error_or_time_reaches_the_translated_scene(blender, settings):
     from blender_addon.translate.scene import translate_scene
 

@@ -145,3 +145,12 @@ def test_a_script_gets_the_answer_at_once(operator, context):
     assert operator.answers == [(context.scene, 7)]
     assert operator.left == 1
     assert context.window_manager.timers == 0
+
+
+def test_another_file_ends_the_work_and_its_words_in_the_status_bar(context, operator):
+    operator.is_ready = True
+    assert operator.invoke(context, MOUSE) == {"RUNNING_MODAL"}
+    assert context.words[-1] == "Work …"
+    operator.cancel(context)
+    assert context.words[-1] is None and operator.left == 1
+    operator.cancel(SimpleNamespace(workspace=None))  # a window that is closed has none

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
+from tests.blender_viewport.test_walks import instanced  # noqa: E402
 
 MOST_REDRAWS = 60
 
@@ -195,3 +196,61 @@ def test_an_error_in_a_later_part_is_shown_in_the_view(slow, monkeypatch):
         view.draw(engine, slow.context, bpy.context.view_layer.depsgraph)
     assert len(told) == 2
     assert all("no such mesh" in text for text in told)
+
+
+def strange_scene():
+    """Instances of geometry nodes, a displaced ball that two objects share, a volume that varies, and two lamps."""
+    instanced()
+    paint = bpy.data.materials.new("Rough")
+    ready(paint)
+    nodes, links = paint.node_tree.nodes, paint.node_tree.links
+    out = next(node for node in nodes if node.type == "OUTPUT_MATERIAL")
+    moved, noise = nodes.new("ShaderNodeDisplacement"), nodes.new("ShaderNodeTexNoise")
+    links.new(noise.outputs[0], moved.inputs["Height"])
+    links.new(moved.outputs[0], out.inputs["Displacement"])
+    paint.displacement_method = "DISPLACEMENT"
+    fog = bpy.data.materials.new("Fog")
+    ready(fog)
+    nodes, links = fog.node_tree.nodes, fog.node_tree.links
+    out = next(node for node in nodes if node.type == "OUTPUT_MATERIAL")
+    filled, noise = nodes.new("ShaderNodeVolumePrincipled"), nodes.new("ShaderNodeTexNoise")
+    links.new(noise.outputs[0], filled.inputs["Density"])
+    links.new(filled.outputs[0], out.inputs["Volume"])
+    links.remove(out.inputs["Surface"].links[0])
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=8, location=(2, 2, 1))
+    ball = bpy.context.object
+    ball.data.materials.append(paint)
+    twin = ball.copy()
+    twin.location = (-2, 2, 1)
+    bpy.context.collection.objects.link(twin)
+    for place in (0, 3):
+        bpy.ops.mesh.primitive_cube_add(location=(place, 4, 1))
+        bpy.context.object.data.materials.append(fog)
+    bpy.ops.object.light_add(location=(3, 3, 4))
+
+
+def ready(material):
+    if material.node_tree is None:  # before Blender 5
+        material.use_nodes = True
+
+
+def test_a_walk_is_divided_and_equals_a_whole_one(slow):
+    """One object for each redraw; names do not depend on where the walk was interrupted."""
+    strange_scene()
+    followed(slow, lambda: None)
+    assert settled(slow) > 20
+    assert differs(slow) == ([], [])
+    followed(slow, lambda: bpy.data.objects["Seed"].hide_set(True))
+    assert settled(slow) > 10
+    assert differs(slow) == ([], [])
+
+
+def test_an_edit_during_a_divided_walk_begins_it_anew(slow):
+    strange_scene()
+    followed(slow, lambda: None)
+    for _ in range(9):
+        redrawn(slow)
+    assert sent(slow) is None
+    followed(slow, lambda: setattr(bpy.data.objects["Floor"], "location", (0, 0, -1)))
+    settled(slow)
+    assert differs(slow) == ([], [])

@@ -175,3 +175,16 @@ def test_a_note_of_a_material_leaves_with_its_cause(walks):
     bump = tree.nodes.new("ShaderNodeScript")
     after(walks, lambda: tree.links.new(bump.outputs[0], shader()["Roughness"]) if bump.outputs else None)
     after(walks, lambda: tree.nodes.remove(bump))
+
+
+def test_a_walk_reads_once_what_instances_share(walks, monkeypatch):
+    """16 instances differ in their matrices, names and random numbers only."""
+    from blender_addon.translate.meshes import placed
+
+    read = []
+    shared = placed._shared
+    monkeypatch.setattr(placed, "_shared", lambda *given: read.append(given[1].name) or shared(*given))
+    after(walks, lambda: bpy.data.objects["Seed"].hide_set(True))
+    scene = next(iter(walks.link.scenes.values()))
+    assert read.count("Holder") == 4  # in two walks (of the edit, of the comparison): its own mesh, the instanced mesh
+    assert len({item.world_from_object.tobytes() for item in scene.instances if item.shown_as == "Holder"}) == 16

@@ -130,6 +130,33 @@ def test_the_matrix_fits_whether_the_header_has_one_line_or_two(tmp_path: Path) 
 
 
 @needs_browser
+@pytest.mark.parametrize("columns", ["", "d", "defgh"])
+def test_the_matrix_needs_no_scrolling_and_leaves_no_empty_area(tmp_path: Path, columns: str) -> None:
+    path = write_page(tmp_path / "page.html", small_table(60, **{name: list(range(60)) for name in columns}))
+    with Browser(1000, 800) as page:
+        for width in (390, 412, 759, *range(1100, 1112)):
+            size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": False}
+            page.call("Emulation.setDeviceMetricsOverride", size)
+            page.open(path.resolve().as_uri())
+            across, given, below = page.run("""(() => { const host = document.getElementById('matrix');
+const below = document.getElementById('detail').getBoundingClientRect().top - host.getBoundingClientRect().top;
+return [host.scrollWidth, host.clientWidth, below - explorer.matrix.height]; })()""")
+            assert across <= given, width
+            assert width > 760 or below <= 10, width  # 8 of them are the margin
+
+
+@needs_browser
+def test_outcomes_that_do_not_vary_are_not_shown_at_first(tmp_path: Path) -> None:
+    path = write_page(
+        tmp_path / "page.html",
+        small_table(60, d=[1.0] * 60, status=["solved"] * 60, e=[1.0, 2.0] * 30, f=[1e-15, 0.0] * 30),
+    )
+    with Browser(1000, 800) as page:
+        page.open(path.resolve().as_uri())
+        assert page.run("explorer.state.columns") == ["a", "b", "c", "e"]
+
+
+@needs_browser
 def test_a_finger_selects_on_a_narrow_screen(tmp_path: Path) -> None:
     path = write_page(tmp_path / "page.html", small_table())
     with Browser(420, 800, dark=True) as page:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
 from spectral_core.palette.paint.fluorescent_spectra import FluorescentSpectra
 from spectral_core.palette.qp.color_newton import DENSE_LIMIT
 from spectral_core.palette.qp.engine import Engine
+from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
@@ -112,6 +115,29 @@ def test_dyes_are_designed_with_one_thread_of_blas(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(FluorescentSpectra, "half_round", checked)
     solve_fluorescent(palette(), {})
     assert seen and set(seen) == {1}
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_the_number_of_threads_is_restored(fails: bool) -> None:
+    """Other libraries of the same process keep the threads that they had, after an error too."""
+    from threadpoolctl import threadpool_info, threadpool_limits
+
+    def threads() -> set[int]:
+        return {each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"}
+
+    seen: list[set[int]] = []
+
+    @on_one_thread
+    def solved() -> None:
+        seen.append(threads())
+        if fails:
+            raise ZeroDivisionError
+
+    with threadpool_limits(2, user_api="blas"):
+        with pytest.raises(ZeroDivisionError) if fails else nullcontext():
+            solved()
+        assert seen == [{1}]
+        assert threads() == {2}
 
 
 @pytest.mark.parametrize("cell", [{}, {"exact": True}], ids=["soft", "exact"])

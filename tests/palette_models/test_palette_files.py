@@ -208,7 +208,7 @@ def test_abbreviations_of_documents(tmp_path: Path) -> None:
             HEAD.replace('"D65"', "{values = [1, 2]}"),
             r"lights\[0\]: spectrum 'unnamed' has 2 values, its grid .* has 31",
         ),
-        (HEAD.replace('"D65"', "{file = 'no.csv'}"), r"no\.csv: No such file"),
+        (HEAD.replace('"D65"', "{file = 'no.csv'}"), r"there is no file .*no\.csv"),
         (HEAD.replace('"D65"', "{}"), r"lights\[0\]: a spectrum gives nothing; expected one of"),
         (HEAD.replace('"D65"', "{values = [1]}"), r"lights\[0\]\.spectrum\.values has 1 entries; expected at least 2"),
         (HEAD.replace('"D65"', "3"), r"lights\[0\]\.spectrum is 3; expected a"),

@@ -110,5 +110,5 @@ def test_damaged_files_are_refused(tmp_path: Path) -> None:
         read_swatches(tmp_path / "s.gpl")
     with pytest.raises(InvalidInputError, match=r"cannot tell the swatch format of 's\.aco'"):
         write_swatches(tmp_path / "s.aco", SWATCHES)
-    with pytest.raises(FileFormatError, match=r"no\.ase: No such file"):
+    with pytest.raises(FileFormatError, match=r"there is no file .*no\.ase"):
         read_swatches(tmp_path / "no.ase")

@@ -15,7 +15,6 @@ from spectral_core.render.trace.wavelengths import plan_wavelengths
 from spectral_core.scene import Film, Glass, MixSurface, Scene, SpectralImage, SunLight
 from spectral_core.scene.surface import Diffuse
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.spectrum import Reflectance, SpectralGrid, Spectrum
 from tests.render.scenes import lit_plane, matrix
 
@@ -71,30 +70,3 @@ def test_reflectances_are_found_in_mixes_and_textures_and_indices_are_ignored() 
     surface = MixSurface(0.5, MixSurface(0.5, Diffuse(SPIKE), Diffuse(plain)), MixSurface(0.5, glass, Diffuse(image)))
     found = reflectance_spectra(lit(surface, 1))
     assert {spectrum.name for spectrum in found} == {"texel", "plain", "spike"}
-
-
-@pytest.mark.parametrize(("name", "most"), [("D65", 0.04), ("A", 0.04), ("E", 0.04), ("FL2", 0.06), ("HP1", 0.06)])
-def test_four_wavelengths_measure_a_gray_surface(name: str, most: float) -> None:
-    """Relative variance of linear sRGB over the positions of the comb: 0.02 to 0.05; 0.07 under D65 and E if the
-    density is the observer's response.
-    """
-    light = catalogue.illuminant(name)
-    plan = plan_wavelengths([light])
-    ends = np.concatenate([[0.0], np.cumsum(plan.probability)])
-    places = (np.arange(4)[:, None] + (np.arange(4000) + 0.5) / 4000) / 4
-    cell = np.clip(np.searchsorted(ends, places, side="right") - 1, 0, plan.probability.size - 1)
-    within = (places - ends[cell]) / plan.probability[cell]
-    start, _, end = plan.pieces[:, :3]
-    response = start[:, cell] * (1 - within) + end[:, cell] * within
-    at = plan.edges_nm[cell] + within * plan.widths_nm[cell]
-    density = plan.probability[cell] / plan.widths_nm[cell]
-    color = np.tensordot(RGB_FROM_XYZ, (response * light.at(at) / density).mean(1), 1)
-    mean = color.mean(axis=1)
-    expected = RGB_FROM_XYZ @ [
-        float(np.sum(np.interp(nm, plan_nm, row) * light.at(nm))) * 0.01
-        for plan_nm in [np.arange(360.0, 831.0)]
-        for nm in [np.arange(360.005, 830.0, 0.01)]
-        for row in plan.responses[:3]
-    ]
-    np.testing.assert_allclose(mean, expected, rtol=2e-3, atol=2e-3 * expected.max())
-    assert color.var(axis=1).sum() / np.square(mean).sum() < most

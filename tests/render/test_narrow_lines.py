@@ -26,7 +26,7 @@ SUN = SunLight(name="sun", world_from_light=matrix((0, 0, 3)), irradiance=np.pi,
 def rendered_xyz(light: Illuminant, surface: Reflectance | None = None) -> np.ndarray:
     """XYZ of a surface below a vertical sun of irradiance π; for a white surface, that of the sun."""
     white = surface or Reflectance("white", SpectralGrid(np.array([300.0, 900.0])), np.ones(2))
-    scene = lit_plane(replace(SUN, color=light), surface=Diffuse(white), film=Film(16, 16, samples=512))
+    scene = lit_plane(replace(SUN, color=light), surface=Diffuse(white), film=Film(64, 64, samples=512))
     scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
     return xyz_from_linear_rgb(render_scene(scene).pixels[..., :3].reshape(-1, 3).astype(float).mean(axis=0))
 

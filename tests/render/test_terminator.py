@@ -24,7 +24,7 @@ from spectral_core.scene import (
     gray,
 )
 
-from .scenes import sphere_mesh
+from .scenes import plane, sphere_mesh
 
 pytest.importorskip("mitsuba")
 
@@ -78,3 +78,26 @@ def test_mirrors_are_lit_there_too():
 def test_a_cosine_beyond_1_is_refused():
     with pytest.raises(InvalidInputError, match="terminator_cosine"):
         Instance("ball", "sphere", np.eye(4), terminator_cosine=1.5)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.5])
+def test_a_moved_terminator_changes_the_cosine(shift):
+    """A sun 60° from the normal of a plane: the cosine is that of the angle times 1 / (1 - shift / 2)."""
+    angle = np.pi / 3
+    scene = _ball(0.0)
+    turned = np.eye(4)
+    turned[:3, :3] = [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+    square = plane(2.0)
+    scene = replace(
+        scene,
+        meshes=(square,),
+        instances=(Instance("plane", square.name, np.eye(4), ("white",), terminator_shift=shift),),
+        lights=(replace(scene.lights[0], world_from_light=turned),),
+    )
+    level = render_scene(scene).pixels[10:-10, 10:-10, 0]
+    np.testing.assert_allclose(level, np.cos(angle / (1 - shift / 2)), rtol=1e-3)
+
+
+def test_a_shift_beyond_the_range_is_refused():
+    with pytest.raises(InvalidInputError, match="terminator_shift"):
+        Instance("ball", "sphere", np.eye(4), terminator_shift=2.0)

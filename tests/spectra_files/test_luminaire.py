@@ -34,13 +34,29 @@ def test_a_quarter_and_a_half_are_mirrored_all_around(last):
     values = np.outer(10 + np.cos(np.radians(2 * around)), np.ones(3))
     table = degrees(1, [0, 90, 180], around, values)
     assert table.shape == (361, 181)
-    np.testing.assert_allclose(table[:, 45], 10 + np.cos(np.radians(2 * np.arange(361.0))), atol=0.03)
+    np.testing.assert_allclose(table[30:, 45], 10 + np.cos(np.radians(2 * np.arange(30.0, 361.0))), atol=0.03)
+
+
+def test_the_ends_are_those_of_cycles():
+    """Before 0° around and beyond the pole above it takes the last value once more (single precision misses 360°)."""
+    rows = np.array([[9, 8, 5], [7, 9, 2], [4, 9, 1]])
+    table = degrees(1, [0, 90, 180], [0, 45, 90], rows)
+    first, second, third = (row[1] for row in rows)
+    x = 10 / 45
+    cubic = first + 0.5 * x * (
+        second - first + x * (2 * first - 5 * first + 4 * second - third + x * (3 * (first - second) + third - first))
+    )
+    assert table[10, 90] == pytest.approx(cubic)
+    x, (a, b, c) = 1 / 3, rows[0]
+    assert table[0, 120] == pytest.approx(
+        b + 0.5 * x * (c - a + x * (2 * a - 5 * b + 3 * c + x * (3 * (b - c) + c - a)))
+    )
 
 
 def test_a_circle_without_its_last_entry_is_closed():
     around = np.arange(0, 360, 30)
     table = degrees(1, [0, 90, 180], around, np.outer(10 + np.sin(np.radians(around)), np.ones(3)))
-    np.testing.assert_allclose(table[345, 90], 10 + np.sin(np.radians(345)), atol=0.01)
+    np.testing.assert_allclose(table[[315, 360], 90], 10 + np.sin(np.radians([315, 360])), atol=0.01)
 
 
 def test_type_a_counts_from_the_horizon():

@@ -152,7 +152,7 @@ def test_files_that_are_not_text_are_refused(tmp_path: Path) -> None:
         (tmp_path / "x.csv").write_bytes(data)
         with pytest.raises(FileFormatError, match=message):
             read_spectra(tmp_path / "x.csv")
-    with pytest.raises(FileFormatError, match=r"nowhere\.csv: No such file"):
+    with pytest.raises(FileFormatError, match=r"there is no file .*nowhere\.csv"):
         read_spectra(tmp_path / "nowhere.csv")
 
 

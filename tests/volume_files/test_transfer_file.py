@@ -212,7 +212,7 @@ def test_folders_and_missing_files_are_refused(tmp_path):
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileFormatError, match="not utf-16 text|binary file"):
         read_transfer(tmp_path / "binary.toml")
-    with pytest.raises(InvalidInputError, match="No such file"):
+    with pytest.raises(InvalidInputError, match="there is no file"):
         read_transfer(tmp_path / "missing.toml")
     with pytest.raises(InvalidInputError, match="name transfer functions .toml or .json"):
         write_transfer(tmp_path / "a.yaml", read_transfer(EXAMPLES / "wide.toml"))

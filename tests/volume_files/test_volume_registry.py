@@ -41,7 +41,7 @@ def test_unknown_and_misnamed_files_are_reported(tmp_path):
         read_volume(tmp_path / "b.xyz")
     with pytest.raises(FileFormatError, match="is named as OpenVDB but is empty"):
         read_volume(tmp_path / "c.vdb")
-    with pytest.raises(InvalidInputError, match="No such file"):
+    with pytest.raises(InvalidInputError, match="there is no file"):
         read_volume(tmp_path / "missing.nrrd")
     with pytest.raises(FileFormatError, match=r"holds no \.tif"):
         read_volume(tmp_path)

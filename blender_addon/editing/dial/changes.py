@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
@@ -44,14 +45,36 @@ HIDDEN = "hidden"
 """Value in place of the hash of a part that is rendered but hidden in the viewport, so that it cannot be compared."""
 
 
+@dataclass(frozen=True)
+class Parts:
+    """Everything that a recording depends on, by name; ``hidden``: names whose hash is HIDDEN."""
+
+    scene: int
+    values: dict[str, Any]
+    hidden: tuple[str, ...]
+
+    def hashes(self) -> dict[str, str]:
+        """Name to hash; without Blender, so that a thread can compute them."""
+        from spectral_core.scene import scene_hash
+
+        known = _hashes.get(self.scene, {})
+        made = {id(part): known.get(id(part)) or (part, scene_hash(part)[:DIGITS]) for part in self.values.values()}
+        if not bpy.app.background:
+            _hashes[self.scene] = made
+        return dict.fromkeys(self.hidden, HIDDEN) | {name: made[id(part)][1] for name, part in self.values.items()}
+
+
 def parts_of(scene: Scene) -> dict[str, str]:
-    """Name to hash of everything that the recording depends on, as the viewport has it now.
+    """Name to hash of everything that the recording depends on, as the viewport has it now."""
+    return read_parts(scene).hashes()
+
+
+def read_parts(scene: Scene) -> Parts:
+    """Everything that the recording depends on, as the viewport has it now.
 
     Parts that are hidden from renders do not count, whatever the viewport shows; HIDDEN stands for those that only
     the viewport hides.
     """
-    from spectral_core.scene import scene_hash
-
     view_layer = scene.view_layers[0] if bpy.context.scene != scene else bpy.context.view_layer
     depsgraph = view_layer.depsgraph
     stage = _stage_of(scene)
@@ -66,20 +89,13 @@ def parts_of(scene: Scene) -> dict[str, str]:
         return owner in rendered or owner not in own
 
     translated = translate_scene(depsgraph, shows=shows, kept=None if stage is None else stage.kept)
-    parts = {"the camera": translated.camera, "the size of the picture": translated.film.size}
+    parts: dict[str, Any] = {"the camera": translated.camera, "the size of the picture": translated.film.size}
     parts["the world"] = translated.world
     for kind in ("lights", "meshes", "materials", "instances", "volumes"):
         singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
         parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
-    known = _hashes.get(scene.session_uid, {})
-    made = {id(part): known.get(id(part)) or (part, scene_hash(part)[:DIGITS]) for part in parts.values()}
-    if stage is not None:
-        _hashes[scene.session_uid] = made
-    hashes = {name: made[id(part)][1] for name, part in parts.items()}
-    for obj in rendered.values():
-        if not obj.visible_get(view_layer=view_layer):
-            hashes = dict.fromkeys(_names(obj), HIDDEN) | hashes
-    return hashes
+    unseen = [obj for obj in rendered.values() if not obj.visible_get(view_layer=view_layer)]
+    return Parts(scene.session_uid, parts, tuple(name for obj in unseen for name in _names(obj)))
 
 
 def _stage_of(scene: Scene) -> Stage | None:

@@ -116,18 +116,19 @@ def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndar
                 f"no light of this scene is known as {bulb.name!r}: an instance of a light, or emission in a "
                 "node group, cannot be dimmed by itself. Make it real, or give it a light group with the others"
             )
-    for kept, _ in wanted:
-        _require_writable(kept)
+    for bulb in bulbs:
+        for kept in bulb.members:
+            _require_writable(bulb, kept)
     _keep_apart(wanted)
     for kept, weight in wanted:
         _write(kept, kept.base * weight)
     return len(wanted)
 
 
-def _require_writable(kept: PropertyGroup) -> None:
+def _require_writable(bulb: PropertyGroup, kept: PropertyGroup) -> None:
     owner = kept.owner
     if owner is None:
-        raise InvalidInputError("a light behind the dial was deleted; record the transport again")
+        raise InvalidInputError(f"a light of the bulb {bulb.name!r} was deleted; undo that, or record again")
     block = block_of(kept)
     if block is None or (kept.node and kept.node not in compat.node_tree(block).nodes):
         raise InvalidInputError(f"{owner.name!r} has changed since it was recorded; record it again")

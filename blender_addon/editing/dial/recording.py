@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -34,11 +34,13 @@ class Recording:
     storage: Any
     one_per_light: bool
     members: list[Member]
-    parts: dict[str, str]
+    parts: changes.Parts
     view: ViewTransform | None
     before: tuple[Fingerprint, Transport] | None = None
     """The present recording, if only lights that have changed since then are to be recorded."""
     fingerprint: Any = None
+    hashes: dict[str, str] = field(default_factory=dict)
+    """Of ``parts``, after ``run``."""
     again: tuple[str, ...] | None = None
     """Groups that are recorded; None for all."""
     progress: float = 0.0
@@ -51,7 +53,7 @@ class Recording:
         names = {each.name for each in (*scene.lights, *scene.instances)}
         shown = [each for each in bpy.data.objects if each.name_full in names]
         members = members_of(context.scene, shown, dial.one_per_light)
-        parts, view = changes.parts_of(context.scene), view_transform_of(context.scene)
+        parts, view = changes.read_parts(context.scene), view_transform_of(context.scene)
         before = _present(context.scene) if only_changed else None
         return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, before)
 
@@ -68,6 +70,7 @@ class Recording:
         from spectral_core.render.relight.transport import record_transport
 
         self.identify()
+        self.hashes = self.parts.hashes()
         kept = None
         if self.before is not None:
             known, transport = self.before
@@ -106,6 +109,6 @@ def _present(scene: Scene) -> tuple[Fingerprint, Transport] | None:
 
 def remember_recorded(scene: Scene, recording: Recording) -> None:
     """Store the hashes of the recording's inputs, to find later changes."""
-    changes.remember_parts(scene, recording.parts)
+    changes.remember_parts(scene, recording.hashes or recording.parts.hashes())
     found = recording.fingerprint
     scene.spectral.dial.recorded_groups = json.dumps({"rest": found.rest, "groups": found.groups})

@@ -34,6 +34,18 @@ def bound(palette: PropertyGroup) -> Iterator[tuple[PropertyGroup, str, ID | Non
                 yield entry, pointer, getattr(entry, pointer)
 
 
+def shared(palette: PropertyGroup) -> list[str]:
+    """A sentence for each material, light or world that several rows or columns name; Apply gives it the last one's."""
+    names: dict[ID, list[str]] = {}
+    for entry, _, block in bound(palette):
+        if block is not None:
+            names.setdefault(block, []).append(entry.name)
+    return [
+        f"{block.name!r} is chosen for {' and '.join(each)}, and has the spectrum of {each[-1]}"
+        for block, each in names.items() if len(each) > 1
+    ]  # fmt: skip
+
+
 def faults(palette: PropertyGroup) -> list[Fault]:
     """Problems to report to the artist before Apply."""
     found = []

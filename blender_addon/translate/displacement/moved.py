@@ -44,6 +44,7 @@ def displaced(found: Any, obj: Any, instance: Any, mesh: Mesh, materials: Sequen
         state = (mesh, tuple(moves), matrix.tobytes(), tuple(numbers.items()))
         made = kept_or_made(found.kept, found.translation, ("displaced", number), frozenset((number,)), state, make)
         found.meshes[key] = replace(made, name=found.unique("mesh", f"{mesh.name} displaced"))
+        found.settle_names()
     return found.meshes[key]
 
 

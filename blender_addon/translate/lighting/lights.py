@@ -63,6 +63,8 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
     if not compat.light_is_normalized(lamp):
         power *= 4 * np.pi * radius**2  # then its strength is its radiant exitance
     if lamp.type == "SPOT":
+        if _is_sheared(matrix):
+            translation.note(shared["name"], "its parents shear it; its cone is rendered without that")
         scale = np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-6)  # a scaled spot is an ellipse in Cycles
         return SpotLight(
             **shared,
@@ -87,14 +89,18 @@ def _sun_area(lamp: Any) -> float:
     return float(np.pi * np.sin(lamp.angle / 2) ** 2)
 
 
+def _is_sheared(matrix: NDArray[np.float64]) -> bool:
+    """True if the axes of a transform (4, 4) are not at right angles."""
+    cosines = [abs(float(matrix[:3, j] @ matrix[:3, k])) for j, k in ((0, 1), (0, 2), (1, 2))]
+    return max(cosines) > SHEARED * float(np.linalg.norm(matrix[:3, :3], axis=0).max()) ** 2
+
+
 def _area(
     translation: Translation, lamp: Any, power: float, matrix: NDArray[np.float64], shared: dict[str, Any]
 ) -> AreaLight | None:
     """Area light: an object's scale changes its extent, as in Cycles, and not its power; None without area."""
     stretch = np.linalg.norm(matrix[:3, :2], axis=0)
-    cosines = [abs(float(matrix[:3, j] @ matrix[:3, k])) for j, k in ((0, 1), (0, 2), (1, 2))]
-    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
-    if max(cosines) > SHEARED * float(lengths.max()) ** 2:
+    if _is_sheared(matrix):
         translation.note(shared["name"], "its parents shear it; it is rendered as a rectangle, with another brightness")
     width, height = lamp.size, (lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size)
     size = (float(width * stretch[0]), float(height * stretch[1]))

@@ -39,7 +39,8 @@ def require_storable(problem: PaletteProblem) -> None:
     steps = np.diff(grid.wavelengths_nm)
     if grid.interpolation != "linear" or np.ptp(steps) > 1e-6 * steps[0]:
         raise InvalidInputError(
-            f"this palette is on {grid} ({grid.interpolation}); the table designs on equal steps, linear between them"
+            f"this palette is on {grid} ({grid.interpolation}); the table designs on equal steps, linear between "
+            "them. Give the file a [grid] of start_nm, stop_nm and step_nm, or solve it with spectral-scene design"
         )
     bounds = {name: getattr(problem, name) for name in PHYSICAL}
     if bounds != PHYSICAL and any(ends != UNBOUNDED for ends in bounds.values()):

@@ -16,7 +16,11 @@ OF_STRANDS = ("HAIR", "POINT")
 NO_LEVEL = 2**31 - 1
 """Number in place of a level that an instance does not have."""
 NOTHING = (0.0, 0.0, 0.0, 1.0)
-"""Blender's value of a missing attribute."""
+"""Blender's value of what an instance or a particle lacks."""
+MISSING = (0.0, 0.0, 0.0, 0.0)
+"""Cycles' value of a property that no owner has."""
+ALPHA = " alpha"
+"""End of the kind of an attribute whose alpha is read."""
 
 
 def view_layer_attribute(depsgraph: Any, name: str) -> tuple[float, ...]:
@@ -36,6 +40,7 @@ def object_attributes(
         if not read.startswith(PREFIX):
             continue
         kind, _, name = read[len(PREFIX) :].partition(":")
+        is_alpha, kind = kind.endswith(ALPHA), kind.removesuffix(ALPHA)
         if kind in OF_STRANDS:  # a mesh has no strands and no points: 0, as in Cycles
             continue
         if kind in ("INSTANCE", "PARTICLE"):
@@ -47,16 +52,20 @@ def object_attributes(
             owners = [instance.parent.original, getattr(instance.parent.original, "data", None), *owners]
             stored = _of_point(name, instance, points)
             if stored is not None:
-                found.append((read, stored))
+                found.append((read, (stored[3],) * 3 if is_alpha else stored))
                 continue
-        found.append((read, _first(owners, name)))
+        value = _first(owners, name)
+        found.append((read, (value[3],) * 3 if is_alpha else value))
     return tuple(found)
 
 
 def _of_point(name: str, instance: Any, points: dict[int, Any]) -> tuple[float, ...] | None:
     """An attribute that geometry nodes stored on an instance; None if there is none."""
     parent, numbers = instance.parent, [int(k) for k in instance.persistent_id if k != NO_LEVEL]
-    key, index = parent.as_pointer(), numbers[-1] if numbers else -1  # the outermost level is the instancer's own
+    key, index = (
+        parent.as_pointer(),
+        numbers[-1] if numbers else -1,
+    )  # the last number is the index among the instances of this instancer
     if key not in points:
         geometry = parent.evaluated_geometry() if hasattr(parent, "evaluated_geometry") else None
         cloud = None if geometry is None else geometry.instances_pointcloud()
@@ -115,7 +124,7 @@ def _first(owners: Any, name: str) -> tuple[float, ...]:
         numbers = _numbers(value)
         if numbers is not None:
             return numbers
-    return NOTHING
+    return MISSING
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ..mesh_measures import READ
-from .attributes import uv_axes, view_layer_attribute
+from spectral_core.scene.shading.geometry import FILTER_WIDTH, shifted_by
+
+from ..meshes.measures import READ
+from .attributes import ALPHA, uv_axes, view_layer_attribute
 from .fields import Value
 from .reader import NEUTRAL, Reader, evaluator
 from .tree import Input, Output, linked
@@ -39,7 +41,9 @@ def _coordinates(reader: Reader, output: Output) -> Any:
     if name in ("Generated", "UV", "Window"):
         return reader.point(name.lower())
     if name == "Normal":
-        return reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
+        # Bump follows the interpolated normals of a smooth-shaded mesh, as in Cycles
+        there = "normal_there" if reader.shift and reader.raised is None else "normal"
+        return reader.emit("transformed", reader.point(there), settings=("NORMAL", "WORLD", "OBJECT"))
     if name == "Camera":
         return reader.emit("transformed", reader.point("position"), settings=("POINT", "WORLD", "CAMERA"))
     if name == "Reflection":
@@ -128,9 +132,9 @@ def _attribute(reader: Reader, output: Output) -> Any:
         reader.translation.reads_elsewhere = True
         return _component(output, view_layer_attribute(reader.translation.depsgraph, name))
     if kind != "GEOMETRY":
-        value = reader.point(f"object_attribute:{kind}:{name}")
         if output.socket.name == "Alpha":
-            return 1.0
+            return reader.emit("component", reader.point(f"object_attribute:{kind}{ALPHA}:{name}"), settings=(0,))
+        value = reader.point(f"object_attribute:{kind}:{name}")
         return reader.emit("mean", value) if output.socket.type == "VALUE" else value
     if output.socket.name == "Alpha":
         return reader.point(f"attribute_alpha:{name}", 1)
@@ -220,14 +224,15 @@ def _bump(reader: Reader, output: Output) -> Any:
     normal = normal_of(reader, output.input("Normal"))
     if (height := output.input("Height")) is None or linked(height) is None:
         return normal
-    heights = []
-    for shift in range(3):
-        with reader.shifted(shift):
+    heights, steps = [], []
+    width = float(getattr(output.node.inputs.get("Filter Width"), "default_value", FILTER_WIDTH))
+    for axis in range(3):
+        with reader.shifted(shifted_by(axis, round(width, 3)) if axis else 0):
             heights.append(reader.as_value(reader.field(height)))
+            steps.append(reader.point("step_x" if axis == 1 else "step_y"))
     sign = -1.0 if output.node.invert else 1.0
     distance = reader.emit("math", reader.read(output, "Distance", 1.0), sign, 0.0, settings=("MULTIPLY",))
-    steps = (reader.point("step_x"), reader.point("step_y"))
-    return reader.emit("bump", normal, reader.read(output, "Strength", 1.0), distance, *heights, *steps)
+    return reader.emit("bump", normal, reader.read(output, "Strength", 1.0), distance, *heights, *steps[1:])
 
 
 @evaluator("NORMAL_MAP")

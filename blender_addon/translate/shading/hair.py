@@ -52,7 +52,10 @@ def principled_hair(reader: Reader, output: Output) -> Surface:
     is_huang = getattr(output.node, "model", "CHIANG") == "HUANG"
     random = reader.read(output, "Random")
     if linked(output.input("Random")) is None:
-        random = reader.emit("component", reader.point(STRAND_RANDOM), settings=(0,))
+        own = reader.emit("component", reader.point(STRAND_RANDOM), settings=(0,))
+        random = (
+            own if random.constant is not None and not np.any(random.constant) else _on_strands(reader, own, random)
+        )
     factor = partial(_randomized, reader, random)
     along = factor(reader.read(output, "Roughness", 0.3), reader.read(output, "Random Roughness"))
     around = factor(reader.read(output, "Radial Roughness", 0.3), reader.read(output, "Random Roughness"))
@@ -133,6 +136,12 @@ def _exp(reader: Reader, value: Value) -> Value:
 
 def _log(reader: Reader, value: Any) -> Value:
     return _math(reader, "LOGARITHM", _math(reader, "MAXIMUM", value, 1e-8), e)
+
+
+def _on_strands(reader: Reader, own: Value, otherwise: Value) -> Value:
+    """``own`` on strands, ``otherwise`` on a mesh."""
+    length = reader.emit("component", reader.point(STRAND_PLACE), settings=(1,))
+    return reader.emit("blend", _math(reader, "GREATER_THAN", length), otherwise, own, settings=("MIX",))
 
 
 def _each(reader: Reader, color: Value, change: Callable[[Value], Value]) -> Value:

@@ -19,6 +19,8 @@ from .image_files.color_spaces import scene_linear
 
 Array = NDArray[Any]
 
+MOST_OF_BYTES = 1.02
+"""Value from which a color is brighter than white, beyond the rounding of color spaces."""
 EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
     "REPEAT": "repeat",
     "EXTEND": "extend",
@@ -134,7 +136,7 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     if image.source in ("SEQUENCE", "MOVIE"):
         translation.note(image.name, "this movie or sequence shows the frame that Blender has loaded")
     if image.source == "TILED":
-        translation.note(image.name, "of this tiled (UDIM) image only the first tile is used")
+        translation.note(image.name, "only the first tile of this tiled (UDIM) image is used")
     values = np.empty(len(image.pixels), dtype=np.float32)
     image.pixels.foreach_get(values)
     pixels = values.reshape(height, width, -1)
@@ -186,7 +188,10 @@ def _byte_image(translation: Translation, name: str, colors: Array, space: str) 
         return ImageTexture(name, _compact(colors), color_space="srgb")
     # Cycles stores such colors as bytes of its scene-linear space, with the curve of sRGB
     rgb = np.broadcast_to(colors[..., :3], (*colors.shape[:2], 3))
-    linear = np.clip(scene_linear(rgb, space), 0, 1)
+    unbounded = scene_linear(rgb, space)
+    if unbounded.max(initial=0.0) > MOST_OF_BYTES:
+        translation.note(name, f"colors of its color space {space!r} that are brighter than 1 are limited to 1")
+    linear = np.clip(unbounded, 0, 1)
     if np.array_equal(translation.rgb_from_working, np.eye(3)):
         curved = np.concatenate([display_rgb_from_linear(linear), colors[..., 3:]], axis=2)
         return ImageTexture(name, _compact(curved), color_space="srgb")

@@ -9,7 +9,7 @@ from spectral_core.scene import IOR, Color, Computed, Paint, Principled, Surface
 from spectral_core.scene.shading import Raised
 from spectral_core.spectra.spectrum import Spectrum
 
-from .fields import Value, paint_of
+from .fields import Value, paint_of, scalar_of
 from .reader import Reader
 from .shader_inputs import (
     direction_at,
@@ -81,7 +81,8 @@ def principled(reader: Reader, output: Output) -> Surface:
         reader.note(f"{output.label!r}: its sheen follows the normal of what lies below the coat")
     anisotropic = scalar("Anisotropic", 0.0)
     below = reader.factor(output.input("Subsurface Weight"), 0.0)
-    strength = scalar("Emission Strength", 0.0)
+    # negative light of an Emission shader takes light away, not that of a Principled BSDF
+    strength = scalar_of(reader.emit("math", reader.read(output, "Emission Strength"), 0.0, 0.0, settings=("MAXIMUM",)))
     lit = isinstance(strength, Computed) or strength != 0
     index, transmission = varying_ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
     coat_tint = reader.paint(output.input("Coat Tint"), gray(1.0))

@@ -140,7 +140,7 @@ class Reader:
             return self.literal(0.0)
         self._open.add(key)
         try:
-            read = EVALUATORS.get(source.node.type)
+            read = EVALUATORS.get(source.node.type or source.node.bl_idname)  # newer nodes have no type
             found = self.unknown(source) if read is None else self.as_field(read(self, source), source.socket.type)
         finally:
             self._open.discard(key)
@@ -166,7 +166,9 @@ class Reader:
         if not np.isfinite(array).all():
             self.note(f"{place.node.name}: {place.socket.name} is not a finite number; 0 was used")
             array = np.zeros(3)
-        color = self.translation.linear_rgb(array) if kind == "RGBA" else array[:3]
+        color = (
+            self.translation.linear_rgb(array) if kind == "RGBA" else np.resize((*array, 0.0), 3)
+        )  # of 2 to 4 numbers
         return Value(self.builder, self.builder.number(color), kind)
 
     def literal(self, value: Any) -> Value:

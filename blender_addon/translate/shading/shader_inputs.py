@@ -87,13 +87,14 @@ EDGE_ROOM = 1e-3
 """Excess of an edge's color over [0, 1] that no picture shows."""
 
 
-def conductor_colors(index: np.ndarray, extinction: np.ndarray) -> tuple[Paint, Paint, bool]:
-    """Colors that represent an index and extinction per channel, by Gulbrandsen 2014: facing and edge; True if there
-    are none that represent them exactly.
+def conductor_colors(index: np.ndarray, extinction: np.ndarray) -> tuple[Paint, Paint, float]:
+    """Colors that represent an index and extinction per channel, by Gulbrandsen 2014: facing and edge; scale of the
+    latter, which is 2 for metals of little extinction.
     """
-    squared = np.square(extinction)
+    index, squared = np.maximum(index, 0.0), np.square(np.maximum(extinction, 0.0))
     facing = np.clip((np.square(index - 1) + squared) / (np.square(index + 1) + squared), 0.0, 0.999)
     root = np.sqrt(facing)
     most, least = (1 + root) / (1 - root), (1 - facing) / (1 + facing)
     edge = (most - index) / np.maximum(most - least, 1e-9)
-    return Color(facing), Color(np.clip(edge, 0.0, 1.0)), bool(edge.min() < -EDGE_ROOM or edge.max() > 1.0 + EDGE_ROOM)
+    scale = 2.0 if edge.max() > 1.0 + EDGE_ROOM else 1.0
+    return Color(facing), Color(np.clip(edge / scale, 0.0, 1.0)), scale

@@ -100,13 +100,10 @@ def _metallic(reader: Reader, output: Output) -> Surface:
     node = output.node
     color, edge = main_color(reader, output, 0.6, "Base Color"), reader.paint(output.input("Edge Tint"), gray(0.7))
     physical = getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR"
+    scale = 1.0
     if physical:
         index, extinction = (reader.vector(output.input(name), 1.0) for name in ("IOR", "Extinction"))
-        color, edge, is_near = conductor_colors(index, extinction)
-        if is_near:
-            reader.note(
-                f"{output.label!r}: its index of refraction is too low for its extinction; the nearest metal is shown"
-            )
+        color, edge, scale = conductor_colors(index, extinction)
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
     return Metal(
         color,
@@ -120,6 +117,7 @@ def _metallic(reader: Reader, output: Output) -> Surface:
         physical,
         **thin_film(reader, output),
         distribution=_facets(node),
+        edge_scale=scale,
     )
 
 

@@ -36,7 +36,7 @@ def texture_of(node: Any) -> SpectralTexture:
         raise InvalidInputError("no file is chosen; choose the texture.exr that `spectral-scene texture` wrote")
     path = Path(bpy.path.abspath(node.filepath, library=node.id_data.library))
     if not path.is_file():
-        raise InvalidInputError(f"there is no file {path}")
+        raise InvalidInputError(f"there is no file {path}; choose the texture.exr again")
     return _read(path, path.stat().st_mtime_ns)
 
 

@@ -240,6 +240,17 @@ def _gradient(reader: Reader, output: Output) -> Any:
     return reader.emit("gradient", place_of(reader, output, "generated"), settings=(output.node.gradient_type,))
 
 
+@evaluator("ShaderNodeRadialTiling")
+def _radial_tiling(reader: Reader, output: Output) -> Any:
+    names = (("Vector", np.zeros(3)), ("Sides", 5.0), ("Roundness", 0.0))
+    values = [reader.read(output, name, fallback) for name, fallback in names]
+    if output.socket.name == "Segment Coordinates":
+        return reader.emit("radial_tiling", *values, settings=(bool(output.node.normalize),))
+    found = reader.emit("radial_segment", *values)
+    part = ("Segment ID", "Segment Width", "Segment Rotation").index(output.socket.name)
+    return reader.emit("component", found, settings=(part,))
+
+
 @evaluator("TEX_CHECKER")
 def _checker(reader: Reader, output: Output) -> Any:
     share = reader.emit("checker", place_of(reader, output, "generated"), reader.read(output, "Scale", 5.0))

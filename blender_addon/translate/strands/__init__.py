@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from spectral_core.scene import STRAND_AXIS, STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
 from spectral_core.scene.geometry import Attribute
 
-from ..meshes import OUTPUTS, output_of
+from ..meshes.triangles import OUTPUTS, output_of
 from ..shading.attributes import hashed_pair
 
 Array = NDArray[np.float64]

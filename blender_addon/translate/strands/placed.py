@@ -11,7 +11,7 @@ import numpy as np
 
 from spectral_core.scene import STRAND_AXIS, Instance, Mesh
 
-from ..meshes import READS_UV
+from ..meshes.triangles import READS_UV
 from ..shading.attributes import OF_STRANDS, PREFIX, object_attributes
 from ..shading.materials import TranslatedMaterial
 from ..visibility import hidden_from
@@ -64,8 +64,7 @@ def place_hair(found: Any, obj: Any, materials_of: Callable[[Any], list[Translat
 
 def _enter(found: Any, obj: Any, name: str, mesh: Mesh, materials: list[TranslatedMaterial], matrix: Any) -> None:
     original, layer = obj.original, found.translation.depsgraph.view_layer
-    found.originals.append(original)
-    found.instances.append(
+    found.enter(
         Instance(
             found.unique("instance", name),
             mesh.name,
@@ -77,7 +76,8 @@ def _enter(found: Any, obj: Any, name: str, mesh: Mesh, materials: list[Translat
             color=tuple(obj.color),
             index=int(obj.pass_index),
             is_shadow_catcher=bool(obj.is_shadow_catcher),
-        )
+        ),
+        original,
     )
 
 

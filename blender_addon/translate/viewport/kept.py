@@ -6,12 +6,16 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from spectral_core.scene import Mesh, Note
+from spectral_core.render.same import equal
+from spectral_core.scene import Instance, Mesh, Note
 
 from ..context import Translation
 from .walk import Walk
+
+if TYPE_CHECKING:
+    from ..objects import Collected
 
 Value = TypeVar("Value")
 
@@ -50,6 +54,15 @@ class Part:
 
 
 @dataclass
+class Begun:
+    """A walk over the objects that may reach its time limit: its result so far, notes, and the next object's place."""
+
+    found: Collected
+    notes: tuple[Note, ...] = ()
+    place: int = 0
+
+
+@dataclass
 class Kept:
     """Parts of the translations of one viewport.
 
@@ -62,6 +75,10 @@ class Kept:
     images: dict[Any, Any] = field(default_factory=dict)
     walk: Walk | None = None
     """The last complete walk over the objects, until an edit that needs another."""
+    placed: dict[str, Instance] = field(default_factory=dict)
+    """Instances of the last complete walk, by name: equal ones stay the same objects, which later comparisons pass."""
+    begun: Begun | None = None
+    """A walk that has reached the time limit, until the next edit."""
     _end: float = float("inf")
     _has_progress: bool = False
 
@@ -77,6 +94,15 @@ class Kept:
         if self._has_progress and time.monotonic() > self._end:
             raise Unfinished
 
+    def passed(self) -> None:
+        """Called after each object of a walk, which continues where it ended."""
+        self._has_progress = True
+
+    def same(self, item: Instance) -> Instance:
+        """The equal instance of the last complete walk, or ``item``."""
+        before = self.placed.get(item.name)
+        return before if before is not None and equal(before, item) else item
+
     def clear(self) -> None:
         """Drop everything if the changes are unknown, as after an undo."""
         self.meshes.clear()
@@ -86,11 +112,13 @@ class Kept:
         """Drop what may depend on the frame without a report; Blender reports the meshes that it evaluated anew."""
         self.parts.clear()
         self.images.clear()
-        self.walk = None
+        self.placed.clear()
+        self.walk = self.begun = None
 
     def forget(self, updates: Iterable[Any]) -> None:
         """Drop the parts that the edits of a depsgraph affect (``depsgraph.updates``)."""
         updates = list(updates)
+        self.begun = None
         if self.walk is not None and not self.walk.follows(updates):
             self.walk = None
         touched: set[int] = set()
@@ -120,6 +148,8 @@ class Kept:
     def redesign(self, makers: set[int]) -> None:
         """Drop the parts made from any of these (session numbers), whose designed spectra have changed."""
         self.drop(makers)
+        if makers:
+            self.begun = None
         if self.walk is not None and not self.walk.redesigned(makers):
             self.walk = None
 

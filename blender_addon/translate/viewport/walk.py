@@ -16,7 +16,7 @@ import numpy as np
 
 from spectral_core.scene import Instance, Light, Note
 
-from ..visibility import hidden_from, terminator_cosine
+from ..visibility import hidden_from, terminator_of
 
 if TYPE_CHECKING:
     from ..context import Translation
@@ -38,7 +38,7 @@ def facts_of(obj: Any) -> tuple[Any, ...]:
     """Properties of an evaluated object whose change Blender reports in the words of an edited material."""
     return (
         obj.name_full, obj.pass_index, tuple(obj.color), hidden_from(obj), obj.is_holdout, obj.is_shadow_catcher,
-        obj.original.lightgroup, terminator_cosine(obj),
+        obj.original.lightgroup, *terminator_of(obj).values(),
     )  # fmt: skip
 
 

@@ -75,7 +75,8 @@ def page_html(table: PageTable, *, thumbnails: bool = True, live: bool = False) 
     live : for ``explore --serve``: the page may ask the server that sent it.
     """
     if not 1 <= len(table.keys) <= MOST_ROWS:
-        raise InvalidInputError(f"the table has {len(table.keys)} rows; a page shows 1 to {MOST_ROWS:,}")
+        remedy = "leave rows out, for example with a smaller [region]" if table.keys else "run the sweep first"
+        raise InvalidInputError(f"the table has {len(table.keys):,} rows; a page shows 1 to {MOST_ROWS:,}; {remedy}")
     files = {name: [str(v or "") for v in values] for name, values in table.columns.items() if is_file_column(name)}
     payload = {
         "title": table.title,

@@ -66,7 +66,8 @@ class RegionOfInterest:
             parameter = space[name]
             for value in values:
                 if parameter.kind != "choice" or value not in parameter.choices:
-                    raise InvalidInputError(f"the region's {name} may be {value!r}, which the sweep does not offer")
+                    known = f"one of {', '.join(map(repr, parameter.choices))}" if parameter.choices else "a range"
+                    raise InvalidInputError(f"the region's {name} has the value {value!r}; expected {known}")
         for text in self.constraints:
             parse_constraint(text, space)
         if self.ball is not None:

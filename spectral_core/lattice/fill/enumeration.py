@@ -145,7 +145,7 @@ class Window:
         for _ in range(_ROUNDS):
             if self.programs + _SAMPLE > MAX_PROGRAMS or len(chosen) < 2000:
                 break
-            # One program costs as much as a thousand tests, and its cut serves all partial choices.
+            # A linear program costs as much as a thousand tests, but its cut applies to all partial choices.
             sample = rng.choice(len(chosen), _SAMPLE, replace=False)
             cuts = [cut for cut in (self._cut_at(known[i], level, limit) for i in sample) if cut is not None]
             # Most of the sample has a completion: more cuts would exclude little.

@@ -63,7 +63,7 @@ def fill_exactly(
         inner, outer = (0.0 if count == 0 else float(gauges[count - 1])), float(gauges[count])
         shrink = 2.0 / (inner + outer)
         frame = _frozen_frame(lattice, orientation, shrink * unit, anchored.center + shrink * offset)
-        # Gauges are exact to rounding; whether the border separates is decided on the final positions.
+        # Rounding may put a point on the other side of the border, so the final positions are tested.
         inside = region.contains(frame.positions(coefficients[: count + 8]))
         if outer - inner > 1e-12 * outer and inside[:count].all() and not inside[count:].any():
             return frame, coefficients[:count]

@@ -39,7 +39,7 @@ class NormBall:
     def outer_rows(self) -> tuple[Matrix, Matrix]:
         """Half-spaces (rows, bounds) that contain the ball and touch it: its box and, near p = 1, its sign planes."""
         n = len(self.center)
-        # Near p = 1 the ball is a cross polytope, of which its box is a poor picture: add the planes of its facets.
+        # Near p = 1 the ball is a cross polytope, which its box represents badly: add the planes of its facets.
         signs = np.concatenate([np.eye(n), -np.eye(n)])
         limits = np.ones(2 * n)
         if self.p < 1.25 and 1 < n <= MAX_SIGN_ROWS_DIMENSIONS:

@@ -38,7 +38,7 @@ class Assembler:
 
     def __init__(self, problem: PaletteProblem, requests: Requests) -> None:
         self.problem = problem
-        self.requests = requests
+        self._requests, self._retargeted = requests, False
         self.shares = Shares()
         self._targets = {target.cell: target for target in requests.targets}
         self._blacks = {target.cell for target in requests.blacks}
@@ -55,7 +55,14 @@ class Assembler:
         """Take a problem in which one cell, in no group before and after, has another target."""
         self.problem = problem
         self._targets[target.cell] = target
-        self.requests = replace(self.requests, targets=tuple(self._targets.values()))
+        self._retargeted = True
+
+    @property
+    def requests(self) -> Requests:
+        """The requests of all cells, with the targets as edited: these are gathered when they are read."""
+        if self._retargeted:
+            self._requests, self._retargeted = replace(self._requests, targets=tuple(self._targets.values())), False
+        return self._requests
 
     def in_group(self, cell: CellIndex) -> bool:
         """True if a cell shares a free color."""

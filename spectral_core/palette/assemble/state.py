@@ -119,7 +119,8 @@ class PaletteState:
         """The state with some unknowns of a side replaced."""
         if side == "lights":
             return replace(self, lights=tuple(values.get(k, each) for k, each in enumerate(self.lights)))
-        return replace(self, reflectances=tuple(values.get(k, each) for k, each in enumerate(self.reflectances)))
+        surfaces = tuple(values.get(k, each) for k, each in enumerate(self.reflectances))
+        return PaletteState(self.kernel, self.given, self.lights, surfaces, self.light_scale, self.record)
 
     def brightened(self, factor: float) -> PaletteState:
         """All lights times ``factor``."""

@@ -40,10 +40,10 @@ STALLED = 1e-10
 MOST_ITERATIONS = 10_000
 
 
-EVALUATIONS = 5
-"""Evaluations of φ between two checks of the time."""
-SHORT_SECONDS = 1e-3
-"""Time of an evaluation up to which only every fifth one checks the time."""
+CHECK_SECONDS, MOST_EVALUATIONS = 8e-3, 20
+"""Time between two readings of the processor time, and most evaluations of φ between them: on some machines a reading
+takes a tenth of a short evaluation.
+"""
 
 
 class _OutOfTime(Exception):
@@ -137,8 +137,7 @@ class LightDescent:
         size = max(objective, 1e-300)
         self._took = took = begun - budget.left
         floor = max(begun - seconds, 0.0) + took
-        # Reading the processor time takes a tenth of a short evaluation.
-        every = EVALUATIONS if took < SHORT_SECONDS else 1
+        every = int(np.clip(CHECK_SECONDS / max(took, 1e-9), 1, MOST_EVALUATIONS))
 
         def phi(scaled: Array) -> tuple[float, Array]:
             if self.evaluations % every == 0 and budget.left <= floor:

@@ -141,13 +141,16 @@ class PaletteSession:
         """Replace the problem by one with another grid, lights or settings; unknowns of unchanged shape are kept."""
         self._state = initial_state(problem, self._state)
         self._problem = problem
-        self._rounds = Rounds(Assembler(problem, compiled_requests(problem)), SolveTrace())
+        self._requests = compiled_requests(problem)
+        """Those of the last assembly: groups, conditions and scales, which ``_quick`` leaves as they are."""
+        self._rounds = Rounds(Assembler(problem, self._requests), SolveTrace())
         self._assembled: Assembled | None = None
 
     def _take(self, problem: PaletteProblem) -> None:
         """Replace the problem by one with other cells; the engines continue from their last answers."""
         engines = self._rounds.engines
-        self._rounds = Rounds(Assembler(problem, compiled_requests(problem)), SolveTrace())
+        self._requests = compiled_requests(problem)
+        self._rounds = Rounds(Assembler(problem, self._requests), SolveTrace())
         self._rounds.engines = engines
         self._assembled = None
 
@@ -157,17 +160,19 @@ class PaletteSession:
         if assembled is None or problem.match != "linear" or problem.subspace is not None:
             return None
         old = before.cells[index[0]][index[1]]
-        weight = cell.weight / assembler.requests.weight_scale
+        requests = self._requests
+        weight = cell.weight / requests.weight_scale
         if cell.weight != old.weight:
             weights = [weight, *(each.weight for each in assembler.requests.targets)]
-            weights += [each for group in assembler.requests.groups for each in group.weights]
-            if min(weights) <= 0 or max(weights) > WEIGHT_RATIO * min(weights):
+            weights += [each for group in requests.groups for each in group.weights]
+            least, most = min(weights), max(weights)
+            if least <= 0 or most > WEIGHT_RATIO * least:
                 return None  # weights are capped
         if cell.weight == 0 or old.weight == 0:
             return None  # a cell has no request any more
         if cell.mode not in TARGET_MODES or old.mode not in TARGET_MODES:
             return None
-        if assembler.in_group(index) or len(assembler.requests.conditions) > 1 or assembler.requests.notes:
+        if assembler.in_group(index) or len(requests.conditions) > 1 or requests.notes:
             return None
         color = np.zeros(3) if cell.target is None else cell.target
         assembler.with_target(problem, Target(index, color, weight, cell.exact))
@@ -185,7 +190,7 @@ class PaletteSession:
             return self._resolve_distinct(started)
         both, perceptual = len(self._rounds.sides) == 2, self._problem.match == "perceptual"
         matrices = self._answered = None
-        trace = self._rounds.trace = SolveTrace(notes=list(self._rounds.assembler.requests.notes))
+        trace = self._rounds.trace = SolveTrace(notes=list(self._requests.notes))
         if both or perceptual or self._problem.robustness == "worst_case" or not self._rounds.sides:
             for _ in range(rounds):
                 self._state = self._rounds.round(self._state, perceptual=perceptual)

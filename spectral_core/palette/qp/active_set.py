@@ -69,7 +69,7 @@ class ActiveSet(HeldBounds):
         if begin is not self.x or free is not self.free:
             self.begin(begin, free)
         self._refresh()
-        low, high = self._kept_between(slice(None))
+        low, high = self._kept_between()
         here: Array | None = None
         for _ in range(most):
             self.steps += 1

@@ -143,8 +143,9 @@ class Factors:
             least = STIFFNESS * max(float(schur.diagonal().max()), 1e-300)
             # Two exact rows with the same request make the complement singular; the least compliance shares the force
             # between them.
-            schur.flat[:: len(schur) + 1] += np.maximum(spectrum.compliance, least)
+            schur.reshape(-1)[:: len(schur) + 1] += np.maximum(spectrum.compliance, least)
             self._schur = schur
+            self._schur_factor, self._schur_failed = dpotrf(schur, lower=1)
 
     def _solved(self, columns: Array) -> Array:
         """H⁻¹ on the free unknowns for each column of (f, k)."""
@@ -156,8 +157,14 @@ class Factors:
         if not self._borders:
             return values, np.zeros((0, right.shape[1]))
         # Block elimination: x without the border first, then the forces that close the rows, then their effect on x.
-        multipliers = symmetric_solve(self._schur, self._border @ values - border_right)
-        return values - self._border_solved @ multipliers, multipliers
+        outside = self._border @ values
+        outside -= border_right
+        if self._schur_failed:
+            multipliers = symmetric_solve(self._schur, outside)
+        else:
+            multipliers = np.asarray(dpotrs(self._schur_factor, outside, lower=1)[0])
+        values -= self._border_solved @ multipliers
+        return values, multipliers
 
     def solve(self, right: Array, border_right: Array) -> tuple[Array, Array]:
         """x (k, n) and y (k, b) with H x + Eᵀ y = right, E x − c y = border_right, row by row."""
@@ -240,12 +247,15 @@ class Arrow:
             if not (0.1 < unit / self.unit < 10 and 0.1 < cap / self.cap < 10):
                 return False
         self.problem = problem
+        same_squares = True
         for k in changed:
             old, block = before.blocks[k], problem.blocks[k]
             # An exact row may have become one of large weight: the weights say all.
-            if block.rows is old.rows and block.ties is old.ties and np.array_equal(block.weights, old.weights):
+            same_weights = block.weights is old.weights or np.array_equal(block.weights, old.weights)
+            if block.rows is old.rows and block.ties is old.ties and same_weights:
                 self.spectra[k] = retargeted(self.spectra[k], block)
             else:
+                same_squares = False
                 self.spectra[k] = squared(block, self.unit, self.cap)
                 self._color_hessians[1 + k] = self.spectra[k].color_hessian
                 self.sizes[problem.offsets[k] : problem.offsets[k + 1]] = self.spectra[k].largest
@@ -253,7 +263,10 @@ class Arrow:
                     self._weights[k] = self.spectra[k].weights
                     self._in_border[k] = self.spectra[k].in_border
             self._color_linears[1 + k] = self.spectra[k].color_linear
-        self._sum_colors()
+        if same_squares:
+            self.color_system = self.color_system[0], self._color_linears.sum(axis=0)
+        else:
+            self._sum_colors()
         return True
 
     def row_forces(self, misses: Array | Sequence[Array], multipliers: Sequence[Array]) -> Array | list[Array]:
@@ -268,9 +281,11 @@ class Arrow:
         """
         # The part of the force that H carries; the border's multiplier is the rest.
         if self._weights is not None:
-            stacked = self.unit * self._weights * misses
-            if any(map(len, multipliers)):
-                stacked[self._in_border] += self.unit * np.concatenate(multipliers)
+            stacked = self._weights * misses
+            border = [each for each in multipliers if len(each)]
+            if border:
+                stacked[self._in_border] += np.concatenate(border)
+            stacked *= self.unit
             return stacked
         forces = []
         for left, spectrum, multiplier in zip(misses, self.spectra, multipliers, strict=True):

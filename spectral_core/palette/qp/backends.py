@@ -8,6 +8,8 @@ works on the rows themselves and does not square their condition.
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -90,8 +92,10 @@ class KeptSpectrum:
             return None
         x, multipliers = found
         # Exactly on the bound if its multiplier is not 0: rounding must not make an active bound look free.
-        value = np.where(multipliers > 0, self._upper, np.where(multipliers < 0, self._lower, x))
-        return np.minimum(np.maximum(value, self._lower), self._upper), multipliers == 0
+        value = np.minimum(np.maximum(x, self._lower), self._upper)
+        np.copyto(value, self._upper, where=multipliers > 0)
+        np.copyto(value, self._lower, where=multipliers < 0)
+        return value, multipliers == 0
 
     def _solved(self, linear: Array, high: Array, low: Array, start: Array | None) -> tuple[Array, Array] | None:
         """Values and multipliers of the bounds, from the last active bounds if there are any, else from ``start``."""
@@ -117,7 +121,8 @@ class KeptSpectrum:
     def _answer(self) -> tuple[Array, Array] | None:
         x, _, flag, info = self._model.solve()
         x = np.asarray(x)
-        if flag <= 0 or not np.isfinite(x).all():
+        # A sum of finite numbers of this size is finite.
+        if flag <= 0 or not isfinite(x.sum()):
             return None
         return x, np.asarray(info["lam"])[: x.size]
 

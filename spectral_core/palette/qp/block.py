@@ -213,8 +213,11 @@ class Stack:
     def misses(self, values: Array, colors: Array) -> Array:
         """Residual of each row, unweighted, (K, m)."""
         # One product over the stack: K small ones would spend more time in Python than in arithmetic.
-        left = np.matmul(self.rows, values[:, :, None])[:, :, 0] - self.targets
-        return left - self.ties @ colors if colors.size else left
+        left = np.matmul(self.rows, values[:, :, None])[:, :, 0]
+        left -= self.targets
+        if colors.size:
+            left -= (self.ties.reshape(-1, colors.size) @ colors).reshape(left.shape)
+        return left
 
 
 def _with_row(array: NDArray[Any], k: int, row: Any) -> NDArray[Any]:

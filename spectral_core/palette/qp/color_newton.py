@@ -136,8 +136,9 @@ class ColorNewton(ActiveSet):
 
     def _past(self, goal: Array, first: int) -> NDArray[np.intp]:
         """Numbers of the unknowns from ``first`` on whose value or gradient is outside its interval."""
-        low, high = self._kept_between(slice(first, None))
-        return ((goal < low) | (goal > high)).nonzero()[0] + first
+        low, high = self._kept_between()
+        past = ((goal < low[first:]) | (goal > high[first:])).nonzero()[0]
+        return past + first if first else past
 
     def _boxed_colors(self, colors: Array) -> bool:
         """Move the colors to the optimum of the present piece within their boxes; True if other ones are held there."""
@@ -164,7 +165,7 @@ class ColorNewton(ActiveSet):
             return False
         x, free = found
         free &= self._movable[at]
-        same = bool((free == self.free[at]).all() and ((x == self.x[at]) | free).all())
+        same = bool(((free == self.free[at]) & ((x == self.x[at]) | free)).all())
         self.x[at], self.free[at] = x, free
         if not same:
             self.stale.add(k)

@@ -64,12 +64,13 @@ class Elimination:
             Values of the samples, of which those of held ones are read, (n,).
         """
         before, self.spectrum = self.spectrum, spectrum
-        flips = np.flatnonzero(free != self.free)
-        same_squares = spectrum.hessian is before.hessian and spectrum.border is before.border
-        most = max(MOST_EXCHANGES, free.size)
-        many = 2 * flips.size > free.size or self.exchanges + flips.size > most
         table = self._table
-        if table is None or not same_squares or many:
+        if table is None or spectrum.hessian is not before.hessian or spectrum.border is not before.border:
+            self._solve(free, x)
+            return
+        flips = np.flatnonzero(free != self.free)
+        most = max(MOST_EXCHANGES, free.size)
+        if 2 * flips.size > free.size or self.exchanges + flips.size > most:
             self._solve(free, x)
             return
         if spectrum is not before:
@@ -129,8 +130,9 @@ class Elimination:
         # Held samples move to the right-hand side, so that the factors are those of the free ones alone.
         pull = spectrum.hessian @ self.held
         pull += spectrum.linear
-        right = np.empty((at.size, 1 + len(spectrum.ties)))
-        right[:, 0] = -pull[at]
+        # In the order of columns that LAPACK works on.
+        right = np.empty((at.size, 1 + len(spectrum.ties)), order="F")
+        np.negative(pull[at], out=right[:, 0])
         tied = spectrum.ties.take(at, axis=1)
         right[:, 1:] = tied.T
         found = np.empty((size + borders + len(spectrum.ties), right.shape[1]))

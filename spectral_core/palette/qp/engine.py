@@ -10,6 +10,7 @@ together, they get large weights instead, and the answer states it.
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import is_
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class Engine:
         self._active: ColorNewton | None = None
         self._arrow: Arrow | None = None
         self._impossible: set[int] = set()
-        self._tested: dict[int, tuple[tuple[Array, ...], NDArray[np.intp], Array, bool]] = {}
+        self._tested: dict[int, tuple[tuple[Array, ...], Mask, NDArray[np.intp], Array, bool]] = {}
         """The exact rows of each block when they were last tested, and True if they can hold together."""
         self._elastic, self._yielding = Elastic(), Elastic()
         """The last problem with large weights in place of all exact rows, and with those of the impossible blocks."""
@@ -82,7 +83,9 @@ class Engine:
                 answer = self._solve(problem, changed)
             if is_strained(problem, answer):
                 answer = self._with_slack(problem, answer)
-        return replace(answer, infeasible=True) if self._impossible else answer
+        if self._impossible and not answer.infeasible:
+            return Answer(answer.values, answer.colors, answer.forces, answer.check, answer.engines, infeasible=True)
+        return answer
 
     def _with_slack(self, problem: Quadratic, answer: Answer) -> Answer:
         """piqp's answer, if its slack, within the limits of the check, lowers the objective."""
@@ -119,13 +122,16 @@ class Engine:
         """``can_hold``, tested again only where an exact row of the block changed."""
         block = problem.blocks[k]
         asked = (block.rows, block.ties, block.lower, block.upper, problem.color_lower, problem.color_upper)
-        at = block.exact.nonzero()[0]
-        numbers = block.targets[at]
         before = self._tested.get(k)
-        same = before is not None and all(one is other for one, other in zip(asked, before[0], strict=True))
-        if before is None or not same or not (np.array_equal(at, before[1]) and np.array_equal(numbers, before[2])):
-            before = self._tested[k] = asked, at, numbers, can_hold(problem, k)
-        return before[3]
+        same = before is not None and all(map(is_, asked, before[0]))
+        if before is not None and same:
+            # Most edits leave the same rows exact, and often the same array that says so.
+            same = block.exact is before[1] or bool((block.exact == before[1]).all())
+            same = same and bool((block.targets[before[2]] == before[3]).all())
+        if before is None or not same:
+            at = block.exact.nonzero()[0]
+            before = self._tested[k] = asked, block.exact, at, block.targets[at], can_hold(problem, k)
+        return before[4]
 
     def _solve(self, problem: Quadratic, changed: list[int] | None) -> Answer:
         warm = self._warm(problem, changed)
@@ -157,9 +163,10 @@ class Engine:
             # The first method moves them.
             begin, free = begin.copy(), free.copy()
         same_bounds = active.lower is problem.lower and active.upper is problem.upper
-        same_bounds = same_bounds or (
-            np.array_equal(active.lower, problem.lower) and np.array_equal(active.upper, problem.upper)
-        )
+        if not same_bounds:
+            same_bounds = np.array_equal(active.lower, problem.lower) and np.array_equal(active.upper, problem.upper)
+            if same_bounds:
+                active.lower, active.upper = problem.lower, problem.upper
         # Keeping the other blocks' factors makes an edit of one cell cost one block.
         if changed is not None and same_bounds and arrow.replaced(problem, changed):
             active.stale.update(changed)
@@ -218,7 +225,7 @@ class Engine:
             return None
         x, multipliers = found
         low, high = problem.lower, problem.upper
-        # An interior point ends near its bounds, never on them.
+        # An interior-point method ends near the bounds, never on them.
         free = (x > low + NEAR) & (x < high - NEAR)
         raw = np.where(x <= low + NEAR, low, np.where(x >= high - NEAR, high, x))
         sharp = self._sharpened(problem, Arrow(problem), raw, free, "piqp")

@@ -18,7 +18,10 @@ Mask = NDArray[np.bool_]
 
 SLACK = 1e-12
 """Distance beyond a bound, and gradient off a bound, that counts as rounding; relative to the bound and to H."""
-
+EXACT, NOT_WORST = 1e-11, 1e-3
+"""Residual of a block below which a refinement leaves it as it is: about an error of color, in linear RGB; and relative
+to the largest of all blocks.
+"""
 
 _NONE = np.zeros(0)
 
@@ -55,6 +58,10 @@ class HeldBounds:
         self._low_limit = self.lower - SLACK * (1 + np.abs(self.lower))
         self._high_limit = self.upper + SLACK * (1 + np.abs(self.upper))
         self._movable = self.lower < self.upper
+        self._always = bool(self._movable.all())
+        self._kept_low, self._kept_high = np.empty(problem.size), np.empty(problem.size)
+        """The intervals of ``kept_between``; those of the blocks in ``_moved`` are of earlier held bounds."""
+        self._moved, self._colors_free = set(range(count)), False
 
     def begin(self, x: Array, free: Mask) -> None:
         """Set a start: values, and the unknowns that are off their bounds."""
@@ -81,7 +88,8 @@ class HeldBounds:
             self._take(k, found)
         if self.stale:
             self._summed = self._by_colors.sum(axis=0)
-        self.stale.clear()
+            self._moved |= self.stale
+            self.stale.clear()
 
     def _take(self, k: int, found: Elimination) -> None:
         """Copy a block's elimination into the maps of all blocks."""
@@ -110,7 +118,8 @@ class HeldBounds:
     def _goal(self) -> tuple[Array, Array]:
         """Value of each free unknown and gradient of each held one; and (1, free colors), of which all are affine."""
         colors = self.colors
-        full = np.ones(1 + colors)
+        full = np.empty(1 + colors)
+        full[0] = 1.0
         if not colors:
             return self._map[:, 0].copy(), full
         free = self.free[:colors]
@@ -137,13 +146,28 @@ class HeldBounds:
         self.stale.update(worn)
         return bool(worn)
 
-    def _kept_between(self, at: slice) -> tuple[Array, Array]:
-        """The interval in which the value of a free unknown, or the gradient of a held one, must lie."""
-        free, at_lower, movable = self.free[at], self.x[at] <= self.lower[at], self._movable[at]
-        slack = SLACK * self.arrow.sizes[at]
-        low = np.where(free, self._low_limit[at], np.where(at_lower & movable, -slack, -np.inf))
-        high = np.where(free, self._high_limit[at], np.where(at_lower | ~movable, np.inf, slack))
-        return low, high
+    def _kept_between(self) -> tuple[Array, Array]:
+        """The interval in which the value of a free unknown, or the gradient of a held one, must lie.
+
+        They are kept from one call to the next, except those of colors and of blocks that were eliminated since.
+        """
+        if 2 * len(self._moved) > len(self.offsets):
+            changed = [slice(None)]
+        else:
+            changed = [slice(self.offsets[k], self.offsets[k + 1]) for k in self._moved]
+            if self.colors and not (self._colors_free and self.free[: self.colors].all()):
+                changed.append(slice(self.colors))
+        if self.colors:
+            self._colors_free = bool(self.free[: self.colors].all())
+        for at in changed:
+            free, at_lower = self.free[at], self.x[at] <= self.lower[at]
+            slack = SLACK * self.arrow.sizes[at]
+            inward = at_lower if self._always else at_lower & self._movable[at]
+            outward = at_lower if self._always else at_lower | ~self._movable[at]
+            self._kept_low[at] = np.where(free, self._low_limit[at], np.where(inward, -slack, -np.inf))
+            self._kept_high[at] = np.where(free, self._high_limit[at], np.where(outward, np.inf, slack))
+        self._moved.clear()
+        return self._kept_low, self._kept_high
 
     def _take_multipliers(self, full: Array) -> None:
         """The multipliers of all border rows at some free colors, from (1, colors)."""
@@ -197,29 +221,46 @@ class HeldBounds:
             # Only free unknowns move; the active set is not decided here.
             held = np.where(self.free, -gradient, 0.0)
             by_colors = held[: self.colors].copy()
-            colors, values = x[: self.colors], problem.split(x)[1]
-            steps = []
-            for k, spectrum in enumerate(self.arrow.spectra):
-                factors = self._elimination(k).current_factors()
-                begin, end = self.offsets[k], self.offsets[k + 1]
-                # The residual of the border rows belongs to the same Newton system; otherwise the multipliers would
-                # keep their rounding.
-                left = spectrum.border_target + spectrum.border_ties @ colors - spectrum.border @ values[k]
-                left += spectrum.compliance * self.multipliers[k]
-                step, multiplier = factors.solve(held[None, begin:end], left[None])
-                steps.append((step[0], multiplier[0]))
+            steps = {}
+            for k, left in self._inexact(x, held).items():
+                spectrum, begin, end = self.arrow.spectra[k], self.offsets[k], self.offsets[k + 1]
+                step, multiplier = self._elimination(k).current_factors().solve(held[None, begin:end], left[None])
+                steps[k] = step[0], multiplier[0]
                 by_colors += spectrum.ties @ step[0] + multiplier[0] @ spectrum.border_ties
-            # The blocks' steps are for fixed colors; the Schur system gives the steps of the colors, which
-            # change the blocks in turn.
+            # These steps of the spectra are for fixed colors. The Schur system gives the steps of the colors, and
+            # these add to the steps of the spectra.
             moved = self._color_solve(self._color_system()[0], by_colors) if self.colors else np.zeros(0)
             full = np.concatenate([[0.0], moved])
             x = x + np.where(self.free, self._map @ full, 0.0)
             x[: self.colors] += moved
-            for k, (step, multiplier) in enumerate(steps):
+            for k, found in enumerate(self._eliminated):
+                if found is not None and found.borders:
+                    self.multipliers[k] = self.multipliers[k] + found.multipliers @ full
+            for k, (step, multiplier) in steps.items():
                 x[self.offsets[k] : self.offsets[k + 1]] += step
-                self.multipliers[k] = self.multipliers[k] + multiplier + self._elimination(k).multipliers @ full
+                self.multipliers[k] = self.multipliers[k] + multiplier
         gradient[self.free] = 0.0
         return x, gradient
+
+    def _inexact(self, x: Array, held: Array) -> dict[int, Array]:
+        """Residuals of the border rows of the blocks that a refinement can improve, by block.
+
+        A palette has many blocks, and few whose rounding shows: the others would spend the time of a refinement.
+        """
+        problem = self.arrow.problem
+        colors, values = x[: self.colors], problem.split(x)[1]
+        shown = np.abs(held) * (self.arrow.unit / problem.gradient_scale)
+        sizes = np.array([own.max(initial=0.0) for own in problem.split(shown)[1]])
+        lefts = [_NONE] * sizes.size
+        for k, spectrum in enumerate(self.arrow.spectra):
+            if len(spectrum.border):
+                # The residual of the border rows belongs to the same Newton system; otherwise the multipliers would
+                # keep their rounding.
+                left = spectrum.border_target + spectrum.border_ties @ colors - spectrum.border @ values[k]
+                left += spectrum.compliance * self.multipliers[k]
+                lefts[k], sizes[k] = left, max(sizes[k], np.abs(left).max())
+        least = max(EXACT, NOT_WORST * sizes.max(initial=0.0))
+        return {k: lefts[k] for k in (sizes >= least).nonzero()[0].tolist()}
 
     def _toggle(self, which: Mask) -> None:
         self.free[which] = ~self.free[which]
@@ -234,6 +275,7 @@ class HeldBounds:
         found = self._elimination(k)
         if found.exchange(number - self.offsets[k], float(self.x[number])):
             self._held_free[number], self._held[number] = self.free[number], self.x[number]
+            self._moved.add(k)
             self._take(k, found)
         else:
             self.stale.add(k)

@@ -97,10 +97,11 @@ def checked(
             kkt = max(kkt, _largest(left[soft] - force[soft] / block.soft_weights[soft]))
             if block.any_exact:
                 equality = max(equality, _largest(left[block.exact]))
-    outside = max(float((problem.lower - x).max(initial=0.0)), float((x - problem.upper).max(initial=0.0)))
-    return Check(kkt, outside, equality)
+    stepped = np.minimum(np.maximum(x, problem.lower, out=stepped), problem.upper, out=stepped)
+    stepped -= x
+    return Check(kkt, _largest(stepped), equality)
 
 
 def _largest(values: Array) -> float:
     """Largest absolute value; 0 of none."""
-    return float(np.abs(values).max(initial=0.0))
+    return max(float(values.max()), -float(values.min())) if values.size else 0.0

@@ -193,7 +193,7 @@ class Quadratic:
             own = np.matmul(forces[:, None, :], self.stack.rows)[:, 0]
             own += x[colors.size :].reshape(own.shape) @ self.blocks[0].gram
             if colors.size:
-                by_colors = by_colors - np.matmul(forces[:, None, :], self.stack.ties)[:, 0].sum(axis=0)
+                by_colors = by_colors - forces.ravel() @ self.stack.ties.reshape(-1, colors.size)
             return np.concatenate([by_colors, own.ravel()])
         parts = []
         for block, value, force in zip(self.blocks, self.split(x)[1], forces, strict=True):

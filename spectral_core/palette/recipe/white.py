@@ -6,6 +6,7 @@ Written for optimization, many lamps at a time on one grid; tests compare it wit
 
 from __future__ import annotations
 
+import warnings
 from functools import cache
 from typing import Any
 
@@ -102,7 +103,9 @@ def daylight_spd(kelvin: float) -> Array:
 def colour_science() -> Any:
     """The package colour-science. Raises MissingDependencyError if it is not installed."""
     try:
-        import colour
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it names the plotting packages that it does not find, which nobody needs
+            import colour
     except ImportError as error:
         raise MissingDependencyError.package("colour-science", "color rendering of lamps", "catalogue") from error
     return colour

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.cost.allocate import for_error, for_samples
 from spectral_core.render.cost.errors import Estimate, Wide, estimated, expected_errors, rarity, rarity_after
+from spectral_core.render.cost.model import RareLight
 from spectral_core.render.cost.probe import Probe
 from spectral_core.render.cost.resample import BLOCK, pools
 from spectral_core.render.job import RenderJob
@@ -50,13 +51,17 @@ _BUDGET_END = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """Result of adaptive sampling: ``delta_e``, the ``spread`` of this estimate, seconds, mean samples per pixel."""
+    """Result of adaptive sampling: ``delta_e``, the ``spread`` of this estimate, seconds, mean samples per pixel.
+
+    ``rare``: light that samples hardly contain, whose missing part is in ``delta_e``: this is then a lower bound.
+    """
 
     delta_e: float
     spread: float
     seconds: float
     samples: float
     reached: bool = True
+    rare: RareLight | None = None
 
 
 class AdaptivePicture:

@@ -14,8 +14,9 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render.cost.adaptive import AIM, AdaptivePicture, Outcome, until_error, until_time
 from spectral_core.render.cost.allocate import Laws
 from spectral_core.render.cost.errors import Estimate, Wide, expected_errors, pixel_errors
-from spectral_core.render.cost.model import DRAWN, LATER, CostModel, Prediction, measured_model
+from spectral_core.render.cost.model import DRAWN, LATER, CostModel, Prediction, RareLight, measured_model
 from spectral_core.render.cost.probe import Probe
+from spectral_core.render.cost.rare import find_rare_light
 from spectral_core.render.cost.work import Meter, Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Note, RenderSettings, Scene
@@ -34,6 +35,10 @@ _NEAR = 8.0
 """Samples, over those of the probe, up to which the slope that it measured last holds."""
 _DEARER_SHARE = 0.02
 """Largest part of a time budget in which the longer paths of noisy places are measured."""
+_LOOK_SHARE = 0.25
+"""Largest part of a time budget spent before a render looks for rare light, which takes about as long."""
+_HOPELESS = 4.0
+"""Samples over the predicted ones at which a render with rare light ends, whatever its error."""
 _LOOKED_AT = 16384
 """Pixels at which the time of a comparison is measured."""
 
@@ -98,11 +103,14 @@ def render_asked(
     model = measured_model(
         probe, least=16, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
     )
+    rare = _rare(job, probe, model, meter.read().wall)
     picture = AdaptivePicture(job, probe)
     if wanted is not None:
-        prediction, picture.dearer = predicted_error(probe, model, meter, wanted)
+        noise = wanted if rare is None else rare.noise_for(wanted)
+        prediction, picture.dearer = predicted_error(probe, model, meter, noise)
     else:
         prediction, picture.dearer = predicted_time(probe, model, meter.read().wall, budget or 0.0)
+    prediction = prediction.with_rare(rare)
     first = _first_samples(prediction.samples)
     stopped = False
 
@@ -111,11 +119,13 @@ def render_asked(
         if on_round is not None:
             on_round(picture.picture(), picture.mean_samples, max(prediction.samples, picture.mean_samples))
         stopped = should_stop is not None and should_stop()
-        return stopped
+        # each new path that meets rare light raises the estimate: the request may be out of reach
+        hopeless = rare is not None and picture.mean_samples > _HOPELESS * prediction.samples
+        return stopped or hopeless
 
     if wanted is not None:
-        found = until_error(picture, wanted, first, after_round, model.last_slope)
-        reached = found.delta_e <= wanted
+        found = until_error(picture, noise, first, after_round, model.last_slope)
+        reached = _in_all(found, rare) <= wanted
     else:
         found = until_time(picture, meter.started + (budget or 0.0), first, after_round)
         reached = meter.read().wall <= 1.1 * (budget or 0.0)
@@ -125,10 +135,23 @@ def render_asked(
         picture.band_picture(),
         "cancelled" if stopped else "done",
         prediction,
-        Outcome(found.delta_e, found.spread, seconds, picture.mean_samples, reached),
-        _notes(picture, found, seconds, settings, reached or stopped),
+        Outcome(_in_all(found, rare), found.spread, seconds, picture.mean_samples, reached, rare),
+        _notes(picture, (_in_all(found, rare), rare), seconds, settings, reached or stopped),
         (2.0 * picture.counts).astype(np.float32).reshape(picture.size[::-1]),
     )
+
+
+def _rare(job: RenderJob, probe: Probe, model: CostModel, spent_s: float) -> RareLight | None:
+    """Light that the probe hardly contains; only a limit of it where a requested time is too short to look for it."""
+    wanted, budget = job.scene.settings.target_error, job.scene.settings.time_budget_s
+    looks = budget is None or spent_s + probe.seconds < _LOOK_SHARE * budget
+    usual = wanted if wanted is not None else model.for_time(budget or 0.0).delta_e
+    settings = replace(job.scene.settings, target_error=None, time_budget_s=None)
+    return find_rare_light(replace(job.scene, settings=settings), job.plan, probe, usual, traces=looks).rare
+
+
+def _in_all(found: Estimate, rare: RareLight | None) -> float:
+    return found.delta_e if rare is None else rare.added_to(found.delta_e)
 
 
 def predicted_error(probe: Probe, model: CostModel, before: Meter | Spent, wanted: float) -> tuple[Prediction, float]:
@@ -221,11 +244,16 @@ def _halved(model: CostModel) -> CostModel:
 
 
 def _notes(
-    picture: AdaptivePicture, found: Estimate, seconds: float, settings: RenderSettings, kept: bool
+    picture: AdaptivePicture,
+    found: tuple[float, RareLight | None],
+    seconds: float,
+    settings: RenderSettings,
+    kept: bool,
 ) -> tuple[Note, ...]:
-    notes = []
+    delta_e, rare = found
+    notes = [] if rare is None else [Note("Accuracy", rare.text)]
     if not kept and settings.target_error is not None:
-        text = f"the requested ΔE {settings.target_error:g} was not reached; it is about {found.delta_e:.2g}"
+        text = f"the requested ΔE {settings.target_error:g} was not reached; it is about {delta_e:.2g}"
         notes.append(Note("Accuracy", f"{text} after {picture.mean_samples:.0f} samples per pixel"))
     elif not kept and settings.time_budget_s is not None:
         text = f"{settings.time_budget_s:g} s were requested and {seconds:.1f} s taken"

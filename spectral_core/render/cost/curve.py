@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spectral_core.render.cost.asked import predicted_error, predicted_time
+from spectral_core.render.cost.asked import is_asked, predicted_error, predicted_time
 from spectral_core.render.cost.errors import bias, relative_errors
 from spectral_core.render.cost.fixed import fixed_work, plan_of_render
 from spectral_core.render.cost.model import CostModel, Prediction, measured_model
 from spectral_core.render.cost.probe import Probe
+from spectral_core.render.cost.rare import find_rare_light
 from spectral_core.render.cost.work import Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.decision import EffectPlan
@@ -80,12 +81,18 @@ def cost_curve(scene: Scene) -> CostCurve:
     model = measured_model(probe, least=64, most=256, share=0.02, fixed_s=fixed, asked=0.5, timed_s=_TIMED_S)
     points = list(_noise_points(probe, model))
     points += _bias_points(scene, plan, probe, model)
+    settings = scene.settings
+    usual = settings.target_error or model.error(scene.film.samples)
+    found = find_rare_light(scene, plan, probe, min(1.0, usual))
     spent = Spent(fixed, fixed * model.slowness)
+    if is_asked(settings):  # such a render looks for rare light, too
+        spent += Spent(found.work, found.work * model.slowness)
+    noise = 1.0 if found.rare is None else found.rare.noise_for(1.0)
     return CostCurve(
         tuple(points),
         model,
-        _expected(scene, probe, model, spent),
-        predicted_error(probe, model, spent, 1.0)[0],
+        _expected(scene, probe, model, spent).with_rare(found.rare),
+        predicted_error(probe, model, spent, noise)[0].with_rare(found.rare),
         len(probe.pixels),
         time.perf_counter() - start,
         plan,
@@ -166,6 +173,9 @@ def table(curve: CostCurve) -> str:
             f"{point.bias:8.3f}{mark}"
         )
     now, asked = curve.now, curve.at_error
-    lines.append(f"as it is set: {now.samples:.0f} samples, ΔE {now.delta_e:.2g} in {now.seconds:.1f} s")
+    least = "at least " if now.rare is not None else ""
+    lines.append(f"as it is set: {now.samples:.0f} samples, {least}ΔE {now.delta_e:.2g} in {now.seconds:.1f} s")
     lines.append(f"for ΔE 1: {asked.samples:.0f} samples in the mean, {asked.seconds:.1f} s, adaptive")
+    if now.rare is not None:
+        lines.append(now.rare.text)
     return "\n".join(lines)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,17 +21,54 @@ DRAWN = 3
 
 
 @dataclass(frozen=True, slots=True)
+class RareLight:
+    """Light that samples hardly contain. ``delta_e``: mean ΔE2000 of the part that is missing, 0 if only ``limit`` is
+    known: an upper limit of it at 95 % confidence, None if none is known. ``what``: the light, for messages.
+    """
+
+    delta_e: float
+    limit: float | None
+    what: str
+
+    @property
+    def text(self) -> str:
+        """A sentence for notes and panels."""
+        if self.delta_e:
+            missing = f"about ΔE {self.delta_e:.2g} of it is"
+        else:
+            missing = f"up to ΔE {self.limit:.2g} of it may be" if self.limit is not None else "a part of it may be"
+        return (
+            f"The error is at least as large as stated: {self.what} arrives on paths so rare that samples hardly "
+            f"contain it, and {missing} missing. A larger source of equal power sends it on more paths."
+        )
+
+    def added_to(self, delta_e: float) -> float:
+        """An error of noise together with that of the missing light."""
+        return float(np.hypot(delta_e, self.delta_e))
+
+    def noise_for(self, wanted: float) -> float:
+        """The error of noise that leaves a wanted error in all; at least half of that."""
+        return wanted * float(np.sqrt(max(0.25, 1 - (self.delta_e / wanted) ** 2)))
+
+
+@dataclass(frozen=True, slots=True)
 class Prediction:
     """Predicted ``samples`` per pixel in the mean, ``seconds``, and ``delta_e`` of the noise of a render.
 
     ``work``: seconds of processor time; ``seconds``: elapsed time, if other programs use as much of the processor as
-    during the measurement.
+    during the measurement. ``rare``: light that the measurement hardly contains, whose missing part is in ``delta_e``:
+    this is then a lower bound.
     """
 
     samples: float
     seconds: float
     delta_e: float
     work: float = 0.0
+    rare: RareLight | None = None
+
+    def with_rare(self, rare: RareLight | None) -> Prediction:
+        """The prediction with light that the measurement hardly contains."""
+        return self if rare is None else replace(self, delta_e=rare.added_to(self.delta_e), rare=rare)
 
 
 @dataclass(frozen=True, slots=True)

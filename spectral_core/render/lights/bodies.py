@@ -6,6 +6,7 @@ A few triangles enclose each ball and panel; for a ray that hits them, the exact
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,7 @@ def _proxies(lights: LightList) -> tuple[NDArray[np.float32], NDArray[np.uint32]
     )
 
 
+@cache
 def _icosahedron() -> tuple[Array, NDArray[np.intp]]:
     """Corners and outward faces of an icosahedron whose faces lie just outside of the unit sphere."""
     golden = (1 + 5**0.5) / 2

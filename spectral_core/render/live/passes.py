@@ -20,6 +20,7 @@ from spectral_core.render.lens.panorama import DrJitMath, direction_by
 from spectral_core.render.live.held import held, lay_open
 from spectral_core.render.live.view import NUMBERS, PLAIN_NUMBERS
 from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
+from spectral_core.render.trace.measure.spectral_measure import Drawn
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.scene import Camera, Film
 from spectral_core.scene.camera import PANORAMAS
@@ -70,9 +71,7 @@ class Launcher(Accumulator):
         lay_open(parts.context.made, mi)
         plugins = [*parts.context.made, self._loaded.first_hit.background, self._loaded.scene.rules.camera_world]
         plugins = [plugin for plugin in plugins if isinstance(plugin, mi.Object)]
-        own = [self._offsets, *(vars(self).get(name) for name in ("_draw", "_cell_start", "_cell_width"))]
-        own += [*vars(self).get("_starts", ()), *vars(self).get("_ends", ())]
-        own.append([placements])
+        own = [self._offsets, self._measuring, [placements]]
         ours = held([own, self._loaded.first_hit.rules, vars(self._loaded.integrator)], mi)
         self._inputs = (ours, plugins, self._loaded.scene.scene, self._loaded.integrator)
 
@@ -116,9 +115,9 @@ class Launcher(Accumulator):
 
         def body(index: Any, color: Any, covered: Any) -> Any:
             sampler.begin(index)
-            ray, cells, within = self._ray(corner, sampler)
+            ray, drawn = self._ray(corner, sampler)
             radiance, coverage, _ = self._follow(first_hit, integrator, sampler, ray)
-            measured = self._measure(radiance, cells, within)
+            measured = self._measure(radiance, drawn)
             measured = dr.select(dr.all(dr.abs(measured) < LARGEST_SAMPLE), measured, 0.0)
             return index + 1, color + measured, covered + coverage
 
@@ -127,10 +126,10 @@ class Launcher(Accumulator):
         )
         return color, covered
 
-    def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
+    def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Drawn | None]:
         """Ray of a sample through the view's window; the kernel reads all of its numbers from memory."""
         mi, dr = self._mi, self._dr
-        place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
+        place, aperture = sampler.next_2d(), sampler.next_2d()
         n = [dr.gather(mi.Float, self._camera, mi.UInt32(k)) for k in range(NUMBERS)]
         offset = mi.Vector2f(self._offset(place.x), self._offset(place.y))
         x = dr.lerp(n[12], n[14], (corner.x + 0.5 + offset.x) / self._frame[0])
@@ -142,7 +141,7 @@ class Launcher(Accumulator):
         ray.d = right * toward[0] + up * toward[1] + back * toward[2]
         ray.maxt = length
         ray.has_differentials = False
-        return ray, *self._draw_wavelengths(ray, spectral)
+        return ray, self._draw_wavelengths(ray, sampler)
 
     def _lens(self, n: list[Any], draw: Any) -> Any:
         """A point of the lens, in world units."""

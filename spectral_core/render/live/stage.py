@@ -14,6 +14,7 @@ from spectral_core.errors import SpectralError
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.live import edits
 from spectral_core.render.live.changes import difference
+from spectral_core.render.live.gathered import Gathered
 from spectral_core.render.live.held import lay_open
 from spectral_core.render.live.media import look_from
 from spectral_core.render.live.messages import LOADED
@@ -47,6 +48,7 @@ class Stage:
         self.number = 0
         self.how = ""
         """Effect of the last change: ``LOADED``, or a list of the parts that were edited in place."""
+        self._gathered = Gathered()
         self._simulated: Scene | None = None
         self._plan: EffectPlan | None = None
         self._job: RenderJob | None = None
@@ -92,6 +94,7 @@ class Stage:
         gc.collect()
 
     def _show(self, scene: Scene) -> None:
+        scene = self._gathered.of(scene)
         plan = plan_from_data(scene, 0.0)  # the set of omitted effects must not change from edit to edit
         simulated = simulated_scene(scene, plan)
         if self._job is not None and self._can_stay(scene, simulated, plan):

@@ -41,10 +41,10 @@ def glossy(draft: Draft, closure: Glossy, subject: str) -> xml.Element:
 def metal(draft: Draft, closure: Metal, subject: str) -> xml.Element:
     """A metal by its index and extinction where it has them, else by Mitsuba's Principled."""
     used = {"color", "roughness", "normal", "multiple_scattering", "distribution", "rotation", "tangent", "physical"}
-    draft.leftover(subject, closure, used | {"edge_tint", "thin_film_ior"})
+    draft.leftover(subject, closure, used | {"edge_tint", "edge_scale", "thin_film_ior"})
     color, edge = closure.color, closure.edge_tint
     if closure.physical and isinstance(color, (Color, Spectrum)) and isinstance(edge, (Color, Spectrum)):
-        indices = _indices(draft, color, edge, subject)
+        indices = _indices(draft, color, (edge, closure.edge_scale), subject)
         if is_smooth(closure.roughness):
             return two_sided(xml.plugin("bsdf", "conductor", *indices))
         return two_sided(xml.plugin("bsdf", "roughconductor", *indices, *_facets(draft, closure, subject)))
@@ -115,9 +115,10 @@ def _facets(draft: Draft, closure: Any, subject: str) -> list[xml.Element]:
     return [paints.amount(draft, "alpha", roughness, subject, 2.0), xml.string("distribution", kind)]
 
 
-def _indices(draft: Draft, color: Any, edge: Any, subject: str) -> list[xml.Element]:
-    """Index and extinction by Gulbrandsen 2014 of the reflectance and the edge tint, per wavelength."""
-    facing, tint = (np.clip(_sampled(value), 0.0, 0.999) for value in (color, edge))
+def _indices(draft: Draft, color: Any, edge: tuple[Any, float], subject: str) -> list[xml.Element]:
+    """Index and extinction by Gulbrandsen 2014 of the reflectance and the edge tint with its scale, per wavelength."""
+    facing, tint = (np.clip(_sampled(value), 0.0, 0.999) for value in (color, edge[0]))
+    tint = tint * edge[1]
     root = np.sqrt(facing)
     index = tint * (1 - facing) / (1 + facing) + (1 - tint) * (1 + root) / (1 - root)
     extinction = np.sqrt(np.maximum((facing * (index + 1) ** 2 - (index - 1) ** 2) / (1 - facing), 0.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The spectra that determine the wavelengths to trace: those of the scene's lights and of its reflectances."""
+"""The spectra that determine the wavelengths to trace and their weights: of the scene's lights and reflectances."""
 
 from __future__ import annotations
 
@@ -12,9 +12,12 @@ from spectral_core.scene import Color, Scene
 from spectral_core.scene.leaves import simple_values_of
 from spectral_core.scene.paint import SpectralImage
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.upsample import reflectance_from_rgb
 
 _MOST = 64
 """Most reflectances that are used. The mean of more is as flat as the observer's share."""
+
+_SMOOTH_GRID = SpectralGrid.uniform(360.0, 830.0, 10.0)
 
 _TEXELS = 4096
 """Most texels of a spectral texture that are examined."""
@@ -33,7 +36,7 @@ def light_spectra(scene: Scene) -> list[Spectrum]:
 def reflectance_spectra(scene: Scene) -> list[Spectrum]:
     """Different reflectances that are given as spectra; of a spectral texture, those of its mean and largest weights.
 
-    Colors are omitted: their smooth spectra need no additional wavelengths.
+    Colors are omitted: their smooth spectra need no additional wavelengths (``color_spectra``).
     """
     found: dict[bytes, Spectrum] = {}
     for material in scene.materials:
@@ -43,6 +46,20 @@ def reflectance_spectra(scene: Scene) -> list[Spectrum]:
                 if 0 < float(spectrum.values.max()) <= 1.0 + 1e-6:
                     found.setdefault(spectrum.grid.wavelengths_nm.tobytes() + spectrum.values.tobytes(), spectrum)
     return list(found.values())[:_MOST]
+
+
+def color_spectra(scene: Scene) -> list[Spectrum]:
+    """Smooth reflectances of the different colors of the scene's materials."""
+    found: dict[bytes, Spectrum] = {}
+    for material in scene.materials:
+        for value in simple_values_of(material.surface):
+            if not isinstance(value, Color) or len(found) >= _MOST:
+                continue
+            rgb = np.clip(value.linear_rgb, 0.0, 1.0)
+            key = rgb.tobytes()
+            if rgb.any() and key not in found:
+                found[key] = reflectance_from_rgb(rgb, _SMOOTH_GRID)
+    return list(found.values())
 
 
 def _spectra(value: Any) -> list[Spectrum]:

@@ -93,8 +93,8 @@ class DataPasses(Accumulator):
 
         def body(index: Any, *slots: Any) -> Any:
             sampler.begin(index)
-            ray, cells, within = self._ray(corner, sampler)
-            self._measured = lambda light: self._measure(light, cells, within)
+            ray, drawn = self._ray(corner, sampler)
+            self._measured = lambda light: self._measure(light, drawn)
             return index + 1, *self._walk(first_hit, first_hit.past_hidden(ray), sampler, index == 0, slots)
 
         empty = [register for _ in kinds for register in self._crypto.empty(count)]

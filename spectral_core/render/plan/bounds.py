@@ -215,19 +215,21 @@ def _irradiance_along(light: Light, box: Array, length: float, scene: Scene) -> 
     return np.pi * intensity / max(size, pixel / 2, 1e-12)
 
 
-def radiances(scene: Scene, materials: list[Material]) -> Iterator[float]:
-    """Radiance of every source that a ray can hit; point lamps have none."""
+def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, str]]:
+    """Radiance and name of every source that a ray can hit; point lamps have none."""
     for light in scene.lights:
         tint = largest_size(light.color) if isinstance(light.color, Color) else 3.0
         if isinstance(light, SunLight):
-            yield tint * radiance_of_sun(abs(light.irradiance), max(min(light.angle_rad, np.pi) / 2, 1e-5))
+            half = max(min(light.angle_rad, np.pi) / 2, 1e-5)
+            yield tint * radiance_of_sun(abs(light.irradiance), half), light.name
         elif isinstance(light, AreaLight):
             scale = abs(float(np.linalg.det(light.world_from_light[:3, :3]))) ** (2 / 3)
-            yield tint * radiance_of_panel(abs(light.power_w), max(light.size[0] * light.size[1] * scale, 1e-12))
+            area = max(light.size[0] * light.size[1] * scale, 1e-12)
+            yield tint * radiance_of_panel(abs(light.power_w), area), light.name
         elif light.radius > 0:
-            yield tint * radiance_of_ball(abs(light.power_w), light.radius)
+            yield tint * radiance_of_ball(abs(light.power_w), light.radius), light.name
     if not scene.world.is_black:
-        yield scene.world.strength * largest_size(scene.world.color)
+        yield scene.world.strength * largest_size(scene.world.color), "World"
     for material in materials:
         for leaf in leaves(material.surface):
             if isinstance(leaf, (Emission, Principled)):
@@ -235,4 +237,4 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[float]:
                 amount = leaf.strength if isinstance(leaf, Emission) else leaf.emission_strength
                 strength = float(amount) if isinstance(amount, (int, float)) else 1.0
                 if strength != 0:
-                    yield abs(strength) * max(largest_size(part) for part in paint_parts(color))
+                    yield abs(strength) * max(largest_size(part) for part in paint_parts(color)), material.name

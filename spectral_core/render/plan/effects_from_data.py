@@ -80,10 +80,8 @@ def _transport(found: Found) -> Effect:
         reason = "no light or material has a spectrum; three channels are exact"
         return Effect("transport", simple(0.0), reason, choices=choices)
     error = rgb_transport_error(found.scene)
-    text = "more than can be told" if error == KEEP else f"ΔE {error:.2g}"
-    reason = (
-        f"{names(inventory.spectra)} carry spectra; all surfaces under all lights differ by {text} in three channels"
-    )
+    text = "an unknown error" if error == KEEP else f"an error of ΔE {error:.2g}"
+    reason = f"there are spectra in {names(inventory.spectra)}; surfaces under all lights have {text} in three channels"
     return Effect(
         "transport", simple(error), reason, "colors that only spectra can distinguish become equal", "bounded", choices
     )

@@ -86,14 +86,14 @@ def _share(pilot: Pilot, lost: NDArray[np.float64]) -> float:
 
 def _unseen(found: Found, pilot: Pilot) -> float:
     """Upper limit of the radiance in paths over sharp mirrors and glass."""
-    sharp = any(_is_sharp(leaf) for material in found.materials for leaf in leaves(material.surface))
+    sharp = any(is_sharp(leaf) for material in found.materials for leaf in leaves(material.surface))
     if not sharp:
         return 0.0
-    brightest = max(bounds.radiances(found.scene, found.materials), default=0.0)
+    brightest, _ = max(bounds.radiances(found.scene, found.materials), default=(0.0, ""))
     return unseen_radiance(pilot, brightest * found.scene.film.exposure)
 
 
-def _is_sharp(leaf: object) -> bool:
+def is_sharp(leaf: object) -> bool:
     if isinstance(leaf, Glass):
         return True
     if isinstance(leaf, (Glossy, Metal, Principled)):

@@ -78,7 +78,7 @@ def reflectance(closure: Filmed, cosine: float, thickness_nm: float) -> Array:
 def _base(closure: Filmed) -> complex:
     """Index of refraction of what lies below the film, of metals at their mean color."""
     if isinstance(closure, Metal):
-        return _metal(_mean(closure.color, 0.6), _mean(closure.edge_tint, 0.7))
+        return _metal(_mean(closure.color, 0.6), _mean(closure.edge_tint, 0.7) * closure.edge_scale)
     if isinstance(closure, Principled) and isinstance(closure.metallic, (int, float)) and closure.metallic >= 0.5:
         return _metal(_mean(closure.base_color, 0.8), 1.0)
     return complex(nominal_ior(closure.ior))

@@ -177,17 +177,20 @@ class MeshTables:
         return si
 
     def attribute(self, name: str, si: Any, place: Any, active: Any) -> Any:
-        """An attribute (vector) at a point of the plane of a triangle, in the space of its mesh; 0 without it."""
+        """An attribute (vector) at a point of the plane of a triangle, in the space of its mesh; without it 0, its
+        alpha 1.
+        """
         mi, dr = self.mi, self.dr
+        missing = mi.Vector3f(1.0 if name.startswith("attribute_alpha") else 0.0)
         if name not in self.attributes:
-            return mi.Vector3f(0.0)
+            return missing
         starts, values = self.attributes[name]
         places, corners, known = self.own_corners(si, active)
         first = dr.gather(mi.UInt32, starts, dr.reinterpret_array(mi.UInt32, si.shape), known)
         known &= first != NONE
         shares = barycentric(dr, corners, place)
         at = [dr.gather(mi.Vector3f, values, first + places[k], known) for k in range(3)]
-        return dr.select(known, at[0] * shares[0] + at[1] * shares[1] + at[2] * shares[2], 0.0)
+        return dr.select(known, at[0] * shares[0] + at[1] * shares[1] + at[2] * shares[2], missing)
 
     @property
     def has_parts(self) -> bool:

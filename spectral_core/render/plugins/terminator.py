@@ -5,7 +5,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins.mesh_tables import COLUMNS, NONE, MeshTables, barycentric
+from spectral_core.render.plugins.mesh_tables import MeshTables, barycentric
+from spectral_core.render.plugins.paints.tables import SceneTables
+from spectral_core.render.plugins.vertex_normals import vertex_normals
 
 
 def lifts(meshes: MeshTables) -> bool:
@@ -13,22 +15,28 @@ def lifts(meshes: MeshTables) -> bool:
     return any(row[31] > 0 for row in meshes.scene.rows.values())
 
 
+def faded(tables: SceneTables, si: Any, wo: Any, active: Any) -> Any:
+    """Factor on the light that an object with a moved terminator reflects along the local direction ``wo``.
+
+    A cosine becomes that of the angle times a frequency (appleseed's workaround for coarse meshes, as in Cycles).
+    """
+    mi, dr = tables.mi, tables.dr
+    own, placed = (dr.reinterpret_array(mi.UInt32, each) for each in (si.shape, si.instance))
+    frequency = tables.frequency(dr.select(placed != 0, placed, own), active)
+    cosine = dr.minimum(dr.abs(wo.z), 1.0)
+    share = dr.maximum(dr.cos(dr.safe_acos(cosine) * frequency), 0.0) / dr.maximum(cosine, 1e-6)
+    return dr.select((frequency > 1.0) & (si.wi.z * wo.z > 0.0), share, 1.0)
+
+
 def rounded(meshes: MeshTables, si: Any, outer: Any) -> tuple[Any, Any]:
     """Way from a hit to the rounded surface that the normals of its triangle describe, and the cosine to the
     triangle's normal below which light starts there; 0 for flat triangles. ``outer``: normal of the lit side.
     """
     mi, dr = meshes.mi, meshes.dr
-    corners, known = meshes.corners(si, si.is_valid())
-    places, _, _ = meshes.own_corners(si, known)
+    corners, _ = meshes.corners(si, si.is_valid())
+    normals, known = vertex_normals(meshes, si, si.is_valid())
     own, placed = (dr.reinterpret_array(mi.UInt32, each) for each in (si.shape, si.instance))
-    normal = dr.gather(mi.UInt32, meshes.rows, own * COLUMNS + 2, known)
-    known &= normal != NONE
-    normals = [mi.Vector3f(dr.gather(mi.Normal3f, meshes.normals, normal + places[k], known)) for k in range(3)]
     number = dr.select(placed != 0, placed, own)
-    if meshes.has_parts:
-        rows = meshes.scene.placement(number, known & (placed != 0))[12:]
-        turned = [mi.Vector3f(*(dr.dot(mi.Vector3f(*rows[4 * i : 4 * i + 3]), n) for i in range(3))) for n in normals]
-        normals = [dr.select(placed != 0, dr.normalize(t), n) for t, n in zip(turned, normals, strict=True)]
     u, v, w = barycentric(dr, corners, si.p)
     mean = normals[0] * u + normals[1] * v + normals[2] * w
     side = dr.select(dr.dot(mean, outer) > 0.0, mi.Float(1.0), -1.0)

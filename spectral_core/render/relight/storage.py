@@ -130,7 +130,7 @@ class MixtureStorage(Storage):
 
     def stated_error(self) -> str:
         """Text on the difference of a relit picture from a render."""
-        return "Any mixture of the lights is exact, up to float rounding; they keep their spectra"
+        return "Any mixture of the lights is exact, up to rounding; they keep their spectra"
 
 
 def flat_light() -> Illuminant:

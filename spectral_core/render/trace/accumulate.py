@@ -20,6 +20,7 @@ from spectral_core.render.lens.panorama import DrJitMath
 from spectral_core.render.lens.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
+from spectral_core.render.trace.measure.spectral_measure import Drawn, SpectralMeasure
 from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
@@ -65,8 +66,7 @@ class Accumulator:
         self.samples = 0
         self._offsets = mitsuba.Float(filter_offsets(film))
         self.plan = wavelengths
-        if wavelengths is not None:
-            self._spectral_tables(wavelengths)
+        self._measuring = None if wavelengths is None else SpectralMeasure(mitsuba, wavelengths)
         width, height = film.size
         pixels = width * height if keep else 0
         self.tiles = [
@@ -77,42 +77,6 @@ class Accumulator:
     def band_count(self) -> int:
         """Number of spectral channels beside the picture."""
         return 0 if self.plan is None else len(self.plan.responses) - 3
-
-    def _spectral_tables(self, plan: WavelengthPlan) -> None:
-        mi = self._mi
-        self._draw = mi.DiscreteDistribution(mi.Float(plan.probability.astype(np.float32)))
-        # the exact probability of the table in single precision, or narrow lines would be off by its rounding
-        cumulative = np.concatenate([[0.0], np.array(self._draw.cdf, dtype=np.float64)])
-        density = np.diff(cumulative) / cumulative[-1] / plan.widths_nm
-        density = np.maximum(density, 1e-30)
-        self._cell_start, self._cell_width = mi.Float(plan.edges_nm[:-1]), mi.Float(plan.widths_nm)
-        # response / density at both ends of a cell: within it the response is linear and the density constant
-        starts, _, ends = plan.pieces[:, :3]
-        self._starts = [mi.Float((row / density).astype(np.float32)) for row in starts]
-        self._ends = [mi.Float((row / density).astype(np.float32)) for row in ends]
-        if self.band_count:
-            self._band_tables(plan.pieces[:, 3:], density)
-
-    def _band_tables(self, pieces: NDArray[np.float64], density: NDArray[np.float64]) -> None:
-        """Per cell the few bands that respond in it, their weights at both ends, and their quadratic part."""
-        mi = self._mi
-        touched = np.any(pieces != 0, axis=0)
-        self._band_slots = max(1, int(touched.sum(axis=0).max()))
-        cells = touched.shape[1]
-        index = np.zeros((self._band_slots, cells), np.uint32)
-        start, end, bulge = np.zeros((3, self._band_slots, cells), np.float32)
-        bulges = 4 * (pieces[1] - (pieces[0] + pieces[2]) / 2)
-        bulges[np.abs(bulges) < 1e-12 * np.abs(pieces).max(initial=0)] = 0.0  # rounding error of linear parts
-        for cell in range(cells):
-            for slot, band in enumerate(np.flatnonzero(touched[:, cell])):
-                index[slot, cell] = band
-                start[slot, cell] = pieces[0, band, cell] / density[cell]
-                end[slot, cell] = pieces[2, band, cell] / density[cell]
-                bulge[slot, cell] = bulges[band, cell] / density[cell]
-        self._band_index = [mi.UInt32(row) for row in index]
-        self._band_start = [mi.Float(row) for row in start]
-        self._band_end = [mi.Float(row) for row in end]
-        self._band_bulge = [mi.Float(row) for row in bulge] if np.any(bulge) else None
 
     def _new_tile(self, first: int, count: int) -> _Tile:
         mi, dr = self._mi, self._dr
@@ -148,17 +112,17 @@ class Accumulator:
 
         def body(index: Any, sums: Any, covered: Any, lost: Any) -> Any:
             sampler.begin(index)
-            ray, cells, within = self._ray(corner, sampler)
+            ray, drawn = self._ray(corner, sampler)
             if tells_apart is not None:
-                tells_apart(tile.light, lane, lambda light: self._measure(light, cells, within))
+                tells_apart(tile.light, lane, lambda light: self._measure(light, drawn))
             radiance, coverage, finite = self._follow(first_hit, integrator, sampler, ray)
-            color = self._measure(radiance, cells, within)
+            color = self._measure(radiance, drawn)
             # a finite radiance may overflow when it is measured: it then counts as lost too
             measured = dr.all(dr.abs(color) < LARGEST_SAMPLE)
             color, finite = dr.select(measured, color, 0.0), finite & measured
             radiance = dr.select(measured, radiance, 0.0)
-            if bands is not None:
-                self._scatter_bands(bands, lane, radiance, (cells, within))
+            if bands is not None and self._measuring is not None and drawn is not None:
+                self._measuring.scatter_bands(bands, lane, radiance, drawn)
             return index + 1, sums + color, covered + coverage, lost + dr.select(finite, mi.UInt32(0), mi.UInt32(1))
 
         _, tile.sums, tile.covered, tile.lost = dr.while_loop(
@@ -206,10 +170,10 @@ class Accumulator:
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
         return radiance, covered, finite
 
-    def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
-        """Camera ray of a sample, and for spectral transport the cells of its wavelengths and positions within them."""
+    def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Drawn | None]:
+        """Camera ray of a sample, and for spectral transport its wavelengths."""
         mi, dr = self._mi, self._dr
-        place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
+        place, aperture = sampler.next_2d(), sampler.next_2d()
         offset = mi.Vector2f(self._offset(place.x), self._offset(place.y))
         picture = (corner + 0.5 + offset) / mi.Vector2f(self._number(self.film.width), self._number(self.film.height))
         math = DrJitMath(dr)
@@ -218,25 +182,15 @@ class Accumulator:
         ray = dr.zeros(mi.RayDifferential3f)
         ray.o, ray.d, ray.maxt = mi.Point3f(origin), direction, length
         ray.has_differentials = False
-        return ray, *self._draw_wavelengths(ray, spectral)
+        return ray, self._draw_wavelengths(ray, sampler)
 
-    def _draw_wavelengths(self, ray: Any, spectral: Any) -> tuple[Any, Any]:
-        """Give a ray its wavelengths; their cells and positions within them, None in RGB transport."""
-        mi, dr = self._mi, self._dr
-        if self.plan is None:
-            return None, None
-        # a comb of four that slides through a quarter of the interval; under dispersion one tooth represents all
-        comb = [0.25 * (spectral + k) for k in range(4)] if self.plan.teeth == 4 else [spectral] * 4
-        cells, within = [], []
-        for k in range(4):
-            # One number chooses the cell, and its remainder the position within: the stratification extends into cells.
-            cell, rest = self._draw.sample_reuse(comb[k])
-            cells.append(cell)
-            within.append(rest)
-        starts = (dr.gather(mi.Float, self._cell_start, cell) for cell in cells)
-        widths = (dr.gather(mi.Float, self._cell_width, cell) for cell in cells)
-        ray.wavelengths = mi.Spectrum(*(dr.fma(w, t, s) for s, w, t in zip(starts, widths, within, strict=True)))
-        return cells, within
+    def _draw_wavelengths(self, ray: Any, sampler: Any) -> Drawn | None:
+        """Give a ray its wavelengths; nothing in RGB transport."""
+        if self._measuring is None:
+            sampler.next_1d()  # the paths of RGB transport then have the random numbers of spectral transport
+            return None
+        ray.wavelengths, drawn = self._measuring.draw(sampler)
+        return drawn
 
     def _number(self, value: float) -> Any:
         """A number that the kernel reads from memory: another frame then needs no new kernel."""
@@ -249,35 +203,11 @@ class Accumulator:
         low, high = dr.gather(mi.Float, self._offsets, index), dr.gather(mi.Float, self._offsets, index + 1)
         return dr.lerp(low, high, scaled - mi.Float(index))
 
-    def _measure(self, radiance: Any, cells: Any, within: Any) -> Any:
+    def _measure(self, radiance: Any, drawn: Drawn | None) -> Any:
         """Linear sRGB of one sample in RGB transport, XYZ in spectral transport."""
-        mi, dr = self._mi, self._dr
-        if self.plan is None:
-            return mi.Color3f(radiance)
-        channels = []
-        for starts, ends in zip(self._starts, self._ends, strict=True):
-            total = mi.Float(0.0)
-            for k in range(4):
-                low, high = dr.gather(mi.Float, starts, cells[k]), dr.gather(mi.Float, ends, cells[k])
-                total += radiance[k] * dr.lerp(low, high, within[k])
-            channels.append(total * 0.25)
-        return mi.Color3f(*channels)
-
-    def _scatter_bands(self, bands: Any, lane: Any, radiance: Any, drawn: tuple[Any, Any]) -> None:
-        """Add a sample to its pixel's band channels; each lane owns its pixel, so no two lanes collide."""
-        mi, dr = self._mi, self._dr
-        for k, (cell, within) in enumerate(zip(*drawn, strict=True)):
-            for slot in range(self._band_slots):
-                weight = dr.lerp(
-                    dr.gather(mi.Float, self._band_start[slot], cell),
-                    dr.gather(mi.Float, self._band_end[slot], cell),
-                    within,
-                )
-                if self._band_bulge is not None:
-                    # A parabola over the chord: 0 at both ends, greatest in the middle.
-                    weight += dr.gather(mi.Float, self._band_bulge[slot], cell) * within * (1.0 - within)
-                target = lane * self.band_count + dr.gather(mi.UInt32, self._band_index[slot], cell)
-                dr.scatter_add(bands, radiance[k] * weight * 0.25, target, mode=dr.ReduceMode.NoConflicts)
+        if self._measuring is None or drawn is None:
+            return self._mi.Color3f(radiance)
+        return self._measuring.color(radiance, drawn)
 
     def picture(self) -> NDArray[np.float32]:
         """Mean so far: (height, width, 4) linear sRGB and coverage, row 0 at the bottom; zeros before any sample."""

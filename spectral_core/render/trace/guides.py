@@ -43,7 +43,7 @@ class GuidePass(Accumulator):
 
         def body(index: Any, albedo: Any, normal: Any) -> Any:
             sampler.begin(index)
-            ray, _, _ = self._ray(corner, sampler)
+            ray, _ = self._ray(corner, sampler)
             color, direction = self._first_seen(first_hit, first_hit.past_hidden(ray), sampler)
             return index + 1, albedo + color, normal + direction
 
@@ -58,10 +58,9 @@ class GuidePass(Accumulator):
         mean = [np.array(each, dtype=np.float32).T.reshape(shape) / np.float32(samples) for each in (albedo, normal)]
         return Guides(np.clip(mean[0], 0.0, 1.0), np.clip(mean[1], -1.0, 1.0))
 
-    def _draw_wavelengths(self, ray: Any, spectral: Any) -> tuple[Any, Any]:
+    def _draw_wavelengths(self, ray: Any, sampler: Any) -> None:
         if self._spectral:
             ray.wavelengths = self._mi.Spectrum(*RED_GREEN_BLUE_NM, RED_GREEN_BLUE_NM[1])
-        return None, None
 
     def _first_seen(self, first_hit: FirstHit, ray: Any, sampler: Any) -> tuple[Any, Any]:
         """Albedo of the first surface, and its normal toward the viewer."""

@@ -5,8 +5,8 @@ Radiance is integrated against measurement functions (the observer's three, or s
 knots of 1 nm. Four wavelengths per path are drawn where the picture's channels and the lights have their power, in
 cells that end at the knots of the lights, so that a sodium lamp or a laser is as quiet as daylight; and where the
 scene's reflectances send that power to the eye, so that a designed reflectance that is high near 700 nm alone shows
-its color from the first samples on. The four are a comb with teeth a quarter apart in probability, whose position is
-one dimension of the path's Sobol point.
+its color from the first samples on. The four are a comb with teeth about a quarter apart in probability, whose position
+is one dimension of the path's Sobol point (``measure.wavelength_sets``).
 """
 
 from __future__ import annotations
@@ -19,22 +19,19 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
-from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.observer import STANDARD, integration_points, observer
+from spectral_core.render.trace.measure.sensitivity import (
+    FIRST_NM,
+    LAST_NM,
+    WAVELENGTHS_NM,
+    responses_at_1_nm,
+    sensitivity,
+)
+from spectral_core.render.trace.measure.wavelength_sets import WavelengthSets, wavelength_sets
+from spectral_core.spectra.observer import integration_points
 from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
 
-FIRST_NM, LAST_NM = 360, 830
-"""The range that Mitsuba traces."""
-WAVELENGTHS_NM: Array = np.arange(FIRST_NM, LAST_NM + 1, dtype=np.float64)
-WAVELENGTHS_NM.setflags(write=False)
-SMOOTH_NM = 20
-"""Width (standard deviation) of the smoothing of the density. Four wavelengths a quarter apart in probability
-integrate a smooth function over the density far better than one with steep flanks.
-"""
-_LEAST_CHANNEL = 0.05
-"""Least response of a channel of the picture, over that of the strongest: darker ones get no more samples."""
 _OBSERVER_SHARE = 0.2
 """Share of samples that follow the picture's channels alone, for wavelengths of indirect light or fluorescence."""
 _REFLECTED_SHARE = 0.4
@@ -98,7 +95,7 @@ class WavelengthPlan:
     single precision as the renderer has them. ``probability``: (m,), sums to 1. ``responses``: (n_channels, 471) at
     whole nm, x̄ ȳ z̄ first. ``pieces``: (3, n_channels, m), the responses at the start, middle and end of each cell, in
     which they are quadratic. ``teeth``: different wavelengths per path, 4, or 1 where glass disperses (the path of one
-    wavelength is then not that of another).
+    wavelength is then not that of another). ``sets``: the sets of four and their weights, None with one wavelength.
     """
 
     edges_nm: Array
@@ -106,6 +103,7 @@ class WavelengthPlan:
     responses: Array
     pieces: Array
     teeth: int = 4
+    sets: WavelengthSets | None = None
 
     @property
     def widths_nm(self) -> Array:
@@ -118,23 +116,27 @@ def plan_wavelengths(
     bands: Bands | None = None,
     *,
     reflectances: Sequence[Spectrum] = (),
+    colors: Sequence[Spectrum] = (),
     disperses: bool = False,
     follow_bands: bool = True,
 ) -> WavelengthPlan:
     """Draw in proportion to the picture's response to all ``lights``, plus a fifth by its ``sensitivity`` alone.
 
     With ``reflectances``, two fifths follow the picture's response to the lights after each reflectance, in equal
-    shares. With ``bands`` half of all follow these, so that every channel gets samples; without ``follow_bands`` they
-    do not, if the same wavelengths must be drawn whatever is measured.
+    shares. They and the smooth reflectances of ``colors`` determine how often each channel of the picture is sampled,
+    and the weights of the sets. With ``bands`` half of all follow these, so that every channel gets samples; without
+    ``follow_bands`` they do not, if the same wavelengths must be drawn whatever is measured.
     """
-    edges = cell_edges(lights)
+    counted = _counted(lights)
+    edges = cell_edges([light for light, _ in counted])
     widths = np.diff(edges)
-    cmfs = _responses_at_1_nm()
+    cmfs = responses_at_1_nm()
     # Equal shares of each light, not of their powers: a dim lamp alone in a corner is sampled as well as a bright one.
+    tints = [spectrum.at(WAVELENGTHS_NM) for spectrum in (*reflectances, *colors)]
     share = share_by_cell(edges, WAVELENGTHS_NM, sensitivity())
     power = np.zeros_like(share)
-    for light in lights:
-        power += share_by_cell(edges, WAVELENGTHS_NM, sensitivity(light), light)
+    for light, count in counted:
+        power += count * share_by_cell(edges, WAVELENGTHS_NM, sensitivity(light, tints), light)
     if power.sum() > 0:
         power /= power.sum()
         reflected = _reflected(edges, power, reflectances)
@@ -150,23 +152,18 @@ def plan_wavelengths(
     # A response over a cell of zero density would be lost: every measured cell keeps some density.
     measured = np.any(pieces != 0, axis=(0, 1))
     probability = np.where(measured, np.maximum(share, _LEAST_DENSITY * widths), share)
-    return WavelengthPlan(edges, probability / probability.sum(), responses, pieces, 1 if disperses else 4)
+    probability /= probability.sum()
+    sets = None if disperses else wavelength_sets(edges, probability, pieces, counted, (*reflectances, *colors))
+    return WavelengthPlan(edges, probability, responses, pieces, 1 if disperses else 4, sets)
 
 
-def sensitivity(light: Spectrum | None = None) -> Array:
-    """Response of the picture to light of each whole nm, (471,): of red, green and blue, each over its value under
-    ``light`` (under equal energy without one), so that the noise of each is small beside itself; smoothed.
-    """
-    channels = RGB_FROM_XYZ @ _responses_at_1_nm()
-    points, weights = integration_points(WAVELENGTHS_NM, *([] if light is None else [light.grid.wavelengths_nm]))
-    amount = weights if light is None else weights * np.maximum(light.at(points), 0.0)
-    totals = np.array([amount @ np.interp(points, WAVELENGTHS_NM, channel) for channel in channels])
-    if totals.max() <= 0.0:  # nothing of the light is visible
-        totals = channels.sum(axis=1)
-    together = (np.abs(channels) / np.maximum(totals, _LEAST_CHANNEL * totals.max())[:, None]).sum(axis=0)
-    away = np.arange(-3 * SMOOTH_NM, 3 * SMOOTH_NM + 1)
-    kernel = np.exp(-0.5 * (away / SMOOTH_NM) ** 2)
-    return np.asarray(np.convolve(together, kernel / kernel.sum(), mode="same"))
+def _counted(lights: Sequence[Spectrum]) -> list[tuple[Spectrum, float]]:
+    """Different spectra and the number of lights of each, the most frequent first."""
+    found: dict[bytes, tuple[Spectrum, float]] = {}
+    for light in lights:
+        key = light.grid.wavelengths_nm.tobytes() + light.values.tobytes()
+        found[key] = (light, found[key][1] + 1.0 if key in found else 1.0)
+    return sorted(found.values(), key=lambda pair: -pair[1])
 
 
 def single_precision_spectrum(spectrum: Spectrum) -> tuple[Array, Array]:
@@ -263,8 +260,3 @@ def _pieces(edges: Array, cmfs: Array, bands: Bands | None) -> Array:
     # Lagrange's polynomials through start, middle and end.
     quadratic = [first * (1 - t) * (1 - 2 * t) + middle * 4 * t * (1 - t) + last * t * (2 * t - 1) for t in within]
     return np.concatenate([measured, np.stack(quadratic)], axis=1)
-
-
-def _responses_at_1_nm() -> Array:
-    viewer = observer(STANDARD)
-    return np.stack([np.interp(WAVELENGTHS_NM, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])

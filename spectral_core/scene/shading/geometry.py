@@ -22,12 +22,25 @@ from spectral_core.scene.shading.tuples import (
     subtract,
 )
 
+FILTER_WIDTH = 0.1
+"""Steps of Bump's height samples in pixels, unless the node has another number."""
+
+
+def shifted_by(axis: int, width: float = FILTER_WIDTH) -> int:
+    """The ``shift`` of inputs at a step along axis 1 or 2 of the surface, of a width in pixels (thousandths count)."""
+    return axis if width == FILTER_WIDTH else axis + 4 * max(round(width * 1000), 1)
+
+
+def step_of(shift: int) -> tuple[int, float]:
+    """Axis (0 for no step) and width in pixels of a ``shift``."""
+    return shift % 4, shift // 4 / 1000 if shift >= 4 else FILTER_WIDTH
+
 
 @operation("", 3, folds=False)
 def vector_input(xp: Any, name: str, shift: int) -> Any:
     """A vector of the point: ``position``, ``normal``, ``true_normal``, ``incoming``, ``object``, ``attribute:…``.
 
-    ``shift``: 0 at the point, 1 and 2 a small step along the surface, which Bump needs.
+    ``shift``: 0 at the point, else a small step along the surface, which Bump needs (``shifted_by``).
     """
     return xp.input(name, shift)
 
@@ -229,4 +242,5 @@ def luminaire(xp: Any, direction: Any, table: Any) -> Any:
     start = row * MERIDIAN + column
     low, high, low_next, high_next = (xp.entry(table, start + k, 0) for k in (0, 1, MERIDIAN, MERIDIAN + 1))
     share = down - column
-    return mix(mix(low, high, share), mix(low_next, high_next, share), around - row)
+    found = mix(mix(low, high, share), mix(low_next, high_next, share), around - row)
+    return xp.where((x != 0.0) | (y != 0.0) | (z != 0.0), found, 0.0)  # nothing without a direction

@@ -34,7 +34,7 @@ def jenkins(xp: Any, *keys: Any) -> Any:
             a = a - c
             a = a ^ _turn(c, shift)
             c = c + b
-            a, b, c = b, c, a  # the six steps are one step with rotated names
+            a, b, c = b, c, a  # the six steps of Blender are this one, each with the names rotated
         a = a + keys[3]
     for shift in (14, 11, 25, 16, 4, 14, 24):
         c = c ^ b

@@ -140,3 +140,91 @@ def _brick_noise(xp: Any, n: Any) -> Any:
 def brick_color(xp: Any, tint: Any, mortar: Any, first: Any, second: Any, joint: Any) -> Any:
     """Brick Texture's color."""
     return mix(mix(first, second, tint), joint, mortar)
+
+
+@operation("3 1 1", 3)
+def radial_tiling(xp: Any, vector: Any, sides: Any, roundness: Any, normalize: bool) -> Any:
+    """Segment Coordinates of the Radial Tiling node."""
+    across, along = _segment(xp, vector, sides, roundness, normalize)[:2]
+    return across, along, 0.0 * along
+
+
+@operation("3 1 1", 3)
+def radial_segment(xp: Any, vector: Any, sides: Any, roundness: Any) -> Any:
+    """ID, width and rotation of the Radial Tiling node's segment."""
+    return _segment(xp, vector, sides, roundness, False)[2:]
+
+
+def _segment(xp: Any, vector: Any, sides: Any, roundness: Any, normalize: bool) -> tuple[Any, ...]:
+    """Coordinates across and along a segment of a rounded polygon, and the segment's number, width and direction.
+
+    Angles are from the segment's bisector (``offset``) or from the nearest divider (``before``). A corner bends where
+    the divider is nearer than ``bevel``. Sides that are not whole end with a narrower segment, whose corners are bent
+    by a circle that touches both neighbors.
+    """
+    x, y = vector[0], vector[1]
+    sides, rounding = xp.maximum(sides + 0.0 * x, 2.0), clip(xp, roundness + 0.0 * x)
+    radius, turn = xp.sqrt(x * x + y * y), xp.atan2(y, x)
+    angle = turn + xp.where(y < 0.0, 2 * pi, 0.0)
+    half = xp.minimum(pi / sides, MOST_HALF)
+    rest = pi - xp.floor(sides) * half
+    is_last = (sides > xp.floor(sides)) & (angle >= 2.0 * (pi - rest))
+    number = xp.where(is_last, xp.floor(sides), xp.floor(angle * sides / (2 * pi)))
+    own = xp.where(is_last, rest, half)
+    offset = angle - 2.0 * half * number - own
+    before = own - xp.absolute(offset)
+
+    regular, narrow = (angle_ - xp.atan((1.0 - rounding) * xp.tan(angle_)) for angle_ in (half, rest))
+    circle, center_x, center_y, uneven = _last_corner(xp, half, rest, rounding, narrow)
+    mirrored = xp.where(angle < pi, turn, 2.0 * (pi - rest) - angle)  # from the nearer divider of the last segment
+    wide = (sides > xp.floor(sides)) & (mirrored >= 0.0) & (mirrored < half) & ~is_last
+    bevel = xp.where(is_last, narrow, xp.where(wide, uneven, regular))
+    soft = xp.where(wide, 1.0 - xp.tan(half - uneven) / xp.tan(half), rounding)
+    straight = before >= bevel
+
+    middle = (1.0 - rounding) / xp.cos(half)
+    reach = xp.cos(before) * middle
+    bent = reach + xp.sqrt(reach * reach + rounding * rounding - middle * middle)
+    reach = xp.sin(xp.where(is_last, -before, before)) * center_y + xp.cos(before) * center_x
+    bent_last = reach + xp.sqrt(reach * reach + circle * circle - center_x * center_x - center_y * center_y)
+    narrower = is_last | wide & ~straight
+    level = xp.where(straight, radius * xp.cos(offset), radius / xp.where(narrower, bent_last, bent))
+    ratio = xp.cos(half) / xp.cos(rest)
+    along, stretch = xp.where(narrower, ratio, 1.0) * level, xp.where(is_last, ratio, 1.0)
+
+    flat, start = own - bevel, (1.0 - soft) * bevel
+    past = bevel - before
+    spline = xp.where(
+        past < start,
+        radius * xp.cos(flat) * past + 0.5 * (1.0 - radius * xp.cos(flat)) * safe_divide(xp, past * past, start),
+        start * 0.5 * (radius * xp.cos(flat) - 1.0) + past,
+    )
+    across = xp.where(straight, level * xp.tan(xp.absolute(offset)), radius * xp.sin(flat) + spline) * stretch
+    across = xp.where(offset < 0.0, -across, across)
+    across = xp.where(radius > 0.0, across, 0.0)
+    plain = xp.where(wide, regular, bevel)
+    width = xp.tan(own - plain) + (1.0 - rounding) * plain * 0.5 * (1.0 + stretch) + stretch * rounding * plain
+    halved = (sides <= 2.0) & (rounding <= 0.0)  # two half planes, of no finite width
+    if normalize:
+        base, end = xp.where(is_last, level, along), soft * bevel
+        by_level = base * xp.tan(flat) + start * 0.5 * (base + 1.0) + end
+        by_radius = radius * xp.sin(flat) + start * 0.5 * (radius * xp.cos(flat) + 1.0) + end
+        share = xp.where(straight, 0.0, safe_divide(xp, past, bevel))
+        most = stretch * (by_level + (by_radius - by_level) * share)
+        across = 0.5 * xp.where(halved, across, safe_divide(xp, across, most)) + 0.5
+    else:
+        along = along - 1.0
+    return across, along, number, xp.where(halved, 0.0, width), 2.0 * half * number + own
+
+
+MOST_HALF = 1.5707
+"""Most of half a segment's angle: less than a right angle, whose tangent has no bounds."""
+
+
+def _last_corner(xp: Any, half: Any, rest: Any, rounding: Any, narrow: Any) -> tuple[Any, Any, Any, Any]:
+    """Radius and center of the circle in the corner beside the last segment, and the angle at which it begins."""
+    circle = rounding * xp.tan(rest) / xp.tan(0.5 * (half + rest))
+    distance = 1.0 / xp.cos(rest - narrow)
+    center_x = distance * xp.cos(narrow) - circle * xp.cos(rest)
+    center_y = circle * xp.sin(rest) - distance * xp.sin(narrow)
+    return circle, center_x, center_y, xp.atan((center_y + circle * xp.sin(half)) / (center_x + circle * xp.cos(half)))

@@ -37,7 +37,7 @@ class Statements:
     def apply(self, columns: Sequence[Column]) -> None:
         """Apply the file's statements to the columns. Raises FileFormatError for an unknown word or a wrong count."""
         for word, (line, stated) in self._found.items():
-            # A name or source that others wrote may hold commas of its own: then it is one text for all.
+            # A name or source may contain commas. If its parts are not as many as the columns, it is one text for all.
             prose = word in ("name", "source") and len(stated) != len(columns)
             values = [", ".join(stated)] if prose else stated
             if len(values) not in (1, len(columns)):

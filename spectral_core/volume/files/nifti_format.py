@@ -47,7 +47,9 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
             array, array.ndim - 1, request.component if array.shape[-1] > 1 else None, path, "time steps"
         )
     if array.ndim != 3:
-        raise FileFormatError(f"{path.name} has shape {array.shape}; expected a volume with three axes")
+        raise FileFormatError(
+            f"{path.name} has shape {array.shape}; expected a volume with three axes, not a single slice or curve"
+        )
     if array.dtype.kind not in "iufb":
         raise InvalidInputError(f"{path.name} holds {array.dtype} (colors or complex numbers); expected scalars")
     name = path.name.removesuffix(".gz")

@@ -36,7 +36,9 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         else:
             with loaded:
                 if len(loaded.files) > _MOST_ARRAYS:
-                    raise FileFormatError(f"{path.name} holds {len(loaded.files)} arrays; expected a volume")
+                    raise FileFormatError(
+                        f"{path.name} holds {len(loaded.files)} arrays; expected a volume, among {_MOST_ARRAYS} at most"
+                    )
                 arrays = {key: loaded[key] for key in loaded.files}
     except InvalidInputError:
         raise

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from spectral_core.volume.march.arithmetic import bounded, larger, mean_attenuation, smaller, step_growth
+from spectral_core.volume.march.march_input import AT_FACE
 from spectral_core.volume.march.path import FieldPath, Path
 from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Step, StepOptics, quadrature_of
 
@@ -179,7 +180,9 @@ def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
         planned *= step_growth(data.volume.types, transmittance)
     planned = bounded(planned, data.shortest_step, data.grid.longest)
     if data.ends_at_faces:
-        planned = smaller(planned, field.rays.until_face(local))
+        # No step ends just before a face, where the face would count as reached.
+        face = field.rays.until_face(local)
+        planned = dr.select(planned > face - 2.0 * AT_FACE, face, planned)
     # A rule without a first step makes no step in the iteration of a skip, or the limit on short steps would.
     if data.grid.grid.first == 0.0:
         planned = dr.select(steps, planned, 0.0)

@@ -35,7 +35,7 @@ class Limits:
 
 USUAL = Limits()
 REFERENCE = Limits(1e-7, 1.0, 1.0 / 512.0, ends_at_faces=True)
-_AT_FACE = 1e-4  # voxels before a face within which a position counts as on it
+AT_FACE = 1e-4  # voxels before a face within which a position counts as on it
 
 
 @dataclass(frozen=True)
@@ -58,13 +58,25 @@ class Rays:
         return dr.fma(self.direction, distance, self.origin)
 
     def until_face(self, distance: Any) -> Any:
-        """Voxels from ``distance`` to the next face between two cells; at least ``_AT_FACE``."""
+        """Voxels from ``distance`` to the next face between two cells; at least ``AT_FACE``."""
         import drjit as dr
 
         ahead = dr.abs(self.direction)
         along = dr.select(self.direction < 0, -self.at(distance), self.at(distance))
-        left = (dr.floor(along + _AT_FACE) + 1.0 - along) / larger(ahead, 1e-9)
-        return larger(smaller(smaller(left.x, left.y), left.z), _AT_FACE)
+        left = (dr.floor(along + AT_FACE) + 1.0 - along) / larger(ahead, 1e-9)
+        return larger(smaller(smaller(left.x, left.y), left.z), AT_FACE)
+
+
+def on_face(point: Any) -> Any:
+    """A point of index space, moved onto each face that it counts as on.
+
+    Rounding leaves the end of a step beside its face by some millionths of a voxel. A peak at the very value of the
+    voxels there may be narrower than the difference of the field over that distance, and would be missed on both sides.
+    """
+    import drjit as dr
+
+    nearest = dr.round(point)
+    return dr.select(dr.abs(point - nearest) < AT_FACE, nearest, point)
 
 
 @dataclass(frozen=True)

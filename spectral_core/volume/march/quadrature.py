@@ -19,6 +19,7 @@ from typing import Any, Protocol
 from spectral_core.volume.march.arithmetic import larger, smaller
 from spectral_core.volume.march.device_grid import BEYOND
 from spectral_core.volume.march.device_table import DeviceTable, Segment
+from spectral_core.volume.march.march_input import on_face
 from spectral_core.volume.march.path import FieldPath
 
 _GROWTH = 1.3  # of the factor ``stretch``, per step in which nothing was missed
@@ -194,7 +195,7 @@ class Preintegrated:
         data, table = field.data, field.data.table
         local = field.local(step.end)
         point = field.rays.at(smaller(local if field.begin is None else larger(local, 0.0), field.rays.length))
-        value = data.volume.value(point)
+        value = data.volume.value(on_face(point) if data.ends_at_faces else point)
         segment = table.find(value)
         after = PreintegratedState(value, segment.index, table.running_integrals(segment), None, None)
         means = _means(table, now, after, segment)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -216,3 +217,13 @@ def test_invalid_amounts_are_refused(tmp_path, capsys, wrong) -> None:
     write_spectra(path, [reflectance(name) for name in PAINTS])
     assert cli.main(["recipe", "paints", str(path), "--target", "dark skin", *wrong]) == 1
     assert "expected a value from" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "target"), [("lamp", "leds", ["--cct", "4000"]), ("paints", "paints", ["--target", "dark skin"])]
+)
+def test_the_example_that_a_message_names_gives_a_recipe(kind, name, target, capsys) -> None:
+    assert cli.main(["recipe", kind, "absent.csv", *target]) == 1
+    named = f"examples/{name}.csv"
+    assert named in capsys.readouterr().err
+    assert cli.main(["recipe", kind, str(Path(__file__).parents[3] / named), *target]) == 0

@@ -109,3 +109,16 @@ def test_costs_of_realism_and_whites_of_other_observers() -> None:
     plain = white_differences([illuminant("D65")])
     assert max(each.to_daylight for each in plain) < 1e-6
     assert white_differences([illuminant("D65"), illuminant("FL11")])[1].between > 1
+
+
+@pytest.mark.parametrize(
+    ("name", "inside", "outside"),
+    [("daylight_share", (0.0, 0.9), (-0.01, 0.91)), ("led_width_nm", (5.0, 60.0), (4.9, 60.1)),
+     ("importance", (1e-3, 1e3), (0.9e-3, 1.1e3))],
+)  # fmt: skip
+def test_settings_have_limits(name: str, inside: tuple[float, float], outside: tuple[float, float]) -> None:
+    for value in inside:
+        assert getattr(TextureSettings(**{name: value}), name) == value
+    for value in outside:
+        with pytest.raises(InvalidInputError, match=name):
+            TextureSettings(**{name: value})

@@ -17,6 +17,8 @@ from .shaders import FILLS, default_filling, fill_of, spectral_filling
 
 __all__ = ["FILLS", "Filling", "default_filling", "filling_of", "medium_alike", "medium_everywhere"]
 
+UNKNOWN_INSIDE = frozenset({"normal", "true_normal", "incoming", "window", "backfacing", "step_x", "normal_there"})
+"""Inputs of programs that depend on the view inside of a volume, in Cycles."""
 AROUND = (16, 16, 16)
 """Points of the cube over which means are taken."""
 
@@ -31,7 +33,10 @@ def filling_of(reader: Reader, output: Any) -> Filling | None:
         return found
     fill = fill_of(reader, source)
     programs = fill.scatters.program(3), fill.absorbs.program(3), fill.emits.program(3)
-    return Filling(programs, fill.lobes)
+    filling = Filling(programs, fill.lobes)
+    for name in sorted(filling.inputs & UNKNOWN_INSIDE):
+        reader.note(f"its volume depends on the {name.replace('_', ' ')}, which is 0 inside of it here")
+    return filling
 
 
 def medium_everywhere(reader: Reader, output: Any) -> ScatteringMedium | None:

@@ -15,6 +15,7 @@ const GAP = 10;
 const LEFT = 58;
 const BOTTOM = 40;
 const TOP = 6;
+const RIGHT = 8;
 const NEAR = 14;
 
 /** Draws the matrix and hears the pointer. */
@@ -59,11 +60,12 @@ export class Matrix {
     this.at.delete(name);
   }
 
-  /** Place the panels in the room there is. */
+  /** Place the panels in the available room. */
   layout() {
     const count = this.state.columns.length;
+    this.host.style.height = "";
     const room = this.host.getBoundingClientRect();
-    const across = (room.width - LEFT - 8 - GAP * (count - 1)) / count;
+    const across = (room.width - LEFT - RIGHT - GAP * (count - 1)) / count;
     const down = (Math.max(room.height, 240) - BOTTOM - TOP - GAP * (count - 1)) / count;
     const width = Math.max(36, Math.floor(across));
     const height = Math.max(36, Math.floor(Math.min(down, width * 1.2)));
@@ -73,13 +75,15 @@ export class Matrix {
         this.panels.push({ row, column, left: LEFT + column * (width + GAP), top: TOP + row * (height + GAP), width, height });
       }
     }
-    this.width = LEFT + count * (width + GAP);
+    this.width = LEFT + count * (width + GAP) - GAP + RIGHT;
     this.height = TOP + count * (height + GAP) + BOTTOM - GAP;
     this.ratio = Math.min(window.devicePixelRatio || 1, 2);
     this.canvas.width = Math.round(this.width * this.ratio);
     this.canvas.height = Math.round(this.height * this.ratio);
     this.canvas.style.width = `${this.width}px`;
     this.canvas.style.height = `${this.height}px`;
+    // on a phone the width limits the panels: without this, an empty area would follow below them
+    if (this.height < room.height && this.width <= room.width) this.host.style.height = `${this.height}px`;
   }
 
   /** Paint everything. */
@@ -170,9 +174,11 @@ export class Matrix {
     context.textAlign = "center";
     let end = -Infinity;
     for (const tick of ticks(column, Math.max(3, Math.floor(panel.width / 42)))) {
-      const x = panel.left + tick.at * panel.width;
       const text = column.kind === "text" ? fitted(context, tick.text, panel.width / 2) : tick.text;
       const half = context.measureText(text).width / 2;
+      // a text at the end of an axis stays out of the next panel's
+      const low = panel.left - GAP / 2 + half + 1;
+      const x = Math.max(low, Math.min(panel.left + tick.at * panel.width, panel.left + panel.width + GAP / 2 - half - 1));
       if (x - half < end + 4) continue;
       end = x + half;
       context.fillText(text, x, panel.top + panel.height + 13);

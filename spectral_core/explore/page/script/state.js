@@ -14,11 +14,19 @@ export const MOST_SHOWN = 8;
 const NARROW = 760;
 const MOST_SHOWN_NARROW = 4;
 
+/** True if the rows have more than one value in a column, beyond rounding. @param {import("./data.js").Column} column */
+function varies(column) {
+  const known = (column.values ?? new Float64Array()).filter((value) => !Number.isNaN(value));
+  return known.some((value) => Math.abs(value - known[0]) > 1e-12 * Math.max(1, Math.abs(known[0])));
+}
+
 /** State of a page that is opened for the first time. @param {import("./data.js").Table} table @returns {State} */
 export function freshState(table) {
   const plotted = table.columns.filter((column) => column.values && column.role !== "time");
   const first = plotted.filter((column) => column.role === "parameter");
-  const rest = plotted.filter((column) => column.role !== "parameter");
+  const outcomes = plotted.filter((column) => column.role !== "parameter");
+  const varied = outcomes.filter(varies);
+  const rest = varied.length ? varied : outcomes;
   const names = [...first, ...rest].map((column) => column.name).slice(0, window.innerWidth < NARROW ? MOST_SHOWN_NARROW : MOST_SHOWN);
   return {
     selection: new Uint8Array(table.count),

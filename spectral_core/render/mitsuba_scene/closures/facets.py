@@ -56,6 +56,7 @@ def metal(context: Context, closure: Metal, subject: str) -> Lobe:
         "roughness": paint.number(context, closure.roughness, subject),
         "keeps_energy": closure.multiple_scattering,
         "physical": closure.physical,
+        "edge_scale": closure.edge_scale,
         "distribution": closure.distribution,
         **facet_inputs(),
         **direction(context, closure.anisotropy, closure.rotation, closure.tangent, subject),

@@ -184,7 +184,7 @@ def metal_of(dr: Any, facing: Any, edge: Any) -> tuple[Any, Any]:
     """
     r = dr.clip(facing, 0.0, 0.999)
     root = dr.sqrt(r)
-    n = dr.lerp((1.0 + root) / (1.0 - root), (1.0 - r) / (1.0 + r), dr.clip(edge, 0.0, 1.0))
+    n = dr.lerp((1.0 + root) / (1.0 - root), (1.0 - r) / (1.0 + r), dr.clip(edge, 0.0, 2.0))
     return n, dr.safe_sqrt((r * dr.square(n + 1.0) - dr.square(n - 1.0)) / (1.0 - r))
 
 

@@ -123,7 +123,7 @@ def register(mi: Any, dr: Any) -> None:
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.color, self.roughness = inputs["color"], inputs["roughness"]
-            self.edge_tint = inputs.get("edge_tint", None)
+            self.edge_tint, self.edge_scale = inputs.get("edge_tint", None), float(inputs.get("edge_scale", 1.0))
             self.physical, self.film = bool(inputs.get("physical", False)), film_of(inputs)
             self.kind = str(inputs.get("distribution", "ggx"))
             self.keeps_energy &= self.kind == "ggx"  # the table of energy between facets holds for GGX
@@ -154,7 +154,7 @@ def register(mi: Any, dr: Any) -> None:
             average = dr.minimum(color, 1.0)
             if self.edge_tint is not None:
                 film = None if self.film is None else self.film.at(mi, dr, si, active)
-                colors = color, self.edge_tint.eval(si, active)
+                colors = color, self.edge_tint.eval(si, active) * self.edge_scale
                 color, average = metal_reflectance(mi, dr, colors, facing, film, physical=self.physical)
             if self.keeps_energy:
                 color = color * self.kept(facets.mean_roughness, wi.z, average)

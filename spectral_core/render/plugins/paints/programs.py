@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.plugins.mesh_tables import barycentric
-from spectral_core.render.plugins.paints.pixels import pixel_width
+from spectral_core.render.plugins.paints.pixels import pixel_width, step_along
 from spectral_core.render.plugins.paints.probes import Probes
 from spectral_core.render.plugins.paints.ray_marks import SINGULAR, read_mark
 from spectral_core.render.plugins.paints.remainder import exact_remainder
 from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
+from spectral_core.render.plugins.vertex_normals import normal_at
 from spectral_core.scene.rays import Rays
-
-BUMP_STEP = 3e-4
-"""Step of Bump's height samples over the distance to the eye: about half a pixel of a full HD picture."""
+from spectral_core.scene.shading.geometry import shifted_by, step_of
 
 
 class DrJit:
@@ -143,10 +142,10 @@ class DrJit:
 
     def _input(self, name: str, shift: int) -> Any:
         if name in ("step_x", "step_y"):
-            return self._tuple(self._step(1 if name == "step_x" else 2))
+            return self._tuple(self._step(shifted_by(1 if name == "step_x" else 2, step_of(shift)[1])))
         if name == "position":
             return self._tuple(self._position(shift))
-        if name in ("uv", "window", "parametric"):
+        if name in ("uv", "window", "parametric", "normal_there"):
             return getattr(self, f"_{name}")(shift)
         if name == "generated" or name.startswith("attribute"):
             vector = self._attribute(name, shift)
@@ -165,13 +164,10 @@ class DrJit:
         return vector.x, vector.y, vector.z
 
     def _position(self, shift: int) -> Any:
-        return self.si.p if shift == 0 else self.si.p + self._step(shift)
+        return self.si.p + self._step(shift) if shift else self.si.p
 
     def _step(self, shift: int) -> Any:
-        mi, dr, si = self.mi, self.dr, self.si
-        distance = dr.select(dr.isfinite(si.t) & (si.t > 0.0), si.t, 1.0)
-        first, second = mi.coordinate_system(si.n)
-        return mi.Vector3f(first if shift == 1 else second) * (distance * BUMP_STEP)
+        return step_along(self.tables, self.si, *step_of(shift))
 
     def _uv(self, shift: int) -> Any:
         mi, dr, si = self.mi, self.dr, self.si
@@ -208,6 +204,11 @@ class DrJit:
 
     def _normal(self) -> Any:
         return self._sided(self.si.sh_frame.n)
+
+    def _normal_there(self, shift: int) -> Any:
+        if shift == 0 or not self.tables.is_live:
+            return self._normal()
+        return self._sided(normal_at(self.tables.meshes, self.si, self._position(shift), self.active))
 
     def _true_normal(self) -> Any:
         return self._sided(self.si.n)

@@ -11,9 +11,9 @@ import numpy as np
 
 from spectral_core.render.plugins.placing import cofactors, is_regular
 
-ROW = 32
+ROW = 33
 """Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random, its own, and
-the cosine of its shadow terminator.
+the cosine and the frequency of its shadow terminator.
 """
 
 
@@ -73,7 +73,7 @@ class SceneTables:
         row = np.zeros(ROW + 3 * len(instance.attributes))
         row[:30] = np.concatenate([np.ravel(part) for part in parts])
         row[30] = self._owners.setdefault(instance.name, len(self._owners) + 1)
-        row[31] = instance.terminator_cosine
+        row[31:33] = instance.terminator_cosine, 1.0 / (1.0 - 0.5 * instance.terminator_shift)
         for name, value in instance.attributes:
             column = self.attributes.setdefault(name, ROW + 3 * len(self.attributes))
             row.resize(max(row.size, column + 3), refcheck=False)
@@ -92,7 +92,7 @@ class SceneTables:
         if self._buffer is None:
             plain = np.zeros(self.row_size)
             plain[:24] = np.tile(np.eye(4)[:3].ravel(), 2)
-            plain[24:28] = 1
+            plain[24:28] = plain[32] = 1
             table = np.tile(plain, (max(self.rows, default=0) + 1, 1))
             for number, row in self.rows.items():
                 table[number, : row.size] = row
@@ -120,6 +120,15 @@ class SceneTables:
         last = self.dr.opaque(self.mi.UInt32, max(self.rows, default=0))
         known = self.dr.select(number <= last, number, 0)
         return self.dr.gather(self.mi.Float, self.buffer(), known * self.row_size + 31, active)
+
+    @property
+    def shifts(self) -> bool:
+        """True if the shadow terminator of some object is moved toward the light."""
+        return any(row[32] > 1.0 for row in self.rows.values())
+
+    def frequency(self, number: Any, active: Any) -> Any:
+        """Factor on the angles to the normal at which a shape or instance reflects light; 1 where nothing is moved."""
+        return self.dr.gather(self.mi.Float, self.buffer(), self.row_of(number) + 32, active)
 
     def live_in(self, home: Any) -> None:
         """Let programs that send rays find the scene, as ``home.scene``.

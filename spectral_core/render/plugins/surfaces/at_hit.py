@@ -15,6 +15,7 @@ from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.closures.upright import mark_drawn
 from spectral_core.render.plugins.surfaces.kinds import ClosureKind, computed_inputs
 from spectral_core.render.plugins.surfaces.table import FACTOR, SurfaceTables
+from spectral_core.render.plugins.terminator import faded
 
 
 class SurfaceAt:
@@ -106,6 +107,11 @@ class SurfaceAt:
 
     def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
         """Value · cosine and density of a direction."""
+        value, density = self._evaluated(ctx, si, wo, active)
+        scene = self.tables.buffers.scene
+        return (value * faded(scene, si, wo, active) if scene.shifts else value), density
+
+    def _evaluated(self, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
         dr = self.dr
         leaves = self._leaves(active)
         if self.is_one:
@@ -153,6 +159,14 @@ class SurfaceAt:
 
     def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
         """A drawn direction, and its value over the density."""
+        bs, value = self._sampled(ctx, si, sample1, sample2, active)
+        scene = self.tables.buffers.scene
+        if scene.shifts:
+            own = (bs.sampled_type & DIVES) != 0
+            value *= self.dr.select(own, 1.0, faded(scene, si, bs.wo, active))
+        return bs, value
+
+    def _sampled(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any) -> tuple[Any, Any]:
         mi, dr = self.mi, self.dr
         leaves = self._leaves(active)
         if self.is_one:

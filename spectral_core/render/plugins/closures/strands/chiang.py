@@ -112,6 +112,10 @@ def register(mi: Any, dr: Any) -> None:
             phi = dr.atan2(place[1], place[0]) + 0.5 * pi
             level = dr.safe_sqrt(1.0 - sine * sine)
             value, density = self.value(prepared, (sine, level), phi, is_sampled(si))
+            # as in Cycles, a light that it samples on a mesh counts on one side of the plane through hair and viewer
+            normal = mi.Vector3f(si.sh_frame.n)
+            side = dr.dot(normal, outward) * dr.dot(normal, fiber.across) * place[0]
+            value = dr.select(is_sampled(si) & ~fiber.is_strand & (side < 0.0), 0.0, value)
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:

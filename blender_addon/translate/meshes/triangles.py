@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.scene.geometry import Attribute, Mesh
 
-from .mesh_measures import READ, corner_vertices, floats, measure, normals_of
+from .measures import READ, corner_vertices, floats, measure, normals_of
 
 Array = NDArray[Any]
 

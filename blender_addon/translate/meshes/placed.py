@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The instances of a scene's meshes. What all instances of an object share is read once: there may be thousands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from spectral_core.scene import Instance, Mesh, Rays
+
+from ..approximations import note_missing
+from ..displacement.moved import displaced
+from ..ledger import note_changed
+from ..placed_media import in_mesh
+from ..shading.attributes import color_of, object_attributes, random_of, root_of
+from ..viewport.kept import kept_or_made
+from ..visibility import hidden_from, terminator_of
+from .triangles import READS_UV, object_mesh
+
+if TYPE_CHECKING:
+    from ..objects import Collected
+    from ..shading.materials import TranslatedMaterial
+
+MaterialsOf = Callable[[Any], "list[TranslatedMaterial]"]
+
+
+@dataclass(frozen=True, slots=True)
+class Shared:
+    """What the instances of an evaluated object have in common; ``fields``: of ``Instance``.
+
+    ``varies``: True if the mesh or a material depends on the place of the instance.
+    """
+
+    mesh: Mesh
+    materials: list[TranslatedMaterial]
+    reads: frozenset[str]
+    fields: dict[str, Any]
+    varies: bool
+
+
+def place_mesh(found: Collected, obj: Any, instance: Any, materials_of: MaterialsOf) -> None:
+    """Add an instance of a mesh to the ``found`` objects; a note if its matrix is not finite."""
+    rows = tuple(map(tuple, instance.matrix_world))
+    if not all(map(isfinite, chain(*rows))):
+        found.translation.note(obj.name, "its transform is not finite; the object was left out")
+        return
+    original = obj.original
+    source = (original.session_uid, obj.data.as_pointer())
+    if source not in found.shared:
+        found.shared[source] = _shared(found, obj, instance, materials_of)
+    shared = found.shared[source]
+    if shared is None:
+        return
+    mesh, materials, reads = shared.mesh, shared.materials, shared.reads
+    if shared.varies:
+        mesh = displaced(found, obj, instance, mesh, materials)
+        materials = [in_mesh(found, obj, instance, mesh, item, (rows,)) for item in materials]
+    name = found.unique("instance", obj.name_full)
+    fields = shared.fields | {
+        "name": name,
+        "mesh": mesh.name,
+        "color": tuple(color_of(obj, instance)),
+        "attributes": object_attributes(
+            obj, instance, reads, found.translation.scene.frame_current_final, found.points
+        ),
+    }
+    make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
+    found.trace.places[original.session_uid] = len(found.instances)
+    found.linking.add(name, original)
+    if instance.is_instance:
+        found.enter(make(), original)
+        return
+    names = tuple(item.material.name for item in materials)
+    state = (rows, names, reads, tuple(fields.values()), mesh)
+    makers = frozenset((original.session_uid, original.data.session_uid))
+    key = ("instance", original.session_uid)
+    found.enter(kept_or_made(found.kept, found.translation, key, makers, state, make), original)
+
+
+def _shared(found: Collected, obj: Any, instance: Any, materials_of: MaterialsOf) -> Shared | None:
+    """The common part of an object's instances; None if its mesh has no faces."""
+    materials = materials_of(obj)
+    reads = frozenset().union(*(item.reads for item in materials))
+    shows_uv = frozenset({"uv"}) if found.translation.depsgraph.view_layer_eval.use_pass_uv else frozenset()
+    mesh = _mesh(found, obj, reads | shows_uv, instance)
+    if mesh is None:
+        return None
+    original, layer = obj.original, found.translation.depsgraph.view_layer
+    hidden = hidden_from(obj)
+    if original.indirect_only_get(view_layer=layer):
+        hidden |= Rays.CAMERA
+    fields = {
+        "group": original.lightgroup,  # Blender does not notify the evaluated copy of a change
+        "hidden_from": hidden,
+        "is_holdout": bool(obj.is_holdout or original.holdout_get(view_layer=layer)),
+        "index": int(obj.pass_index),
+        "shown_as": obj.name,
+        "asset": root_of(original).name,
+        "is_shadow_catcher": obj.is_shadow_catcher,
+        **terminator_of(obj),
+    }
+    varies = any(item.displacement or item.filling is not None for item in materials)
+    return Shared(mesh, materials, reads, fields, varies)
+
+
+def _instance(
+    found: Collected, obj: Any, instance: Any, mesh: Mesh, materials: list[TranslatedMaterial], reads: frozenset[str],
+    fields: dict[str, Any],
+) -> Instance:  # fmt: skip
+    """The instance of a mesh, and the notes on its object."""
+    highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
+    # a face beyond the last slot has the last material, as in Blender
+    materials = materials + [materials[-1]] * (highest + 1 - len(materials))
+    key = (obj.original.session_uid, obj.data.as_pointer())
+    if not instance.is_instance or key not in found.noted:  # a kept part must have the notes of its own
+        _note(found, obj, reads)
+    if instance.is_instance:
+        found.noted.add(key)
+    matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
+    return Instance(world_from_object=matrix, materials=names, random=random_of(obj, instance), **fields)
+
+
+def _note(found: Collected, obj: Any, reads: frozenset[str]) -> None:
+    note_missing(found.translation, obj, reads)
+    note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
+    if obj.mode == "SCULPT" and any(each.type == "MULTIRES" for each in obj.modifiers):
+        found.translation.note(
+            obj.name, "its multiresolution levels are shown after Sculpt Mode; here the base mesh is"
+        )
+    if obj.is_shadow_catcher and not found.is_render:
+        message = "it is a shadow catcher in renders of F12 and spectral-scene, a plain object in the viewport"
+        found.translation.note(obj.name, message)
+
+
+def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> Mesh | None:
+    """Mesh of an evaluated object, shared by all objects with the same evaluated data."""
+    reads = frozenset(name for name in reads if name in READS_UV or name.startswith(("generated", "attribute")))
+    key = (obj.data.as_pointer(), reads)
+    if key not in found.meshes:
+        data = obj.original.data if obj.data.is_editmode else obj.data  # without a name of its own in Edit Mode
+        name = found.unique("mesh", data.name_full)
+        make = partial(object_mesh, name, obj, reads)
+        if found.kept is None:
+            found.meshes[key] = make()
+        else:
+            makers = _makers(obj, instance)  # another mesh may use the same memory later
+            found.meshes[key] = found.kept.mesh((*key, name, makers), makers, make)
+        found.settle_names()
+    return found.meshes[key]
+
+
+def _makers(obj: Any, instance: Any) -> frozenset[int]:
+    """Session numbers of the data that a mesh is made from; none if geometry nodes or the like create it anew."""
+    source = obj.original
+    data = getattr(source, "data", None)
+    blocks = [source, data, instance.parent.original if instance.parent else None]
+    return frozenset(block.session_uid for block in blocks if block is not None)

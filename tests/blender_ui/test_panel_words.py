@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Words of panels: lines that break where a reader expects it, and statements that hold for the present engine."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from unittest.mock import MagicMock
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+class Lines:
+    """A layout that keeps the labels that are drawn."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def column(self, **_options: object) -> Lines:
+        return self
+
+    def label(self, *, text: str, icon: str) -> None:
+        assert icon
+        self.lines.append(text)
+
+
+def test_a_number_stays_on_the_line_of_its_unit() -> None:
+    from blender_addon.panels.parts import wrapped
+
+    text = "It misses its color by ΔE 30.3, and takes up to 633 MB, 12 % of the time, at 550 nm, with 9 lights."
+    for width in range(180, 400, 7):
+        layout = Lines()
+        wrapped(layout, SimpleNamespace(preferences=None, region=SimpleNamespace(width=width)), text)
+        for line in layout.lines:
+            assert not line.endswith(("ΔE", "633", "12", "550")), width
+        assert " ".join(layout.lines).replace("\u00a0", " ") == text
+
+
+def test_a_solution_that_no_view_can_show_names_the_render_engine(registered) -> None:
+    from blender_addon.editing.palette.picture import RELIT
+    from blender_addon.panels.palette import picture_words
+
+    told = "Rendered anew: no light is recorded (Light Dial)"
+    assert picture_words(SimpleNamespace(engine="SPECTRAL"), SimpleNamespace(picture=told)) == told
+    assert "render engine Spectral" in picture_words(
+        SimpleNamespace(engine="BLENDER_EEVEE"), SimpleNamespace(picture=told)
+    )
+    assert picture_words(SimpleNamespace(engine="BLENDER_EEVEE"), SimpleNamespace(picture=RELIT)) == RELIT
+
+
+def test_the_dial_shows_the_progress_of_a_recording_in_place_of_the_button(blender) -> None:
+    from blender_addon.operators.dial_record import recording_progress
+    from blender_addon.panels.dial import _draw_recording
+
+    scene = bpy.context.scene
+
+    def drawn() -> tuple[list[str], list[str]]:
+        layout = MagicMock()
+        row = layout.box.return_value.row.return_value
+        _draw_recording(layout, SimpleNamespace(scene=scene, preferences=None, region=None), scene.spectral.dial)
+        return [each.args[0] for each in row.operator.mock_calls if each.args], [
+            each.kwargs["text"] for each in row.progress.mock_calls
+        ]
+
+    assert "spectral.dial_record" in drawn()[0]
+    recording_progress[scene.session_uid] = 0.34
+    try:
+        assert drawn() == ([], ["Recording 34 %; Esc stops it"])
+    finally:
+        recording_progress.clear()
+
+
+def test_a_curve_over_imported_data_has_the_values_of_its_ends() -> None:
+    from blender_addon.panels.volume import _draw_ends
+    from blender_addon.properties.volume import RANGE_KEY
+
+    def drawn(data: dict[str, list[float]], which: str) -> list[str]:
+        box = MagicMock()
+        _draw_ends(box, data, which)
+        return [call.kwargs["text"] for call in box.mock_calls if call[0].endswith("label")]
+
+    assert drawn({RANGE_KEY: [-100.0, 3926.0]}, "density") == ["Data from -100", "to 3926"]
+    assert drawn({RANGE_KEY: [-100.0, 3926.0]}, "gradient") == []
+    assert drawn({}, "density") == []

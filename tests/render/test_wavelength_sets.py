@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Weights of sets of four wavelengths: exact in the mean for any spectrum, and quiet for smooth reflectances."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.render.trace.measure.wavelength_sets import SHIFTS, STEPS, TEETH
+from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, WavelengthPlan, plan_wavelengths
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.upsample import reflectance_from_rgb
+
+GRID = SpectralGrid(WAVELENGTHS_NM)
+GRAY = Spectrum("gray", GRID, np.full(471, 0.5))
+ROUGH = Spectrum("rough", GRID, np.random.default_rng(5).random(471))
+RED = reflectance_from_rgb([0.6, 0.1, 0.1], GRID)
+FINE = 64
+"""Positions within a step."""
+
+
+def colors(plan: WavelengthPlan, light: Spectrum, surface: Spectrum, *, equal: bool = False) -> np.ndarray:
+    """Linear sRGB of a sample by shift, step and position within the step: (SHIFTS, STEPS, FINE, 3).
+
+    ``equal``: the four wavelengths of a comb with equal weights.
+    """
+    assert plan.sets is not None
+    step = np.arange(STEPS)[None, :, None, None]
+    shifts = plan.sets.shifts[:, None, None, :] * (not equal)
+    rest = (np.arange(FINE)[None, None, :, None] + 0.5) / FINE
+    place = ((step + shifts) % STEPS + STEPS * np.arange(TEETH) + rest) / (STEPS * TEETH)
+    ends = np.concatenate([[0.0], np.cumsum(plan.probability)])
+    ends /= ends[-1]
+    cell = np.clip(np.searchsorted(ends, place, side="right") - 1, 0, plan.probability.size - 1)
+    within = (place - ends[cell]) / plan.probability[cell]
+    start, _, end = plan.pieces[:, :3]
+    weight = np.moveaxis(start[:, cell] * (1 - within) + end[:, cell] * within, 0, -1) / TEETH
+    if not equal:
+        weight = weight + plan.sets.corrections[:, :, None]
+    nm = plan.edges_nm[cell] + within * plan.widths_nm[cell]
+    radiance = light.at(nm) * surface.at(nm) / (plan.probability[cell] / plan.widths_nm[cell])
+    return (weight * radiance[..., None]).sum(axis=3) @ RGB_FROM_XYZ.T
+
+
+def exact(plan: WavelengthPlan, light: Spectrum, surface: Spectrum) -> np.ndarray:
+    """Linear sRGB by a sum of 0.005 nm."""
+    nm = np.arange(360.0025, 830.0, 0.005)
+    product = light.at(nm) * surface.at(nm) * 0.005
+    return RGB_FROM_XYZ @ [float(np.interp(nm, WAVELENGTHS_NM, row) @ product) for row in plan.responses[:3]]
+
+
+def variance(found: np.ndarray) -> float:
+    """Of one sample, relative to its mean color."""
+    flat = found.reshape(-1, 3)
+    return float(flat.var(axis=0).sum() / np.square(flat.mean(axis=0)).sum())
+
+
+@pytest.mark.parametrize("name", ["D65", "A", "HP1", "FL11"])
+@pytest.mark.parametrize("surface", [GRAY, RED, ROUGH], ids=["gray", "red", "rough"])
+def test_the_mean_is_the_integral_for_any_spectrum(name: str, surface: Spectrum) -> None:
+    light = catalogue.illuminant(name)
+    plan = plan_wavelengths([light])
+    expected = exact(plan, light, surface)
+    mean = colors(plan, light, surface).mean(axis=(0, 1, 2))
+    np.testing.assert_allclose(mean, expected, atol=2e-3 * expected.max())
+
+
+def test_each_wavelength_keeps_its_mean_weight() -> None:
+    """Corrections of one bin cancel over the shifts: this alone makes every spectrum exact in the mean."""
+    for lights in ([], [catalogue.illuminant("FL2")], [catalogue.illuminant("A"), catalogue.illuminant("HP1")]):
+        sets = plan_wavelengths(lights).sets
+        assert sets is not None
+        bins = (np.arange(STEPS)[None, :, None] + sets.shifts[:, None]) % STEPS + STEPS * np.arange(TEETH)
+        total = np.zeros((STEPS * TEETH, 3))
+        np.add.at(total, bins, sets.corrections)
+        assert np.bincount(bins.ravel()).tolist() == [SHIFTS] * (STEPS * TEETH)
+        np.testing.assert_allclose(total, 0.0, atol=1e-9 * np.abs(sets.corrections).max())
+        assert np.abs(sets.corrections).max() > 0.01
+
+
+@pytest.mark.parametrize(("name", "most"), [("D65", 0.006), ("A", 0.006), ("E", 0.006), ("FL2", 0.004), ("HP1", 0.003)])
+def test_four_wavelengths_measure_a_gray_surface(name: str, most: float) -> None:
+    """0.001 to 0.004; 0.008 to 0.04 with equal weights."""
+    light = catalogue.illuminant(name)
+    plan = plan_wavelengths([light])
+    ours = variance(colors(plan, light, GRAY))
+    assert ours < most
+    assert ours < 0.5 * variance(colors(plan, light, GRAY, equal=True))
+
+
+@pytest.mark.parametrize("name", ["D65", "FL2", "HP1"])
+def test_colors_of_the_scene_are_quieter_than_with_equal_weights(name: str) -> None:
+    light = catalogue.illuminant(name)
+    plan = plan_wavelengths([light], colors=[RED])
+    assert variance(colors(plan, light, RED)) < 0.75 * variance(colors(plan, light, RED, equal=True))
+
+
+def test_the_samples_of_one_shift_spread_evenly() -> None:
+    """The mean over all steps of a shift is quiet for a rough spectrum too: its wavelengths fill the spectrum."""
+    light = catalogue.illuminant("D65")
+    found = colors(plan_wavelengths([light]), light, ROUGH)
+    assert variance(found.mean(axis=1)) < 0.4 * variance(found) / STEPS
+
+
+def test_light_without_power_and_light_of_a_line_have_finite_weights() -> None:
+    line = Illuminant("line", SpectralGrid(np.array([588.99, 589.0, 589.01])), np.array([0.0, 1.0, 0.0]))
+    unseen = Illuminant("unseen", SpectralGrid(np.array([300.0, 310.0])), np.array([1.0, 1.0]))
+    for light in (line, unseen):
+        sets = plan_wavelengths([light]).sets
+        assert sets is not None and np.isfinite(sets.corrections).all()
+        assert np.abs(sets.corrections).max() < 20.0
