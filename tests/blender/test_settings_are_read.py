@@ -132,7 +132,14 @@ CASES = {
             **_words("use_crop_to_border use_multiview views_format", "the engine's: tests/blender/test_engine.py"),
         },
     ),
-    "light paths": Case("CyclesRenderSettings", _scene("cycles"), besides={"volume_bounces": "of media"}),
+    "light paths": Case(
+        "CyclesRenderSettings", _scene("cycles"),
+        besides={
+            "volume_bounces": "of media",
+            **_words("use_camera_cull use_distance_cull camera_cull_margin distance_cull_margin",
+                     "of Simplify and of objects that it may cull: tests/blender/test_translate_rays.py"),
+        },
+    ),
 }  # fmt: skip
 
 

@@ -34,7 +34,7 @@ def test_each_type_of_setting_is_added_with_its_values(scene: Any) -> None:  # n
     kinds = {p.name: (p.kind, p.choices) for p in parameters_of(scene.spectral.sweep)}
     assert kinds["key_type"] == ("choice", ("POINT", "SUN", "SPOT", "AREA"))
     assert kinds["plane_hide_render"] == ("choice", ("off", "on"))
-    assert kinds["key_color_1"][0] == "real" and kinds["plane_pass_index"][0] == "integer"
+    assert kinds["key_color_g"][0] == "real" and kinds["plane_pass_index"][0] == "integer"
     scene.spectral.sweep.parameters[SHAPE].choices = "POINT, LASER"
     with pytest.raises(Exception, match="cannot be 'LASER'; it offers POINT, SUN"):
         parameters_of(scene.spectral.sweep)
@@ -46,7 +46,7 @@ def test_a_point_sets_and_keyframes_switches_and_lists(scene: Any) -> None:  # n
 
     for path in (SHAPE, HIDDEN, GREEN):
         bpy.ops.spectral.sweep_add(target=path)
-    values = {"key_type": "AREA", "plane_hide_render": "on", "key_color_1": 0.25}
+    values = {"key_type": "AREA", "plane_hide_render": "on", "key_color_g": 0.25}
     set_point(scene, values)
     light, plane = bpy.data.lights["Key"], bpy.data.objects["Plane"]
     assert (light.type, plane.hide_render, light.color[1]) == ("AREA", True, pytest.approx(0.25))
@@ -97,11 +97,11 @@ def test_points_that_the_page_added_are_rendered_by_another_process(scene: Any) 
     scene.spectral.sweep.budget = 2
     assert bpy.ops.spectral.sweep_run() == {"FINISHED"}, scene.spectral.sweep.status
     with Store.open(editing.folder_of(scene.spectral.sweep)) as store:
-        store.enter([{"key_type": "SPOT", "key_color_1": 0.125}])
+        store.enter([{"key_type": "SPOT", "key_color_g": 0.125}])
     file = bpy.data.filepath
     assert bpy.ops.spectral.sweep_run(pending=True) == {"FINISHED"}, scene.spectral.sweep.status
     rows = editing.rows(bpy.context.scene)
-    assert len(rows) == 3 and rows[-1].parameters == {"key_type": "SPOT", "key_color_1": 0.125}
+    assert len(rows) == 3 and rows[-1].parameters == {"key_type": "SPOT", "key_color_g": 0.125}
     assert bpy.data.filepath == file and bpy.data.lights["Key"].type == "POINT"  # the artist's file is unchanged
 
 

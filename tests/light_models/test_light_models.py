@@ -215,7 +215,7 @@ def test_impossible_models_are_refused() -> None:
         NodeModel.natural([300, 400])
     with pytest.raises(InvalidInputError, match=r"99 nodes on .*; expected 1 to 81"):
         NodeModel.scene(CHECKER, GRID, size=99)
-    with pytest.raises(InvalidInputError, match=r"reflectances have shape \(5,\); the grid .* wants 81 values"):
+    with pytest.raises(InvalidInputError, match=r"reflectances have shape \(5,\); the grid .* needs 81 values"):
         NodeModel.natural(8).surface_coefficients(np.ones(5))
     with pytest.raises(InvalidInputError, match="the 2 basis vectors depend on each other"):
         BasisModel(BINS, np.ones((31, 2)))

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
+from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance
 from spectral_core.scene import Color, Scene
 from spectral_core.scene.leaves import simple_values_of
 from spectral_core.scene.paint import SpectralImage
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import reflectance_from_rgb
 
 _MOST = 64
@@ -49,13 +49,13 @@ def reflectance_spectra(scene: Scene) -> list[Spectrum]:
 
 
 def color_spectra(scene: Scene) -> list[Spectrum]:
-    """Smooth reflectances of the different colors of the scene's materials."""
+    """Smooth reflectances of the different colors of the scene's materials; of a light's spectrum, its color."""
     found: dict[bytes, Spectrum] = {}
     for material in scene.materials:
         for value in simple_values_of(material.surface):
-            if not isinstance(value, Color) or len(found) >= _MOST:
+            if not isinstance(value, (Color, Illuminant)) or len(found) >= _MOST:
                 continue
-            rgb = np.clip(value.linear_rgb, 0.0, 1.0)
+            rgb = np.clip(value.linear_rgb if isinstance(value, Color) else emitted_rgb(value), 0.0, 1.0)
             key = rgb.tobytes()
             if rgb.any() and key not in found:
                 found[key] = reflectance_from_rgb(rgb, _SMOOTH_GRID)
@@ -63,6 +63,8 @@ def color_spectra(scene: Scene) -> list[Spectrum]:
 
 
 def _spectra(value: Any) -> list[Spectrum]:
+    if isinstance(value, Illuminant):  # in place of a reflectance its color counts
+        return []
     if isinstance(value, Spectrum):
         return [value]
     if not isinstance(value, SpectralImage):

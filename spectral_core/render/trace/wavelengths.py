@@ -95,7 +95,8 @@ class WavelengthPlan:
     single precision as the renderer has them. ``probability``: (m,), sums to 1. ``responses``: (n_channels, 471) at
     whole nm, x̄ ȳ z̄ first. ``pieces``: (3, n_channels, m), the responses at the start, middle and end of each cell, in
     which they are quadratic. ``teeth``: different wavelengths per path, 4, or 1 where glass disperses (the path of one
-    wavelength is then not that of another). ``sets``: the sets of four and their weights, None with one wavelength.
+    wavelength is then not that of another). ``sets``: the sets of four and their weights; None with one wavelength, and
+    for equal weights.
     """
 
     edges_nm: Array
@@ -125,7 +126,8 @@ def plan_wavelengths(
     With ``reflectances``, two fifths follow the picture's response to the lights after each reflectance, in equal
     shares. They and the smooth reflectances of ``colors`` determine how often each channel of the picture is sampled,
     and the weights of the sets. With ``bands`` half of all follow these, so that every channel gets samples; without
-    ``follow_bands`` they do not, if the same wavelengths must be drawn whatever is measured.
+    ``follow_bands`` they do not, and there are no sets: the same wavelengths are then drawn, with equal weights,
+    whatever is measured.
     """
     counted = _counted(lights)
     edges = cell_edges([light for light, _ in counted])
@@ -153,7 +155,9 @@ def plan_wavelengths(
     measured = np.any(pieces != 0, axis=(0, 1))
     probability = np.where(measured, np.maximum(share, _LEAST_DENSITY * widths), share)
     probability /= probability.sum()
-    sets = None if disperses else wavelength_sets(edges, probability, pieces, counted, (*reflectances, *colors))
+    sets = None
+    if follow_bands and not disperses:
+        sets = wavelength_sets(edges, probability, pieces, counted, (*reflectances, *colors))
     return WavelengthPlan(edges, probability, responses, pieces, 1 if disperses else 4, sets)
 
 
