@@ -113,7 +113,7 @@ def command_line(document: Path, folder: Path, workers: int, *more: str) -> list
     code = (
         "import importlib, os, sys; "
         f"sys.path[:] = {child.trusted_path()!r}; import bpy; "
-        f"hasattr(bpy.types.Scene, 'spectral') or importlib.import_module({package!r}).register(); "
+        f"importlib.import_module({package!r}).register_once(); "
         f"status = importlib.import_module({package + '.commands'!r}).main({words!r}); sys.stdout.flush(); "
         "os._exit(status)"
     )

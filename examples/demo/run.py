@@ -107,8 +107,7 @@ def _blender() -> Any:
     from blender_addon import registration
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    if not hasattr(bpy.types.Scene, "spectral"):
-        registration.register()
+    registration.register_once()
     return bpy
 
 
