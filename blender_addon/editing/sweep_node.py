@@ -134,7 +134,7 @@ class BlendNode:
             return
         import_module(PACKAGE).register_once()
         if not Path(self.file).is_file():
-            raise InvalidInputError(f"there is no file {self.file}")
+            raise InvalidInputError(f"there is no file {self.file}; check its name and its folder")
         try:
             bpy.ops.wm.open_mainfile(filepath=self.file, load_ui=False)
         except RuntimeError as error:
