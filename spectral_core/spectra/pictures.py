@@ -28,7 +28,7 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 def require_ending(path: Path) -> Path:
     """``path`` if a picture can be written under that name; else raises InvalidInputError."""
     if path.suffix.lower() not in ENDINGS:
-        raise InvalidInputError(f"cannot tell the picture format of {path.name!r}; end it with {', '.join(ENDINGS)}")
+        raise InvalidInputError(f"cannot tell the picture format of {str(path)!r}; end it with {', '.join(ENDINGS)}")
     return path
 
 
