@@ -152,7 +152,7 @@ def test_steps_that_end_at_faces_are_no_longer_than_a_cell():
 
 @pytest.mark.parametrize(("scale", "steps"), [(0.9, 1), (0.72, 1), (0.7, 2), (0.55, 2), (0.5, 2), (0.35, 3)])
 def test_the_way_to_the_next_face_is_divided_evenly(scale, steps):
-    """One step where 1.4 of the planned ones fit; 0.72 and a rest of 0.28 took two steps, and erred more than halves."""
+    """One step where 1.4 of the planned ones fit: a step of 0.72 and a rest of 0.28 erred more than two halves."""
     volume = ScalarVolume("ramp", np.tile(np.arange(9.0)[:, None, None], (1, 5, 5)).astype(np.float32))
     everywhere = TransferFunction((Material("fog", [-1, 10], [0.01, 0.01], [1, 1, 1]),))
     target = np.array([4.0, 2.01, 2.0])
