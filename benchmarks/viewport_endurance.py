@@ -44,12 +44,9 @@ loaded, so that after an edit in place the noise differs from that of a fresh vi
 
 def run(options: Options) -> dict[str, Any]:
     """Change, settle, compare, count."""
-    import bpy
-
     import blender_addon
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     from blender_addon import jobs
 
     changes = _number(options, "--changes", 12 if options.quick else 1000)

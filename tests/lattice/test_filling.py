@@ -204,7 +204,10 @@ def _tilted_flat() -> Region:
         (lambda: progressive_fill(unit_cube(3), 2.5), "whole number"),
         (lambda: progressive_fill(unit_cube(3), 10, seed=-1), "seed is -1"),
         (lambda: progressive_fill(halfspaces(np.eye(3), np.ones(3)), 10), "unbounded"),
-        (lambda: progressive_fill(halfspaces(np.r_[np.eye(2), -np.eye(2)], [1, 1, -1, -1]), 10), "no ball larger"),
+        (
+            lambda: progressive_fill(halfspaces(np.r_[np.eye(2), -np.eye(2)], [1, 1, -1, -1]), 10),
+            "empty, flat or too thin",
+        ),
         (lambda: progressive_fill(halfspaces(np.r_[np.eye(2), -np.eye(2)], [1, 1, -2, -2]), 10), "no ball|no point"),
         (lambda: progressive_fill(_tilted_flat(), 10), "too thin"),
         (lambda: progressive_fill(ball([0, 0], 1) & halfspaces([[1, 0]], [-1.5]), 5), "overlap is empty|no ball"),
