@@ -7,7 +7,8 @@ Changes are deletes, renames, new objects, materials and nodes, numbers, meshes,
 file or the same one loaded, data appended, the mode switched, the camera turned, a wanted color dragged; some come
 while another one is still being translated. Every few changes the picture is compared with that of another process
 which loads the whole scene afresh, sample for sample. ``--kill-each N`` instead kills the process N times during each
-type of change that is limited in time, at a random moment. ``--minutes N`` ends a run earlier, ``--seed N`` repeats one. Hours on two cores: new nodes compile kernels.
+type of change that is limited in time, at a random moment. ``--minutes N`` ends a run earlier, ``--seed N`` repeats
+one. Hours on two cores: new nodes compile kernels.
 """
 
 from __future__ import annotations
