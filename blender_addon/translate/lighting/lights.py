@@ -61,7 +61,9 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
     radius = lamp.shadow_soft_size
     shared |= {"radius": radius, "soft_falloff": lamp.use_soft_falloff, "photometry": shine.photometry}
     if not compat.light_is_normalized(lamp):
-        power *= 4 * np.pi * radius**2 if radius > 0 else 4.0  # a strength is a radiant exitance; of a point as in Cycles
+        power *= (
+            4 * np.pi * radius**2 if radius > 0 else 4.0
+        )  # a strength is a radiant exitance; of a point as in Cycles
     if lamp.type == "SPOT":
         if _is_sheared(matrix):
             translation.note(shared["name"], "its parents shear it; its cone is rendered without that")
