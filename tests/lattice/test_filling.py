@@ -210,7 +210,7 @@ def _tilted_flat() -> Region:
         ),
         (lambda: progressive_fill(halfspaces(np.r_[np.eye(2), -np.eye(2)], [1, 1, -2, -2]), 10), "too thin|no point"),
         (lambda: progressive_fill(_tilted_flat(), 10), "too thin"),
-        (lambda: progressive_fill(ball([0, 0], 1) & halfspaces([[1, 0]], [-1.5]), 5), "overlap is empty|no ball"),
+        (lambda: progressive_fill(ball([0, 0], 1) & halfspaces([[1, 0]], [-1.5]), 5), "overlap is empty|too thin"),
         (lambda: box([0, 1], [1, 1]), "on axis 1"),
         (lambda: box([0, 0], [1, np.inf]), "not finite"),
         (lambda: ball([0, 0], 1, p=0.5), "p is 0.5"),
