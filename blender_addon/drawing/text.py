@@ -35,8 +35,8 @@ def lines_in(text: str, room: float, context: Context) -> list[str]:
 
 
 def _points(context: Context) -> float:
-    styles = context.preferences.ui_styles if context.preferences else ()
-    return styles[0].widget.points if len(styles) else POINTS
+    styles = list(context.preferences.ui_styles) if context.preferences else []
+    return float(styles[0].widget.points) if styles else POINTS
 
 
 def _parts(word: str, room: float, points: float) -> list[str]:

@@ -106,9 +106,8 @@ class EffectPlan:
     @property
     def notes(self) -> tuple[Note, ...]:
         """What the scene's limits on light paths remove, if it is visible."""
-        if (self.clamped_share or 0.0) < VISIBLE_SHARE:
-            return ()
-        return (Note("Light Paths", CLAMPED.format(100 * self.clamped_share)),)
+        share = self.clamped_share or 0.0
+        return () if share < VISIBLE_SHARE else (Note("Light Paths", CLAMPED.format(100 * share)),)
 
     def is_on(self, name: str) -> bool:
         """True if an effect is simulated, in any amount."""
