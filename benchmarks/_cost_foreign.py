@@ -180,7 +180,7 @@ def embers(stage: Stage) -> None:
     stage.meshes = (*stage.meshes, replace(sphere(6), name="grain"))
     stage.lights, stage.floor = [], Metal(gray(0.4), gray(0.5), 0.3)
     for k in range(200):
-        place = at(*rng.uniform((-2.5, -2.0, 0.03), (2.5, 2.0, 0.5)), scale=rng.uniform(0.01, 0.05))
+        place = at(*rng.uniform((-2.5, -2.0, 0.03), (2.5, 2.0, 0.5))) @ at(scale=rng.uniform(0.01, 0.05))
         hot = float(10 ** rng.uniform(0, 2.3))
         stage.add(f"grain {k}", "grain", place, Emission(_rgb(1.0, 0.35, 0.08), hot))
 
