@@ -246,4 +246,6 @@ def foreign_scene(name: str, size: tuple[int, int]) -> Scene:
         around = Panorama("equirectangular", (-np.pi, np.pi, -0.9, 0.9))
         eye = Camera(world_from_camera=at(0.3, -0.4, 1.5, turn=("x", 90)), kind="panoramic", panorama=around)
         scene = replace(scene, camera=eye)
+    if name == "mine":
+        scene = replace(scene, camera=replace(scene.camera, world_from_camera=at(0, -4.5, 1.6, turn=("x", 86))))
     return scene
