@@ -175,7 +175,7 @@ def courtyard(stage: Stage) -> None:
 
 
 def embers(stage: Stage) -> None:
-    """Two hundred glowing grains of very different strength over rough metal."""
+    """Two hundred grains that emit light of very different strength over rough metal."""
     rng = np.random.default_rng(200)
     stage.meshes = (*stage.meshes, replace(sphere(6), name="grain"))
     stage.lights, stage.floor = [], Metal(gray(0.4), gray(0.5), 0.3)
