@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wavelengths and colors as kernels compute them: exact in the mean for any light, independent between half pictures."""
+"""Wavelengths and colors as kernels compute them: exact in the mean for any light, halves of a picture independent."""
 
 from __future__ import annotations
 

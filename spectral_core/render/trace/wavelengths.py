@@ -91,11 +91,11 @@ class WavelengthPlan:
     """Density of wavelengths, and the measured responses.
 
     ``edges_nm``: (m + 1,) ends of m cells of constant density: the whole nm and the knots of lights between them, in
-    single precision as the renderer has them. ``probability``: (m,), whole numbers of ``SLOTS``, sums to 1. ``responses``: (n_channels, 471) at
-    whole nm, x̄ ȳ z̄ first. ``pieces``: (3, n_channels, m), the responses at the start, middle and end of each cell, in
-    which they are quadratic. ``teeth``: different wavelengths per path, 4, or 1 where glass disperses (the path of one
-    wavelength is then not that of another). ``sets``: the sets of four and their weights; None with one wavelength, and
-    for equal weights.
+    single precision as the renderer has them. ``probability``: (m,), multiples of 1 / ``slots.SLOTS``, sums to 1.
+    ``responses``: (n_channels, 471) at whole nm, x̄ ȳ z̄ first. ``pieces``: (3, n_channels, m), the responses at the
+    start, middle and end of each cell, in which they are quadratic. ``teeth``: different wavelengths per path, 4, or 1
+    where glass disperses (the path of one wavelength is then not that of another). ``sets``: the sets of four and their
+    weights; None with one wavelength, and for equal weights.
     """
 
     edges_nm: Array

@@ -28,7 +28,6 @@ class SpectralMeasure:
     """Tables of a plan of wavelengths; kernels read them, so that another plan of equal size needs no new kernel."""
 
     def __init__(self, mitsuba: Any, plan: WavelengthPlan) -> None:
-        import drjit as dr
 
         mi = self._mi = mitsuba
         self._teeth = plan.teeth
