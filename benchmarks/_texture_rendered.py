@@ -58,8 +58,7 @@ def _rendered(texture: SpectralTexture, light: Illuminant, samples: int, scale: 
     from blender_addon import compat
     from blender_addon.translate.spectra.stored import store_spectrum
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     height, width = texture.weights.shape[1:]

@@ -117,8 +117,7 @@ class _Curve:
         import drjit as dr
 
         at = self.types.UInt32(0) + dr.zeros(self.types.UInt32, dr.width(v))
-        step = 1 << 5  # the same for all curves of up to 63 knots: one kernel serves them
-        assert self.size < 2 * step
+        step = max(1 << 5, 1 << self.size.bit_length() - 1)  # one kernel serves all curves of up to 63 knots
         while step:
             probe = at + step
             inside = probe <= self.size

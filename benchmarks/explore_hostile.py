@@ -247,8 +247,7 @@ def _data_paths(count: int) -> dict[str, Any]:
     import blender_addon
     from blender_addon.editing.sweep_node import setting_at
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.data.lights.new("Key", "POINT")
     bpy.data.objects.new("Camera", None)

@@ -4,7 +4,7 @@
 First random 9×9 palettes with 31 positive samples, linear between them as everywhere in the product: mean ΔE76 within
 the default time budget, 40 seeds. Then 300 generated palettes with designed lights (groups, exact cells, weights, given
 spectra, boxes): wherever the status says solved or compromise, Clarabel solves each side again from the returned point,
-by a statement of its own (``_palette_hard_check``). Extra numbers: how many of each.
+by a statement of its own (``_palette_hard_check``). Extra numbers: how many of each, and the first seed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ def run(options: Options) -> dict:
     """Print and return errors and gains."""
     nine = int(options.extra[0]) if options.extra else 3 if options.quick else 40
     palettes = int(options.extra[1]) if len(options.extra) > 1 else 12 if options.quick else 300
-    return _combined(_nine_by_nine(nine), _generated(palettes))
+    first = int(options.extra[2]) if len(options.extra) > 2 else 0
+    return _combined(_nine_by_nine(range(first, first + nine)), _generated(range(first, first + palettes)))
 
 
 def _combined(nine: dict, generated: dict) -> dict:
@@ -47,10 +48,10 @@ def _combined(nine: dict, generated: dict) -> dict:
     }
 
 
-def _nine_by_nine(count: int) -> dict:
+def _nine_by_nine(seeds: range) -> dict:
     grid = SpectralGrid.uniform(400, 700, 10)
     errors, seconds = [], []
-    for seed in range(count):
+    for seed in seeds:
         problem = thesis.random_palette((9, 9), np.random.default_rng(1000 + seed), grid)
         problem = replace(problem, rounds=1000, smoothness=0.01, smoothness_operator="mended")
         started = perf_counter()
@@ -58,16 +59,16 @@ def _nine_by_nine(count: int) -> dict:
         seconds.append(perf_counter() - started)
     below = float(np.mean(np.array(errors) < 2))
     print(
-        f"random 9×9, 31 positive samples, linear grid, {count} seeds: mean ΔE76 {np.mean(errors):.2f}, worst "
+        f"random 9×9, 31 positive samples, linear grid, {len(seeds)} seeds: mean ΔE76 {np.mean(errors):.2f}, worst "
         f"{max(errors):.2f}, below 2 in {100 * below:.0f} %; {np.median(seconds):.2f} s by the clock"
     )
     return {"mean": float(np.mean(errors)), "worst": max(errors), "share_below_2": below, "errors": errors}
 
 
-def _generated(count: int) -> dict:
+def _generated(seeds: range) -> dict:
     statuses: Counter[str] = Counter()
     worst, wrong, checked = 0.0, 0, 0
-    for seed in range(count):
+    for seed in seeds:
         solution = solve_palette(generated_palette(seed), explain=False)
         statuses[solution.status.value] += 1
         if not solution.status.trusted:
@@ -80,7 +81,7 @@ def _generated(count: int) -> dict:
             wrong += 1
             print(f"palette {seed} called {solution.status}: gains {gains}, exact cells off by {exact:.1e}")
     print(
-        f"{count} palettes with designed lights: {dict(statuses)}; of {checked} called right {wrong} are not, the "
+        f"{len(seeds)} palettes with designed lights: {dict(statuses)}; of {checked} called right {wrong} are not, the "
         f"largest gain of a side solved again is {worst:.1e}"
     )
     return {"statuses": dict(statuses), "checked": checked, "wrong": wrong, "largest_gain": worst}

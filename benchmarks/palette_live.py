@@ -26,8 +26,7 @@ def run(options: Options) -> dict[str, Any]:
 
     import blender_addon
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     from blender_addon.editing.palette.solve import solve_live
     from blender_addon.properties.hooks import Topic, silenced
 

@@ -35,16 +35,13 @@ SEEDS = (2, 3, 4)
 
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
-    import bpy
-
     import blender_addon
     from benchmarks._cycles_more import MORE
     from benchmarks._cycles_scenes import SCENES
 
     scenes = {**SCENES, **MORE}
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     size, samples, many = SIZES["quick" if options.quick else "medium" if MEDIUM in options.extra else "full"]
     denoised = DENOISED in options.extra
     options = replace(options, extra=[word for word in options.extra if word not in (MEDIUM, DENOISED)])

@@ -40,8 +40,7 @@ def run(options: Options) -> dict[str, Any]:
 
     import blender_addon
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     _empty_scene(samples=1 << 20, size=64)
     MATERIALS["glass"]()
     render = bpy.context.scene.render

@@ -23,12 +23,9 @@ from spectral_core.spectra.color import luminance_from_linear_rgb
 
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
-    import bpy
-
     import blender_addon
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     wanted = options.extra or [*LIGHTS, *MATERIALS]
     figures: dict[str, Any] = {}
     print(f"{'scene':28} {'Cycles':>9} {'ours':>9} {'difference':>11} {'pixel error':>12} {'noise':>7}")

@@ -29,13 +29,10 @@ AGREES, NOTED, WRONG, SILENT, FAILED = "agrees", "agrees, with a note", "wrong, 
 
 def run(options: Options) -> dict[str, Any]:
     """Print one line per scene and the counts, and return them."""
-    import bpy
-
     import blender_addon
     from benchmarks._features import all_features
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     features = all_features()
     patterns = [word for word in options.extra if not word.startswith("-")]
     names = [n for n in features if not patterns or any(fnmatch(n, p) or fnmatch(n, f"*/{p}") for p in patterns)]

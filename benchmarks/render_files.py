@@ -42,8 +42,7 @@ def run(options: Options) -> dict[str, Any]:
 
     import blender_addon
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
     options.out.mkdir(parents=True, exist_ok=True)
     files = _files(options.extra) if options.extra else write_files(options.out / "extensions")

@@ -166,8 +166,7 @@ def demo() -> Scene | None:
     from examples.demo import still_life
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    if not hasattr(bpy.types.Scene, "spectral"):
-        registration.register()
+    registration.register_once()
     still_life.build(bpy)
     scene = translate_scene(bpy.context.evaluated_depsgraph_get())
     film, settings = scene.film, replace(scene.settings, transport="spectral")

@@ -32,8 +32,7 @@ def run(options: Options) -> dict[str, Any]:
     import blender_addon
     from benchmarks.render_features import quiet
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     kinds = {
         kind: [item.identifier for item in getattr(bpy.types, kind).bl_rna.properties["operation"].enum_items]
         for kind in ("ShaderNodeMath", "ShaderNodeVectorMath")

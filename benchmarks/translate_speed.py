@@ -18,8 +18,7 @@ def run(options: Options) -> dict[str, Any]:
 
     import blender_addon
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     from blender_addon.translate.scene import translate_scene
 
     side, copies = (100, 500) if options.quick else (708, 20_000)

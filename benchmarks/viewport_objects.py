@@ -63,8 +63,7 @@ def run(options: Options) -> dict[str, Any]:
     from blender_addon import jobs
     from blender_addon.translate import objects
 
-    if not __import__("bpy").types.Scene.bl_rna.properties.get("spectral"):
-        blender_addon.register()
+    blender_addon.register_once()
     walks: list[int] = []
     walked, live = objects._walked, jobs.live
     figures: dict[str, Any] = {}

@@ -32,6 +32,13 @@ def register() -> None:
     registration.register()
 
 
+def register_once() -> None:
+    """Enable the extension in a process where it may be enabled already; Blender refuses a second ``register()``."""
+    from . import registration
+
+    registration.register_once()
+
+
 def unregister() -> None:
     """Blender calls this when the extension is disabled: everything that register() added is removed."""
     from . import registration

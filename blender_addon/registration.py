@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import bpy
+
 from . import command_line, engine, interface, jobs, preferences
 
 MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
@@ -19,6 +21,12 @@ def register() -> None:
         for module in reversed(done):
             module.unregister()
         raise
+
+
+def register_once() -> None:
+    """Register every module unless this process has done so: commands, workers and tests enable the extension."""
+    if not hasattr(bpy.types.Scene, "spectral"):
+        register()
 
 
 def unregister() -> None:

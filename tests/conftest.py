@@ -132,7 +132,7 @@ def _extension() -> Iterator[None]:
     """The extension, enabled once: Blender refuses a second registration."""
     import blender_addon
 
-    blender_addon.register()
+    blender_addon.register_once()  # a command or a sweep in an earlier test may have enabled it
     yield
     blender_addon.unregister()
 

@@ -52,7 +52,7 @@ def test_an_error_gives_one_line_and_an_exit_status(capsys: pytest.CaptureFixtur
     [
         (["lattice", "--dims", "0"], "--dims is 0; expected 1 to 10"),
         (["lattice", "--refine", "-1"], "--refine is -1; expected 0 or more"),
-        (["design", "--preset", "Hidden mark", "--out", "FILE"], "File exists"),
+        (["design", "--preset", "Hidden mark", "--out", "FILE"], "taken is a file; choose another folder"),
         (["design", "examples/transfer/solid.toml"], 'format is "spectral-scene transfer function"'),
         (["design", "absent.toml"], "there is no file absent.toml; check its name and its folder"),
         (["relight", "absent.exr", "--out", "x.png"], "there is no file absent.exr"),
@@ -72,6 +72,28 @@ def test_simple_mistakes_give_one_line(
     assert main([str(taken) if word == "FILE" else word for word in arguments]) == 1
     said = capsys.readouterr().err
     assert message in said
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "spectral-scene: no command is given; expected one of: cost, demo, "),
+        (["desing"], "no command is named 'desing'; did you mean 'design'"),
+        (
+            ["mix", "blue:1", "--ligth", "A"],
+            "spectral-scene mix: not understood: '--ligth', 'A'; did you mean --light?",
+        ),
+        (["volume", "x.nrrd"], "required: --transfer. See `spectral-scene volume --help`"),
+    ],
+)
+def test_words_that_no_command_takes_give_one_line(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    said = capsys.readouterr().err
+    assert ended.value.code == 2 and message in said
     assert said.count("\n") == 1
 
 

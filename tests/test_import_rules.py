@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+import ast
 import pkgutil
 import subprocess
 import sys
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("spectral_core", "blender_addon")
 HEAVY = ["bpy", "mitsuba", "drjit", "cvxpy", "colour", "matplotlib", "OpenEXR", "daqp", "piqp"]
 
 
@@ -73,3 +77,47 @@ def test_every_source_file_names_its_license() -> None:
 
     assert ours
     assert without == []
+
+
+def private_uses(path: Path) -> Iterator[str]:
+    """Names with a leading underscore that a file takes from a package of others, as ``line: name``."""
+    tree = ast.parse(path.read_text("utf-8"))
+    foreign: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            taken = [(alias.name, alias.asname or alias.name.split(".")[0]) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            taken = [(f"{node.module}.{alias.name}", alias.asname or alias.name) for alias in node.names]
+        else:
+            continue
+        taken = [each for each in taken if each[0].split(".")[0] not in {*PACKAGES, "__future__"}]
+        foreign |= {local for _, local in taken}
+        yield from (f"{node.lineno}: {name}" for name, _ in taken if "._" in name)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr.startswith("_") and not node.attr.endswith("__"):
+            base: ast.expr = node.value
+            while isinstance(base, ast.Attribute):
+                base = base.value
+            if isinstance(base, ast.Name) and base.id in foreign and ast.unparse(node) != "os._exit":
+                yield f"{node.lineno}: {ast.unparse(node)}"
+
+
+def test_no_private_name_of_another_package_is_used() -> None:
+    """Such a name may change in any release. ``os._exit`` is documented."""
+    files = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py")]
+    assert [f"{path}:{use}" for path in files for use in private_uses(path)] == []
+
+
+def test_private_uses_are_found(tmp_path: Path) -> None:
+    file = tmp_path / "uses.py"
+    file.write_text("import nrrd.reader as r\nfrom os import _exit, path\nr._determine(r.x)\npath._y.z\n", "utf-8")
+    assert list(private_uses(file)) == ["2: os._exit", "3: r._determine", "4: path._y"]
+
+
+def test_types_of_both_packages_are_checked() -> None:
+    """`make check` runs mypy, which reads its packages and rules from here."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["mypy"]
+    assert set(PACKAGES) <= set(settings["packages"])
+    assert settings["disallow_untyped_defs"] and settings["check_untyped_defs"]
+    assert not any("ignore_errors" in each for each in settings["overrides"])
+    assert "-m mypy" in (ROOT / "Makefile").read_text("utf-8")

@@ -103,10 +103,9 @@ def _bpy() -> Any:
         import bpy
     except ImportError as error:
         raise MissingDependencyError.package("bpy", "reading .blend files outside Blender", "blender") from error
-    if not hasattr(bpy.types.Scene, "spectral"):
-        import blender_addon
+    import blender_addon
 
-        blender_addon.register()
+    blender_addon.register_once()
     return bpy
 
 

@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         with RenderProcess() as process:
             plan = process.plan(scene, tolerance)
-    notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in scene.notes)]
+    notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in (*scene.notes, *plan.notes))]
     print(table(plan))
     paths = f"{plan.pilot_paths} light paths" if plan.pilot_paths else "no light path"
     print(f"tolerance ΔE {plan.tolerance_delta_e:g}, accepted ΔE {plan.accepted:.2g} at most; {paths} traced to decide")

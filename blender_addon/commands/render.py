@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, UnknownNameError
-from spectral_core.files.whole import whole_file
+from spectral_core.files.whole import make_folder, whole_file
 
 from . import _blend
 from .plan import translated_scene
@@ -144,7 +144,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
     from .. import jobs
 
     path = (_numbered(out, frame) if arguments.animation else out).expanduser().resolve()
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     scene.frame_set(frame)
     if scene.frame_current != frame:
         raise InvalidInputError(f"--frame is {frame}; Blender stops at {scene.frame_current}")

@@ -22,7 +22,7 @@ from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.parameters import Parameter
 from spectral_core.explore.sweep.store import Store, cdb_folder
-from spectral_core.files.whole import write_text
+from spectral_core.files.whole import make_folder, write_text
 
 from .sweep_points import set_point
 from .sweep_run import Run
@@ -87,7 +87,7 @@ def write_documents(scene: Scene) -> tuple[Path, Path]:
     sweep = scene.spectral.sweep
     parameters = parameters_of(sweep)
     folder = folder_of(sweep)
-    folder.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(folder.parent)
     blend = folder.with_suffix(".sweep.blend")
     bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
     lines = [
@@ -113,7 +113,7 @@ def command_line(document: Path, folder: Path, workers: int, *more: str) -> list
     code = (
         "import importlib, os, sys; "
         f"sys.path[:] = {child.trusted_path()!r}; import bpy; "
-        f"hasattr(bpy.types.Scene, 'spectral') or importlib.import_module({package!r}).register(); "
+        f"importlib.import_module({package!r}).register_once(); "
         f"status = importlib.import_module({package + '.commands'!r}).main({words!r}); sys.stdout.flush(); "
         "os._exit(status)"
     )

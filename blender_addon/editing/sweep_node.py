@@ -132,10 +132,9 @@ class BlendNode:
     def _open(self) -> None:
         if self._kept.get("open") == self.file and bpy.data.filepath == self.file:
             return
-        if not hasattr(bpy.types.Scene, "spectral"):
-            import_module(PACKAGE).register()
+        import_module(PACKAGE).register_once()
         if not Path(self.file).is_file():
-            raise InvalidInputError(f"there is no file {self.file}")
+            raise InvalidInputError(f"there is no file {self.file}; check its name and its folder")
         try:
             bpy.ops.wm.open_mainfile(filepath=self.file, load_ui=False)
         except RuntimeError as error:

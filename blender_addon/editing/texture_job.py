@@ -15,6 +15,7 @@ from bpy.types import Image, PropertyGroup, Scene
 from spectral_core import child
 from spectral_core.documents import write_document
 from spectral_core.errors import InvalidInputError, RenderError
+from spectral_core.files.whole import make_folder
 from spectral_core.palette.texture.project import document_of
 from spectral_core.render.process.renderer import find_python
 from spectral_core.spectra.color import display_rgb_from_linear
@@ -55,7 +56,7 @@ def start(scene: Scene) -> None:
         raise InvalidInputError("a texture is being designed; wait for it or cancel it")
     design = scene.spectral.texture
     folder = folder_of(design)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     project = project_of(design, folder)
     document = folder / DOCUMENT
     write_document(document, document_of(project), comment="Made by the panel Spectral Texture in Blender.")

@@ -13,6 +13,7 @@ from bpy.types import Context, Event, PropertyGroup, Scene
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
+from spectral_core.files.whole import make_folder
 
 from ..editing.dial import changes, live
 from ..editing.dial.as_rendered import AsRendered
@@ -42,7 +43,7 @@ def _record(recording: Recording, path: Path) -> _Recorded:
 
     transport = recording.run()
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         write_transport(path, transport, only_over_transports=True)  # the path may come from a downloaded .blend
     except (SpectralError, OSError) as error:
         return _Recorded(live.mix_of(transport), error)

@@ -20,6 +20,7 @@ from bpy.types import Context, Event, Volume
 from bpy_extras.io_utils import ImportHelper
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import make_folder
 
 from ..properties.volume import RANGE_KEY
 from ..translate.volume_looks import transfer as volume_transfer
@@ -208,16 +209,12 @@ def folder_for_volumes() -> Path:
     session.
     """
     if bpy.data.filepath:
-        folder = Path(bpy.data.filepath).parent / "volumes"
-        folder.mkdir(exist_ok=True)
-        return folder
+        return make_folder(Path(bpy.data.filepath).parent / "volumes")
     package = __package__.rpartition(".")[0]
     try:
         return Path(bpy.utils.extension_path_user(package, path="volumes", create=True))
     except ValueError:  # run from its source, not installed as an extension
-        folder = Path(bpy.utils.user_resource("DATAFILES", path="spectral_scene", create=True)) / "volumes"
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
+        return make_folder(Path(bpy.utils.user_resource("DATAFILES", path="spectral_scene", create=True)) / "volumes")
 
 
 class SPECTRAL_FH_volume(bpy.types.FileHandler):

@@ -47,7 +47,8 @@ def in_mesh(
         medium, error = medium_in_box(item.filling, corners, placed)
         if error > TOO_COARSE:
             found.translation.note(
-                obj.name, f"its volume varies more finely than the grid that it is rendered with; {error:.0%} is lost"
+                obj.name,
+                f"its volume varies more finely than the grid that it is rendered with; {100 * error:.0f} % is lost",
             )
         return _specific(item, name, medium)
 

@@ -64,10 +64,11 @@ def translate_scene(
     layer = depsgraph.view_layer
     for item in (layer, getattr(layer, "cycles", None)):
         note_changed(translation, layer.name, item)
+    world = overridden(depsgraph, "world_override") or source.world
+    # before the walk over the objects: one that cannot be continued would begin anew if the time ended after it
+    environment, suns = _world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed, kept)
     found = collect(translation, shows, kept)
     _note_limits(translation, settings_of(source).light_paths)
-    world = overridden(depsgraph, "world_override") or source.world
-    environment, suns = _world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed, kept)
     scene = Scene(
         camera=viewed,
         film=film,

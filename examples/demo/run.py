@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import MissingDependencyError, RenderError
+from spectral_core.files.whole import make_folder
 from spectral_core.palette import PaletteReflectance, PaletteSolution, solve_palette
 from spectral_core.palette.files import write_palette
 from spectral_core.palette.files.swatches import swatches_of, write_swatches
@@ -67,7 +68,7 @@ class DemoResult:
 def run_demo(out: Path, *, samples: int, percentage: int, say: Callable[[str], None]) -> DemoResult:
     """Make everything into ``out``. Raises MissingDependencyError without bpy, RenderError if a render failed."""
     bpy = _blender()
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     seconds: dict[str, float] = {}
 
     def staged(name: str, work: Callable[[], Any]) -> Any:
@@ -107,8 +108,7 @@ def _blender() -> Any:
     from blender_addon import registration
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    if not hasattr(bpy.types.Scene, "spectral"):
-        registration.register()
+    registration.register_once()
     return bpy
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from examples.more_scenes import bank_note, car_paint, stage
 from spectral_core.cli.shared.terminal import completed
+from spectral_core.files.whole import make_folder
 from spectral_core.render import RenderProcess
 from spectral_core.scene import Film, Scene
 from spectral_core.spectra.catalogue import illuminant
@@ -53,7 +54,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=128)
     parser.add_argument("--width", type=int, default=480)
     given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
+    make_folder(given.out)
     make, lights = SCENES[given.scene]()
     film = Film(given.width, round(given.width * 0.75), samples=given.samples)
     with RenderProcess() as renderer:

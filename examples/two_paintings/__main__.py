@@ -12,6 +12,7 @@ import numpy as np
 from examples.two_paintings.gallery import gallery
 from examples.two_paintings.paintings import circles, hills
 from spectral_core.cli.shared.terminal import completed
+from spectral_core.files.whole import make_folder
 from spectral_core.palette.texture.file import write_texture
 from spectral_core.palette.texture.lights import design_lights, led_range
 from spectral_core.palette.texture.texture import Picture, design_texture
@@ -28,7 +29,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=192)
     parser.add_argument("--width", type=int, default=640)
     given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
+    make_folder(given.out)
     lights = design_lights(led_range(20.0)).lights
     design = design_texture([Picture("hills", hills()), Picture("circles", circles())], lights)
     write_texture(given.out / "painting.exr", design.texture)

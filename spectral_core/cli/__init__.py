@@ -19,7 +19,8 @@ from types import ModuleType
 
 from spectral_core import __version__
 from spectral_core.cli.shared import terminal
-from spectral_core.errors import SpectralError
+from spectral_core.cli.shared.parser import CommandParser
+from spectral_core.errors import SpectralError, UnknownNameError
 
 
 def command_packages(packages: Sequence[str] = ()) -> dict[str, str]:
@@ -46,9 +47,24 @@ def _load(module: str) -> ModuleType:
     return importlib.import_module(module)
 
 
-def _parser(name: str | None, packages: Sequence[str]) -> argparse.ArgumentParser:
-    """Parser of all commands, or of one alone, so that only its module is imported."""
-    parser = argparse.ArgumentParser(prog="spectral-scene", description="Design and render spectral scenes.")
+def _parsed(given: list[str], packages: Sequence[str]) -> argparse.Namespace:
+    """The arguments of a command line; a faulty one ends the program with status 2 and one line."""
+    modules = command_packages(packages)
+    name = given[0] if given else ""
+    parser, commands = _parser(name, packages)
+    if not name:
+        parser.error(f"no command is given; expected one of: {', '.join(modules)}")
+    if not name.startswith("-") and name not in modules:
+        parser.error(str(UnknownNameError.among("command", name, modules)))
+    parsed, others = parser.parse_known_args(given)
+    if others:
+        commands[parsed.command].refuse(others)
+    return parsed
+
+
+def _parser(name: str, packages: Sequence[str]) -> tuple[CommandParser, dict[str, CommandParser]]:
+    """Parser of all commands, or of one alone, so that only its module is imported; and that of each command."""
+    parser = CommandParser(prog="spectral-scene", description="Design and render spectral scenes.")
     parser.add_argument("--version", action="version", version=f"spectral-scene {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     modules = command_packages(packages)
@@ -60,7 +76,7 @@ def _parser(name: str | None, packages: Sequence[str]) -> argparse.ArgumentParse
         sub.add_argument("--json", action="store_true", help="print one JSON object as the last line")
         module.add_arguments(sub)
         sub.set_defaults(run=module.run)
-    return parser
+    return parser, commands.choices
 
 
 def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -> int:
@@ -81,7 +97,7 @@ def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -
 
 
 def _run(given: list[str], packages: Sequence[str]) -> int:
-    parsed = _parser(given[0] if given else None, packages).parse_args(given)
+    parsed = _parsed(given, packages)
     try:
         return int(parsed.run(parsed))
     except SpectralError as error:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.files.whole import make_folder
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
 
@@ -47,8 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
         from dataclasses import replace
 
         problem = replace(problem, rounds=arguments.rounds)
+    folder = make_folder(arguments.out or Path("out") / name)  # before the work, which would be lost without it
     solution = solve_palette(problem)
-    folder = arguments.out or Path("out") / name
     written = _write(folder, solution)  # before printing, because the reader of the table may close the pipe
     _print(solution)
     print(f"written to {folder}: {', '.join(written)}")
@@ -112,7 +113,6 @@ def _write(folder: Path, solution: PaletteSolution) -> list[str]:
     from spectral_core.palette.files import swatches_of, write_solution, write_swatches
     from spectral_core.spectra.files import write_spectra
 
-    folder.mkdir(parents=True, exist_ok=True)
     write_solution(folder / "solution.json", solution)
     write_spectra(folder / "lights.csv", solution.illuminants)
     write_spectra(folder / "reflectances.csv", solution.reflectances)

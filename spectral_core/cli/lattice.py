@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.files.whole import whole_file
+from spectral_core.files.whole import make_folder, whole_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
         points = _latinized(region, points, low, high)
     report = _report(chosen, points, region)
     if arguments.out is not None:
-        arguments.out.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(arguments.out.parent)
         with whole_file(arguments.out) as unfinished, unfinished.open("w", encoding="utf-8") as stream:
             np.savetxt(stream, points, fmt="%.17g", delimiter=",", header=_header(arguments.dims), comments="")
         report["written"] = str(arguments.out)

@@ -88,6 +88,18 @@ def write_text(path: str | Path, text: str) -> None:
     write_bytes(path, text.encode("utf-8"))
 
 
+def make_folder(path: str | Path) -> Path:
+    """Make a folder with those above it, unless it is there. Raises FileWriteError."""
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        in_the_way = next((each for each in (folder, *folder.parents) if each.exists() and not each.is_dir()), None)
+        reason = error.strerror or str(error) if in_the_way is None else f"{in_the_way} is a file"
+        raise FileWriteError(f"the folder {folder} cannot be made: {reason}; choose another folder") from error
+    return folder
+
+
 def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str) -> None:
     """Raise an error if a file of another type than ``kind`` is at the path.
 

@@ -147,6 +147,7 @@ class RenderJob:
             raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
         texts = backend.notes
         self._notes = tuple(Note("Renderer", text) for text in texts) + self._loaded.notes + self._loaded_notes
+        self._notes += plan.notes
 
     @property
     def loaded(self) -> Loaded:

@@ -22,7 +22,7 @@ def read_picture(path: Path) -> NDArray[Any]:
     InvalidInputError : there is no such file, or it is partly transparent. FileFormatError : it cannot be read.
     """
     if not path.is_file():
-        raise InvalidInputError(f"there is no picture {path}")
+        raise InvalidInputError(f"there is no picture {path}; check its name and its folder")
     try:
         import mitsuba
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.exr import openexr, write_exr
-from spectral_core.files.whole import whole_file, write_bytes
+from spectral_core.files.whole import make_folder, whole_file, write_bytes
 from spectral_core.spectra.color import display_rgb_from_linear
 
 ENDINGS = (".png", ".exr", ".npy")
@@ -28,13 +28,13 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 def require_ending(path: Path) -> Path:
     """``path`` if a picture can be written under that name; else raises InvalidInputError."""
     if path.suffix.lower() not in ENDINGS:
-        raise InvalidInputError(f"cannot tell the picture format of {path.name!r}; end it with {', '.join(ENDINGS)}")
+        raise InvalidInputError(f"cannot tell the picture format of {str(path)!r}; end it with {', '.join(ENDINGS)}")
     return path
 
 
 def write_picture(path: Path, linear_rgb: NDArray[Any]) -> None:
     """Write linear sRGB (height, width, 3), row 0 on top: display encoded in 8 bits as PNG, as it is otherwise."""
-    require_ending(path).parent.mkdir(parents=True, exist_ok=True)
+    make_folder(require_ending(path).parent)
     if path.suffix.lower() == ".npy":
         with whole_file(path) as unfinished:
             np.save(unfinished, linear_rgb)

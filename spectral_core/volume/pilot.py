@@ -28,9 +28,10 @@ Array = NDArray[np.float64]
 
 PILOT_RAYS = 4096
 MOST_RAYS = 16 * PILOT_RAYS
-# Processor time of one iteration of the loop, in iterations of the uniform midpoint march with one record packet, and
-# of a ray before its first iteration; measured over the fields of `volume-auto`.
-_ADAPTIVE, _PREINTEGRATED, _PACKET, _RAY = 0.1, 0.05, 0.1, 1.2
+# Processor time of what else an iteration of the loop does, in iterations of the uniform midpoint march with one record
+# packet, and of a ray before its first iteration; fitted to 360 marches of fields and functions drawn by a seed.
+_ADAPTIVE, _FACES, _PREINTEGRATED, _PACKET = 0.05, 0.05, 0.05, 0.1
+_RAY, _FIRST_VALUE = 1.6, 0.6
 # The error of uniform steps depends on how they align with the voxels: it goes up and down by 5 dB within a tenth of a
 # step, so that some coarser steps do better than finer ones. Adaptive steps have no such alignment.
 _TUNING: dict[Rule, tuple[float, ...]] = {
@@ -61,8 +62,9 @@ class Trial:
     """A stepping tried on the pilot rays: SNR in dB, and samples and iterations of the loop per ray.
 
     ``spread`` is the standard error of the error energy relative to that energy: 0 if the rays are all pixels.
-    ``iteration`` is the time of one iteration, in those of a uniform midpoint march. ``is_bound``: the error is smaller
-    than that of the reference, so that ``snr_db`` is the least value that it may have.
+    ``iteration`` is the time of one iteration, in those of a uniform midpoint march, and ``begin`` that of a ray before
+    its first one. ``is_bound``: the error is smaller than that of the reference, so that ``snr_db`` is the least value
+    that it may have.
     """
 
     stepping: Stepping
@@ -72,11 +74,12 @@ class Trial:
     spread: float = 0.0
     iteration: float = 1.0
     is_bound: bool = False
+    begin: float = _RAY
 
     @property
     def cost(self) -> float:
         """Time of the march in iterations of a midpoint march, per ray."""
-        return _RAY + self.iteration * self.steps
+        return self.begin + self.iteration * self.steps
 
 
 class Pilot:
@@ -127,15 +130,17 @@ class Pilot:
             # Standard error of a sum of unequal independent terms. Over all pixels the sum is exact.
             known = self.is_whole or not energies.any()
             spread = 0.0 if known else float(np.sqrt(np.sum(energies**2)) / np.sum(energies))
-            self._tried[stepping] = Trial(stepping, snr, samples, steps, spread, self._iteration(stepping), is_bound)
+            begin = _RAY + _FIRST_VALUE * (stepping.quadrature == "preintegrated")
+            iteration = self._iteration(stepping)
+            self._tried[stepping] = Trial(stepping, snr, samples, steps, spread, iteration, is_bound, begin)
         return self._tried[stepping]
 
     def _iteration(self, stepping: Stepping) -> float:
         columns = len(self.transfer.materials) + self.transfer.has_emission
         integrates = stepping.quadrature == "preintegrated"
         packets = -(-(2 + (3 if integrates else 2) * columns) // 8)
-        adapts = stepping.rule in ("error", "cells")
-        return 1.0 + _ADAPTIVE * adapts + _PREINTEGRATED * integrates + _PACKET * (packets - 1)
+        rule = _ADAPTIVE * (stepping.rule in ("error", "cells")) + _FACES * (stepping.rule == "cells")
+        return 1.0 + rule + _PREINTEGRATED * integrates + _PACKET * (packets - 1)
 
     def tuned(self, way: Stepping, quality_db: float, within_db: float, rival: Trial | None = None) -> Trial:
         """As ``solve``, and then the coarsest of a few steps beyond that reaches the target as well."""

@@ -24,8 +24,8 @@ from spectral_core.volume.pilot import MOST_RAYS, PILOT_RAYS, Pilot, RayTracer, 
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
-# `auto` leaves uniform only for at most this share of its samples, and of its time (whose prediction is rougher).
-_SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.9
+# `auto` leaves uniform only for at most this share of its samples, and of its predicted time.
+_SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.93
 # Decibels above the target within which a search of steps ends: while rules are compared, and for the chosen rule.
 _COMPARED_DB, _CHOSEN_DB = 2.0, 0.3
 _SHORT_DB = 0.5  # dB below the target that still count as reached: no viewer can tell the difference

@@ -19,13 +19,9 @@ HEIGHT = 'bpy.data.objects["Camera"].location[2]'
 
 
 @pytest.fixture
-def scene(tmp_path):
-    import blender_addon
+def scene(blender, tmp_path):
     from blender_addon import compat
 
-    if not hasattr(bpy.types.Scene, "spectral"):
-        blender_addon.register()
-    bpy.ops.wm.read_factory_settings(use_empty=True)
     made = bpy.context.scene
     made.render.engine = "SPECTRAL"
     made.render.resolution_x, made.render.resolution_y = 32, 24

@@ -123,3 +123,5 @@ def test_registering_twice_leaves_no_classes_behind(blender):
     finally:
         blender_addon.register()
     assert set(dir(blender.types)) == before
+    blender_addon.register_once()  # what a command does in a process where the extension is enabled: nothing
+    assert set(dir(blender.types)) == before

@@ -254,3 +254,14 @@ def test_an_edit_during_a_divided_walk_begins_it_anew(slow):
     followed(slow, lambda: setattr(bpy.data.objects["Floor"], "location", (0, 0, -1)))
     settled(slow)
     assert differs(slow) == ([], [])
+
+
+def test_an_edited_world_does_not_begin_a_walk_anew(slow):
+    """A walk over volumes that vary is not kept for the next update; the world is read before it."""
+    strange_scene()
+    followed(slow, lambda: setattr(slow.scene, "world", bpy.data.worlds.new("Sky")))
+    settled(slow)
+    assert differs(slow) == ([], [])
+    followed(slow, lambda: setattr(slow.scene.world, "color", (0.2, 0.3, 0.4)))
+    settled(slow)
+    assert differs(slow) == ([], [])

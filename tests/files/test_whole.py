@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from spectral_core.errors import FileWriteError, InvalidInputError
-from spectral_core.files.whole import require_own_kind, whole_file, write_bytes, write_text
+from spectral_core.files.whole import make_folder, require_own_kind, whole_file, write_bytes, write_text
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -153,3 +153,21 @@ def test_every_file_is_written_by_whole_file() -> None:
             if lines:
                 found[path.relative_to(ROOT).as_posix()] = len(lines)
     assert found == WITHIN_WHOLE
+
+
+def test_a_folder_that_cannot_be_made_is_named_with_the_file_in_its_way(tmp_path: Path) -> None:
+    assert make_folder(tmp_path / "a" / "é b").is_dir() and make_folder(tmp_path / "a").is_dir()
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(FileWriteError, match=r"below cannot be made: .*taken is a file; choose another folder"):
+        make_folder(tmp_path / "taken" / "below")
+
+
+def test_no_other_place_makes_folders_with_those_above_them() -> None:
+    """Elsewhere a file in the way would end a command with the system's words alone."""
+    found = [
+        path.relative_to(ROOT)
+        for folder in ("spectral_core", "blender_addon", "examples")
+        for path in (ROOT / folder).rglob("*.py")
+        if "mkdir(parents=True" in path.read_text("utf-8") or "makedirs(" in path.read_text("utf-8")
+    ]
+    assert found == [Path("spectral_core/files/whole.py")]

@@ -28,6 +28,7 @@ from spectral_core.scene import (
     Film,
     Glossy,
     Instance,
+    LightPaths,
     Material,
     PointLight,
     RenderSettings,
@@ -71,6 +72,23 @@ def test_the_shares_of_the_pilot_add_up_to_the_picture():
     by_level = seen.bins[..., :34, :3].sum()
     assert by_level == pytest.approx(seen.bins[..., 68:102, :3].sum(), rel=1e-4)
     assert seen.beyond("diffuse", 0)[..., :3].sum() == 0 and seen.beyond("glossy", 0)[..., :3].sum() > 0
+
+
+def test_the_plan_notes_the_light_that_clamping_removes():
+    """The share equals that of a render without the clamp; a clamp that changes nothing has no note."""
+    scene = corner(Glossy(gray(0.8), 0.4), world=World(gray(0.1)))
+    limits = LightPaths(clamp_indirect=0.02)
+    clamped = replace(scene, settings=replace(scene.settings, light_paths=limits))
+    plan = plan_effects(clamped)
+    means = []
+    for each in (scene, clamped):
+        job = RenderJob(replace(each, film=replace(scene.film, samples=256)), everything_on_rgb(each))
+        job.trace(256)
+        means.append(float(job.picture()[..., :3].mean()))
+    assert plan.clamped_share == pytest.approx(1 - means[1] / means[0], rel=0.1)
+    assert f"clamping removes about {100 * plan.clamped_share:.0f} % of the light" in plan.notes[0].message
+    high = replace(scene, settings=replace(scene.settings, light_paths=LightPaths(clamp_indirect=1e6)))
+    assert plan_effects(high).clamped_share == 0 and not plan_effects(high).notes
 
 
 def everything_on_rgb(scene):

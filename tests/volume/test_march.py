@@ -148,3 +148,16 @@ def test_steps_that_end_at_faces_are_no_longer_than_a_cell():
         for rule in ("error", "cells")
     }
     assert counts["cells"] > 3 * counts["error"]
+
+
+@pytest.mark.parametrize(("scale", "steps"), [(0.9, 1), (0.72, 1), (0.7, 2), (0.55, 2), (0.5, 2), (0.35, 3)])
+def test_the_way_to_the_next_face_is_divided_evenly(scale, steps):
+    """One step where 1.4 of the planned ones fit: a step of 0.72 and a rest of 0.28 erred more than two halves."""
+    volume = ScalarVolume("ramp", np.tile(np.arange(9.0)[:, None, None], (1, 5, 5)).astype(np.float32))
+    everywhere = TransferFunction((Material("fog", [-1, 10], [0.01, 0.01], [1, 1, 1]),))
+    target = np.array([4.0, 2.01, 2.0])
+    view = View.looking(target - [20.0, 0, 0], target, (0, 0, 1), width=1, height=1, fov_deg=None, ortho_width=1e-3)
+    way = Stepping("uniform", "preintegrated", scale)
+    image = VolumeRenderer(volume).render(view, everywhere, way, limits=REFERENCE, counts=True)
+    # Eight cells between the nine voxels; and half a voxel at either end, which the planned step decides.
+    assert image.samples == 8 * steps + 2 * max(1, int(0.5 / scale + 0.6))

@@ -21,6 +21,7 @@ PROGRESS = "progress"
 
 def make_texture(project: TextureProject, folder: Path, *, as_json: bool, tell: bool) -> int:
     """Design, write the files into ``folder``, print the figures; exit status 0."""
+    from spectral_core.files.whole import make_folder
     from spectral_core.palette.texture.project import run_project
     from spectral_core.palette.texture.texture import Picture
     from spectral_core.render.pictures import read_picture
@@ -30,6 +31,7 @@ def make_texture(project: TextureProject, folder: Path, *, as_json: bool, tell: 
             print(f"{PROGRESS} {share:.3f} {what}", flush=True)
 
     pictures = [Picture(path.stem, read_picture(path)) for path in project.pictures]
+    make_folder(folder)  # before the work, which would be lost without it
     outcome = run_project(project, pictures, progress)
     figures = figures_of(outcome)
     _print(outcome, figures)
@@ -100,7 +102,7 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
         )
     print(
         f"{figures['spectra']} spectra; black is shown as {design.floor:g}, contrast {design.slope:.3f}; "
-        f"{design.compressed:.1%} of the texels show the nearest color that a reflectance can have"
+        f"{100 * design.compressed:.1f} % of the texels show the nearest color that a reflectance can have"
     )
     for loss in design.losses:
         ghost = f", ghost of the other picture {loss.ghost:.3f}" if len(design.losses) > 1 else ""
@@ -129,7 +131,6 @@ def _write(
     design = outcome.design
     texture = design.texture
     size = (texture.weights.shape[1], texture.weights.shape[2])
-    folder.mkdir(parents=True, exist_ok=True)
     progress(0.95, "writing")
     write_texture(folder / "texture.exr", texture)
     write_spectra(folder / "lights.csv", list(texture.lights))

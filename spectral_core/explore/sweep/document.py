@@ -60,7 +60,7 @@ def read_sweep(path: Path) -> SweepDocument:
     """The sweep of a TOML file. FileFormatError names the file and its error."""
     try:
         if not path.is_file():
-            raise InvalidInputError(f"there is no file {path}")
+            raise InvalidInputError(f"there is no file {path}; check its name and its folder")
         if path.stat().st_size > MAX_BYTES:
             raise FileFormatError(f"{path} has {path.stat().st_size:,} bytes; at most {MAX_BYTES:,} are read")
         plain = tomllib.loads(path.read_text("utf-8"))

@@ -24,6 +24,7 @@ from spectral_core.explore.sweep.outcome import point_key
 from spectral_core.explore.sweep.parameters import Parameter, Space, is_column_name, is_finite
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.task import Receipt, StoreAddress, commit_files
+from spectral_core.files.whole import make_folder
 
 FORMAT, VERSION = "spectral-scene sweep project", 1
 TIMING_COLUMN = "seconds"
@@ -96,7 +97,7 @@ class Store:
         self.folder = folder
         self.project = project
         for name in ("image", "outcome", "lease"):
-            (folder / name).mkdir(exist_ok=True)
+            make_folder(folder / name)
         self.ledger = Ledger(folder / "ledger.sqlite")
 
     @classmethod
@@ -107,7 +108,7 @@ class Store:
         project.region.checked(project.space)
         project.design = project.design.placed(project.space)
         project.environment = _environment()
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         store = cls(folder, project)
         store.save_project()
         return store

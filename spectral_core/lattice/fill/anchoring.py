@@ -109,9 +109,8 @@ def _anchored_general(region: Region) -> Anchored:
         )
     if radius <= THINNEST:
         raise InvalidInputError(
-            f"the region holds no ball larger than {abs(max(radius, 0.0)) * size:.3g}, "
-            f"{abs(max(radius, 0.0)):.3g} of its size; expected above {THINNEST:g}. It is empty, flat or too thin: "
-            "widen the bounds or leave out the direction that should not vary"
+            f"the region is empty, flat or too thin: the largest ball inside has {max(radius, 0.0):.3g} of its size; "
+            f"expected above {THINNEST:g}. Widen the bounds, or leave out the direction that should not vary"
         )
     # Divided by its slack, every row is 1 where it is met: rows become unit-free, as the gauge needs them.
     slacks = bounds - rows @ center

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
-from spectral_core.files.whole import whole_file
+from spectral_core.files.whole import make_folder, whole_file
 from spectral_core.lattice.catalogue import make_lattice
 from spectral_core.lattice.congruence import are_similar
 from spectral_core.lattice.construction import Lattice, all_lattices
@@ -29,7 +29,7 @@ INK, PALE, ACCENTS = "#1b1f27", "#c9ced8", ("#2f6fdb", "#d2542b", "#2c9a6b", "#8
 
 def draw_all(folder: Path, rate: int = 2) -> dict[str, Path]:
     """Write every picture of a rate as PNG into a folder; picture name -> file."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     return {name: draw(name, folder / f"lattice_{name}_rate{rate}.png", rate) for name in PICTURES}
 
 

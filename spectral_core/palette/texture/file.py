@@ -15,6 +15,7 @@ import numpy as np
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.exr import openexr, read_exr, write_exr
 from spectral_core.files.guarded import reading, require_shallow
+from spectral_core.files.whole import make_folder
 from spectral_core.palette.texture.basis import MOST_SPECTRA
 from spectral_core.palette.texture.reach import TEXTURE_GRID
 from spectral_core.palette.texture.texture import SpectralTexture
@@ -49,7 +50,7 @@ def write_texture(path: Path, texture: SpectralTexture) -> Path:
         ATTRIBUTE: json.dumps(about, separators=(",", ":")),
     }
     channels = {f"weight.{k}": np.ascontiguousarray(plane) for k, plane in enumerate(texture.weights)}
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     write_exr(path, module.File(header, channels))
     return path
 

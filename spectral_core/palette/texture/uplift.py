@@ -28,6 +28,8 @@ WIDTH = 0.12
 """Standard deviation, in linear RGB, of the region that a constraint moves."""
 FIELD_WEIGHT = 300.0
 """Weight of the wanted color under the second light against smoothness."""
+INFEASIBLE = -1
+"""daqp's status of a program whose bounds and equalities exclude each other."""
 CORRECTIONS = 6
 REACHED = 1e-4
 """Linear RGB distance below which a wanted color counts as reachable."""
@@ -122,7 +124,8 @@ def design_uplift(
 
     Raises
     ------
-    InvalidInputError : pins without a second light, or contradicting pins. SolveError : the solver fails at a node.
+    InvalidInputError : pins without a second light, contradicting pins, or a first light that cannot show all display
+        colors. SolveError : the solver fails at a node.
     """
     started = time.perf_counter()
     if pins and second is None:
@@ -163,6 +166,7 @@ class _LatticeSolver:
         positions = axis()
         self.colors = np.stack(np.meshgrid(positions, positions, positions, indexing="ij"), axis=-1).reshape(-1, 3)
         self.slope_of_colors = require_range("slope", slope, 1e-3, 1.0)
+        self.first_name = first.name
         self.first = stimulus_matrix([first]) @ basis.T
         self.second = None if second is None else stimulus_matrix([second]) @ basis.T
         knots = TEXTURE_GRID.size
@@ -197,10 +201,16 @@ class _LatticeSolver:
             # not depend on the order.
             program.update(f=linear[row], bupper=upper, blower=lower, sense=sense)
             found, _, status, _ = program.solve()
+            if status == INFEASIBLE:
+                raise InvalidInputError(
+                    f"under {self.first_name!r} no reflectance of the basis shows the linear RGB color "
+                    f"{upper[knots:].round(3).tolist()}; expected a first light that looks white and shows all display "
+                    f"colors, such as D65: choose another one, or lower the slope ({self.slope_of_colors:g})"
+                )
             if status != 1:
                 raise SolveError(
-                    f"no smooth reflectance was found for the color {self.colors[node].round(3).tolist()} (status "
-                    f"{status}); the first light may lack a part of the visible range"
+                    f"no smooth reflectance was found for the color {self.colors[node].round(3).tolist()}: the solver "
+                    f"ended with status {status}; choose another first light or another basis"
                 )
             answers[row] = found
         return np.clip(answers, 0.0, 1.0)

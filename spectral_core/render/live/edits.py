@@ -6,7 +6,9 @@ A refusal is no error: the whole scene is then loaded again, which is always cor
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,7 @@ import numpy as np
 from spectral_core.render.job import Loaded
 from spectral_core.render.live import media
 from spectral_core.render.live.transplant import transplant
+from spectral_core.render.live.trees import Trees
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
 from spectral_core.render.mitsuba_scene.light import LightObject
@@ -28,20 +31,37 @@ LEAST_VOLUME = 1e-6
 class Edit:
     """One change of a loaded scene from ``old`` to ``new``. Call ``finish`` after all parts of the change."""
 
-    def __init__(self, loaded: Loaded, old: Scene, new: Scene) -> None:
+    def __init__(self, loaded: Loaded, old: Scene, new: Scene, trees: Trees | None = None) -> None:
         self._mi, self._loaded, self._parts = loaded.mitsuba, loaded, loaded.scene.parts
         self._old, self._new = old, new
+        self._trees = trees
+        self._in_trees: list[Callable[[Trees], None]] = []
+        """Changes of single search trees."""
         self._moved = False
+        """True if all search trees must be built anew."""
         self._rows_changed = self._vertices_changed = False
 
     def finish(self) -> None:
-        """Let Mitsuba rebuild its acceleration structure if anything has moved."""
+        """Update the search trees if anything has moved."""
         if self._rows_changed:
             self._parts.context.tables.rebuild()
         if self._vertices_changed:
             self._parts.context.meshes.write_vertices()
-        if self._moved:
+        if self._moved or (self._in_trees and not self._updated_trees()):
             self._loaded.scene.scene.parameters_changed()
+            # Mitsuba's environment hears of the scene's size before that is computed
+            self._loaded.scene.scene.parameters_changed()
+
+    def _updated_trees(self) -> bool:
+        """Change single trees; False if that is not possible."""
+        import drjit as dr
+
+        if self._trees is None:
+            return False
+        dr.sync_thread()  # a launch may still be tracing
+        for change in self._in_trees:
+            change(self._trees)
+        return self._trees.finish()
 
     def _made(self) -> int:
         return len(self._parts.context.made)
@@ -152,7 +172,8 @@ class Edit:
         parameters["to_world"] = type(parameters["to_world"])(self._mi.ScalarTransform4f(matrix))
         parameters.update()
         self._parts.context.tables.place(shapes[0], new, is_instance=True)
-        self._rows_changed = self._moved = True
+        self._in_trees.append(lambda trees: trees.place(shapes[0], matrix))
+        self._rows_changed = True
         return True
 
     def mesh(self, old: Mesh, new: Mesh) -> bool:
@@ -173,7 +194,15 @@ class Edit:
             group.parameters_changed()
             self._parts.context.meshes.add(shape)
             self._vertices_changed = True
-        self._moved = True
+        copies: dict[tuple[str, ...], list[Any]] = {}
+        for instance in self._new.instances:
+            if instance.mesh == new.name:
+                copies.setdefault(instance.materials, []).extend(self._parts.placed[instance.name])
+        for materials, placed in copies.items():
+            of_group = self._parts.shapes.geometry.groups.get((new.name, materials))
+            if placed and of_group is not None:
+                parts = [after[index] for index, _, _ in of_group[1]]
+                self._in_trees.append(partial(_reshape, placed, parts))
         return True
 
     def warm(self) -> None:
@@ -194,6 +223,10 @@ class Edit:
 
     def _is_placed(self, instance: Instance) -> bool:
         return all(shape.class_name() == "Instance" for shape in self._parts.placed[instance.name])
+
+
+def _reshape(placed: list[Any], parts: list[geometry.Part], trees: Trees) -> None:
+    trees.reshape(placed, parts)
 
 
 def _of(item: Any, name: str) -> Any:

@@ -19,6 +19,7 @@ from spectral_core.render.live.held import lay_open
 from spectral_core.render.live.media import look_from
 from spectral_core.render.live.messages import LOADED
 from spectral_core.render.live.passes import Launcher
+from spectral_core.render.live.trees import Trees
 from spectral_core.render.live.view import Viewpoint
 from spectral_core.render.mitsuba_scene.assemble import scene_radius
 from spectral_core.render.mitsuba_scene.units import SMALLEST_RADIUS
@@ -53,6 +54,7 @@ class Stage:
         self._plan: EffectPlan | None = None
         self._job: RenderJob | None = None
         self._launcher: Launcher | None = None
+        self._trees: Trees | None = None
         self._spare: list[Any] = []
         self._seen_from: Viewpoint | None = None
         self._width = 0
@@ -87,7 +89,7 @@ class Stage:
 
     def forget(self) -> None:
         """Free the loaded scene."""
-        self.scene = self._simulated = self._plan = self._job = self._launcher = self._seen_from = None
+        self.scene = self._simulated = self._plan = self._job = self._launcher = self._seen_from = self._trees = None
         self._spare = []
         # Mitsuba's objects and our plugins refer to each other in cycles. Freeing them releases their numbers in
         # Mitsuba's registry to the next scene; its kernels are then equal and need not be compiled again.
@@ -131,6 +133,7 @@ class Stage:
         if sum(len(mesh.triangles) for mesh in simulated.meshes) <= MOST_WARMED:
             edits.Edit(self._job.loaded, simulated, simulated).warm()
         self._launcher = Launcher(self._job.loaded, scene.film, self._job.unit)
+        self._trees = Trees.of(self._job.loaded.scene.scene)
         self.scene, self._simulated, self._plan = scene, simulated, plan
         self.loads += 1
         self.number += 1
@@ -158,7 +161,7 @@ class Stage:
         old, loaded = self._simulated, self._job.loaded
         change = difference(replace(old, notes=new.notes), new)
         done: list[str] = []
-        edit = edits.Edit(loaded, old, new)
+        edit = edits.Edit(loaded, old, new, self._trees)
         steps: list[tuple[str, str, Callable[[Any, Any], bool]]] = [
             ("meshes", "meshes", edit.mesh),
             ("materials", "materials", edit.material),

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import FileWriteError, InvalidInputError
-from spectral_core.files.whole import write_text
+from spectral_core.files.whole import make_folder, write_text
 from spectral_core.render.mitsuba_export import xml_elements as xml
 from spectral_core.render.mitsuba_export.bodies import Bodies
 from spectral_core.render.mitsuba_export.draft import Draft
@@ -148,7 +148,7 @@ def _new_folder(target: Path) -> Iterator[Path]:
     """A new folder beside ``target`` that replaces it when the block ends without an error."""
     unfinished = target.with_name(f".{target.name}-unfinished-{secrets.token_hex(8)}")
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(target.parent)
         unfinished.mkdir()
         yield unfinished
         _exchange(unfinished, target)

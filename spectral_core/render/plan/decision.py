@@ -8,10 +8,16 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from spectral_core.errors import UnknownNameError
+from spectral_core.scene import Note
 
 How = Literal["exact", "bounded", "measured", "not known"]
 """Origin of an error: no change at all; a bound from the scene's data; a pilot; unknown."""
 LEFT_OUT = ("off", "none")
+VISIBLE_SHARE = 0.01
+"""Part of the light whose loss is noted."""
+CLAMPED = (
+    "clamping removes about {:.0f} % of the light, as it does in Cycles; set Clamp Direct and Indirect to 0 to keep it"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +70,8 @@ class EffectPlan:
     """All decisions, in the order of display. ``pilot_paths``: light paths traced to decide, 0 without a pilot.
 
     ``seconds``: time to make the plan. ``indirect_error``: ΔE2000 of omitting all light after a first bounce, None if
-    it is not known.
+    it is not known. ``clamped_share``: part of the light that the clamp of the scene's light paths removes, None if it
+    is not known.
     """
 
     decisions: tuple[Decision, ...]
@@ -72,6 +79,7 @@ class EffectPlan:
     pilot_paths: int = 0
     seconds: float = field(default=0.0, compare=False)
     indirect_error: float | None = None
+    clamped_share: float | None = None
 
     def __getitem__(self, name: str) -> Decision:
         """Decision by name; raises UnknownNameError."""
@@ -94,6 +102,12 @@ class EffectPlan:
     def accepted(self) -> float:
         """Largest ΔE2000 of all decisions together, as far as it is known."""
         return error_together({each.name: each.accepted or 0.0 for each in self.decisions}, self.indirect_error)
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What the scene's limits on light paths remove, if it is visible."""
+        share = self.clamped_share or 0.0
+        return () if share < VISIBLE_SHARE else (Note("Light Paths", CLAMPED.format(100 * share)),)
 
     def is_on(self, name: str) -> bool:
         """True if an effect is simulated, in any amount."""

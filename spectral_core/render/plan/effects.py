@@ -69,8 +69,9 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
         else _decided(effect, left[name], scene, seen is not None)
         for name, effect in effects.items()
     ]
-    paths = 0 if seen is None else seen.paths
-    return EffectPlan(tuple(decisions), tolerance, paths, time.perf_counter() - start, indirect_error(effects.values()))
+    paths, clamped = (0, None) if seen is None else (seen.paths, seen.clamped_share)
+    elapsed, indirect = time.perf_counter() - start, indirect_error(effects.values())
+    return EffectPlan(tuple(decisions), tolerance, paths, elapsed, indirect, clamped)
 
 
 def plan_from_data(scene: Scene, tolerance: float | None = None) -> EffectPlan:

@@ -26,8 +26,8 @@ LEVELS = 34
 """Numbers of bounces with a row each; the last row holds all larger numbers."""
 COUNTS = ("bounces", "diffuse", "glossy", "transmission")
 """Counts of bounces, each with LEVELS rows."""
-FLAGS = ("reflective_caustics", "refractive_caustics", "transparency", "environment", "emissive_meshes")
-"""Types of light with a row each."""
+FLAGS = ("reflective_caustics", "refractive_caustics", "transparency", "environment", "emissive_meshes", "clamped")
+"""Types of light with a row each; the last is the light that the clamp of the scene's light paths removes."""
 TOTAL = len(COUNTS) * LEVELS + len(FLAGS)
 ROWS = TOTAL + 1
 CHANNELS = 4
@@ -73,6 +73,14 @@ class Pilot:
         """(height, width, batches, 4): light of paths with more than ``most`` bounces of a type."""
         first = COUNTS.index(count) * LEVELS
         return np.asarray(self.bins[..., first + min(most + 1, LEVELS) : first + LEVELS, :].sum(axis=-2))
+
+    @property
+    def clamped_share(self) -> float:
+        """Light that the clamp of the scene's light paths removes, over all light without the clamp."""
+        removed, kept = (
+            float(np.abs(part[..., :3]).sum()) for part in (self.flagged("clamped"), self.bins[..., TOTAL, :])
+        )
+        return removed / (removed + kept) if removed > 0 else 0.0
 
     def flagged(self, name: str) -> NDArray[np.float64]:
         """(height, width, batches, 4): light of one type."""
@@ -142,21 +150,21 @@ def _source_kinds(mi: Any, tracer: Any) -> NDArray[np.uint32]:
     return table
 
 
-def _book(pilot: Any, light: Any, parts: tuple[Any, Any], counts: Any, when: tuple[Any, Any], met: float) -> None:
-    """Add light to a pilot's rows; ``parts``: of the environment and of emissive surfaces; ``when``: active lanes, and
-    those after the first surface.
+def _book(pilot: Any, light: Any, parts: tuple[Any, ...], counts: Any, when: tuple[Any, Any], met: float) -> None:
+    """Add light to a pilot's rows; ``parts``: of the environment, of emissive surfaces, and removed by the clamp;
+    ``when``: active lanes, and those after the first surface.
     """
     import drjit as dr
     import mitsuba as mi
 
     active, bounced = when
     finite = dr.all(dr.isfinite(light))
-    light, world, glows = (dr.select(finite, part, 0.0) for part in (light, *parts))
+    light, *kinds = (dr.select(finite, part, 0.0) for part in (light, *parts))
     first = len(COUNTS) * LEVELS
     signs = ((pilot.flags & 1) != 0, (pilot.flags & 2) != 0, pilot.blocked)
     rows = [(k * LEVELS + dr.minimum(count, LEVELS - 1), bounced, light) for k, count in enumerate(counts)]
     rows += [(mi.UInt32(first + k), active & sign, light) for k, sign in enumerate(signs)]
-    rows += [(mi.UInt32(first + len(signs) + k), active, part) for k, part in enumerate((world, glows))]
+    rows += [(mi.UInt32(first + len(signs) + k), active, part) for k, part in enumerate(kinds)]
     rows.append((mi.UInt32(TOTAL), active, light))
     for row, wanted, part in rows:
         at = (pilot.cell * ROWS + row) * CHANNELS
@@ -218,6 +226,7 @@ def _pilot_class(variant: str) -> Any:
             )
             light = self.clamped(path.throughput * value, path.depth > 1)
             parts = tuple(self.clamped(path.throughput * of, path.depth > 1) for of in (self.met.world, self.met.glows))
+            parts += (path.throughput * value - light,)
             # light that the camera sees directly is lost at no number of bounces
             _book(self, light, parts, counts, (active, active & (path.depth > 0)), 0.0)
             return value
@@ -239,7 +248,7 @@ def _pilot_class(variant: str) -> Any:
             light = self.clamped(self.carried * value, path.depth > 0)
             counts = (path.depth, path.diffuse, path.glossy, path.transmission)
             kind = dr.gather(mi.UInt32, self.sources, self.asked, active)
-            parts = tuple(dr.select(kind == of, light, 0.0) for of in (1, 2))
+            parts = (*(dr.select(kind == of, light, 0.0) for of in (1, 2)), self.carried * value - light)
             _book(self, light, parts, counts, (active, active), 1.0)
             return value
 

@@ -6,8 +6,8 @@
   around a voxel (Eq. 4.14, section 4.2).
 - `error`: inverse to the cube root of an estimate of the second derivative of g(f(x)), which spreads the error of a
   midpoint rule evenly over the steps; and longer as T^(-5/16) where little light is left.
-- `cells`: the steps of `error`, which also end at each face between two cells of the grid. The field is smooth inside a
-  cell, and has its kinks at the faces.
+- `cells`: the steps of `error`, which also end at each face between two cells of the grid, and divide the way to the
+  next one evenly. The field is smooth inside a cell, and has its kinks at the faces.
 
 All fill the same grid of brick words, and one march reads it, with one gather per iteration.
 """

@@ -66,6 +66,8 @@ def test_contradictions_are_refused(plain: Uplift) -> None:
         design_uplift(D65, HP1, [Pin([0.5, 0.5, 0.5], [0.4, 0.4, 0.4]), Pin([0.51, 0.5, 0.5], [0.6, 0.4, 0.4])])
     with pytest.raises(InvalidInputError, match="without a second light"):
         design_uplift(D65, None, [Pin([0.5, 0.5, 0.5], [0.4, 0.4, 0.4])])
+    with pytest.raises(InvalidInputError, match="under 'FL3' no reflectance .* looks white .* lower the slope"):
+        design_uplift(illuminant("FL3"))
     with pytest.raises(InvalidInputError, match="linear RGB from 0 to 1"):
         Pin([1.5, 0, 0], [0, 0, 0])
     with pytest.raises(InvalidInputError, match="has linear RGB from 0 to 1"):

@@ -83,7 +83,7 @@ def load_function(address: str) -> Callable[..., Any]:
 
 def _load_file(path: Path) -> Any:
     if not path.is_file():
-        raise InvalidInputError(f"there is no file {path}")
+        raise InvalidInputError(f"there is no file {path}; check its name and its folder")
     name = f"_sweep_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Search trees that are updated one by one give the picture of a scene that was loaded anew."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from spectral_core.render.live.stage import Stage
+from spectral_core.render.live.trees import Trees
+from spectral_core.scene import Instance, Scene
+from tests.live import test_live_session as session
+from tests.live.test_live_programs import _pictured
+from tests.live.test_live_session import at, with_light, with_place, with_stretch
+
+scene = session.scene
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Embree's functions have other names there")
+
+
+@pytest.fixture
+def crowded(scene: Scene) -> Scene:
+    """The scene with a mesh of two materials, and copies of one mesh with several."""
+    meshes = [
+        replace(m, material_indices=np.arange(len(m.triangles)).astype(np.uint16) % 2) if m.name == "two" else m
+        for m in scene.meshes
+    ]
+    items = [replace(x, materials=("shiny", "red")) if x.name == "middle" else x for x in scene.instances]
+    more = (Instance("small", "one", at(-1, -2, 0.6) @ np.diag([0.4, 0.4, 0.4, 1]), ("red",)),
+            Instance("twin", "two", at(1, -2, 0.6) @ np.diag([0.3, 0.3, 0.6, 1]), ("gray", "shiny")))  # fmt: skip
+    return replace(scene, meshes=tuple(meshes), instances=(*items, *more))
+
+
+Edit = Callable[[Scene, np.random.Generator], Scene]
+EDITS: dict[str, Edit] = {
+    "move": lambda s, rng: with_place(s, str(rng.choice(["left", "middle", "right", "small", "twin"])),
+                                      at(*rng.uniform(-2, 2, 2), rng.uniform(0.5, 1.5))),
+    "turn": lambda s, rng: with_place(s, "twin", at(1, -2, 1) @ turned(rng)),
+    "mesh": lambda s, rng: with_stretch(s, str(rng.choice(["one", "two"])), tuple(rng.uniform(0.8, 1.2, 3))),
+    "mesh and place": lambda s, rng: EDITS["move"](EDITS["mesh"](s, rng), rng),
+    "lamp": lambda s, rng: with_light(s, "key", world_from_light=at(*rng.uniform(-2, 2, 2), 5)),
+    "far": lambda s, rng: with_place(s, "small", at(*rng.uniform(20, 40, 2), 2)),
+}  # fmt: skip
+
+
+def turned(rng: np.random.Generator) -> np.ndarray:
+    found, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    matrix = np.eye(4)
+    matrix[:3, :3] = found * rng.uniform(0.3, 1, 3)  # also mirrored
+    return matrix
+
+
+def test_pictures_after_random_edits_are_those_of_scenes_loaded_anew(
+    crowded: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng, stage, all_trees = np.random.default_rng(11), Stage(), []
+    monkeypatch.setattr(Trees, "finish", counted(Trees.finish, all_trees))
+    now = crowded
+    _pictured(stage, now, 1)
+    for kind in [*EDITS, *rng.permutation([*EDITS, *EDITS])]:
+        now = EDITS[str(kind)](now, rng)
+        np.testing.assert_allclose(_pictured(stage, now, 1), _pictured(Stage(), now, 1), atol=1e-4, err_msg=str(kind))
+    assert stage.loads == 1
+    assert all_trees.count(True) >= 8
+    assert False in all_trees  # an object went far away
+
+
+def counted(finish: Callable[[Trees], bool], told: list[bool]) -> Callable[[Trees], bool]:
+    def finished(trees: Trees) -> bool:
+        told.append(finish(trees))
+        return told[-1]
+
+    return finished
+
+
+def test_without_its_trees_mitsuba_builds_all(crowded: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(3)
+    monkeypatch.setattr(Trees, "of", lambda _scene: None)
+    stage = Stage()
+    _pictured(stage, crowded, 1)
+    now = EDITS["mesh and place"](crowded, rng)
+    np.testing.assert_allclose(_pictured(stage, now, 1), _pictured(Stage(), now, 1), atol=1e-4)
+    assert stage.loads == 1
+
+
+def test_handles_that_are_not_certain_are_refused(crowded: Scene) -> None:
+    """As after another version of Mitsuba has ordered its numbers otherwise."""
+    stage = Stage()
+    stage.show(crowded)
+    loaded = stage._job.loaded.scene.scene  # type: ignore[union-attr]
+    assert Trees.of(loaded) is not None
+
+    class Other:
+        def shapes(self) -> list[object]:
+            return []
+
+        def _traverse_1_cb_ro(self, hear: Callable[..., None]) -> None:
+            found: list[int] = []
+            loaded._traverse_1_cb_ro(lambda index, *_: found.append(index))
+            for index in (found[1], found[0], found[2]):
+                hear(index, "", "")
+
+    assert Trees.of(Other()) is None
