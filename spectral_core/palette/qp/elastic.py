@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Exact rows that cannot all hold, as rows of large weight, in the proportions of the cells: the nearest compromise."""
+"""Replace exact rows that cannot all hold by rows of large weight, in proportion to their cells: the nearest compromise."""
 
 from __future__ import annotations
 
