@@ -28,7 +28,7 @@ _FAR = 40
 def optimize_covering(
     lattice_class: LatticeClass, *, starts: int = 6, seed: int = 0, initial: Vector | None = None, steps: int = 120
 ) -> Search:
-    """Scales of the least covering radius found from ``starts`` random starts (first ``initial``, where given).
+    """Scales of the least covering radius found from ``starts`` random starts; ``initial``, if given, is the first.
 
     Bounded work: ``steps`` evaluations per start; n to 12. ``value`` is exact to n = 6, a lower bound of the radius
     beyond (``figures.covering_radius``).

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Replace exact rows that cannot all hold by rows of large weight, in proportion to their cells: the nearest compromise."""
+"""Nearest compromise: exact rows that cannot all hold become rows of large weight, in proportion to their cells."""
 
 from __future__ import annotations
 
