@@ -207,7 +207,7 @@ def reflection(xp: Any, incoming: Any, normal: Any) -> Any:
 
 @operation("3", 3)
 def round_coordinates(xp: Any, vector: Any, kind: str) -> Any:
-    """Sphere or tube projection of an image: coordinates of [0, 1]³ to the image's."""
+    """Coordinates on an image that is projected on a sphere or tube, of coordinates in [0, 1]³."""
     x, y, z = each(lambda c: (c - 0.5) * 2.0, vector)
     if kind == "SPHERE":
         size = length(xp, (x, y, z))
