@@ -100,3 +100,8 @@ def set_image_format(settings: Any, file_format: str, **options: Any) -> None:
     settings.file_format = file_format
     for name, value in options.items():
         setattr(settings, name, value)
+
+
+def splits_sharp_edges() -> bool:
+    """True if Cycles divides a mesh at its sharp edges, so that displaced faces come apart there: before 5.2."""
+    return "convention" not in bpy.types.ShaderNodeNormalMap.bl_rna.properties

@@ -36,7 +36,7 @@ def sensor(draft: Draft, scene: Scene, around: str) -> xml.Element:
         frame = camera_frame(perspective, film)
     else:
         frame = camera_frame(camera, film)
-    kind, children = _optics(draft, frame, film)
+    kind, children = _optics(draft, frame)
     inside = [xml.reference(around, "medium")] if around else []
     sampler = xml.plugin(
         "sampler", "independent", xml.integer("sample_count", film.samples), xml.integer("seed", film.seed)
@@ -44,7 +44,7 @@ def sensor(draft: Draft, scene: Scene, around: str) -> xml.Element:
     return xml.plugin("sensor", kind, *children, *inside, sampler, _film(draft, film))
 
 
-def _optics(draft: Draft, frame: CameraFrame, film: Film) -> tuple[str, list[xml.Element]]:
+def _optics(draft: Draft, frame: CameraFrame) -> tuple[str, list[xml.Element]]:
     camera = frame.camera
     extent, center = frame.high - frame.low, (frame.high + frame.low) / 2
     matrix = np.eye(4)

@@ -13,7 +13,7 @@ from spectral_core.render.lights.varying import pattern_mean, pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.light import SMALLEST_AREA, beam_axes, plain_color, spread_of
-from spectral_core.render.plugins.numbers import table
+from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.scene import (
     AreaLight,
     Color,
@@ -216,7 +216,7 @@ def _glow_by_triangle(context: Context, emitter: Any, shape: Any, corners: Any, 
         si.shape, si.prim_index = mi.ShapePtr(shape), dr.arange(mi.UInt32, len(corners))
         if context.spectral:
             si.wavelengths = mi.Spectrum(450.0, 530.0, 590.0, 640.0)
-        total += np.abs(np.array(dr.mean(emitter.radiance.eval(si))).reshape(-1)) / 3
+        total += np.abs(np.array(channel_mean(dr, emitter.radiance.eval(si))).reshape(-1)) / 3
     if context.spectral:
         total /= float(np.mean(paint.white_light().at(np.array([450.0, 530.0, 590.0, 640.0]))))
     # parts that the three points miss still get a share

@@ -92,7 +92,7 @@ def _fitting(
         translation.note(name, text)
     share = Fluorescent.largest_share(color, dyes, amounts)
     if share < 1:
-        text = f"its color and dyes return more light than arrives; its dyes are reduced to {share:.0%}"
+        text = f"its color and dyes return more light than arrives; its dyes are reduced to {100 * share:.0f} %"
         translation.note(name, text)
     return Fluorescent(color, dyes, tuple(amount * min(share, 1.0) for amount in amounts), normal)
 

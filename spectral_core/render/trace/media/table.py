@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.plugins.numbers import table
+from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.trace.below.guide import scattering
 from spectral_core.render.trace.media.grids import GridRow, MediumGrids
 
@@ -197,7 +197,7 @@ class Media:
         """Probability of each medium to turn a path."""
         mi, dr = self._mi, self._dr
         # One choice for all wavelengths: the phase function's value per wavelength makes up for it as a weight.
-        means = [mi.Float(dr.mean(part.scattering)) for part in parts]
+        means = [mi.Float(channel_mean(dr, part.scattering)) for part in parts]
         total = sum(means[1:], means[0])
         # a path without any scattering does not turn
         return [mean * dr.rcp(dr.maximum(total, 1e-30)) for mean in means]

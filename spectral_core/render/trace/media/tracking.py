@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace import sobol
 from spectral_core.render.trace.media.grids import MediumGrids, Way
 
@@ -135,7 +136,7 @@ def fly(filled: Filled, reach: Any, carried: Any, seed: Any, active: Any) -> tup
         rate = dr.rcp(dr.maximum(bound, 1e-30))
         # collisions come at the rate of the bound, so its inverse makes their sum the integral of the emission
         glow = dr.select(collides, glow + weight * emitted * rate, glow)
-        of_scatter, of_void = (dr.mean(dr.abs(carried * weight * part)) for part in (scattered, void))
+        of_scatter, of_void = (channel_mean(dr, dr.abs(carried * weight * part)) for part in (scattered, void))
         # where all light is absorbed neither goes on
         total = of_scatter + of_void
         chance = dr.select(total > 0.0, of_scatter / dr.maximum(total, 1e-37), 0.0)
