@@ -225,6 +225,14 @@ def sphere_place(xp: Any, direction: Any) -> Any:
     return -xp.atan2(y, x) / (2 * pi) + 0.5, xp.atan2(z, xp.sqrt(x * x + y * y)) / pi + 0.5, 0.0 * x
 
 
+@operation("3", 3)
+def ball_place(xp: Any, direction: Any) -> Any:
+    """Coordinates of a direction in the picture of a mirror ball, as an Environment Texture reads it."""
+    x, y, z = normalized(xp, direction)
+    bent = 2.0 * xp.sqrt(xp.maximum(0.5 * (1.0 - y), 0.0))
+    return 0.5 * (safe_divide(xp, x, bent) + 1.0), 0.5 * (safe_divide(xp, z, bent) + 1.0), 0.0 * x
+
+
 MERIDIAN = 181
 """Entries of a luminaire's table from straight down to straight up."""
 
