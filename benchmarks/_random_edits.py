@@ -190,6 +190,54 @@ def film(rng):
     bpy.context.scene.render.film_transparent = bool(rng.integers(2))
 
 
+def scatter(obj, rng):
+    """Cones over a surface, in another number, size or place than before: geometry nodes, or hair that is objects."""
+    made = obj.modifiers.get("Scatter")
+    if made is not None and rng.random() < 0.3:
+        obj.modifiers.remove(made)
+    elif made is None and rng.random() < 0.4:
+        hair = next((each for each in obj.particle_systems), None)
+        if hair is None:
+            obj.modifiers.new("Hair", "PARTICLE_SYSTEM")
+            hair = obj.particle_systems[0]
+        _strew(hair.settings, obj, rng)
+    else:
+        made = made or obj.modifiers.new("Scatter", "NODES")
+        made.node_group = made.node_group or _cones()
+        nodes = made.node_group.nodes
+        nodes["Points"].inputs["Density"].default_value = float(rng.choice([1.0, 3.0, 6.0]))
+        nodes["Points"].inputs["Seed"].default_value = int(rng.integers(9))
+        nodes["Copies"].inputs["Scale"].default_value = (float(rng.choice([0.1, 0.2])), 0.1, 0.2)
+        nodes["Paint"].inputs["Material"].default_value = one_of(rng, [*bpy.data.materials, None])
+
+
+def _cones():
+    """A node group that adds cones to a surface."""
+    group = bpy.data.node_groups.new("Cones", "GeometryNodeTree")
+    for side in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
+    made = {}
+    for name, kind in {"In": "NodeGroupInput", "Out": "NodeGroupOutput", "Cone": "GeometryNodeMeshCone",
+                       "Points": "GeometryNodeDistributePointsOnFaces", "Copies": "GeometryNodeInstanceOnPoints",
+                       "Paint": "GeometryNodeSetMaterial", "Both": "GeometryNodeJoinGeometry"}.items():  # fmt: skip
+        made[name] = group.nodes.new(kind)
+        made[name].name = name
+    made["Cone"].inputs["Vertices"].default_value = 5
+    links = {("In", 0): ("Points", "Mesh"), ("Points", "Points"): ("Copies", "Points"), ("Cone", 0): ("Paint", 0),
+             ("Paint", 0): ("Copies", "Instance"), ("Copies", 0): ("Both", 0), ("Both", 0): ("Out", 0)}  # fmt: skip
+    for (first, out), (second, into) in links.items():
+        group.links.new(made[first].outputs[out], made[second].inputs[into])
+    group.links.new(made["In"].outputs[0], made["Both"].inputs[0])
+    return group
+
+
+def _strew(settings, obj, rng):
+    """Hair that shows another object of the scene in place of each strand."""
+    settings.type, settings.render_type = "HAIR", "OBJECT"
+    settings.count, settings.particle_size = int(rng.choice([20, 100, 150])), float(rng.choice([0.05, 0.1]))
+    settings.instance_object = one_of(rng, objects("MESH"), lambda each: each != obj and not each.particle_systems)
+
+
 def override(rng):
     bpy.context.view_layer.material_override = one_of(rng, [*bpy.data.materials, None, None])
 
@@ -227,5 +275,6 @@ EDITS: dict[str, Edit] = {
     "frame": frame,
     "film": film,
     "override": override,
+    "scatter": on(some_object("MESH"), scatter),
     "new material": new_material,
 }

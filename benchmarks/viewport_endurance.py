@@ -4,10 +4,11 @@
 A plane, a ball and a lamp at 96×64 in Blender without a window; the session is the one of a 3D view, with its own
 render process. After each change the view has to settle (``--changes N``, 1000; ``--kills N``, 30 spread over them).
 Changes are deletes, renames, new objects, materials and nodes, numbers, meshes, an undo or redo of any of them, another
-file or the same one loaded, data appended, the mode switched, the camera turned, a wanted color dragged. Every few
-changes the picture is compared with that of another process which loads the whole scene afresh, sample for sample.
-``--kill-each N`` instead kills the process N times during each type of change that is limited in time, at a random
-moment. ``--minutes N`` ends a run earlier, ``--seed N`` repeats one. Hours on two cores: new nodes compile kernels.
+file or the same one loaded, data appended, the mode switched, the camera turned, a wanted color dragged; some come
+while another one is still being translated. Every few changes the picture is compared with that of another process
+which loads the whole scene afresh, sample for sample. ``--kill-each N`` instead kills the process N times during each
+type of change that is limited in time, at a random moment. ``--minutes N`` ends a run earlier, ``--seed N`` repeats
+one. Hours on two cores: new nodes compile kernels.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ COMPARED_EVERY = 5
 """Changes between two comparisons with a fresh process."""
 LATEST_KILL_S = 0.6
 """A process is killed so long after the change at most: while it loads, records or traces."""
+HURRIED = 0.3
+"""Share of changes that come while the view still translates another one."""
 LARGEST_ERROR = 2e-3
 """Mean difference, as a share of the mean, between a view and a fresh one: their random numbers are the same."""
 CERTAIN_SAMPLES = (64, 4096)
@@ -105,11 +108,9 @@ class Trial:
         from blender_addon import jobs
 
         name = name or str(self.rng.choice(list(self.kinds)))
-        self.counts[name] += 1
-        try:
-            followed(lambda: self.session, self.context, lambda: self.kinds[name](self.rng))
-        except RuntimeError as error:  # an operator that cannot be called without a window
-            self.counts[f"{name} (refused: {str(error).strip().splitlines()[-1]})"] += 1
+        if not kill and self.rng.random() < HURRIED:
+            self._hurry()
+        self._make(name)
         if kill and len(self.crashed) > 2:  # more of them in so short a time end in a message, not in a new process
             time.sleep(max(0.0, self.crashed[-3] + CRASH_SPAN_S + 1 - time.monotonic()))
         process = jobs.live().process_id
@@ -126,6 +127,28 @@ class Trial:
         self.memory.append(shown.frame.memory)
         if number % COMPARED_EVERY == 0 or kill:
             self._compare(f"{number} {name}", shown)
+
+    def _make(self, name: str) -> None:
+        self.counts[name] += 1
+        try:
+            followed(lambda: self.session, self.context, lambda: self.kinds[name](self.rng))
+        except RuntimeError as error:  # an operator that cannot be called without a window
+            self.counts[f"{name} (refused: {str(error).strip().splitlines()[-1]})"] += 1
+
+    def _hurry(self) -> None:
+        """A change of which a few parts are translated, each in a redraw of its own, before the next change comes."""
+        import bpy
+
+        from blender_addon.editing.viewport import session as sessions
+
+        usual, sessions.UPDATE_S = sessions.UPDATE_S, -1.0
+        try:
+            self._make(str(self.rng.choice(list(self.kinds))))
+            for _ in range(int(self.rng.integers(8))):
+                self.session.look(self.context, bpy.context.view_layer.depsgraph)
+            self.counts["interrupted"] += self.session._is_unfinished
+        finally:
+            sessions.UPDATE_S = usual
 
     def _settled(self) -> Any:
         """The finished picture of the view's present request; None if it does not come."""
@@ -213,6 +236,7 @@ class Trial:
             "kinds_tried": sum(self.counts[name] > 0 for name in self.kinds),
             "kinds": dict(sorted(self.counts.items())),
             "kills": self.counts["killed"],
+            "interrupted": self.counts["interrupted"],
             "restarts": link.restarts,
             "compared": self.compared,
             "compared_in_the_dark": self.dark,

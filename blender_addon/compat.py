@@ -100,3 +100,10 @@ def set_image_format(settings: Any, file_format: str, **options: Any) -> None:
     settings.file_format = file_format
     for name, value in options.items():
         setattr(settings, name, value)
+
+
+def is_before_5_2() -> bool:
+    """True for Cycles of older versions, which divides a mesh at its sharp edges, so that displaced faces come apart
+    there, and whose Magic Texture has seams.
+    """
+    return "convention" not in bpy.types.ShaderNodeNormalMap.bl_rna.properties

@@ -4,17 +4,18 @@
 from bpy.types import Context, PropertyGroup, UILayout
 
 from ..drawing.icons import curve_icon
+from ..drawing.text import text_width
 from ..properties.palette_cell import MODES
 from ..translate.palette.table import palette_of
-from .parts import CHARACTER_PIXELS, told_apart, width_of
+from .parts import ICON_PIXELS, told_apart, width_of
 
-MODE_ICON = {identifier: icon for identifier, _, _, icon, _ in MODES}
+MODE_ICON = {identifier: "NONE" if icon == "COLOR" else icon for identifier, _, _, icon, _ in MODES}
 LEAST_CELL = 46.0
 """Unscaled pixels below which two colors and a number cannot be distinguished."""
 BUTTON_PIXELS = 16.0
 """Margin of a button at the sides of its text."""
-NARROW_CELL = 82.0
-"""Unscaled pixels below which a cell has no room for "ΔE" before its number."""
+LETTER_PIXELS = 5.7
+"""Mean width of a letter of a name, with some room: names have more capitals than sentences."""
 
 
 def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
@@ -30,7 +31,7 @@ def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> No
     flow = layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=False, align=False)
     room = width / columns
     flow.column().label(text="")
-    letters = int((room - BUTTON_PIXELS) / CHARACTER_PIXELS)
+    letters = int((room - BUTTON_PIXELS) / LETTER_PIXELS)
     lights = told_apart([light.name for light in palette.lights], letters)
     materials = told_apart([material.name for material in palette.materials], letters)
     for column in shown:
@@ -39,7 +40,7 @@ def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> No
         _draw_head(flow, material, materials[row], {"row": row}, room)
         for column in shown:
             selected = (row, column) == (palette.active_row, palette.active_column)
-            _draw_cell(flow, material.cells[column], (row, column), selected, room)
+            _draw_cell(flow, context, material.cells[column], (row, column), selected, room)
 
 
 def page_of(active: int, count: int, fitting: int) -> range:
@@ -81,7 +82,9 @@ def _draw_head(flow: UILayout, entry: PropertyGroup, name: str, place: dict[str,
         setattr(operator, side, index)
 
 
-def _draw_cell(flow: UILayout, cell: PropertyGroup, place: tuple[int, int], selected: bool, room: float) -> None:
+def _draw_cell(
+    flow: UILayout, context: Context, cell: PropertyGroup, place: tuple[int, int], selected: bool, room: float
+) -> None:
     column = flow.column(align=True)
     colors = column.row(align=True)
     colors.scale_y = icon_scale(room)  # as high as the curve on its left
@@ -96,9 +99,8 @@ def _draw_cell(flow: UILayout, cell: PropertyGroup, place: tuple[int, int], sele
     below = column.row(align=True)
     below.alert = cell.is_missed
     below.active = not palette_of(cell).is_stale  # the number is that of the last solution
-    text = cell.error_text if room >= NARROW_CELL else cell.error_text.removeprefix("ΔE ")
     icon = "LOCKED" if cell.exact and cell.mode == "FIXED" else MODE_ICON[cell.mode]
-    operator = below.operator(
-        "spectral.palette_select", text=text, icon="NONE" if icon == "COLOR" else icon, depress=selected
-    )
+    needed = text_width(cell.error_text, context) + BUTTON_PIXELS + (0.0 if icon == "NONE" else ICON_PIXELS)
+    text = cell.error_text if needed <= room else cell.error_text.removeprefix("ΔE ")
+    operator = below.operator("spectral.palette_select", text=text, icon=icon, depress=selected)
     operator.row, operator.column = place

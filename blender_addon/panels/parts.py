@@ -2,7 +2,6 @@
 """Elements that several panels share: wrapped text, a spectrum with its curve, swatches under lamps."""
 
 import re
-import textwrap
 from collections.abc import Iterable, Sequence
 
 import bpy
@@ -10,14 +9,17 @@ from bpy.types import ID, Context, PropertyGroup, UILayout
 
 from .. import compat
 from ..drawing.icons import curve_icon, swatch_icon
+from ..drawing.text import lines_in
 from ..translate.spectra.stored import kind_in
 from .swatches import NO_SWATCH, Swatch, swatches_of
 
-CHARACTER_PIXELS = 6.4
-"""Mean width of a letter of Blender's interface font, at scale 1."""
 ICON_PIXELS = 20.0
-UNIT = re.compile(r"(?<=ΔE) (?=\d)|(?<=\d) (?=(?:MB|GB|nm|dB|ms|s|min|h|K|W|g|%)(?![\w]))")
-"""The space between a number and its unit."""
+TAB_PIXELS = 20.0
+"""Width of the tabs at the edge of a sidebar."""
+LEAST_LINE = 130.0
+"""Unscaled pixels of a line in a panel that is too narrow to read."""
+UNIT = re.compile(r"(?<=ΔE) (?=\d)|(?<=\bR[afg]) (?=\d)|(?<=\d) (?=(?:MB|GB|nm|dB|ms|s|min|h|K|W|g|%)(?![\w]))")
+"""The space between a number and its unit, or the name of an index."""
 
 
 def width_of(context: Context) -> float:
@@ -31,9 +33,9 @@ def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", i
     text = UNIT.sub("\u00a0", text)
     column = layout.column(align=True)
     column.scale_y = 0.8
-    room = width_of(context) - indent - (0.0 if icon == "NONE" else ICON_PIXELS)
-    letters = max(20, int(room / CHARACTER_PIXELS))
-    for number, line in enumerate(textwrap.wrap(text, letters)):
+    tabs = TAB_PIXELS if context.region and getattr(context.region, "type", "") == "UI" else 0.0
+    room = width_of(context) - tabs - indent - (0.0 if icon == "NONE" else ICON_PIXELS)
+    for number, line in enumerate(lines_in(text, max(room, LEAST_LINE), context)):
         column.label(text=line, icon=icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
 
 

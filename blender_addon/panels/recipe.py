@@ -45,7 +45,7 @@ def _draw_lamp(column: UILayout, layout: UILayout, recipe: PropertyGroup) -> Non
         ("use_fidelity", ["fidelity"]),
         ("use_gamut", ["gamut_low", "gamut_high"]),
     ):
-        row = layout.row(align=True)
+        row = layout.split(factor=0.42, align=True)
         row.prop(recipe, switch)
         numbers = row.row(align=True)
         numbers.enabled = getattr(recipe, switch)

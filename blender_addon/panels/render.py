@@ -8,7 +8,7 @@ from .. import jobs
 from .parts import wrapped
 
 ENGINE = "SPECTRAL"
-LEFT_OUT = ("off", "none")
+LEFT_OUT = ("off", "none", "0")
 WORDS = {"rgb": "RGB", "uv": "UV", "on": "On", "off": "Off", "none": "None"}
 
 
@@ -177,7 +177,7 @@ def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None
 
 def _figures(line: PropertyGroup) -> str:
     """Error of omitting an effect, and its share of the time."""
-    share = f"{line.time_share:.0%} of the time"
+    share = f"{100 * line.time_share:.0f} % of the time"
     if "ΔE" in line.cost:  # said above
         return f"It takes {share}."
     error = "error not known" if line.error < 0 else f"ΔE {line.error:.2g} without it ({line.how})"

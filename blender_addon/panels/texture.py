@@ -29,7 +29,10 @@ class SPECTRAL_PT_texture(bpy.types.Panel):
             _draw_wanted_colors(layout, design)
         else:
             _draw_mapping(layout, design)
-        layout.prop(design, "folder")
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.prop(design, "folder")
         _draw_run(layout, context, design)
         _draw_outcome(layout, context, design)
 

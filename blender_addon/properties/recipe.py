@@ -38,22 +38,22 @@ class SpectralRecipe(bpy.types.PropertyGroup):
         name="At Most", default=4, min=1, max=16, description="Channels or colorants in the recipe at most"
     )
     cct: FloatProperty(
-        name="Temperature (K)", default=4000.0, min=1500.0, max=20000.0, precision=0,
-        description="Color temperature of the white",
+        name="Temperature", default=4000.0, min=1500.0, max=20000.0, precision=0,
+        description="Color temperature of the white in kelvin",
     )  # fmt: skip
     duv: FloatProperty(
-        name="Duv", default=0.0, min=-0.02, max=0.02, precision=4,
+        name="Tint (Duv)", default=0.0, min=-0.02, max=0.02, precision=4,
         description="Tint of the white: above 0 greenish, below 0 pinkish",
     )  # fmt: skip
-    use_cri: BoolProperty(name="Ra", default=True, description="Require a color rendering index")
+    use_cri: BoolProperty(name="Rendering Ra", default=True, description="Require a color rendering index")
     cri: FloatProperty(
-        name="Least Ra", default=90.0, min=0.0, max=100.0, precision=0, description="Least color rendering index Ra"
+        name="At Least", default=90.0, min=0.0, max=100.0, precision=0, description="Least color rendering index Ra"
     )
-    use_fidelity: BoolProperty(name="Rf", default=False, description="Require a fidelity by TM-30")
+    use_fidelity: BoolProperty(name="Fidelity Rf", default=False, description="Require a fidelity by TM-30")
     fidelity: FloatProperty(
-        name="Least Rf", default=90.0, min=0.0, max=100.0, precision=0, description="Least fidelity Rf of TM-30"
+        name="At Least", default=90.0, min=0.0, max=100.0, precision=0, description="Least fidelity Rf of TM-30"
     )
-    use_gamut: BoolProperty(name="Rg", default=False, description="Require a gamut by TM-30")
+    use_gamut: BoolProperty(name="Gamut Rg", default=False, description="Require a gamut by TM-30")
     gamut_low: FloatProperty(
         name="From", default=97.0, min=40.0, max=160.0, precision=0,
         description="Least gamut Rg of TM-30; below 100 colors look duller",

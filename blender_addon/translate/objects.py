@@ -9,6 +9,8 @@ from functools import partial
 from itertools import islice
 from typing import Any
 
+import bpy
+
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Instance, Light, Material, Mesh, VolumeObject
 
@@ -55,6 +57,8 @@ class Collected:
     trace: Trace = field(default_factory=Trace)
     shared: dict[tuple[int, int], Shared | None] = field(default_factory=dict)
     """What the instances of a mesh object share, by its session number and the address of its mesh."""
+    kept_meshes: set[Any] = field(default_factory=set)
+    """Keys of the meshes among the kept ones."""
     noted: set[tuple[int, int]] = field(default_factory=set)
     """Keys of ``shared`` whose notes have been given for all instances."""
     _names: dict[str, int] = field(default_factory=dict)
@@ -123,6 +127,7 @@ def collect(translation: Translation, shows: Callable[[Any], bool] = everything,
             begun.found.free_names()
             kept.begun = replace(begun, notes=translation.notes)
             raise
+    kept.settle(found.kept_meshes, lambda: {obj.session_uid for obj in bpy.data.objects})
     kept.walk = walk_of(found, heard.notes, kept)
     kept.placed = {item.name: item for item in found.instances}
     return found

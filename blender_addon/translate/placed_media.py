@@ -47,7 +47,8 @@ def in_mesh(
         medium, error = medium_in_box(item.filling, corners, placed)
         if error > TOO_COARSE:
             found.translation.note(
-                obj.name, f"its volume varies more finely than the grid that it is rendered with; {error:.0%} is lost"
+                obj.name,
+                f"its volume varies more finely than the grid that it is rendered with; {100 * error:.0f} % is lost",
             )
         return _specific(item, name, medium)
 
@@ -122,7 +123,7 @@ def _facts(item: TranslatedMaterial, placed: Region) -> tuple[Any, ...]:
 
 
 def _density_scale(data: Any, world_from_object: NDArray[np.float64]) -> float:
-    """Factor on densities, which count per unit of length of the object unless the data states the world's."""
+    """Factor on densities: they are per unit of length of the object, or of the world if the data states so."""
     render = getattr(data, "render", None)
     if render is not None and render.space == "WORLD":
         return 1.0

@@ -36,10 +36,15 @@ def displaced(build, kind, output):
     return build.plane(material=material)
 
 
+def shown(scene):
+    """The one mesh that is shown."""
+    (found,) = (mesh for mesh in scene.meshes if mesh.name == scene.instances[0].mesh)
+    return found
+
+
 def heights(scene):
-    """Heights of the vertices of the one mesh that is shown."""
-    (shown,) = (mesh for mesh in scene.meshes if mesh.name == scene.instances[0].mesh)
-    return shown.positions[:, 2]
+    """Heights of its vertices."""
+    return shown(scene).positions[:, 2]
 
 
 def test_the_lamp_of_an_instance_has_the_color_of_its_instancer(build, translate):
@@ -86,3 +91,37 @@ def test_a_pipe_in_place_of_a_luminaire_is_named_and_not_waited_for(build, trans
     node.mode, node.filepath = "EXTERNAL", str(pipe)
     tree.links.new(node.outputs[0], emission.inputs["Strength"])
     assert any("pipe" in note.message for note in translate().notes)
+
+
+@pytest.mark.parametrize("is_sharp", [False, True])
+def test_displaced_faces_come_apart_at_sharp_edges_as_in_this_cycles(build, translate, is_sharp):
+    from blender_addon import compat
+
+    plane = displaced(build, "ShaderNodeValue", "Value")
+    plane.active_material.node_tree.nodes["Value"].outputs[0].default_value = 1.0
+    data = plane.data
+    data.clear_geometry()
+    data.from_pydata(
+        [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, -1), (0, 1, -1)], [], [(0, 1, 2, 3), (0, 3, 5, 4)]
+    )
+    data.shade_smooth()
+    shared = next(edge for edge in data.edges if set(edge.vertices) == {0, 3})
+    shared.use_edge_sharp = is_sharp
+    ends = {tuple(np.round(place, 4)) for place in shown(translate()).positions}
+    apart = {(0, 0, 1), (0, 1, 1), (-1, 0, 0), (-1, 1, 0)}
+    assert (apart <= ends) == (is_sharp and compat.is_before_5_2())
+    assert len(ends) == (8 if is_sharp and compat.is_before_5_2() else 6)
+
+
+@pytest.mark.parametrize("node", ["ShaderNodeTangent", "ShaderNodeNewGeometry"])
+def test_the_tangents_of_a_lamp_need_no_note(build, translate, node):
+    """The Tangent node turns around an axis of the world; that of Geometry is 0, so that such a lamp is black."""
+    from blender_addon import compat
+
+    lamp = build.light("POINT")
+    tree = compat.use_nodes(lamp.data)
+    emission = next(item for item in tree.nodes if item.type == "EMISSION")
+    tree.links.new(tree.nodes.new(node).outputs["Tangent"], emission.inputs["Color"])
+    scene = translate()
+    assert not scene.notes
+    assert bool(scene.lights) == (node == "ShaderNodeTangent")  # lamps without light are left out

@@ -46,6 +46,7 @@ def test_a_decision_is_overridden_and_reset(blender, settings):
     blender.ops.spectral.plan()
     blender.ops.spectral.plan_override(effect="transport", value="spectral")
     assert settings.transport == "SPECTRAL"
+    assert overrides_of(settings) == {"transport": "spectral"}
     assert line(settings, "transport").is_artists
     assert line(settings, "transport").reason.startswith("set by the artist")
     blender.ops.spectral.plan_release(effect="transport")

@@ -188,3 +188,23 @@ def test_a_walk_reads_once_what_instances_share(walks, monkeypatch):
     scene = next(iter(walks.link.scenes.values()))
     assert read.count("Holder") == 4  # in two walks (of the edit, of the comparison): its own mesh, the instanced mesh
     assert len({item.world_from_object.tobytes() for item in scene.instances if item.shown_as == "Holder"}) == 16
+
+
+def test_meshes_of_deleted_and_renamed_objects_are_freed(walks):
+    """They were kept until an undo: a long session that adds and deletes objects took ever more memory."""
+    from blender_addon.editing.viewport import session
+
+    kept = next(iter(session._stages.values())).kept
+    meshes, parts = len(kept.meshes), len(kept.parts)
+    for number in range(4):
+
+        def exchange(number=number):
+            bpy.data.objects.remove(bpy.data.objects["Ball"])
+            bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=8)
+            bpy.context.object.name = "Ball"
+            bpy.context.object.data.name = f"Ball {number}"
+
+        after(walks, exchange)
+        after(walks, lambda number=number: setattr(bpy.data.objects["Ball"].data, "name", f"Other {number}"))
+    assert len(kept.meshes) == meshes
+    assert len(kept.parts) <= parts + 1

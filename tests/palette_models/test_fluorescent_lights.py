@@ -140,7 +140,8 @@ def test_the_report_of_dyes_names_amounts_and_the_largest_share() -> None:
     assert solution.status == ("solved" if max(worst, found.worst_pair_delta_e_2000) <= 3.0 else "compromise")
     for surface in found.surfaces:
         amount = float(surface.amounts[0])
-        text = f"{surface.name} holds {amount:.2f} of green; it returns at most {surface.returned_share().max():.0%}."
+        returned = 100 * surface.returned_share().max()
+        text = f"{surface.name} holds {amount:.2f} of green; it returns at most {returned:.0f} %."
         assert (text in solution.notes) == (amount > 1e-4)
     assert bool(solution.notes) == any(surface.amounts[0] > 1e-4 for surface in found.surfaces)
     if solution.notes:

@@ -86,7 +86,7 @@ def test_the_plan_notes_the_light_that_clamping_removes():
         job.trace(256)
         means.append(float(job.picture()[..., :3].mean()))
     assert plan.clamped_share == pytest.approx(1 - means[1] / means[0], rel=0.1)
-    assert f"clamping removes about {plan.clamped_share:.0%} of the light" in plan.notes[0].message
+    assert f"clamping removes about {100 * plan.clamped_share:.0f} % of the light" in plan.notes[0].message
     high = replace(scene, settings=replace(scene.settings, light_paths=LightPaths(clamp_indirect=1e6)))
     assert plan_effects(high).clamped_share == 0 and not plan_effects(high).notes
 

@@ -194,14 +194,22 @@ def _after_update(scene: Scene, depsgraph: Depsgraph) -> None:
         dial.changes = EDITED_ELSEWHERE
 
 
+@bpy.app.handlers.persistent
+def _forget(*_: object) -> None:
+    """Another file has other scenes: free the parts of the last one's."""
+    for kept in (_slow, _stages, _hashes):
+        kept.clear()
+
+
 def register() -> None:
     """Start watching the scene."""
     bpy.app.handlers.depsgraph_update_post.append(_after_update)
+    bpy.app.handlers.load_pre.append(_forget)
 
 
 def unregister() -> None:
     """Stop watching the scene."""
     bpy.app.handlers.depsgraph_update_post.remove(_after_update)
+    bpy.app.handlers.load_pre.remove(_forget)
     LIVE.cancel()
-    for kept in (_slow, _stages, _hashes):
-        kept.clear()
+    _forget()

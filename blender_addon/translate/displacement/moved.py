@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from enum import Enum, auto
 from functools import partial
 from typing import Any
 
@@ -17,6 +18,8 @@ from numpy.typing import NDArray
 from spectral_core.scene import Mesh
 from spectral_core.scene.geometry import Attribute
 
+from ... import compat
+from ..meshes.measures import has_sharp_edges
 from ..shading.attributes import UNDISPLACED, object_info
 from ..viewport.kept import kept_or_made
 from .offset import Displacement
@@ -40,12 +43,25 @@ def displaced(found: Any, obj: Any, instance: Any, mesh: Mesh, materials: Sequen
     # objects of one mesh share its displaced form, as in Cycles
     key = ("displaced", mesh.name, *(item.material.name for item in materials))
     if key not in found.meshes:
-        make, number = partial(moved_mesh, mesh, moves, matrix, numbers), obj.original.session_uid
-        state = (mesh, tuple(moves), matrix.tobytes(), tuple(numbers.items()))
+        edges = Edges.SMOOTH
+        if obj.type == "MESH" and has_sharp_edges(obj.data):
+            edges = Edges.APART if compat.is_before_5_2() else Edges.TOGETHER
+        make, number = partial(moved_mesh, mesh, moves, matrix, numbers, edges), obj.original.session_uid
+        state = (mesh, tuple(moves), matrix.tobytes(), tuple(numbers.items()), edges.name)
         made = kept_or_made(found.kept, found.translation, ("displaced", number), frozenset((number,)), state, make)
         found.meshes[key] = replace(made, name=found.unique("mesh", f"{mesh.name} displaced"))
         found.settle_names()
     return found.meshes[key]
+
+
+class Edges(Enum):
+    """What Cycles makes of sharp edges: there are none; up to Blender 5.1 the faces beside them move apart; from 5.2 on
+    they stay together, and a vertex moves along the normal of its first corner.
+    """
+
+    SMOOTH = auto()
+    APART = auto()
+    TOGETHER = auto()
 
 
 AT_VERTICES = frozenset({"position", "normal", "true_normal", "incoming", "uv", "tangent", "bitangent"}) | {
@@ -69,6 +85,7 @@ def moved_mesh(
     moves: Sequence[Displacement | None],
     matrix: Array,
     numbers: Mapping[str, tuple[float, ...]] | None = None,
+    edges: Edges = Edges.SMOOTH,
 ) -> Mesh:
     """A mesh with moved vertices.
 
@@ -78,13 +95,17 @@ def moved_mesh(
     moves : displacement of each material slot.
     matrix : (4, 4) world from object.
     numbers : what the Object Info node gives, by the input's name.
+    edges : its sharp edges.
     """
     positions = mesh.positions.astype(np.float64)
-    _, first, welded = np.unique(positions, axis=0, return_index=True, return_inverse=True)
+    alike = positions if edges is not Edges.APART or mesh.normals is None else np.hstack([positions, mesh.normals])
+    _, first, welded = np.unique(alike, axis=0, return_index=True, return_inverse=True)
     welded = welded.reshape(-1)
     slots = np.zeros(len(mesh.triangles), int) if mesh.material_indices is None else mesh.material_indices.astype(int)
     slots = np.minimum(slots, len(moves) - 1)
-    normals = _smooth_normals(positions, mesh.triangles, welded, len(first))
+    normals = _smooth_normals(positions, mesh.triangles, welded, len(first))[welded]
+    if edges is Edges.TOGETHER and mesh.normals is not None:
+        normals = mesh.normals.astype(np.float64)
     backward = np.linalg.pinv(matrix[:3, :3])
     offsets = np.zeros((len(first), 3))
     done = np.zeros(len(first), bool)
@@ -97,17 +118,18 @@ def moved_mesh(
         fresh = ~done[vertices]
         vertices, places = vertices[fresh], chosen[at[fresh]]
         done[vertices] = True
-        read = _Reading(mesh, matrix, positions, normals[welded], places, numbers or {})
+        read = _Reading(mesh, matrix, positions, normals, places, numbers or {})
         found = np.nan_to_num(move.offset.program.evaluate(read, transform=read.transform), posinf=0.0, neginf=0.0)
         offsets[vertices] = np.broadcast_to(found.reshape(len(found), -1), (len(vertices), 3)) @ backward.T
-    positions = positions + offsets[welded]
+    before, positions = positions, positions + offsets[welded]
     bent = np.array([move is not None and move.bends for move in moves])[slots]
     shaded: Array | None = mesh.normals
-    if shaded is not None and bent.any():
-        faces = _face_normals(positions, mesh.triangles[bent])
-        sums = np.zeros((len(first), 3))
-        for k in range(3):
-            np.add.at(sums, welded[mesh.triangles[bent][:, k]], faces)
+    if shaded is not None and edges is Edges.TOGETHER:  # corners turn as the normals of their vertices do
+        turned, kept = (_vertex_normals(at, mesh.triangles, welded, len(first)) for at in (positions, before))
+        shaded = shaded.astype(np.float64)
+        shaded = _unit(shaded + (turned - kept)[welded], shaded)
+    elif shaded is not None and bent.any():
+        sums = _vertex_normals(positions, mesh.triangles[bent], welded, len(first))
         touched = np.unique(mesh.triangles[bent])
         shaded = shaded.astype(np.float64).copy()
         shaded[touched] = _unit(sums[welded[touched]], shaded[touched])
@@ -192,6 +214,14 @@ def _face_normals(positions: Array, triangles: Array) -> Array:
     first, second, third = (positions[triangles[:, k]] for k in range(3))
     crossed = np.cross(second - first, third - first)
     return _unit(crossed, np.zeros_like(crossed))
+
+
+def _vertex_normals(positions: Array, triangles: Array, welded: Array, count: int) -> Array:
+    """Normal (count, 3) of each welded vertex of some triangles, each of which counts once; 0 without any."""
+    faces, sums = _face_normals(positions, triangles), np.zeros((count, 3))
+    for k in range(3):
+        np.add.at(sums, welded[triangles[:, k]], faces)
+    return _unit(sums, np.zeros_like(sums))
 
 
 def _smooth_normals(positions: Array, triangles: Array, welded: Array, count: int) -> Array:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from spectral_core.scene import Light
 
 from ..viewport.kept import kept_or_made
-from ..viewport.walk import single
-from ..visibility import hidden_from
+from ..viewport.walk import facts_of, single
 from .lights import translate_light
 
 if TYPE_CHECKING:
@@ -38,5 +37,5 @@ def _light(found: Collected, name: str, obj: Any, instance: Any) -> Light | None
     if instance.is_instance:
         return make()
     makers = frozenset((original.session_uid, original.data.session_uid))
-    state = (name, original.lightgroup, hidden_from(obj), tuple(map(tuple, instance.matrix_world)))
+    state = (name, facts_of(obj), tuple(map(tuple, instance.matrix_world)))
     return kept_or_made(found.kept, found.translation, ("light", original.session_uid), makers, state, make)

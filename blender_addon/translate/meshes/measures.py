@@ -117,12 +117,13 @@ def normals_of(source: Any) -> Array | None:
         return None
     if source.normals_domain == "POINT":
         return _unit(floats(source.vertex_normals, "vector", len(source.vertices), 3))
-    if source.has_custom_normals or _has_sharp_edges(source):
+    if source.has_custom_normals or has_sharp_edges(source):
         return _unit(floats(source.corner_normals, "vector", len(source.loops), 3))
     return _of_smooth_and_flat(source)
 
 
-def _has_sharp_edges(source: Any) -> bool:
+def has_sharp_edges(source: Any) -> bool:
+    """True if a mesh has edges that are marked as sharp."""
     attribute = source.attributes.get("sharp_edge")
     if attribute is None or attribute.domain != "EDGE" or attribute.data_type != "BOOLEAN":
         return False

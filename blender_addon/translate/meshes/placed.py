@@ -150,7 +150,9 @@ def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> M
             found.meshes[key] = make()
         else:
             makers = _makers(obj, instance)  # another mesh may use the same memory later
-            found.meshes[key] = found.kept.mesh((*key, name, makers), makers, make)
+            whole = (*key, name, makers)
+            found.kept_meshes.add(whole)
+            found.meshes[key] = found.kept.mesh(whole, makers, make)
         found.settle_names()
     return found.meshes[key]
 

@@ -26,9 +26,15 @@ def normal_of(reader: Reader, place: Input | None) -> Value:
     return reader.as_value(reader.field(place))
 
 
+def _is_meshless(reader: Reader) -> bool:
+    """True in the nodes of a lamp or a world."""
+    return reader.in_world or hasattr(reader, "lamp")
+
+
 def round_tangent(reader: Reader, axis: str = "Z") -> Value:
     """The tangential direction around an axis of the object (Cycles' radial tangent)."""
-    around = reader.emit("around_axis", reader.point("generated"), settings=(axis,))
+    place = reader.point("position" if _is_meshless(reader) else "generated")
+    around = reader.emit("around_axis", place, settings=(axis,))
     around = reader.emit("transformed", around, settings=("NORMAL", "OBJECT", "WORLD"))
     return reader.emit("along_surface", around, reader.point("normal"))
 
@@ -71,13 +77,10 @@ def _uv_map(reader: Reader, output: Output) -> Any:
 @evaluator("NEW_GEOMETRY")
 def _geometry(reader: Reader, output: Output) -> Any:
     name = output.socket.name
-    plain = {"Position": "position", "Normal": "normal", "True Normal": "true_normal", "Incoming": "incoming"}
-    if name in plain:
-        return reader.point(plain[name])
+    if name in ("Position", "Normal", "True Normal", "Incoming"):
+        return reader.point(name.lower().replace(" ", "_"))
     if name == "Tangent":
-        if reader.in_world or hasattr(reader, "lamp"):
-            reader.note("the Tangent of a lamp or world differs from Cycles; no mesh defines it")
-        return round_tangent(reader)
+        return np.zeros(3) if _is_meshless(reader) else round_tangent(reader)
     if name == "Backfacing":
         return reader.point("backfacing", 1)
     if name == "Parametric":
@@ -94,10 +97,8 @@ def _geometry(reader: Reader, output: Output) -> Any:
 @evaluator("OBJECT_INFO")
 def _object_info(reader: Reader, output: Output) -> Any:
     name = output.socket.name
-    if name == "Location":
-        return reader.point("object_location")
-    if name == "Color":
-        return reader.point("object_color")
+    if name in ("Location", "Color"):
+        return reader.point(f"object_{name.lower()}")
     numbers = {"Alpha": "object_alpha", "Object Index": "object_index", "Random": "object_random"}
     if name in numbers:
         return reader.point(numbers[name], 1)

@@ -38,6 +38,9 @@ KNOWN = frozenset(
 meshes.
 """
 
+OF_OBJECTS = ("instance", "light", "displaced", "medium")
+"""First words of the types of parts that are made from an object, which are of no use without it."""
+
 
 class Unfinished(Exception):
     """A translation has reached its time limit. The parts made so far are kept: the next one continues."""
@@ -79,6 +82,8 @@ class Kept:
     """Instances of the last complete walk, by name: equal ones stay the same objects, which later comparisons pass."""
     begun: Begun | None = None
     """A walk that has reached the time limit, until the next edit."""
+    _settled_parts: int = 0
+    """Number of parts after they were last freed."""
     _end: float = float("inf")
     _has_progress: bool = False
 
@@ -139,6 +144,24 @@ class Kept:
         self.drop(touched)
         if reshaped:
             self.meshes = {key: kept for key, kept in self.meshes.items() if not kept[1] & reshaped and kept[1]}
+
+    def settle(self, used: set[Any], there: Callable[[], set[int]]) -> None:
+        """Free what a complete walk has not used (``used``: keys of meshes) and no other can: meshes and parts of what
+        was deleted, and earlier forms of meshes. ``there``: the session numbers of all objects.
+        """
+        unused = [key for key in self.meshes if key not in used]
+        if not unused and len(self.parts) <= self._settled_parts:
+            return
+        alive, current = there(), {self.meshes[key][1] for key in used if key in self.meshes}
+        for key in unused:
+            makers = self.meshes[key][1]
+            if makers in current or makers.isdisjoint(alive):
+                del self.meshes[key]
+        of_objects = [key for key in self.parts if key[0].partition(" ")[0] in OF_OBJECTS]
+        for key in of_objects:
+            if self.parts[key].makers.isdisjoint(alive):
+                del self.parts[key]
+        self._settled_parts = len(self.parts)
 
     def drop(self, makers: set[int]) -> None:
         """Drop the parts made from any of these (session numbers)."""

@@ -102,7 +102,7 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
         )
     print(
         f"{figures['spectra']} spectra; black is shown as {design.floor:g}, contrast {design.slope:.3f}; "
-        f"{design.compressed:.1%} of the texels show the nearest color that a reflectance can have"
+        f"{100 * design.compressed:.1f} % of the texels show the nearest color that a reflectance can have"
     )
     for loss in design.losses:
         ghost = f", ghost of the other picture {loss.ghost:.3f}" if len(design.losses) > 1 else ""

@@ -22,7 +22,9 @@ def palette_solution(found: FluorescentSolution) -> PaletteSolution:
         used = [(dye, amount) for dye, amount in zip(surface.dyes, surface.amounts, strict=True) if amount > 1e-4]
         if used:
             words = ", ".join(f"{amount:.2f} of {dye.name}" for dye, amount in used)
-            notes.append(f"{surface.name} holds {words}; it returns at most {surface.returned_share().max():.0%}.")
+            notes.append(
+                f"{surface.name} holds {words}; it returns at most {100 * surface.returned_share().max():.0f} %."
+            )
     if notes:
         notes.append(RENDERED)
     worst = max(float(np.nanmax(found.delta_e_2000, initial=0.0)), found.worst_pair_delta_e_2000)

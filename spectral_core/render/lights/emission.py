@@ -61,8 +61,10 @@ class Emission:
             index[number] = rows[key] if rows[key] >= 0 else (1 << 24) - rows[key] - 1
         self._index, self._scales = table(mi.UInt32, index), table(mi.Float, scales)
         self._has_rows, self._kept = bool(spectra), textures
-        rows_table = np.array(spectra, np.float32) if spectra else np.zeros((1, EXCITED_NM.size), np.float32)
-        self._table = table(mi.Float, rows_table)
+        values = np.array(spectra, np.float32) if spectra else np.zeros((1, EXCITED_NM.size), np.float32)
+        # pairs of an entry and the next one, which are read at once; zeros before the first and after the last
+        padded = np.pad(values, ((0, 0), (1, 2)))
+        self._table = table(mi.Float, np.stack([padded[:, :-1], padded[:, 1:]], axis=2))
         if textures:
             self._pointers = mi.TexturePtr(textures)
 
@@ -92,15 +94,16 @@ class Emission:
         import drjit as dr
 
         mi = self._mi
-        size = EXCITED_NM.size
+        size = EXCITED_NM.size + 2
+        first = row * size
         values = []
         for k in range(4):
-            place = wavelengths[k] - float(EXCITED_NM[0])
-            low = mi.UInt32(dr.clip(place, 0.0, size - 2.0))
-            inside = active & (place >= 0.0) & (place <= size - 1.0)
-            first = dr.gather(mi.Float, self._table, row * size + low, inside)
-            second = dr.gather(mi.Float, self._table, row * size + low + 1, inside)
-            values.append(dr.select(inside, dr.lerp(first, second, place - mi.Float(low)), 0.0))
+            # outside the table its first pair, of which the first number, 0, is read
+            place = wavelengths[k] - float(EXCITED_NM[0] - 1)
+            place = dr.select((place >= 1.0) & (place <= size - 2.0), place, 0.0)
+            low = mi.UInt32(place)
+            pair = dr.gather(mi.Vector2f, self._table, first + low, active)
+            values.append(dr.lerp(pair.x, pair.y, place - mi.Float(low)))
         return mi.Spectrum(*values)
 
     def gain(self, source: Any, active: Any) -> Any:

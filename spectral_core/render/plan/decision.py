@@ -16,7 +16,7 @@ LEFT_OUT = ("off", "none")
 VISIBLE_SHARE = 0.01
 """Part of the light whose loss is noted."""
 CLAMPED = (
-    "clamping removes about {:.0%} of the light, as it does in Cycles; set Clamp Direct and Indirect to 0 to keep it"
+    "clamping removes about {:.0f} % of the light, as it does in Cycles; set Clamp Direct and Indirect to 0 to keep it"
 )
 
 
@@ -106,9 +106,8 @@ class EffectPlan:
     @property
     def notes(self) -> tuple[Note, ...]:
         """What the scene's limits on light paths remove, if it is visible."""
-        if (self.clamped_share or 0.0) < VISIBLE_SHARE:
-            return ()
-        return (Note("Light Paths", CLAMPED.format(self.clamped_share)),)
+        share = self.clamped_share or 0.0
+        return () if share < VISIBLE_SHARE else (Note("Light Paths", CLAMPED.format(100 * share)),)
 
     def is_on(self, name: str) -> bool:
         """True if an effect is simulated, in any amount."""

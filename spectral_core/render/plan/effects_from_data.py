@@ -254,7 +254,7 @@ def _bounces(found: Found) -> Effect:
         Level(str(count), inventory.diffuse_error(count) - most, 0.5 * (1 - count / MOST_DIFFUSE_BOUNCES))
         for count in counts
     )
-    reason = f"surfaces are diffuse and reflect at most {inventory.largest_reflectance:.0%}"
+    reason = f"surfaces are diffuse and reflect at most {100 * inventory.largest_reflectance:.0f} %"
     return Effect("bounces", levels if last > 0 else levels[-1:], reason, "dark corners", "bounded")
 
 

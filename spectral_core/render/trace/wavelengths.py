@@ -26,6 +26,7 @@ from spectral_core.render.trace.measure.sensitivity import (
     responses_at_1_nm,
     sensitivity,
 )
+from spectral_core.render.trace.measure.slots import in_slots
 from spectral_core.render.trace.measure.wavelength_sets import WavelengthSets, wavelength_sets
 from spectral_core.spectra.observer import integration_points
 from spectral_core.spectra.spectrum import Spectrum
@@ -38,8 +39,6 @@ _REFLECTED_SHARE = 0.4
 """Share of samples that follow lights times reflectances, if some are given as spectra. Light that hits no such surface
 keeps half of its samples: at most twice its variance, while a spike gains ten times and more.
 """
-_LEAST_DENSITY = 1e-6
-"""Least probability per nm of each measured cell, relative to the whole."""
 MOST_LIGHT_KNOTS = 2048
 """Most knots of lights between whole nm that are ends of cells. The least important ones beyond are ignored: the
 picture converges to the same integral, with a little more noise.
@@ -92,11 +91,11 @@ class WavelengthPlan:
     """Density of wavelengths, and the measured responses.
 
     ``edges_nm``: (m + 1,) ends of m cells of constant density: the whole nm and the knots of lights between them, in
-    single precision as the renderer has them. ``probability``: (m,), sums to 1. ``responses``: (n_channels, 471) at
-    whole nm, x̄ ȳ z̄ first. ``pieces``: (3, n_channels, m), the responses at the start, middle and end of each cell, in
-    which they are quadratic. ``teeth``: different wavelengths per path, 4, or 1 where glass disperses (the path of one
-    wavelength is then not that of another). ``sets``: the sets of four and their weights; None with one wavelength, and
-    for equal weights.
+    single precision as the renderer has them. ``probability``: (m,), multiples of 1 / ``slots.SLOTS``, sums to 1.
+    ``responses``: (n_channels, 471) at whole nm, x̄ ȳ z̄ first. ``pieces``: (3, n_channels, m), the responses at the
+    start, middle and end of each cell, in which they are quadratic. ``teeth``: different wavelengths per path, 4, or 1
+    where glass disperses (the path of one wavelength is then not that of another). ``sets``: the sets of four and their
+    weights; None with one wavelength, and for equal weights.
     """
 
     edges_nm: Array
@@ -131,14 +130,15 @@ def plan_wavelengths(
     """
     counted = _counted(lights)
     edges = cell_edges([light for light, _ in counted])
-    widths = np.diff(edges)
     cmfs = responses_at_1_nm()
     # Equal shares of each light, not of their powers: a dim lamp alone in a corner is sampled as well as a bright one.
     tints = [spectrum.at(WAVELENGTHS_NM) for spectrum in (*reflectances, *colors)]
-    share = share_by_cell(edges, WAVELENGTHS_NM, sensitivity())
+    has_sets = follow_bands and not disperses
+    share = share_by_cell(edges, WAVELENGTHS_NM, sensitivity(of_sets=has_sets))
     power = np.zeros_like(share)
     for light, count in counted:
-        power += count * share_by_cell(edges, WAVELENGTHS_NM, sensitivity(light, tints), light)
+        response = sensitivity(light, tints, of_sets=has_sets)
+        power += count * share_by_cell(edges, WAVELENGTHS_NM, response, light)
     if power.sum() > 0:
         power /= power.sum()
         reflected = _reflected(edges, power, reflectances)
@@ -153,11 +153,9 @@ def plan_wavelengths(
     pieces = _pieces(edges, cmfs, bands)
     # A response over a cell of zero density would be lost: every measured cell keeps some density.
     measured = np.any(pieces != 0, axis=(0, 1))
-    probability = np.where(measured, np.maximum(share, _LEAST_DENSITY * widths), share)
-    probability /= probability.sum()
-    sets = None
-    if follow_bands and not disperses:
-        sets = wavelength_sets(edges, probability, pieces, counted, (*reflectances, *colors))
+    probability = in_slots(share, measured)
+    known = (*reflectances, *colors)
+    sets = wavelength_sets(edges, probability, pieces, counted, known) if has_sets else None
     return WavelengthPlan(edges, probability, responses, pieces, 1 if disperses else 4, sets)
 
 

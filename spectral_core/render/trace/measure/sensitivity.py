@@ -24,17 +24,20 @@ integrate a smooth function over the density far better than one with steep flan
 """
 _LEAST_CHANNEL = 0.05
 """Least response of a channel of the picture, over that of the strongest: darker ones get no more samples."""
-_FLATTER = 0.7
-"""Power of the response that is the density. Below 1 the flanks of the response get more samples and less weight."""
+_FLATTER, _FLATTEST = 0.7, 0.6
+"""Power of the response that is the density. Below 1 the flanks of the response get more samples and less weight; the
+second is for weighted sets, which measure even spectra with less noise if the density is flatter.
+"""
 _LEAST_WEIGHT = 0.5
 """Least weight of a channel over that of the strongest, by the reflectances."""
 
 
-def sensitivity(light: Spectrum | None = None, tints: Sequence[Array] = ()) -> Array:
+def sensitivity(light: Spectrum | None = None, tints: Sequence[Array] = (), *, of_sets: bool = False) -> Array:
     """Response of the picture to light of each whole nm, (471,): of red, green and blue, each over its value under
     ``light`` (under equal energy without one), so that the noise of each is small beside itself; smoothed.
 
-    ``tints``: reflectances at each whole nm; a channel counts by the root of its mean square over these.
+    ``tints``: reflectances at each whole nm; a channel counts by the root of its mean square over these. ``of_sets``:
+    the wavelengths of a path have weights of ``wavelength_sets``.
     """
     channels = RGB_FROM_XYZ @ responses_at_1_nm()
     points, weights = integration_points(WAVELENGTHS_NM, *([] if light is None else [light.grid.wavelengths_nm]))
@@ -43,7 +46,7 @@ def sensitivity(light: Spectrum | None = None, tints: Sequence[Array] = ()) -> A
     if totals.max() <= 0.0:  # nothing of the light is visible
         totals = channels.sum(axis=1)
     parts = np.abs(channels) / np.maximum(totals, _LEAST_CHANNEL * totals.max())[:, None]
-    together = (parts * _channel_weights(channels, tints)[:, None]).sum(axis=0) ** _FLATTER
+    together = (parts * _channel_weights(channels, tints)[:, None]).sum(axis=0) ** (_FLATTEST if of_sets else _FLATTER)
     away = np.arange(-3 * SMOOTH_NM, 3 * SMOOTH_NM + 1)
     kernel = np.exp(-0.5 * (away / SMOOTH_NM) ** 2)
     return np.asarray(np.convolve(together, kernel / kernel.sum(), mode="same"))

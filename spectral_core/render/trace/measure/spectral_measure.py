@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plugins.numbers import table
+from spectral_core.render.trace.measure.slots import SLOTS
 from spectral_core.render.trace.measure.wavelength_sets import SHIFTS, STEPS, TEETH
 from spectral_core.render.trace.wavelengths import WavelengthPlan
-
-SLOTS = 1024
-"""Intervals of probability in which the search for a cell starts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,27 +28,16 @@ class SpectralMeasure:
     """Tables of a plan of wavelengths; kernels read them, so that another plan of equal size needs no new kernel."""
 
     def __init__(self, mitsuba: Any, plan: WavelengthPlan) -> None:
-        import drjit as dr
 
         mi = self._mi = mitsuba
         self._teeth = plan.teeth
         self.band_count = len(plan.responses) - 3
-        draw = mi.DiscreteDistribution(mi.Float(plan.probability.astype(np.float32)))
-        # the exact probability of the table in single precision, or narrow lines would be off by its rounding
-        cumulative = np.concatenate([[0.0], np.array(draw.cdf, dtype=np.float64)])
-        cumulative /= cumulative[-1]
-        share = np.diff(cumulative)
-        density = np.maximum(share / plan.widths_nm, 1e-30)
-        self._cumulative = table(mi.Float, cumulative)
-        self._last = dr.opaque(mi.UInt32, int(np.flatnonzero(share)[-1]))
-        # where the search starts and ends in each of equal intervals of probability; most have one cell or two
-        slots = np.searchsorted(cumulative.astype(np.float32), np.arange(SLOTS + 1) / SLOTS, side="right") - 1
-        self._guide = table(mi.UInt32, np.clip(slots, 0, len(share) - 1))
+        counts = np.round(plan.probability * SLOTS).astype(np.int64)
+        density = np.maximum(plan.probability / plan.widths_nm, 1e-30)
+        self._cell_of_slot = table(mi.UInt32, np.repeat(np.arange(counts.size), counts))
         # packets of four numbers per cell, each of which is read at once
-        self._cell_places = table(
-            mi.Float,
-            np.stack([cumulative[:-1], 1.0 / np.maximum(share, 1e-30), plan.edges_nm[:-1], plan.widths_nm], axis=1),
-        )
+        firsts, per_count = np.cumsum(counts) - counts, 1.0 / np.maximum(counts, 1)
+        self._cells = table(mi.Float, np.stack([firsts, per_count, plan.edges_nm[:-1], plan.widths_nm], axis=1))
         # response / density at both ends of a cell: within it the response is linear and the density constant
         starts, _, ends = plan.pieces[:, :3]
         self._starts = table(mi.Float, np.stack([*(starts / density / TEETH), 1.0 / density], axis=1))
@@ -89,51 +76,46 @@ class SpectralMeasure:
         import drjit as dr
 
         mi = self._mi
-        places, number = self._positions(sampler)
+        slots, rest, number = self._slots(sampler)
         cells, within, found = [], [], []
-        for place in places:
-            # One number chooses the cell, and its remainder the position within: the stratification extends into cells.
-            cell = dr.minimum(self._cell_of(place), self._last)
-            low, per_share, start, width = dr.gather(mi.Vector4f, self._cell_places, cell)
-            rest = dr.clip((place - low) * per_share, 0.0, 1.0)
+        for slot in slots:
+            cell = dr.gather(mi.UInt32, self._cell_of_slot, slot)
+            first, per_count, start, width = dr.gather(mi.Vector4f, self._cells, cell)
+            # the remainder of the random number is the position within: the stratification extends into cells
+            share = (mi.Float(slot) - first + rest) * per_count
             cells.append(cell)
-            within.append(rest)
-            found.append(dr.fma(width, rest, start))
+            within.append(share)
+            found.append(dr.fma(width, share, start))
         return mi.Spectrum(*found), Drawn(cells, within, number)
 
-    def _cell_of(self, place: Any) -> Any:
-        """The last cell that starts at or before a position in the cumulative probability."""
-        import drjit as dr
-
-        mi = self._mi
-        slot = dr.minimum(mi.UInt32(place * SLOTS), SLOTS - 1)
-        low, high = (dr.gather(mi.UInt32, self._guide, slot + k) for k in (0, 1))
-
-        def halve(low: Any, high: Any) -> tuple[Any, Any]:
-            middle = (low + high) >> 1
-            after = dr.gather(mi.Float, self._cumulative, middle + 1) <= place
-            return dr.select(after, middle + 1, low), dr.select(after, high, middle)
-
-        return dr.while_loop((low, high), lambda low, high: low < high, halve, labels=("low", "high"))[0]
-
-    def _positions(self, sampler: Any) -> tuple[list[Any], Any]:
-        """Positions of the wavelengths in their cumulative probability, and the number of their set."""
+    def _slots(self, sampler: Any) -> tuple[list[Any], Any, Any]:
+        """Slots of probability of the wavelengths, the position within them, and the number of their set."""
         import drjit as dr
 
         mi = self._mi
         position = sampler.next_1d()
         if self._teeth == 1:  # under dispersion one tooth represents all
-            return [position] * TEETH, None
+            slot, rest = self._divided(position, SLOTS)
+            return [slot] * TEETH, rest, None
         if not self._has_sets:
-            return [(position + k) / TEETH for k in range(TEETH)], None
-        step = dr.minimum(mi.UInt32(position * STEPS), STEPS - 1)
-        turn, rest = sampler.turn(STEPS, SHIFTS)
-        shift = turn % SHIFTS
-        places = []
+            slot, rest = self._divided(position, SLOTS // TEETH)
+            return [slot + k * (SLOTS // TEETH) for k in range(TEETH)], rest, None
+        step, _ = self._divided(position, STEPS)
+        turn, place = sampler.turn(STEPS, SHIFTS)
+        slot, rest = self._divided(place, SLOTS // (TEETH * STEPS))
+        shift, slots = turn % SHIFTS, []
         for k in range(TEETH):
             moved = (step + dr.gather(mi.UInt32, self._shifts, shift * TEETH + k)) % STEPS
-            places.append((mi.Float(moved + STEPS * k) + rest) * (1.0 / (TEETH * STEPS)))
-        return places, shift * STEPS + step
+            slots.append((moved + STEPS * k) * (SLOTS // (TEETH * STEPS)) + slot)
+        return slots, rest, shift * STEPS + step
+
+    def _divided(self, position: Any, count: int) -> tuple[Any, Any]:
+        """Which of ``count`` equal parts of [0, 1) a position is in, and where in it."""
+        import drjit as dr
+
+        scaled = position * count
+        part = dr.minimum(self._mi.UInt32(scaled), count - 1)
+        return part, scaled - self._mi.Float(part)
 
     def color(self, radiance: Any, drawn: Drawn) -> Any:
         """XYZ of one sample."""

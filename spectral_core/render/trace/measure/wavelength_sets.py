@@ -36,9 +36,11 @@ _FARTHEST = 6
 """Farthest shift of a tooth, in steps."""
 _POINTS = 8
 """Wavelengths within a bin at which lights and responses are averaged."""
-_GRAY, _SMOOTH, _BUMPY, _ROUGH = 3.0, 1.0, 0.05, 1e-4
-"""Expected variances of the parts of a reflectance: equal at all wavelengths, smooth, with bumps, and unrelated from
-one bin to the next. The last bounds the weights.
+_GRAY, _SMOOTH, _BUMPY = 3.0, 1.0, 0.05
+"""Expected variances of the parts of a reflectance: equal at all wavelengths, smooth, and with bumps."""
+_UNKNOWN = 2e-4
+"""Variance of light of unknown spectrum, of equal energy and unrelated from one bin to the next, over that of the
+scene's. It bounds the weights, above all in bins in which the scene's lights have little power.
 """
 _KNOWN = 8.0
 """Second moment of the reflectances of the scene, beside these variances."""
@@ -86,7 +88,9 @@ def wavelength_sets(
         covariance += share * np.outer(mean, mean) * prior
         covariance[np.diag_indices(_BINS)] += share * shape.var(axis=1) * np.diag(prior)
         expected += share * ((response * shape).mean(axis=2) @ prior) * mean / _BINS
-    covariance[np.diag_indices(_BINS)] += _ROUGH * max(float(np.trace(covariance)) / _BINS, 1e-30)
+    even = (widths[cell] / probability[cell]).mean(axis=1)
+    total = max(float(np.trace(covariance)), 1e-30)
+    covariance[np.diag_indices(_BINS)] += _UNKNOWN * total / _BINS * (even / even.mean()) ** 2
     mean_response = response.mean(axis=2)
     weights = _least_variance(covariance, expected, mean_response)
     plain = mean_response[:, _members()] / TEETH
