@@ -154,6 +154,8 @@ def scene_path_class(variant: str) -> Any:
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            if self.tables.has_strands and self.tables.media is None:
+                path.ray = self.tables.out_of_strand(scene, (si, shape), path.ray, scatters)
             portals.send_on(self.tables, (si, bsdf, bs), path, pick, hit & straight)
             bounces = scatters
             if self.tables.media is not None:
