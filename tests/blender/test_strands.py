@@ -51,7 +51,8 @@ def test_strands_get_the_points_that_their_bends_need():
     turn = np.linspace(0, 1.2, 7)
     arc = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     line = np.stack([turn, 0 * turn, 0 * turn + 3], axis=1)
-    points, found = np.concatenate([line, arc, arc + [0, 0, 6], arc + [0, 0, 9]]), []
+    up, found = np.array([0.0, 0.0, 3.0]), []
+    points = np.concatenate([line, arc, arc + 2 * up, arc + 3 * up])
     mesh = tubes("hair", points, np.repeat([0.001, 0.03, 0.006, 1e-7], 7), np.full(4, 7))
     for height, radius in ((0.0, 0.03), (6.0, 0.006), (9.0, 1e-7)):
         there = np.abs(mesh.positions[:, 2] - height) < 0.1

@@ -153,10 +153,12 @@ class Tables:
     def out_of_strand(self, scene: Any, start: tuple[Any, Any], ray: Any, active: Any) -> Any:
         """A ray from a hit (its interaction and shape), past the far wall of the strand if it leads into one.
 
-        Otherwise the wall, which is no obstacle, would cost the path another step.
+        Otherwise the wall, which is no obstacle, would cost the path another step; in media it does.
         """
         import drjit as dr
 
+        if not self.has_strands or self.media is not None:
+            return ray
         si, shape = start
         enters = active & ((self.look_up(self.shapes, shape) & STRAND) != 0) & (dr.dot(si.n, ray.d) < 0.0)
         wall = self.intersect(scene, ray, enters)
