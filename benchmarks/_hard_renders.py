@@ -53,28 +53,28 @@ def hard_scenes() -> Iterator[tuple[str, Scene]]:
     """(name, scene) of each hard case, 16 × 16 pixels."""
     lamp = PointLight(name="lamp", world_from_light=at(1, -1, 3), power_w=200)
     for scale in SCALES:
-        yield f"scale {scale:g}", _scene(scale, lamps=(_scaled(lamp, scale),))
+        yield f"scale {scale:g}", hard_scene(scale, lamps=(_scaled(lamp, scale),))
     for degrees in (89.0, 89.99, 89.9999, 90.0):
         sun = SunLight(name="sun", world_from_light=at(turn=("y", degrees)), irradiance=3.0, angle_rad=0.0)
-        yield f"sun at {degrees:g}°", _scene(lamps=(sun,))
+        yield f"sun at {degrees:g}°", hard_scene(lamps=(sun,))
     flat = PointLight(name="low", world_from_light=at(3, 0, 1e-6), power_w=100)
-    yield "lamp just above the floor", _scene(lamps=(flat,))
+    yield "lamp just above the floor", hard_scene(lamps=(flat,))
     on = PointLight(name="on", world_from_light=at(0, -1, 0), power_w=100)
-    yield "lamp in the floor", _scene(lamps=(on,))
-    twice = _scene(lamps=(lamp,))
+    yield "lamp in the floor", hard_scene(lamps=(on,))
+    twice = hard_scene(lamps=(lamp,))
     same = tuple(replace(each, name=f"{each.name} again") for each in twice.instances)
     yield "coplanar faces", replace(twice, instances=(*twice.instances, *same))
     panel = AreaLight(name="panel", world_from_light=at(0, 0, 0), power_w=100, size=(1.0, 1.0))
-    yield "panel in the floor", _scene(lamps=(panel,))
+    yield "panel in the floor", hard_scene(lamps=(panel,))
     dim, bright = replace(lamp, name="dim", power_w=1e-3), replace(lamp, name="bright", power_w=1e3)
-    yield "lights 1e6 to 1", _scene(lamps=(dim, replace(bright, world_from_light=at(-2, 1, 3))))
+    yield "lights 1e6 to 1", hard_scene(lamps=(dim, replace(bright, world_from_light=at(-2, 1, 3))))
     yield (
         "light of 1e12 W and one of 1e-12 W",
-        _scene(lamps=(replace(dim, power_w=1e-12), replace(bright, power_w=1e12))),
+        hard_scene(lamps=(replace(dim, power_w=1e-12), replace(bright, power_w=1e12))),
     )
     spot = SpotLight(name="beam", world_from_light=at(0, 0, 4), power_w=500, cone_angle_rad=1e-3, color=spikes())
     sun = SunLight(name="sun", world_from_light=at(turn=("y", 30)), irradiance=3.0, angle_rad=0.0, color=spikes())
-    yield "delta lights of spikes", _scene(lamps=(replace(lamp, color=spikes()), spot, sun))
+    yield "delta lights of spikes", hard_scene(lamps=(replace(lamp, color=spikes()), spot, sun))
     for value in (0.0, 1.0):
         for name, surface in {
             "diffuse": Diffuse(gray(value)),
@@ -86,8 +86,8 @@ def hard_scenes() -> Iterator[tuple[str, Scene]]:
             "principled": Principled(gray(value), coat_weight=1.0, transmission=0.5),
         }.items():
             materials = tuple(Material(each, surface) for each in SURFACES)
-            yield f"{name} of albedo {value:g}", replace(_scene(lamps=(lamp,)), materials=materials)
-    glow = _scene()
+            yield f"{name} of albedo {value:g}", replace(hard_scene(lamps=(lamp,)), materials=materials)
+    glow = hard_scene()
     rest = (material for material in glow.materials if material.name != "gloss")
     bright_ball = Material("gloss", Emission(gray(1.0), 1e12))
     yield "emissive ball of 1e12", replace(glow, materials=(bright_ball, *rest))
@@ -99,7 +99,7 @@ def _scaled(lamp: PointLight, scale: float) -> PointLight:
     return replace(lamp, world_from_light=placed, power_w=lamp.power_w * scale**2)
 
 
-def _scene(scale: float = 1.0, lamps: Any = (), world: World | None = None) -> Scene:
+def hard_scene(scale: float = 1.0, lamps: Any = (), world: World | None = None) -> Scene:
     """A floor with a ball, a glass ball and a block on it."""
     eye = at(0, -8 * scale, 4 * scale, turn=("x", 64))
     return Scene(

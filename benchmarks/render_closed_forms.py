@@ -18,6 +18,7 @@ from benchmarks._closed_cases import CASES
 from benchmarks._closed_forms import true_slab
 from benchmarks._fluorescent_forms import energy_returned
 from benchmarks._furnace_scenes import ANGLES, BALLS, ROUGHNESS, SURFACES, ball_albedo, tile_albedos
+from benchmarks._hard_more import more_hard_scenes
 from benchmarks._hard_renders import hard_scenes
 
 OPTIONS = ("--only",)
@@ -119,7 +120,7 @@ def _hard(quick: bool) -> dict[str, Any]:
 
     bad = lost = scenes = 0
     for transport in ("rgb", "spectral"):
-        for name, scene in hard_scenes():
+        for name, scene in (*hard_scenes(), *more_hard_scenes()):
             settings = replace(scene.settings, transport=transport)
             scene = replace(scene, settings=settings, film=replace(scene.film, samples=4 if quick else 64))
             job = RenderJob(scene, plan_effects(scene, pilot=False))

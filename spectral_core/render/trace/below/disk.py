@@ -11,6 +11,7 @@ from math import exp, pi
 from typing import Any
 
 from spectral_core.render.plugins.closures.subsurface import NO_RADIUS
+from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.below.medium import SCALE
 from spectral_core.render.trace.below.walk import START, here_or_below, of_channel, outward_normals
 
@@ -71,7 +72,7 @@ def across(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) 
         total = dr.square(densities[0]) + dr.square(densities[1]) + dr.square(densities[2])
         balance = densities[0] / dr.maximum(total, 1e-20)
         value = profile(dr, widths, dr.norm(hit.p - si.p)) * (balance / dr.maximum(mean, 1e-20))
-        amount = dr.mean(value)
+        amount = channel_mean(dr, value)
         taken = mine & (amount > 0.0)
         point, normal, kept, total_amount, seed = found
         # one of the crossings stays, by its share of the sum so far
