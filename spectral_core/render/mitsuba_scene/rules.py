@@ -150,6 +150,21 @@ class Tables:
             return self._mi.Bool(False)
         return ((self.look_up(self.shapes, shape) & STRAND) != 0) & (dr.dot(si.n, direction) > 0.0)
 
+    def out_of_strand(self, scene: Any, start: tuple[Any, Any], ray: Any, active: Any) -> Any:
+        """A ray from a hit (its interaction and shape), past the far wall of the strand if it leads into one.
+
+        Otherwise the wall, which is no obstacle, would cost the path another step; in media it does.
+        """
+        import drjit as dr
+
+        if not self.has_strands or self.media is not None:
+            return ray
+        si, shape = start
+        enters = active & ((self.look_up(self.shapes, shape) & STRAND) != 0) & (dr.dot(si.n, ray.d) < 0.0)
+        wall = self.intersect(scene, ray, enters)
+        leaves = enters & wall.is_valid() & self.from_within(self.shape_number(wall), wall, ray.d)
+        return dr.select(leaves, wall.spawn_ray(ray.d), ray)
+
     def lights_it(self, emitter: Any, kind: Any, bounces: Any, receiver: Any) -> Any:
         """True if an emitter illuminates a receiver (a shape's number) along a type of ray, after a number of
         bounces.
