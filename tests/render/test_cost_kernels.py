@@ -5,10 +5,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from spectral_core.render import cost_curve, render_scene
-from spectral_core.scene import Emission, Film, Glossy, Instance, Material, PointLight, gray
+from spectral_core.scene import (
+    Diffuse,
+    Emission,
+    Film,
+    Glossy,
+    ImageTexture,
+    Instance,
+    Material,
+    MixSurface,
+    Principled,
+    gray,
+)
 from tests.render.scenes import lit_plane, matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")
@@ -17,12 +29,16 @@ pytest.importorskip("mitsuba")
 def test_a_render_has_the_kernels_of_its_measurement():
     import drjit
 
-    lamp = PointLight(name="lamp", world_from_light=matrix((1, 0, 3)), power_w=100, radius=0.2)
-    scene = lit_plane(lamp, surface=Glossy(gray(0.8), 0.3), film=Film(16, 12, samples=4))
-    bulb = Instance("bulb", "sphere", matrix((0.2, 0, 1.0), 0.1), ("bulb",))
+    cells = np.indices((8, 8)).sum(axis=0)[..., None] % 2 * np.ones(3, np.float32)
+    board = Emission(ImageTexture("cells", cells.astype(np.float32), "linear"), 8.0)
+    scene = lit_plane(surface=MixSurface(0.5, Diffuse(gray(0.5)), Glossy(gray(0.8), 0.3)), film=Film(16, 12, samples=4))
+    things = (
+        Instance("board", "sphere", matrix((0.2, 0, 1.0), 0.1), ("board",)),
+        Instance("post", "sphere", matrix((-0.2, 0, 0.2), 0.1), ("post",)),
+    )
     scene = replace(
-        scene, meshes=(*scene.meshes, sphere_mesh(6)), instances=(*scene.instances, bulb),
-        materials=(*scene.materials, Material("bulb", Emission(gray(1.0), 5.0))),
+        scene, meshes=(*scene.meshes, sphere_mesh(6)), instances=(*scene.instances, *things),
+        materials=(*scene.materials, Material("board", board), Material("post", Principled(metallic=1.0))),
     )  # fmt: skip
     found = []
     with drjit.scoped_set_flag(drjit.JitFlag.KernelHistory, True):
