@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def translated_scene(arguments: argparse.Namespace) -> Scene:
-    """The open file as scene data, exactly as a render sees it: the render is left as soon as it is translated."""
+    """Scene data of the open file as a render reads them: a render begins, and ends once the scene is translated."""
     import bpy
 
     from .. import jobs

@@ -49,7 +49,7 @@ class Plot:
         return np.array([(left, bottom), (right, bottom), (right, top), (left, bottom), (right, top), (left, top)])
 
     def within(self, *, left: float, bottom: float, right: float, top: float) -> Plot:
-        """The plot inside of margins, in pixels, for numbers and names at its sides."""
+        """A smaller plot inside this one: the margins, in pixels, have room for numbers and names."""
         return Plot(
             self.x + left,
             self.y + bottom,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work on a thread: the interface waits for a moment, and continues without the answer of longer work."""
+"""Run work on a thread: the interface waits for it for a moment; the answer of longer work comes later."""
 
 from __future__ import annotations
 

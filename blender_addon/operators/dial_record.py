@@ -228,7 +228,7 @@ class SPECTRAL_OT_dial_keep(WaitingForFile, bpy.types.Operator, ExportHelper):
 
 
 def _written(path: Path, mix: "LiveMix") -> "LiveMix":
-    """Write the transport; a mix of it without lamps."""
+    """Write the transport, and return a mix of it without lamps."""
     from spectral_core.render.relight.transport_file import write_transport
 
     write_transport(path, mix.transport)

@@ -123,7 +123,7 @@ def _facts(item: TranslatedMaterial, placed: Region) -> tuple[Any, ...]:
 
 
 def _density_scale(data: Any, world_from_object: NDArray[np.float64]) -> float:
-    """Factor on densities, which count per unit of length of the object unless the data states the world's."""
+    """Factor on densities: they are per unit of length of the object, or of the world if the data states so."""
     render = getattr(data, "render", None)
     if render is not None and render.space == "WORLD":
         return 1.0

@@ -36,8 +36,8 @@ def environment() -> dict[str, str]:
 def trusted_path() -> list[str]:
     """``sys.path`` without the current folder, relative entries and the user's site.
 
-    If this package was imported from one of those, its folder comes last, so that no other file in it hides an
-    installed package.
+    If this package was imported from one of these entries, that entry comes last: no other file of its folder can then
+    hide an installed package.
     """
     here = os.path.realpath(os.curdir)
     user_site = os.path.realpath(site.getusersitepackages()) if site.ENABLE_USER_SITE is not None else ""

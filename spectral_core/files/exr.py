@@ -67,7 +67,7 @@ def read_exr(path: Path, what: str = "an EXR file") -> list[Any]:
     Parameters
     ----------
     path : the file.
-    what : what it should be, for messages.
+    what : name of the expected content, for messages.
 
     Raises
     ------

@@ -97,11 +97,6 @@ class CharacteristicPolynomial:
         roots[self.block_sizes == 1] = roots[self.block_sizes == 1].real
         return roots
 
-    @property
-    def free_scales(self) -> int:
-        """Degrees of freedom of the scales S up to a common factor: r - 1 (the thesis states n - 1, which is wrong)."""
-        return len(self.block_sizes) - 1
-
     def companion(self) -> NDArray[np.int64]:
         """Companion matrix, (n, n): ones below the diagonal, -c_0 .. -c_(n-1) in the last column (thesis 3.11)."""
         n = self.dimensions

@@ -20,7 +20,6 @@ Integers = NDArray[np.int64]
 LOVASZ = 0.99
 MAX_NODES = 200_000_000
 """Nodes of one search before it stops with an error: some minutes of work."""
-_CHUNK_NODES = 400_000
 
 
 def lll(basis: Matrix) -> Integers:

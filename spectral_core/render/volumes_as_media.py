@@ -27,7 +27,6 @@ AS_MEDIA = (
     "sampled volumes among other media are rendered as media: their transfer functions are applied at samples of a "
     "grid, and materials that reflect light scatter it evenly, without shading by the gradient"
 )
-CLIPPED = "reflects a color outside 0 to 1; among media it scatters at the limit"
 TOO_THIN = 1e-3
 """Bound of the ΔE2000 of media that are left out, so that volumes keep their shading."""
 THIN = "media too thin to matter (ΔE {:.1g} at most) are left out, so that sampled volumes keep their shading"

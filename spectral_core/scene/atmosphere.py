@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene.daylight import hosek, preetham
+from spectral_core.scene.daylight import hosek, interpolated, preetham, sun_disk
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import observer
 
@@ -70,33 +70,38 @@ class Atmosphere:
             fade = np.where(below, np.maximum(1 + directions[..., 2] * 2.5, 0.0) ** 3, 1.0)
             elevation = np.maximum(elevation, 4e-4)
         row = (np.sign(elevation) * np.sqrt(np.abs(elevation) / (np.pi / 2)) + 1) / 2 * (ROWS - 1)
-        return _clamped(_interpolated(table, row, azimuth / np.pi * (COLUMNS - 1))) * fade[..., None]
+        return _clamped(interpolated(table, row, azimuth / np.pi * (COLUMNS - 1))) * fade[..., None]
 
     def sun_radiance(self, angle_rad: float) -> Array:
         """Mean linear sRGB (3,) of the sun's disk of full angle ``angle_rad``, its darker limb included."""
         if self.model in ("preetham", "hosek") or (self.model == "single" and self.sun_elevation + angle_rad / 2 <= 0):
             return np.zeros(3)
-        ground = 6371e3
-        horizon = -np.arccos(ground / (ground + max(self.altitude, 0.0)))
-        visible = np.clip((self.sun_elevation - max(horizon, -1.0)) / angle_rad + 0.5, 0.0, 1.0)
-        solid_angle = 2 * np.pi * (1 - np.cos(angle_rad / 2))
-        at_sun = _sun_single if self.model == "single" else _sun_multiple
-        edges = [at_sun(self, self.sun_elevation + side * angle_rad / 2) / solid_angle for side in (-1, 1)]
+        visible = np.clip((self.sun_elevation - _horizon(self.altitude)) / angle_rad + 0.5, 0.0, 1.0)
+        edges = self._edges(angle_rad)
         darkened = 0.8  # mean over the disk of 1 - 0.6 (1 - cosine)
         return _clamped((edges[0] + edges[1]) / 2) * darkened * visible
+
+    def wide_sun(self, directions: Array, angle_rad: float) -> Array:
+        """Linear sRGB (..., 3) of the sun's disk along unit directions (..., 3), 0 beside it."""
+        horizon = 0.0 if self.model == "single" else _horizon(self.altitude)
+        return _clamped(
+            sun_disk(directions, self.sun_elevation, self.toward_sun, angle_rad, horizon, self._edges(angle_rad))
+        )
+
+    def _edges(self, angle_rad: float) -> list[Array]:
+        """XYZ of the sun's disk at its lower and its upper edge, before its limb darkens."""
+        at_sun = _sun_single if self.model == "single" else _sun_multiple
+        solid_angle = 2 * np.pi * (1 - np.cos(angle_rad / 2))
+        return [at_sun(self, self.sun_elevation + side * angle_rad / 2) / solid_angle for side in (-1, 1)]
+
+
+def _horizon(altitude: float) -> float:
+    """Elevation of the horizon (radian), below 0 from a height in meters."""
+    return max(-float(np.arccos(6371e3 / (6371e3 + max(altitude, 0.0)))), -1.0)
 
 
 def _clamped(xyz: Array) -> Array:
     return np.asarray(np.maximum(xyz @ RGB_FROM_XYZ.T, 0.0))
-
-
-def _interpolated(table: Array, row: Array, column: Array) -> Array:
-    low, left = (np.floor(part).astype(int) for part in (row, column))
-    low, left = np.clip(low, 0, ROWS - 2), np.clip(left, 0, COLUMNS - 2)
-    up, across = (row - low)[..., None], (column - left)[..., None]
-    first = table[low, left] * (1 - across) + table[low, left + 1] * across
-    second = table[low + 1, left] * (1 - across) + table[low + 1, left + 1] * across
-    return np.asarray(first * (1 - up) + second * up)
 
 
 @cache

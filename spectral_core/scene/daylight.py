@@ -116,3 +116,28 @@ def hosek(turbidity: float, albedo: float, sun: Array, directions: Array) -> Arr
     around = c + d * np.exp(e * np.arccos(cosine)) + f * cosine**2 + g * mie + zenith * np.sqrt(np.cos(theta))
     above = 1 + a * np.exp(b / (np.cos(theta) + 0.01))
     return np.asarray(BLENDER_SCALE * interpolated(tables[LEVELS]) * above * around)
+
+
+def sun_disk(
+    directions: Array, elevation_rad: float, toward_sun: Array, angle_rad: float, horizon_rad: float, edges: list[Array]
+) -> Array:
+    """Radiance (..., 3) of a disk along unit directions (..., 3), as in Cycles darker around its center, 0 beside it.
+
+    ``edges``: radiance (3,) at its lower and its upper edge, between which it changes with elevation.
+    """
+    from_center = np.arccos(np.clip(directions @ toward_sun, -1.0, 1.0)) / (angle_rad / 2)
+    elevation = np.arcsin(np.clip(directions[..., 2], -1.0, 1.0))
+    share = ((elevation - elevation_rad) / angle_rad + 0.5)[..., None]
+    darkened = 1 - 0.6 * (1 - np.sqrt(np.maximum(1 - from_center**2, 0.0)))
+    inside = (from_center < 1.0) & (elevation > horizon_rad)
+    return np.where(inside[..., None], (edges[0] * (1 - share) + edges[1] * share) * darkened[..., None], 0.0)
+
+
+def interpolated(table: Array, row: Array, column: Array) -> Array:
+    """Entries of a table at places between its rows and columns."""
+    low, left = (np.floor(part).astype(int) for part in (row, column))
+    low, left = np.clip(low, 0, len(table) - 2), np.clip(left, 0, table.shape[1] - 2)
+    up, across = (row - low)[..., None], (column - left)[..., None]
+    first = table[low, left] * (1 - across) + table[low, left + 1] * across
+    second = table[low + 1, left] * (1 - across) + table[low + 1, left + 1] * across
+    return np.asarray(first * (1 - up) + second * up)

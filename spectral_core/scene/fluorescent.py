@@ -97,9 +97,10 @@ class Holdout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayPortal:
-    """Rays go on elsewhere, times ``color``: from ``position`` along ``direction`` in the world.
+    """Rays continue elsewhere, times ``color``: from ``position`` along ``direction`` in the world.
 
-    Without a position they go on from the point that they hit, without a direction or with a zero one straight on.
+    Without a position they start at the point that they hit; without a direction, or with one of length 0, they keep
+    theirs.
     """
 
     color: Paint = field(default_factory=lambda: gray(1.0))

@@ -34,9 +34,10 @@ class RenderSettings:
     """The artist's decisions; ``None`` leaves a decision to the plan.
 
     ``transport``: ``"rgb"`` or ``"spectral"``. ``max_bounces``: surface bounces after the first hit. ``overrides``: the
-    artist's plan decisions by name. ``white``: spectrum that emitted colors tint, any scale; None is D65.
-    ``light_paths``: the scene's limits; ``scene_bounces``: its limit on all bounces, None for none. ``target_error``
-    (mean ΔE2000 of the picture's noise) or ``time_budget_s``: goal of sampling in place of a number of samples.
+    artist's plan decisions by name. ``white``: spectrum by which emitted colors are multiplied, of any scale; None is
+    D65. ``light_paths``: the scene's limits; ``scene_bounces``: its limit on all bounces, None without a limit.
+    ``target_error`` (mean ΔE2000 of the picture's noise) or ``time_budget_s``: goal of sampling in place of a number of
+    samples.
     ``denoise``: True to denoise the finished picture. ``passes``: passes beside the picture, None for none.
     """
 

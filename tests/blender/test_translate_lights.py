@@ -152,21 +152,35 @@ def test_world_color_and_image(build, translate, rng):
 
 
 def test_the_texture_mapping_panel_of_an_environment_turns_it(build, translate, rng):
-    """A turn in the panel gives the picture of the same turn by a Mapping node, drawn instead of turned."""
+    """A turn in the panel moves the picture's pixels by a quarter of its width."""
     pixels = np.ones((4, 8, 4))
     pixels[..., :3] = rng.random((4, 8, 3))
     world = world_with(image=build.image("Sky", pixels, float_buffer=True))
     texture = next(node for node in world.node_tree.nodes if node.type == "TEX_ENVIRONMENT")
     texture.interpolation = "Closest"
-    turned = translate().world
-    plain = turned.strength * turned.color.pixels
+
+    def coarse():
+        scene = translate()
+        drawn = scene.world.strength * scene.world.color.pixels
+        rows, columns = drawn.shape[:2]
+        assert not scene.notes
+        return drawn[rows // 8 :: rows // 4, columns // 16 :: columns // 8]
+
+    plain = coarse()
     texture.texture_mapping.rotation = (0.0, 0.0, math.pi / 2)
-    scene = translate()
-    drawn = scene.world.strength * scene.world.color.pixels
-    rows, columns = drawn.shape[:2]
-    coarse = drawn[rows // 8 :: rows // 4, columns // 16 :: columns // 8]
-    assert not scene.notes and coarse.shape == plain.shape == (4, 8, 3)
-    np.testing.assert_allclose(coarse, np.roll(plain, 2, axis=1), rtol=1e-5)
+    turned = coarse()
+    assert plain.shape == turned.shape == (4, 8, 3)
+    np.testing.assert_allclose(turned, np.roll(plain, 2, axis=1), rtol=1e-5)
+
+
+def test_a_coarse_environment_of_bytes_is_filtered_before_it_is_decoded(build, translate):
+    """Between black and white lies the linear light of byte 128, 0.22, as in Cycles."""
+    pixels = np.ones((2, 4, 4))
+    pixels[0, :, :3] = 0.0
+    world_with(image=build.image("Sky", pixels))
+    column = translate().world.color.pixels[:, 0, 0]
+    middle = column[len(column) // 2 - 1 :][:2].mean()
+    np.testing.assert_allclose(middle / column.max(), 0.214, atol=0.01)
 
 
 @pytest.mark.parametrize(

@@ -150,8 +150,5 @@ def test_regions_agree_with_their_unit_cube_and_can_be_pickled() -> None:
     agree = [region.contains(space, space.values(u)) == bool(unit.contains(u[None])[0]) for u in points]
     assert np.mean(agree) > 0.98  # a whole number corresponds to an interval of the cube
     assert RegionOfInterest.from_dict(region.to_dict()) == region
-    other = Space((Parameter("a", 0, 1), Parameter("z")))
-    moved, notes = region.transferred(other)
-    assert moved.ranges == {"a": (0.2, 1.5)} and len(notes) == 3
     box = bounding_region(space, [{"a": 0.1, "w": 5.0, "k": 2}, {"a": 0.4, "w": 50.0, "k": 4}], "good")
     assert box.ranges == {"a": (0.1, 0.4), "w": (5.0, 50.0), "k": (2.0, 4.0)}

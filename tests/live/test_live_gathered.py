@@ -152,6 +152,15 @@ def test_copies_that_rays_treat_differently_become_two_meshes(
     assert sorted(item.hidden_from for item in found[-2:]) == [Rays.NONE, Rays.CAMERA]
 
 
+def test_a_mirrored_copy_stays_apart_from_the_others(scattered: Scene) -> None:
+    """One of them kept thousands from being gathered."""
+    items = list(scattered.instances)
+    items[-1] = replace(items[-1], world_from_object=items[-1].world_from_object @ np.diag([-1.0, 1, 1, 1]))
+    found = Gathered().of(replace(scattered, instances=tuple(items))).instances
+    assert len(found) == len(items) - COUNT + 2
+    assert items[-1] in found
+
+
 def test_too_many_triangles_stay_apart(scattered: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gathered, "MOST_TRIANGLES", 4 * COUNT - 1)
     assert Gathered().of(scattered) is scattered

@@ -54,9 +54,9 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         sensor_fit=FITS[lens.sensor_fit],  # type: ignore[arg-type]
         shift=(lens.shift_x, lens.shift_y),
         aperture_radius=_lens_radius(lens) if lens.dof.use_dof else 0.0,
-        focus_distance=max(_focus_distance(lens, matrix), near),
+        focus_distance=max(_focus_distance(lens, matrix), 1e-6),
         near=near,
-        far=max(lens.clip_end, near * 2),
+        far=max(lens.clip_end, near * (1 + 1e-6)),  # an end before the start shows nothing
         aperture=aperture_of(lens.dof),
         panorama=shown,
     )

@@ -86,11 +86,11 @@ def joined(reader: Reader, terms: list[Term]) -> Term:
     return Term(environment_of("environment", total))
 
 
-def resampled(image: ImageTexture, mapping: NDArray[np.float64], *, mirror_ball: bool = False) -> ImageTexture:
-    """An environment after an affine map (4, 4) of directions, or as a mirror ball."""
+def resampled(image: ImageTexture, mapping: NDArray[np.float64]) -> ImageTexture:
+    """An environment after an affine map (4, 4) of directions."""
     directions = directions_of(min(max(image.pixels.shape[0], 256), MOST_ROWS))
     mapped = directions @ mapping[:3, :3].T + mapping[:3, 3]
-    return environment_of(image.name, _looked_up(image, mapped, mirror_ball=mirror_ball))
+    return environment_of(image.name, _looked_up(image, mapped))
 
 
 def environment_of(name: str, pixels: NDArray[np.float64]) -> ImageTexture:
@@ -108,21 +108,14 @@ def directions_of(rows: int, place: tuple[float, float] = (0.5, 0.5)) -> NDArray
     return np.stack([x, y, np.broadcast_to(upright, x.shape)], axis=-1)
 
 
-def _looked_up(
-    image: ImageTexture, directions: NDArray[np.float64], *, mirror_ball: bool = False
-) -> NDArray[np.float64]:
+def _looked_up(image: ImageTexture, directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Linear RGB (..., 3) of an environment along directions of any length, interpolated."""
     pixels = np.asarray(linear_pixels(image), dtype=np.float64)
     pixels = np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels[..., :3]
     rows, columns = pixels.shape[:2]
-    if mirror_ball:  # Cycles: direction_to_mirrorball
-        unit = directions / np.maximum(np.linalg.norm(directions, axis=-1, keepdims=True), 1e-12)
-        bent = 2 * np.sqrt(np.maximum(-0.5 * (unit[..., 1] - 1), 1e-12))
-        u, v = (0.5 * (unit[..., axis] / bent + 1) for axis in (0, 2))
-    else:  # Cycles: direction_to_equirectangular
-        x, y, z = np.moveaxis(directions, -1, 0)
-        u = 0.5 - np.arctan2(y, x) / (2 * np.pi)
-        v = np.arctan2(z, np.hypot(x, y)) / np.pi + 0.5
+    x, y, z = np.moveaxis(directions, -1, 0)  # Cycles: direction_to_equirectangular
+    u = 0.5 - np.arctan2(y, x) / (2 * np.pi)
+    v = np.arctan2(z, np.hypot(x, y)) / np.pi + 0.5
     column, row = u * columns - 0.5, np.clip(v * rows - 0.5, 0, rows - 1)
     left, low = np.floor(column).astype(int), np.minimum(np.floor(row).astype(int), max(rows - 2, 0))
     across, up = (column - left)[..., None], (row - low)[..., None]

@@ -61,7 +61,9 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
     radius = lamp.shadow_soft_size
     shared |= {"radius": radius, "soft_falloff": lamp.use_soft_falloff, "photometry": shine.photometry}
     if not compat.light_is_normalized(lamp):
-        power *= 4 * np.pi * radius**2  # then its strength is its radiant exitance
+        power *= (
+            4 * np.pi * radius**2 if radius > 0 else 4.0
+        )  # a strength is a radiant exitance; of a point as in Cycles
     if lamp.type == "SPOT":
         if _is_sheared(matrix):
             translation.note(shared["name"], "its parents shear it; its cone is rendered without that")
@@ -83,8 +85,8 @@ def _reader(translation: Translation, obj: Any, instance: Any, matrix: NDArray[n
 
 
 def _sun_area(lamp: Any) -> float:
-    """Projected solid angle of a sun whose strength is its radiance; 1 if it is its irradiance."""
-    if compat.light_is_normalized(lamp):
+    """Projected solid angle of a sun whose strength is its radiance; 1 if it is its irradiance, as without an angle."""
+    if compat.light_is_normalized(lamp) or lamp.angle <= 0:
         return 1.0
     return float(np.pi * np.sin(lamp.angle / 2) ** 2)
 

@@ -68,8 +68,15 @@ def _is_number(place: Input | None) -> bool:
 
 
 def _is_placed_image(source: Output) -> bool:
-    """True if a node is an environment image without a mapping, or with a Mapping of plain numbers."""
-    if source.node.type != "TEX_ENVIRONMENT" or is_moved_by_panel(source.node):
+    """True if a node is an environment image without a mapping, or with a Mapping of plain numbers.
+
+    The filter of a coarse one counts, which Cycles applies to bytes before it decodes them.
+    """
+    node = source.node
+    if node.type != "TEX_ENVIRONMENT" or is_moved_by_panel(node) or node.projection != "EQUIRECTANGULAR":
+        return False
+    is_coarse = node.image is not None and 0 < node.image.size[1] < ROWS
+    if is_coarse and not (node.image.is_float and node.interpolation == "Linear"):
         return False
     before = linked(source.input("Vector"))
     if before is not None and before.node.type == "MAPPING":

@@ -138,15 +138,14 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
     if not isinstance(color, ImageTexture):
         return Term(color, strength, is_planckian=isinstance(color, Spectrum) and color.source == PLANCK)
     assert image is not None
-    mirror_ball = image.node.projection == "MIRROR_BALL"
     mapping = _mapping(reader, image)
     rotation, stretch = _polar(mapping[:3, :3])
     is_turn = np.allclose(stretch, stretch[0, 0] * np.eye(3), atol=1e-6) and not np.any(mapping[:3, 3])
-    if is_turn and not mirror_ball:
+    if is_turn:
         turn = np.eye(4)
         turn[:3, :3] = rotation.T
         return Term(color, strength, turn)
-    return Term(resampled(color, mapping, mirror_ball=mirror_ball), strength)
+    return Term(resampled(color, mapping), strength)
 
 
 def _mapping(reader: Reader, image: Output) -> NDArray[np.float64]:

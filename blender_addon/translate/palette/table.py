@@ -18,7 +18,7 @@ Place = tuple[int, int]
 
 
 def paused() -> AbstractContextManager[None]:
-    """Within it changes do not solve: for code that sets many properties, and solves once at its end."""
+    """A context in which a change starts no solve, for code that sets many properties and then solves once."""
     return hooks.silenced(hooks.Topic.PALETTE)
 
 

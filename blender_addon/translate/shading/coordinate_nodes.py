@@ -77,9 +77,8 @@ def _uv_map(reader: Reader, output: Output) -> Any:
 @evaluator("NEW_GEOMETRY")
 def _geometry(reader: Reader, output: Output) -> Any:
     name = output.socket.name
-    plain = {"Position": "position", "Normal": "normal", "True Normal": "true_normal", "Incoming": "incoming"}
-    if name in plain:
-        return reader.point(plain[name])
+    if name in ("Position", "Normal", "True Normal", "Incoming"):
+        return reader.point(name.lower().replace(" ", "_"))
     if name == "Tangent":
         return np.zeros(3) if _is_meshless(reader) else round_tangent(reader)
     if name == "Backfacing":

@@ -20,6 +20,8 @@ from .tree import Output
 
 SKY_ROWS = 512
 """Rows of the picture of a sky."""
+WIDE_SUN = 0.1
+"""Angle (radian) above which the sun's disk is drawn into the sky: a light is evenly bright."""
 HOSEK_SHARE = 0.19
 """Brightness of Cycles' sky of Hosek and Wilkie relative to Preetham's, which replaces it without its data."""
 MODELS: dict[str, Any] = {
@@ -34,9 +36,8 @@ def _environment(reader: Reader, output: Output) -> Any:
     texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
     if texture is None:
         return np.array(MISSING)
-    if node.projection == "MIRROR_BALL":
-        reader.note(f"{output.label!r}: a mirror ball among other nodes is read as an equirectangular image")
-    place = reader.emit("sphere_place", place_of(reader, output, "position"))
+    projection = "ball_place" if node.projection == "MIRROR_BALL" else "sphere_place"
+    place = reader.emit(projection, place_of(reader, output, "position"))
     return reader.emit("image_color", place, settings=(False,), data=replace(texture, extension="repeat"))
 
 
@@ -60,9 +61,13 @@ def _sky(reader: Reader, output: Output) -> Any:
             model, node.sun_elevation, node.sun_rotation, node.altitude, node.air_density, aerosol, node.ozone_density
         )
     share = HOSEK_SHARE if is_replaced else 1.0
-    pixels = (share * atmosphere.radiance(directions_of(SKY_ROWS))).astype(np.float32)
-    texture = ImageTexture("sky", pixels, "linear", "repeat")
+    directions = directions_of(SKY_ROWS)
+    pixels = (share * atmosphere.radiance(directions)).astype(np.float32)
     angle = float(node.sun_size) if model in ("single", "multiple") and node.sun_disc else 0.0
+    if angle > WIDE_SUN:
+        pixels += (atmosphere.wide_sun(directions, angle) * float(node.sun_intensity)).astype(np.float32)
+        angle = 0.0
+    texture = ImageTexture("sky", pixels, "linear", "repeat")
     reader.skies[id(texture)] = (texture, atmosphere, angle, float(node.sun_intensity))
     place = reader.emit("sphere_place", _upright(reader, place_of(reader, output, "generated")))
     return reader.emit("image_color", place, settings=(False,), data=texture)

@@ -97,7 +97,7 @@ def evaluate_columns(expressions: Mapping[str, str], columns: Mapping[str, Seque
 
 
 def as_column(values: Sequence[Any]) -> Column:
-    """Numbers as float64, missing ones NaN; texts where the column holds some."""
+    """A column with a text as texts, any other as float64; a missing value is empty, or NaN."""
     if any(isinstance(value, str) for value in values):
         return np.array(["" if value is None else str(value)[:MAX_TEXT] for value in values])
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)

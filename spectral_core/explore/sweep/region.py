@@ -117,26 +117,6 @@ class RegionOfInterest:
         unit_ball = _unit_ball(self.ball, space)
         return bool(unit_ball.contains(point)[0])
 
-    def transferred(self, space: Space) -> tuple[RegionOfInterest, list[str]]:
-        """The part of this region that another sweep's parameters can state, and notes on omitted parts."""
-        notes = []
-        ranges = {name: ends for name, ends in self.ranges.items() if name in space.names}
-        choices = {name: values for name, values in self.choices.items() if name in space.names}
-        notes += [f"the range of {name} is left out: the sweep has no such parameter"
-                  for name in {**self.ranges, **self.choices} if name not in space.names]  # fmt: skip
-        kept = []
-        for text in self.constraints:
-            try:
-                parse_constraint(text, space)
-                kept.append(text)
-            except InvalidInputError as error:
-                notes.append(f"a constraint is left out: {error}")
-        one = self.ball
-        if one is not None and not set(one.radii) <= set(space.names):
-            notes.append("the ball is left out: the sweep lacks a parameter that it limits")
-            one = None
-        return RegionOfInterest(ranges, choices, tuple(kept), one, self.name).checked(space), notes
-
     def to_dict(self) -> dict[str, Any]:
         """Plain entries for a document."""
         plain: dict[str, Any] = {}

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scales S chosen for covering: the least largest distance from any position to its nearest point.
 
-The covering radius is a maximum of many smooth pieces, so it is searched by simplex steps (Nelder and Mead) from many
-starts: on exact Voronoi vertices to n = 6, beyond on the mean of the largest sampled distances, where the outcome is
-good but neither exact nor proven best.
+The covering radius is the maximum of many smooth functions. It is therefore minimized without derivatives, by simplex
+steps (Nelder and Mead) from many starts. Up to n = 6 it is computed from the exact Voronoi vertices. For larger n it is
+estimated by the mean of the largest sampled distances; the result is then neither exact nor proven to be the best.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _FAR = 40
 def optimize_covering(
     lattice_class: LatticeClass, *, starts: int = 6, seed: int = 0, initial: Vector | None = None, steps: int = 120
 ) -> Search:
-    """Scales of the least covering radius found from ``starts`` random starts (first ``initial``, where given).
+    """Scales of the least covering radius found from ``starts`` random starts; ``initial``, if given, is the first.
 
     Bounded work: ``steps`` evaluations per start; n to 12. ``value`` is exact to n = 6, a lower bound of the radius
     beyond (``figures.covering_radius``).

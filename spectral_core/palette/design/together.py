@@ -26,7 +26,7 @@ EXACT_WEIGHT = 1e5
 
 
 def improved(rounds: Rounds, state: PaletteState, budget: Budget, *, perceptual: bool, race: bool) -> PaletteState:
-    """The state with both sides improved together until nothing decreases any more, or the budget ends.
+    """Improve both sides together until the objective decreases no further, or the budget ends.
 
     Parameters
     ----------

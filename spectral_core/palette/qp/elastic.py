@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Exact rows that cannot all hold, as rows of large weight, in the proportions of the cells: the nearest compromise."""
+"""Nearest compromise: exact rows that cannot all hold become rows of large weight, in proportion to their cells."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class Uplift:
     """Lattice of reflectances over linear RGB from 0 to 1.
 
     ``lattice``: (13, 13, 13, k), weights of the ``basis`` (k, n) on ``TEXTURE_GRID``. Without a given basis its spectra
-    are the hats of the knots, so that the weights are the reflectances themselves.
+    are the hat functions of the knots, so that the weights are the reflectances themselves.
     """
 
     lattice: NDArray[np.float32]

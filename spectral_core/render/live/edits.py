@@ -51,6 +51,8 @@ class Edit:
             self._loaded.scene.scene.parameters_changed()
             # Mitsuba's environment hears of the scene's size before that is computed
             self._loaded.scene.scene.parameters_changed()
+            if self._trees is not None:
+                self._trees.tell_size()
 
     def _updated_trees(self) -> bool:
         """Change single trees; False if that is not possible."""

@@ -8,14 +8,13 @@ the launch itself. Copies that look alike wherever they are become one mesh in t
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.mitsuba_scene.glow import is_dark
+from spectral_core.render.mitsuba_scene.emission import is_dark
 from spectral_core.scene import Instance, Material, Mesh, Scene
 from spectral_core.scene.geometry import Attribute
 from spectral_core.scene.leaves import leaves, mesh_inputs_of, programs_of
@@ -83,13 +82,14 @@ class Gathered:
 
 
 def _kinds_of(instances: tuple[Instance, ...]) -> dict[Kind, tuple[Instance, ...]]:
-    """The copies of each kind that has enough of them, with materials, neither mirrored nor flat."""
+    """The copies of each kind that has enough of them, with materials, without those that are mirrored or flat."""
     counts = Counter((item.mesh, item.materials) for item in instances)
     found: dict[Kind, list[Instance]] = defaultdict(list)
     for item in instances:
         if item.materials and counts[item.mesh, item.materials] >= FEWEST:
             found[tuple(getattr(item, name) for name in _SHARED)].append(item)
-    return {kind: tuple(copies) for kind, copies in found.items() if len(copies) >= FEWEST and _are_regular(copies)}
+    regular = {kind: _regular(copies) for kind, copies in found.items() if len(copies) >= FEWEST}
+    return {kind: copies for kind, copies in regular.items() if len(copies) >= FEWEST}
 
 
 def merged(name: str, mesh: Mesh, matrices: NDArray[np.float64]) -> Mesh:
@@ -133,11 +133,11 @@ def _is_translucent(closure: Closure) -> bool:
     return isinstance(closure, Subsurface) or getattr(closure, "subsurface_weight", 0.0) != 0
 
 
-def _are_regular(copies: Iterable[Instance]) -> bool:
-    """True if no copy is mirrored or flat."""
+def _regular(copies: list[Instance]) -> tuple[Instance, ...]:
+    """The copies that are neither mirrored nor flat."""
     linear = np.array([item.world_from_object[:3, :3] for item in copies])
-    sizes = np.linalg.norm(linear, axis=(1, 2))
-    return bool((np.linalg.det(linear) > 1e-6 * sizes**3).all())
+    fits = np.linalg.det(linear) > 1e-6 * np.linalg.norm(linear, axis=(1, 2)) ** 3
+    return tuple(item for item, is_regular in zip(copies, fits, strict=True) if is_regular)
 
 
 def _are_same(first: tuple[Instance, ...], second: tuple[Instance, ...]) -> bool:

@@ -44,11 +44,11 @@ def take(loaded: Loaded, subject: str, medium: ScatteringMedium) -> bool:
     mine = rules.media[number - 1]
     if mine.lobes.shape != row.lobes.shape or _kinds(mine.grid) != _kinds(row.grid):
         return False
-    pairs = [(getattr(mine, name), getattr(row, name)) for name in ("scattering", "absorption", "glow")]
+    pairs = [(getattr(mine, name), getattr(row, name)) for name in ("scattering", "absorption", "emission")]
     if not all(_alike(*pair) and transplant(*pair, loaded.mitsuba) for pair in pairs):
         return False
     grid = mine.grid if row.grid is None or mine.grid is None else replace(row.grid, tints=mine.grid.tints)
-    rules.media[number - 1] = MediumRow(mine.scattering, mine.absorption, mine.glow, row.lobes, grid)
+    rules.media[number - 1] = MediumRow(mine.scattering, mine.absorption, mine.emission, row.lobes, grid)
     rules.made_media.rewrite()
     return True
 

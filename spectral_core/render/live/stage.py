@@ -133,7 +133,7 @@ class Stage:
         if sum(len(mesh.triangles) for mesh in simulated.meshes) <= MOST_WARMED:
             edits.Edit(self._job.loaded, simulated, simulated).warm()
         self._launcher = Launcher(self._job.loaded, scene.film, self._job.unit)
-        self._trees = Trees.of(self._job.loaded.scene.scene)
+        self._trees = Trees.of(self._job.loaded.scene.scene, self._spare[0])
         self.scene, self._simulated, self._plan = scene, simulated, plan
         self.loads += 1
         self.number += 1

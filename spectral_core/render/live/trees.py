@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene.geometry import Part
+from spectral_core.render.plugins.numbers import own_copy
 
 TRIANGLES, INDICES, VERTICES, THREE_NUMBERS, THREE_FLOATS, MATRIX = 0, 0, 1, 0x5003, 0x9003, 0x9244
 """Embree 3's numbers of a type of geometry, of its buffers and their formats, and of a matrix by columns."""
@@ -43,8 +44,6 @@ FUNCTIONS: dict[str, tuple[str, Any, list[Any]]] = {
     "rtcSetGeometryInstancedScene": (f"{_MESH}{_SCENE}", None, [_P, _P]),
 }
 """Of each function its arguments as its name in Mitsuba's library states them, its result and its arguments."""
-ROUNDING = 1e-5
-"""Share of a scene's size by which two boxes of it may differ."""
 RAYS = {1: "", 4: "PKi", 8: "PKi", 16: "PKi"}
 """Numbers of rays that one call traces, and the first argument then."""
 
@@ -71,15 +70,17 @@ class _Libraries:
 class Trees:
     """The trees of one scene of Mitsuba. Nothing may be traced between the first change and ``finish``."""
 
-    def __init__(self, embree: dict[str, Any], top: int, scene: Any) -> None:
-        self._embree, self._top, self._scene = embree, top, scene
+    def __init__(self, embree: dict[str, Any], top: int, scene: Any, spare: Any) -> None:
+        self._embree, self._top, self._scene, self._spare = embree, top, scene, spare
+        self._middle, self._radius = np.zeros(3), float("inf")
+        self.tell_size()
         self._places = {shape.ptr: place for place, shape in enumerate(scene.shapes())}
         self._device = embree["rtcGetSceneDevice"](top)
         embree["rtcReleaseDevice"](self._device)  # the scene keeps it
 
     @staticmethod
-    def of(scene: Any) -> Trees | None:
-        """The trees of Mitsuba's scene; None if they are not found for certain."""
+    def of(scene: Any, spare: Any) -> Trees | None:
+        """The trees of Mitsuba's scene; None if they are not found for certain. ``spare``: a triangle of no scene."""
         import drjit as dr
 
         libraries = _libraries()
@@ -93,7 +94,7 @@ class Trees:
         top, hit, shadow = map(libraries.address, found[:3])
         # both functions prove that the three are the scene's handles, and those of this very library
         is_certain = hit in libraries.hits and shadow in libraries.shadows
-        return Trees(libraries.embree, top, scene) if top and is_certain else None
+        return Trees(libraries.embree, top, scene, spare) if top and is_certain else None
 
     def place(self, shape: Any, matrix: Any) -> None:
         """Move an instance to ``matrix`` (4, 4), world from object."""
@@ -121,21 +122,43 @@ class Trees:
         embree["rtcReleaseScene"](group)  # the instances keep it
 
     def finish(self) -> bool:
-        """Build the tree of the instances; False if Mitsuba must build all trees: after an error, or if the scene has
-        grown beyond the sphere by which Mitsuba's environment limits its shadow rays.
-        """
+        """Build the tree of the instances; False after an error, after which Mitsuba must build all trees."""
         self._embree["rtcCommitScene"](self._top)
-        return bool(self._embree["rtcGetDeviceError"](self._device) == 0) and self._is_inside()
+        self._follow_size()
+        return bool(self._embree["rtcGetDeviceError"](self._device) == 0)
 
-    def _is_inside(self) -> bool:
-        """True if all that the trees hold is in the sphere around Mitsuba's box of the scene."""
+    def tell_size(self) -> None:
+        """Make a box of twice the scene's size known to Mitsuba's environment, which sends shadow rays that far: the
+        scene may then grow. Call it after Mitsuba has made the scene itself known.
+        """
+        import mitsuba as mi
+
+        world, (low, high) = self._scene.environment(), self._bounds()
+        if world is None or not np.isfinite((low, high)).all():  # without any object there is no box
+            return
+        size = 2 * (high - low)
+        self._middle, self._radius = (low + high) / 2, float(np.linalg.norm(size)) / 2
+        corners = (self._middle - size / 2, self._middle, self._middle + size / 2)
+        parameters = mi.traverse(self._spare)
+        given = {"vertex_positions": np.array(corners, np.float32), "faces": np.array([0, 1, 2], np.uint32)}
+        for name, values in given.items():
+            parameters[name] = own_copy(type(parameters[name]), values)
+        parameters.update()
+        world.set_scene(mi.load_dict({"type": "scene", "room": self._spare}, parallel=False, optimize=False))
+
+    def _follow_size(self) -> None:
+        low, high = self._bounds()
+        farthest = np.maximum(np.abs(low - self._middle), np.abs(high - self._middle))
+        if np.linalg.norm(farthest) > self._radius:
+            self.tell_size()
+
+    def _bounds(self) -> tuple[Any, Any]:
+        """Lowest and highest corner of all that the trees hold."""
         room = np.zeros(12, np.float32)
         bounds = room[(-room.ctypes.data % 16) // 4 :][:8]  # on a boundary of 16 bytes
         self._embree["rtcGetSceneBounds"](self._top, bounds.ctypes.data)
-        now, box = bounds.reshape(2, 4)[:, :3].astype(np.float64), self._scene.bbox()
-        low, high = np.array(box.min, dtype=np.float64).ravel(), np.array(box.max, dtype=np.float64).ravel()
-        farthest = np.abs(now - (low + high) / 2).max(axis=0)
-        return bool(np.linalg.norm(farthest) <= np.linalg.norm(high - low) / 2 * (1 + ROUNDING))
+        low, high = bounds.reshape(2, 4)[:, :3].astype(np.float64)
+        return low, high
 
     def _instance(self, shape: Any) -> Any:
         return self._embree["rtcGetGeometry"](self._top, self._places[shape.ptr])

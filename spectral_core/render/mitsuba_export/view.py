@@ -36,7 +36,7 @@ def sensor(draft: Draft, scene: Scene, around: str) -> xml.Element:
         frame = camera_frame(perspective, film)
     else:
         frame = camera_frame(camera, film)
-    kind, children = _optics(draft, frame, film)
+    kind, children = _optics(draft, frame)
     inside = [xml.reference(around, "medium")] if around else []
     sampler = xml.plugin(
         "sampler", "independent", xml.integer("sample_count", film.samples), xml.integer("seed", film.seed)
@@ -44,7 +44,7 @@ def sensor(draft: Draft, scene: Scene, around: str) -> xml.Element:
     return xml.plugin("sensor", kind, *children, *inside, sampler, _film(draft, film))
 
 
-def _optics(draft: Draft, frame: CameraFrame, film: Film) -> tuple[str, list[xml.Element]]:
+def _optics(draft: Draft, frame: CameraFrame) -> tuple[str, list[xml.Element]]:
     camera = frame.camera
     extent, center = frame.high - frame.low, (frame.high + frame.low) / 2
     matrix = np.eye(4)
@@ -99,14 +99,14 @@ def integrator(draft: Draft, scene: Scene, bounces: int) -> xml.Element:
 
 def _hides_lights(draft: Draft, scene: Scene) -> bool:
     """Mitsuba hides all lights from the camera, or none."""
-    from spectral_core.render.mitsuba_scene.glow import is_dark
+    from spectral_core.render.mitsuba_scene.emission import is_dark
 
     bodies = [light for light in scene.lights if getattr(light, "radius", 1.0) > 0]
     hidden = [light.name for light in bodies if not light.camera_visible]
-    glows = any(not is_dark(material.surface) for material in scene.materials)
-    seen = len(hidden) < len(bodies) or glows or not (scene.world.is_black or scene.film.transparent)
+    emits = any(not is_dark(material.surface) for material in scene.materials)
+    seen = len(hidden) < len(bodies) or emits or not (scene.world.is_black or scene.film.transparent)
     if not hidden:
-        return scene.film.transparent and not glows and not bodies
+        return scene.film.transparent and not emits and not bodies
     if seen:
         draft.note(
             ", ".join(hidden[:8]) + (" …" if len(hidden) > 8 else ""),

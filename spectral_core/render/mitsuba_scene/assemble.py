@@ -171,7 +171,7 @@ def _place(scene: Scene, shapes: Shapes, rules: RayRules, bits: dict[str, int]) 
 
 def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, loaded: Any) -> None:
     """Register the rules of emissive objects, and the media of shapes, of the world and at the camera."""
-    for source, instance in shapes.glowing:  # rays that pass through the object do not take its light either
+    for source, instance in shapes.emissive:  # rays that pass through the object do not take its light either
         if hidden := int(instance.hidden_from & ~(Rays.CAMERA | Rays.SHADOW)):
             rules.lights.append((source, hidden))
         if instance.name in bits:

@@ -207,7 +207,7 @@ def reflection(xp: Any, incoming: Any, normal: Any) -> Any:
 
 @operation("3", 3)
 def round_coordinates(xp: Any, vector: Any, kind: str) -> Any:
-    """Sphere or tube projection of an image: coordinates of [0, 1]³ to the image's."""
+    """Coordinates on an image that is projected on a sphere or tube, of coordinates in [0, 1]³."""
     x, y, z = each(lambda c: (c - 0.5) * 2.0, vector)
     if kind == "SPHERE":
         size = length(xp, (x, y, z))
@@ -223,6 +223,14 @@ def sphere_place(xp: Any, direction: Any) -> Any:
     """Equirectangular coordinates of a direction, as an Environment Texture reads it."""
     x, y, z = normalized(xp, direction)
     return -xp.atan2(y, x) / (2 * pi) + 0.5, xp.atan2(z, xp.sqrt(x * x + y * y)) / pi + 0.5, 0.0 * x
+
+
+@operation("3", 3)
+def ball_place(xp: Any, direction: Any) -> Any:
+    """Coordinates of a direction in the picture of a mirror ball, as an Environment Texture reads it."""
+    x, y, z = normalized(xp, direction)
+    bent = 2.0 * xp.sqrt(xp.maximum(0.5 * (1.0 - y), 0.0))
+    return 0.5 * (safe_divide(xp, x, bent) + 1.0), 0.5 * (safe_divide(xp, z, bent) + 1.0), 0.0 * x
 
 
 MERIDIAN = 181

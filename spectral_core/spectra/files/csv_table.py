@@ -186,7 +186,7 @@ def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
 
 
 def _last_word(heading: str) -> tuple[str, str, bool]:
-    """A heading without its last word, that word, and whether it is in brackets; a single word is the last one.
+    """Divide a heading: all but its last word, the last word, and whether that is in brackets.
 
     Without a regular expression: one that finds the bracket from the front tries every start, and took hours for a
     heading of 20,000 blanks.

@@ -50,7 +50,9 @@ def medium_everywhere(reader: Reader, output: Any) -> ScatteringMedium | None:
 
 
 def medium_alike(filling: Filling) -> ScatteringMedium | None:
-    """The medium of the means over a cube from -1 to 1, for a shader without a place; None for empty space."""
+    """The medium whose values are means over a cube from -1 to 1, for a shader that has no coordinates; None for empty
+    space.
+    """
     world_from_index, identity = np.diag([*(2.0 / n for n in AROUND), 1.0]), np.eye(4)
     world_from_index[:3, 3] = -1.0
     around = Region(AROUND, world_from_index, identity, identity, np.zeros(3), np.ones(3))

@@ -4,6 +4,8 @@
 import { shown } from "./data.js";
 
 const ROW = 24;
+/** Room for the bar that moves the table sideways, and for the margins. */
+const BAR = 40;
 
 /** Draws the rows in sight and hears clicks. */
 export class List {
@@ -48,6 +50,10 @@ export class List {
     this.head.replaceChildren(...table.columns.filter((c) => c.values).map((c) => this.headCell(c)));
     this.space.style.height = `${rows.length * ROW}px`;
     this.space.style.width = `${table.columns.length * 110}px`;
+    // a short table ends after its last row: on a phone an empty area would follow before the selection
+    this.host.style.height = "";
+    const needed = this.head.offsetHeight + rows.length * ROW + BAR;
+    if (needed < this.host.getBoundingClientRect().height) this.host.style.height = `${needed}px`;
     this.fill();
   }
 
