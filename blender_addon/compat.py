@@ -102,6 +102,8 @@ def set_image_format(settings: Any, file_format: str, **options: Any) -> None:
         setattr(settings, name, value)
 
 
-def splits_sharp_edges() -> bool:
-    """True if Cycles divides a mesh at its sharp edges, so that displaced faces come apart there: before 5.2."""
+def is_before_5_2() -> bool:
+    """True for Cycles of older versions, which divides a mesh at its sharp edges, so that displaced faces come apart
+    there, and whose Magic Texture has seams.
+    """
     return "convention" not in bpy.types.ShaderNodeNormalMap.bl_rna.properties

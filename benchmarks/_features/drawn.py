@@ -129,3 +129,15 @@ def _wide_sun(stage: Stage) -> None:
 
 
 feature("drawn/wide sun at the horizon", _wide_sun)
+
+
+def _far_magic(stage: Stage) -> None:
+    """A Magic Texture of camera coordinates beyond 2π, where it has a seam."""
+    node = stage.node("ShaderNodeTexMagic", Scale=1.7)
+    moved = stage.node("ShaderNodeMapping", Location=(6.0, 6.0, 0.0))
+    stage.link(stage.node("ShaderNodeTexCoord").outputs["Object"], moved.inputs["Vector"])
+    stage.link(moved.outputs[0], node.inputs["Vector"])
+    stage.into_color(node.outputs["Color"])
+
+
+feature("drawn/seams of a magic texture", _far_magic)

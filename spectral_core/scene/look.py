@@ -68,16 +68,16 @@ class Look:
         """``scene`` under this look."""
         if self.lamps is not None:
             lamps = self.lamps
-            scene = _alone(scene, lambda light: light.name in lamps, world=self.with_world, glows=lambda _group: False)
+            scene = _alone(scene, lambda light: light.name in lamps, world=self.with_world, emits=lambda _group: False)
         if self.group is not None:
             group = self.group
             world = scene.world.group == group
-            scene = _alone(scene, lambda light: light.group == group, world=world, glows=lambda name: name == group)
+            scene = _alone(scene, lambda light: light.group == group, world=world, emits=lambda name: name == group)
         return scene if self.spectrum is None else _shining(scene, self.spectrum)
 
 
-def _alone(scene: Scene, shines: Any, *, world: bool, glows: Any) -> Scene:
-    """The lights of ``shines``, the world if requested, and emissive objects of the groups of ``glows``."""
+def _alone(scene: Scene, shines: Any, *, world: bool, emits: Any) -> Scene:
+    """The lights of ``shines``, the world if requested, and emissive objects of the groups of ``emits``."""
     found = {material.name: _dark(material) for material in scene.materials}
     dark = {name: made for name, made in found.items() if made is not None}
     names = {material.name for material in scene.materials}
@@ -85,7 +85,7 @@ def _alone(scene: Scene, shines: Any, *, world: bool, glows: Any) -> Scene:
     used: set[str] = set()
     for instance in scene.instances:
         assigned = instance.materials
-        if not glows(instance.group) and dark.keys() & set(assigned):
+        if not emits(instance.group) and dark.keys() & set(assigned):
             assigned = tuple(_dark_name(name, names) if name in dark else name for name in assigned)
             used.update(name for name in instance.materials if name in dark)
         instances.append(replace(instance, materials=assigned))

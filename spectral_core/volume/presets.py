@@ -102,8 +102,8 @@ def xray(volume: ScalarVolume) -> TransferFunction:
     """Light in proportion to the value, without absorption: a radiograph (thesis 5.4.4)."""
     v, voxel = _places(volume)
     reach = 0.5 * max(volume.shape) * voxel
-    glow = Material("x-ray", v[[1, 10]], np.zeros(2), np.array(_PALE), np.array([0.0, 1.0]) / reach, lit=False)
-    return TransferFunction((glow,))
+    material = Material("x-ray", v[[1, 10]], np.zeros(2), np.array(_PALE), np.array([0.0, 1.0]) / reach, lit=False)
+    return TransferFunction((material,))
 
 
 def edges(volume: ScalarVolume) -> TransferFunction:

@@ -28,6 +28,7 @@ NODES = {
     "wave": ("TexWave", 1, {}, {"Distortion": 1.5, "Detail": 2.2}),
     "rings": ("TexWave", 1, {"wave_type": "RINGS", "wave_profile": "SAW"}, {}),
     "magic": ("TexMagic", 0, {"turbulence_depth": 7}, {"Distortion": 1.3}),
+    "magic with seams": ("TexMagic", 0, {"turbulence_depth": 3}, {"Scale": 1.7}),
     "gabor": ("TexGabor", 0, {}, {"Scale": 4}),
     "gabor phase isotropic": ("TexGabor", 1, {}, {"Scale": 4, "Anisotropy": 0.3, "Frequency": 0.4}),
     "gabor 3D": ("TexGabor", 2, {"gabor_type": "3D"}, {"Scale": 4, "Orientation": (0.3, -0.5, 0.2)}),

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from blender_addon.translate.palette.load import store_problem
-from blender_addon.translate.palette.problem import palette_problem
+from blender_addon.translate.palette.problem import palette_problem, takes_seconds
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import (
     Cell,
@@ -150,3 +150,45 @@ def test_this_file_lists_every_field_of_the_core():
     }
     for cls, names in known.items():
         assert {field.name for field in fields(cls)} == set(names.split())
+
+
+def test_the_light_level_is_that_of_the_first_light_and_sources_are_kept(palette):
+    problem = everything()
+    store_problem(palette, problem)
+    assert palette.brightness == pytest.approx(2.0)
+    assert [light.intensity for light in palette.lights] == pytest.approx([1.0, 0.5, 1.5])
+    got = palette_problem(palette)
+    assert got.lights[0].spectrum.source == problem.lights[0].spectrum.source != ""
+    assert got.reflectances[2].spectrum.source == problem.reflectances[2].spectrum.source != ""
+
+
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({}, False),
+        ({"use_tints": True}, True),
+        ({"robustness": "worst_case"}, False),
+        ({"robustness": "worst_case", "observers": {"cie_1931_2deg", "cie_2015_2deg"}}, True),
+        ({"observers": {"cie_1931_2deg", "cie_2015_2deg"}}, False),
+    ],
+    ids=str,
+)
+def test_a_table_that_takes_seconds_is_not_solved_while_a_slider_is_dragged(palette, changed, expected):
+    store_problem(palette, presets.hidden_mark())
+    for name, value in changed.items():
+        setattr(palette, name, value)
+    assert takes_seconds(palette) == expected
+
+
+def test_distinct_cells_dyes_and_the_variants_of_lights_take_seconds(palette):
+    store_problem(palette, presets.most_distinct(3))
+    assert takes_seconds(palette)
+    store_problem(palette, presets.hidden_mark())
+    palette.materials[0].dyes.add()
+    assert takes_seconds(palette)
+    store_problem(palette, everything())  # the worst case, over the variants of its first light
+    for material in palette.materials:
+        for cell in material.cells:
+            cell.mode = "IGNORE"
+    palette.observers = {"cie_1931_2deg"}
+    assert takes_seconds(palette)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -85,3 +86,30 @@ def test_a_dye_is_designed(blender) -> None:
     assert not len(palette.materials[0].dyes)
     with pytest.raises(RuntimeError, match="there is no dye 3"):
         blender.ops.spectral.palette_dye(index=3)
+
+
+def test_tints_and_dyes_are_designed_with_the_settings_of_the_table(palette, monkeypatch) -> None:
+    from blender_addon.translate.palette.paint import solver_of
+    from blender_addon.translate.palette.problem import palette_problem
+    from spectral_core.palette.paint import fluorescent_design, fluorescent_report, tints
+
+    asked = {}
+    monkeypatch.setattr(tints, "solve_with_tints", lambda _problem, criterion: asked.update(weight=criterion.weight))
+    palette.use_tints, palette.tint_weight = True, 3.5
+    solver_of(palette).solve(palette_problem(palette), None)
+    assert asked["weight"] == pytest.approx(3.5)
+
+    def designed(_problem, dyes, start):
+        asked.update(dyes=dyes, start=start)
+        return SimpleNamespace(surfaces={0: SimpleNamespace(amounts=[0.25])})
+
+    monkeypatch.setattr(fluorescent_design, "solve_fluorescent", designed)
+    monkeypatch.setattr(fluorescent_report, "palette_solution", lambda found: found)
+    palette.use_tints = False
+    dye = palette.materials[0].dyes.add()
+    dye.excitation_nm, dye.emission_nm = 431, 562
+    solver = solver_of(palette)
+    solver.solve(palette_problem(palette), None)
+    solver.store(palette)
+    assert [each.name for each in asked["dyes"][0]] == ["dye 431 to 562 nm"]
+    assert dye.amount == pytest.approx(0.25)

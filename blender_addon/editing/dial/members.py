@@ -44,7 +44,7 @@ def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> 
             found.append(Member(group, each, -1, "", each.data.energy))
         elif each.type in ("MESH", "CURVE", "SURFACE", "FONT", "META"):
             for number, slot in enumerate(each.material_slots):
-                found += [Member(group, each, number, *entry) for entry in _glowing(slot.material)]
+                found += [Member(group, each, number, *entry) for entry in _emissive(slot.material)]
     world = scene.world
     if world is not None:
         group = getattr(world, "lightgroup", "") or ("World" if one_per_light else "")
@@ -53,7 +53,7 @@ def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> 
         while group in taken:
             number += 1
             group = f"{name}.{number:03d}"
-        found += [Member(group, world, -1, *entry) for entry in _glowing(world)]
+        found += [Member(group, world, -1, *entry) for entry in _emissive(world)]
     return found
 
 
@@ -63,7 +63,7 @@ def group_count(scene: Scene, one_per_light: bool) -> int:
     return len({member.group for member in members_of(scene, shown, one_per_light)})
 
 
-def _glowing(owner: ID) -> list[tuple[str, float]]:
+def _emissive(owner: ID) -> list[tuple[str, float]]:
     """Emissive nodes of a material or world, with their strength; 1 if other nodes compute it."""
     tree = None if owner is None else compat.node_tree(owner)
     found = []

@@ -45,7 +45,7 @@ def displaced(found: Any, obj: Any, instance: Any, mesh: Mesh, materials: Sequen
     if key not in found.meshes:
         edges = Edges.SMOOTH
         if obj.type == "MESH" and has_sharp_edges(obj.data):
-            edges = Edges.APART if compat.splits_sharp_edges() else Edges.TOGETHER
+            edges = Edges.APART if compat.is_before_5_2() else Edges.TOGETHER
         make, number = partial(moved_mesh, mesh, moves, matrix, numbers, edges), obj.original.session_uid
         state = (mesh, tuple(moves), matrix.tobytes(), tuple(numbers.items()), edges.name)
         made = kept_or_made(found.kept, found.translation, ("displaced", number), frozenset((number,)), state, make)

@@ -43,22 +43,22 @@ def _fluorescent(dyed: dict[int, PropertyGroup]) -> TableSolver:
     from spectral_core.palette.paint.fluorescent_report import palette_solution
     from spectral_core.spectra.fluorescence import FluorescentDye
 
-    places = {row: [(dye.excitation_nm, dye.emission_nm) for dye in group] for row, group in dyed.items()}
+    peaks = {row: [(dye.excitation_nm, dye.emission_nm) for dye in group] for row, group in dyed.items()}
     amounts: dict[int, list[float]] = {}
 
     def solve(problem: PaletteProblem, before: PaletteSolution | None) -> PaletteSolution:
         dyes = {
             row: [FluorescentDye.gaussian(f"dye {low:.0f} to {high:.0f} nm", low, high) for low, high in pairs]
-            for row, pairs in places.items()
+            for row, pairs in peaks.items()
         }
-        least = min(low for pairs in places.values() for low, _ in pairs)
+        least = min(low for pairs in peaks.values() for low, _ in pairs)
         if problem.grid.wavelengths_nm[0] > least - 10:
             raise InvalidInputError(
                 f"a dye absorbs light around {least:.0f} nm, but the table designs from "
                 f"{problem.grid.wavelengths_nm[0]:.0f} nm on; under Design, begin at {least - 20:.0f} nm"
             )
         found = solve_fluorescent(problem, dyes, start=None if before is None else before.illuminants)
-        amounts.update({row: [float(amount) for amount in found.surfaces[row].amounts] for row in places})
+        amounts.update({row: [float(amount) for amount in found.surfaces[row].amounts] for row in peaks})
         return palette_solution(found)
 
     def store(palette: PropertyGroup) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import SpectralError
 
+from ... import compat
 from ...properties.texture import NODE
 from .fields import Value
 from .image_files import MISSING
@@ -218,7 +219,7 @@ def _wave(reader: Reader, output: Output) -> Any:
 def _magic(reader: Reader, output: Output) -> Any:
     values = [reader.read(output, name, value) for name, value in (("Scale", 5.0), ("Distortion", 1.0))]
     place = place_of(reader, output, "generated")
-    color = reader.emit("magic", place, *values, settings=(int(output.node.turbulence_depth),))
+    color = reader.emit("magic", place, *values, settings=(int(output.node.turbulence_depth), compat.is_before_5_2()))
     return color if output.socket.type == "RGBA" else reader.emit("mean", color)
 
 

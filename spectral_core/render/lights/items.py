@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.lights.glows import geometry
+from spectral_core.render.lights.emissive_meshes import geometry
 from spectral_core.render.lights.hierarchy import FAR_SUN, FAR_WORLD, Rows
-from spectral_core.render.lights.listing import Ball, Glow, LightList, Panel
+from spectral_core.render.lights.listing import Ball, EmissiveMesh, LightList, Panel
 
 STEEPEST = 1e3
 """Largest slope of a beam's edge in the cosine: steeper edges behave the same, and 32 bits represent it."""
@@ -36,7 +36,7 @@ def near_rows(lights: LightList) -> Rows:
     bright = lights.strengths()
     parts = [_ball(ball, bright[ball.source]) for ball in lights.balls]
     parts += [_panel(panel, bright[panel.source] / (panel.area if lights.even else 1.0)) for panel in lights.panels]
-    parts += [_glow(glow, bright[glow.source], even=lights.even) for glow in lights.glows]
+    parts += [_emissive(mesh, bright[mesh.source], even=lights.even) for mesh in lights.emissive]
     return Rows.joined(parts) if parts else _rows([], [], [])
 
 
@@ -53,7 +53,7 @@ def far_rows(lights: LightList) -> Rows:
     if lights.world is not None:
         centers.append(np.zeros(3))
         radii.append(FAR_WORLD)
-        others = lights.balls or lights.panels or lights.glows or lights.suns
+        others = lights.balls or lights.panels or lights.emissive or lights.suns
         # a constant environment is hit by every direction that a surface draws: sampling it separately gains nothing
         passed_over = lights.world_is_constant and bool(others) and not lights.even
         strengths.append(usual if lights.even else 0.0 if passed_over else lights.world[1])
@@ -63,7 +63,7 @@ def far_rows(lights: LightList) -> Rows:
 def _usual_distance(lights: LightList) -> float:
     """Half the extent of all lamps, 1 if there is at most one."""
     places = [ball.center for ball in lights.balls] + [panel.center for panel in lights.panels]
-    places += [glow.corners.mean(axis=(0, 1)) for glow in lights.glows]
+    places += [mesh.corners.mean(axis=(0, 1)) for mesh in lights.emissive]
     extent = float(np.linalg.norm(np.ptp(places, axis=0))) / 2 if places else 0.0
     return extent or 1.0
 
@@ -111,13 +111,13 @@ def _panel(panel: Panel, radiance: float) -> Rows:
     return _beamed(rows, panel.normal, cosine, 1 / (1 - cosine))
 
 
-def _glow(glow: Glow, radiance: float, *, even: bool) -> Rows:
-    normals, areas = geometry(glow.corners)
-    strengths = areas * radiance * glow.brightness
+def _emissive(mesh: EmissiveMesh, radiance: float, *, even: bool) -> Rows:
+    normals, areas = geometry(mesh.corners)
+    strengths = areas * radiance * mesh.brightness
     if even:  # the whole object counts as one lamp
-        strengths = areas * glow.brightness / max(float((areas * glow.brightness).sum()), 1e-300)
-    centers = glow.corners.mean(axis=1)
-    reach = np.linalg.norm(glow.corners - centers[:, None], axis=2).max(axis=1)
+        strengths = areas * mesh.brightness / max(float((areas * mesh.brightness).sum()), 1e-300)
+    centers = mesh.corners.mean(axis=1)
+    reach = np.linalg.norm(mesh.corners - centers[:, None], axis=2).max(axis=1)
     count = len(areas)
     return Rows(
         centers,

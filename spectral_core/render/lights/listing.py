@@ -116,7 +116,7 @@ class Sun:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glow:
+class EmissiveMesh:
     """An emissive mesh: world-space corners (t, 3, 3), UVs (t, 3, 2) or None, and its Mitsuba shape.
 
     ``brightness``: (t,) of each triangle, relative to the source's.
@@ -137,7 +137,7 @@ class LightList:
     balls: list[Ball] = field(default_factory=list)
     panels: list[Panel] = field(default_factory=list)
     suns: list[Sun] = field(default_factory=list)
-    glows: list[Glow] = field(default_factory=list)
+    emissive: list[EmissiveMesh] = field(default_factory=list)
     world: tuple[int, float] | None = None
     """The environment: its source, and its irradiance without occlusion."""
     world_is_constant: bool = False

@@ -32,7 +32,7 @@ class Met:
     """Emission along a ray, by its origin: lamps, surfaces, environment."""
 
     lamps: Any
-    glows: Any
+    emissive: Any
     world: Any
 
 

@@ -14,7 +14,7 @@ from spectral_core.render.lights.balls import Balls, Drawn
 from spectral_core.render.lights.bodies import Bodies
 from spectral_core.render.lights.choice import Choice, Chosen, Receiver
 from spectral_core.render.lights.emission import Emission
-from spectral_core.render.lights.glows import Glows
+from spectral_core.render.lights.emissive_meshes import EmissiveMeshes
 from spectral_core.render.lights.hierarchy import build
 from spectral_core.render.lights.items import far_rows, near_rows, rules_by_source
 from spectral_core.render.lights.listing import BALL, PANEL, SUN, TRIANGLE, WORLD, LightList
@@ -35,7 +35,7 @@ class SceneLights:
 
         mi = self._mi = mitsuba
         self.emission = emission
-        triangles = sum(len(glow.corners) for glow in lights.glows)
+        triangles = sum(len(mesh.corners) for mesh in lights.emissive)
         counts = (len(lights.balls), len(lights.panels), triangles, len(lights.suns), int(lights.world is not None))
         self._starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)
         self.kinds = [kind for kind, count in enumerate(counts) if count]
@@ -43,7 +43,9 @@ class SceneLights:
         self.first = [drjit.opaque(mi.UInt32, int(start)) for start in self._starts]
         self.balls: Any = Balls(mi, lights.balls) if lights.balls else None
         self.panels: Any = Panels(mi, lights.panels) if lights.panels else None
-        self.glows: Any = Glows(mi, lights.glows, int(self._starts[TRIANGLE])) if lights.glows else None
+        self.emissive: Any = (
+            EmissiveMeshes(mi, lights.emissive, int(self._starts[TRIANGLE])) if lights.emissive else None
+        )
         self.suns: Any = Suns(mi, lights.suns) if lights.suns else None
         self.world: Any = None if lights.world is None else lights.sources[lights.world[0]].emitter
         self.even_world = lights.world[0] + 1 if lights.world is not None and lights.world_is_constant else 0
@@ -51,7 +53,7 @@ class SceneLights:
         self._world_source = None if lights.world is None else drjit.opaque(mi.UInt32, lights.world[0])
         self.is_empty = not self.kinds
         self._kinds_by_number = np.zeros(len(lights.sources) + 1, np.uint32)
-        self._kinds_by_number[[glow.source + 1 for glow in lights.glows]] = 2
+        self._kinds_by_number[[mesh.source + 1 for mesh in lights.emissive]] = 2
         if lights.world is not None:
             self._kinds_by_number[lights.world[0] + 1] = 1
         has_bodies = bool(lights.panels) or any(ball.radius > 0 for ball in lights.balls)
@@ -62,21 +64,21 @@ class SceneLights:
         if self.is_empty:
             return
         sources = [item.source for group in (lights.balls, lights.panels) for item in group]
-        sources += [glow.source for glow in lights.glows for _ in range(len(glow.corners))]
+        sources += [mesh.source for mesh in lights.emissive for _ in range(len(mesh.corners))]
         sources += [sun.source for sun in lights.suns] + ([] if lights.world is None else [lights.world[0]])
         self.sources = table(mi.UInt32, sources)
         self.patterns = Patterns(mi, [source.pattern for source in lights.sources])
         self._varied = None
         emitters = [source.emitter for source in lights.sources]
-        if any(glow.source is not None and emitters[glow.source] is not None for glow in lights.glows):
+        if any(mesh.source is not None and emitters[mesh.source] is not None for mesh in lights.emissive):
             varied = [None if index == (lights.world or (-1,))[0] else e for index, e in enumerate(emitters)]
             self._varied = mi.EmitterPtr(varied)
             # for an emission that varies over a surface: the shape of each source and its first triangle
             shapes: list[Any] = [None] * len(emitters)
             firsts, first = np.zeros(len(emitters), np.uint32), 0
-            for glow in lights.glows:
-                shapes[glow.source], firsts[glow.source] = glow.shape, first
-                first += len(glow.corners)
+            for mesh in lights.emissive:
+                shapes[mesh.source], firsts[mesh.source] = mesh.shape, first
+                first += len(mesh.corners)
             self._shapes, self._first_triangles = mi.ShapePtr(shapes), table(mi.UInt32, firsts)
         by_item = None if rules is None else rules_by_source(rules, len(lights.sources))[np.array(sources)]
         self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)), by_item)
@@ -133,7 +135,7 @@ class SceneLights:
                 drawn = Drawn(ds.d, mi.Float(dr.inf), mi.Float(1.0), ds.pdf, mi.Bool(False), ds.n, ds.uv)
                 light = mi.Spectrum(weight) * self.emission.gain(source, of_kind)
             else:
-                draws = {BALL: self.balls, PANEL: self.panels, TRIANGLE: self.glows, SUN: self.suns}[kind]
+                draws = {BALL: self.balls, PANEL: self.panels, TRIANGLE: self.emissive, SUN: self.suns}[kind]
                 drawn = draws.draw(slot, si.p, uv, of_kind)
                 light = self._emitted(si, drawn, (source, slot), of_kind, kind) * drawn.factor
             if alone:
@@ -176,8 +178,8 @@ class SceneLights:
         total = Met(mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
         to = self._receiver(path, tables)
         may_meet = self._may_meet(path, active)
-        if self.glows is not None:
-            total.glows = self._met_glow(si, to, path, rule, tables, active & si.is_valid())
+        if self.emissive is not None:
+            total.emissive = self._met_emissive(si, to, path, rule, tables, active & si.is_valid())
         # in homogeneous fog ``met_in_fog`` counts them
         in_fog = mi.Bool(False) if tables.media is None else tables.media.is_even((path.medium, path.outer), active)
         total.lamps += self._met_bodies(si, path, rule, to, may_meet & ~in_fog)
@@ -231,21 +233,21 @@ class SceneLights:
         visible = dr.gather(self._mi.UInt32, self._visible, source, active) != 0
         return active & (visible | (path.depth > 0))
 
-    def _met_glow(self, si: Any, to: Receiver, path: Any, rule: Rule, tables: Any, active: Any) -> Any:
+    def _met_emissive(self, si: Any, to: Receiver, path: Any, rule: Rule, tables: Any, active: Any) -> Any:
         import drjit as dr
 
         mi = self._mi
-        item, number = self.glows.met(tables, si, active)
-        glows = active & (number > 0)
-        source = dr.select(glows, number, 1) - 1
-        light = self.emission.of(source, path.ray.wavelengths, glows)
+        item, number = self.emissive.met(tables, si, active)
+        emissive = active & (number > 0)
+        source = dr.select(emissive, number, 1) - 1
+        light = self.emission.of(source, path.ray.wavelengths, emissive)
         if self._varied is not None:
-            emitter = dr.gather(mi.EmitterPtr, self._varied, source, glows)
-            varied = glows & (emitter != None)  # noqa: E711 (an array of pointers)
+            emitter = dr.gather(mi.EmitterPtr, self._varied, source, emissive)
+            varied = emissive & (emitter != None)  # noqa: E711 (an array of pointers)
             light = dr.select(varied, emitter.eval(si, varied) * self.emission.gain(source, varied), light)
-        wanted = glows & ~path.before_delta
+        wanted = emissive & ~path.before_delta
         away = si.p - to.place
         distance = dr.norm(away)
-        pdf = self.glows.pdf(item - self.first[TRIANGLE], path.ray.d, distance, wanted)
+        pdf = self.emissive.pdf(item - self.first[TRIANGLE], path.ray.d, distance, wanted)
         pdf *= self.choice.probability(item, to, wanted)
-        return dr.select(glows, light * rule(number, pdf, glows), 0.0)
+        return dr.select(emissive, light * rule(number, pdf, emissive), 0.0)

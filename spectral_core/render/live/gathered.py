@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.mitsuba_scene.glow import is_dark
+from spectral_core.render.mitsuba_scene.emission import is_dark
 from spectral_core.scene import Instance, Material, Mesh, Scene
 from spectral_core.scene.geometry import Attribute
 from spectral_core.scene.leaves import leaves, mesh_inputs_of, programs_of

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from spectral_core.render.job import Loaded
 from spectral_core.render.live.transplant import transplant
+from spectral_core.render.mitsuba_scene.media.around import media_at
 from spectral_core.render.mitsuba_scene.media.rows import medium_row
-from spectral_core.render.mitsuba_scene.media.surroundings import media_at
 from spectral_core.render.trace.media.grids import GridRow
 from spectral_core.render.trace.media.table import MediumRow
 from spectral_core.scene import ScatteringMedium
@@ -44,11 +44,11 @@ def take(loaded: Loaded, subject: str, medium: ScatteringMedium) -> bool:
     mine = rules.media[number - 1]
     if mine.lobes.shape != row.lobes.shape or _kinds(mine.grid) != _kinds(row.grid):
         return False
-    pairs = [(getattr(mine, name), getattr(row, name)) for name in ("scattering", "absorption", "glow")]
+    pairs = [(getattr(mine, name), getattr(row, name)) for name in ("scattering", "absorption", "emission")]
     if not all(_alike(*pair) and transplant(*pair, loaded.mitsuba) for pair in pairs):
         return False
     grid = mine.grid if row.grid is None or mine.grid is None else replace(row.grid, tints=mine.grid.tints)
-    rules.media[number - 1] = MediumRow(mine.scattering, mine.absorption, mine.glow, row.lobes, grid)
+    rules.media[number - 1] = MediumRow(mine.scattering, mine.absorption, mine.emission, row.lobes, grid)
     rules.made_media.rewrite()
     return True
 

@@ -99,14 +99,14 @@ def integrator(draft: Draft, scene: Scene, bounces: int) -> xml.Element:
 
 def _hides_lights(draft: Draft, scene: Scene) -> bool:
     """Mitsuba hides all lights from the camera, or none."""
-    from spectral_core.render.mitsuba_scene.glow import is_dark
+    from spectral_core.render.mitsuba_scene.emission import is_dark
 
     bodies = [light for light in scene.lights if getattr(light, "radius", 1.0) > 0]
     hidden = [light.name for light in bodies if not light.camera_visible]
-    glows = any(not is_dark(material.surface) for material in scene.materials)
-    seen = len(hidden) < len(bodies) or glows or not (scene.world.is_black or scene.film.transparent)
+    emits = any(not is_dark(material.surface) for material in scene.materials)
+    seen = len(hidden) < len(bodies) or emits or not (scene.world.is_black or scene.film.transparent)
     if not hidden:
-        return scene.film.transparent and not glows and not bodies
+        return scene.film.transparent and not emits and not bodies
     if seen:
         draft.note(
             ", ".join(hidden[:8]) + (" …" if len(hidden) > 8 else ""),

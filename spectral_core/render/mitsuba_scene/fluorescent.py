@@ -12,7 +12,7 @@ import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.mitsuba_scene.glow import weight_texture
+from spectral_core.render.mitsuba_scene.emission import weight_texture
 from spectral_core.render.plugins.surfaces.sources import Lobe
 from spectral_core.render.trace.reradiation import Dyed, Reradiation
 from spectral_core.scene import Color, Fluorescent, Scene, Weight, leaves

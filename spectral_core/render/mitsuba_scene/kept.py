@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.emission import is_dark
 from spectral_core.render.mitsuba_scene.geometry import Part, split_by_material
-from spectral_core.render.mitsuba_scene.glow import is_dark
-from spectral_core.render.mitsuba_scene.lamp_rows import constant_glow
+from spectral_core.render.mitsuba_scene.lamp_rows import emitted_evenly
 from spectral_core.render.same import equal
 from spectral_core.scene import Color, ImageTexture, Instance, Scene, World
 from spectral_core.scene.geometry import Mesh
@@ -128,7 +128,7 @@ def _plan_of(context: Context, scene: Scene) -> Plan | None:
     """What the geometry of a scene is built from; None if it contains objects that depend on other data."""
     if context.movable or context.lights is None or context.switches is not None or scene.world.camera_view is not None:
         return None
-    if any(not is_dark(item.surface) and constant_glow(item.surface) is None for item in scene.materials):
+    if any(not is_dark(item.surface) and emitted_evenly(item.surface) is None for item in scene.materials):
         return None  # the emitter of a varying emission belongs to its shape
     color = scene.world.color
     if not isinstance(color, (Color, Spectrum)) and not (

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.lights.glows import geometry as triangle_geometry
-from spectral_core.render.lights.listing import Ball, Beam, Glow, LightList, Panel, Source, Sun
+from spectral_core.render.lights.emissive_meshes import geometry as triangle_geometry
+from spectral_core.render.lights.listing import Ball, Beam, EmissiveMesh, LightList, Panel, Source, Sun
 from spectral_core.render.lights.varying import pattern_mean, pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
@@ -161,7 +161,7 @@ def _mean_brightness(world: World) -> float:
     return float(world.strength)
 
 
-def constant_glow(surface: Surface | None) -> tuple[Color | Spectrum, float] | None:
+def emitted_evenly(surface: Surface | None) -> tuple[Color | Spectrum, float] | None:
     """The single color and strength of a surface's emission; None if it varies, or if several emissions add up."""
     found: list[tuple[Any, float]] = []
     for weight, closure in weighted_leaves(surface):
@@ -184,10 +184,10 @@ def constant_glow(surface: Surface | None) -> tuple[Color | Spectrum, float] | N
     return found[0] if len(found) == 1 else None
 
 
-def add_glow(context: Context, part: geometry.Part, shape: Any, glow: tuple[Any, Any, str]) -> None:
+def add_emissive(context: Context, part: geometry.Part, shape: Any, emission: tuple[Any, Any, str]) -> None:
     """Add an emissive mesh: its emission (None if only its emitter knows it), the emitter, the light group."""
     assert context.lights is not None
-    emitted, emitter, group = glow
+    emitted, emitter, group = emission
     lights, corners = context.lights, part.positions[part.triangles].astype(np.float64)
     uvs = None if part.uvs is None else part.uvs[part.triangles]
     source = lights.add_source(Source(emitted, group, emitter))
@@ -195,11 +195,11 @@ def add_glow(context: Context, part: geometry.Part, shape: Any, glow: tuple[Any,
         brightness = np.ones(len(corners))
         _switched(context, lights, source, group)
     else:  # the texture of a varying emission contains its switch
-        brightness = _glow_by_triangle(context, emitter, shape, corners, uvs)
-    lights.glows.append(Glow(source, corners, uvs, shape, brightness))
+        brightness = _emission_by_triangle(context, emitter, shape, corners, uvs)
+    lights.emissive.append(EmissiveMesh(source, corners, uvs, shape, brightness))
 
 
-def _glow_by_triangle(context: Context, emitter: Any, shape: Any, corners: Any, uvs: Any) -> Any:
+def _emission_by_triangle(context: Context, emitter: Any, shape: Any, corners: Any, uvs: Any) -> Any:
     """Brightness of each triangle of a varying emission (t,), from three points of each."""
     import drjit as dr
 

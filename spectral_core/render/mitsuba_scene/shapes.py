@@ -12,7 +12,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import geometry, surface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.kept import MeshOf, geometry_for
-from spectral_core.render.mitsuba_scene.lamp_rows import add_glow, constant_glow, emitted_by
+from spectral_core.render.mitsuba_scene.lamp_rows import add_emissive, emitted_by, emitted_evenly
 from spectral_core.render.mitsuba_scene.media.rows import medium_row
 from spectral_core.render.plugins.lamps.light_points import Triangles
 from spectral_core.render.plugins.placing import is_regular
@@ -39,7 +39,7 @@ class Shapes:
         self._numbers: dict[str, int] = {}
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
         """By the mesh's name the shapes of its parts in object space: material index, shape, its group."""
-        self.glowing: list[tuple[int, Instance]] = []
+        self.emissive: list[tuple[int, Instance]] = []
         """Emissive instances, with their numbers as lights."""
         self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
         self.geometry = geometry_for(
@@ -65,7 +65,7 @@ class Shapes:
             self.context.tables.place(shape, instance)
             self._remember_medium(instance, index, shape)
             if self.context.lights is not None:
-                self._enter_glow(instance, index, (part, shape))
+                self._enter_emission(instance, index, (part, shape))
             shapes.append(shape)
         return shapes
 
@@ -73,7 +73,7 @@ class Shapes:
         """The meshes of an instance, in the world."""
         for index, part in self.geometry.parts[instance.mesh].items():
             placed = geometry.transformed(part, instance.world_from_object)
-            if geometry.area_of(placed) > 0:
+            if geometry.has_area(placed):
                 yield index, placed, self._mesh(instance, index, placed)
 
     def _copy(self, number: int, instance: Instance) -> Any:
@@ -88,9 +88,9 @@ class Shapes:
         context.tables.place(placed, instance, is_instance=True)
         return placed
 
-    def _remember_glow(self, instance: Instance) -> None:
+    def _remember_emission(self, instance: Instance) -> None:
         if self.context.lights is not None:
-            self.glowing.append((len(self.context.lights.sources), instance))
+            self.emissive.append((len(self.context.lights.sources), instance))
 
     @property
     def groups(self) -> list[Any]:
@@ -178,7 +178,7 @@ class Shapes:
     def _emitter(self, instance: Instance, index: int, part: geometry.Part) -> dict[str, Any]:
         """Mitsuba's emitter of a mesh, unless the light tables contain its emission."""
         material, context = self._material(instance, index), self.context
-        if context.lights is not None and constant_glow(material.surface) is not None:
+        if context.lights is not None and emitted_evenly(material.surface) is not None:
             return {}
         radiance = surface.emission(context, material.surface, material.name)
         if radiance is None:
@@ -189,14 +189,14 @@ class Shapes:
             emitter.surface = Triangles(part.positions, part.triangles, part.uvs)
         return {"emitter": emitter}
 
-    def _enter_glow(self, instance: Instance, index: int, placed: tuple[geometry.Part, Any]) -> None:
+    def _enter_emission(self, instance: Instance, index: int, placed: tuple[geometry.Part, Any]) -> None:
         """Enter the emission of a mesh in the light tables."""
-        (part, shape), constant = placed, constant_glow(self._material(instance, index).surface)
+        (part, shape), constant = placed, emitted_evenly(self._material(instance, index).surface)
         emitter = shape.emitter() if constant is None else None
         if constant is not None:
-            add_glow(self.context, part, shape, (emitted_by(self.context, *constant), None, instance.group))
+            add_emissive(self.context, part, shape, (emitted_by(self.context, *constant), None, instance.group))
         elif emitter is not None:
-            add_glow(self.context, part, shape, (None, emitter, instance.group))
+            add_emissive(self.context, part, shape, (None, emitter, instance.group))
         else:
             return
-        self._remember_glow(instance)
+        self._remember_emission(instance)

@@ -18,8 +18,8 @@ from spectral_core.render.mitsuba_scene.closures.facets import glass, glossy, me
 from spectral_core.render.mitsuba_scene.closures.principled import principled
 from spectral_core.render.mitsuba_scene.closures.soft import Below, diffuse, sheen, subsurface
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.emission import emission, is_dark
 from spectral_core.render.mitsuba_scene.fluorescent import fluorescent_lobes
-from spectral_core.render.mitsuba_scene.glow import emission, is_dark
 from spectral_core.render.plugins.surfaces.sources import Lobe, Tint
 from spectral_core.render.plugins.surfaces.table import Leaf
 from spectral_core.scene import (

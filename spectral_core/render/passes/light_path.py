@@ -80,10 +80,10 @@ def light_pass_class(variant: str) -> Any:
             before = mi.Spectrum(path.light)
             floats, place = super().fly(si, path, sampler, active)
             if self.sums is not None:
-                glow = path.light - before
-                self.book(LIGHT_ROWS["Emission"], glow, active & (path.depth == 0))
-                self.book_lobes(glow, "Direct", self.parts, active & (path.depth == 1))
-                self.book_lobes(glow, "Indirect", self.parts, active & (path.depth > 1))
+                emitted = path.light - before
+                self.book(LIGHT_ROWS["Emission"], emitted, active & (path.depth == 0))
+                self.book_lobes(emitted, "Direct", self.parts, active & (path.depth == 1))
+                self.book_lobes(emitted, "Indirect", self.parts, active & (path.depth > 1))
                 for row, _ in enumerate(self.groups):
                     only = self.lamps_in_fog(si, path, active, lambda number, row=row: self.of_group(number, row))
                     self.book(len(LIGHT_ROWS) + row, self.clamped(only, path.depth > 1), active)
@@ -96,7 +96,7 @@ def light_pass_class(variant: str) -> Any:
             indirect = path.depth > 1
             first = active & (path.depth == 0)
             of = lambda part: self.clamped(path.throughput * part, indirect)  # noqa: E731
-            self.book(LIGHT_ROWS["Emission"], of(self.met.lamps + self.met.glows), first)
+            self.book(LIGHT_ROWS["Emission"], of(self.met.lamps + self.met.emissive), first)
             self.book(LIGHT_ROWS["Environment"], of(self.met.world), first)
             self.book_lobes(of(value), "Direct", self.parts, active & (path.depth == 1))
             self.book_lobes(of(value), "Indirect", self.parts, active & indirect)

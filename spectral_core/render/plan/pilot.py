@@ -225,7 +225,9 @@ def _pilot_class(variant: str) -> Any:
                 path.transmission - less(Rays.TRANSMISSION),
             )
             light = self.clamped(path.throughput * value, path.depth > 1)
-            parts = tuple(self.clamped(path.throughput * of, path.depth > 1) for of in (self.met.world, self.met.glows))
+            parts = tuple(
+                self.clamped(path.throughput * of, path.depth > 1) for of in (self.met.world, self.met.emissive)
+            )
             parts += (path.throughput * value - light,)
             # light that the camera sees directly is lost at no number of bounces
             _book(self, light, parts, counts, (active, active & (path.depth > 0)), 0.0)

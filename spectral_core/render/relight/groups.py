@@ -52,8 +52,8 @@ def light_groups(scene: Scene) -> tuple[str, ...]:
     names = {light.group for light in scene.lights}
     if not scene.world.is_black:
         names.add(scene.world.group)
-    glowing = _glowing_materials(scene)
-    names |= {instance.group for instance in scene.instances if glowing.intersection(instance.materials)}
+    emissive = _emissive_materials(scene)
+    names |= {instance.group for instance in scene.instances if emissive.intersection(instance.materials)}
     return tuple(sorted(names))
 
 
@@ -71,9 +71,9 @@ def one_group_per_light(scene: Scene) -> Scene:
         return free
 
     lights = tuple(replace(light, group=own(light.name)) for light in scene.lights)
-    glowing = _glowing_materials(scene)
+    emissive = _emissive_materials(scene)
     instances = tuple(
-        replace(instance, group=own(instance.name) if glowing.intersection(instance.materials) else instance.name)
+        replace(instance, group=own(instance.name) if emissive.intersection(instance.materials) else instance.name)
         for instance in scene.instances
     )
     return replace(
@@ -89,7 +89,7 @@ def group_light(scene: Scene, group: str) -> Spectrum | None:
     paints: list[Any] = [light.color for light in scene.lights if light.group == group]
     if scene.world.group == group and not scene.world.is_black:
         paints.append(scene.world.color)
-    paints += _glowing_paints(scene, group)
+    paints += _emissive_paints(scene, group)
     # a varying emission was recorded as a filter of the light: alone it tints white
     spectra = [emitted_spectrum(p) if isinstance(p, (Color, Spectrum)) else white_light() for p in paints]
     if not spectra:
@@ -99,11 +99,11 @@ def group_light(scene: Scene, group: str) -> Spectrum | None:
     return first if same else None
 
 
-def _glowing_materials(scene: Scene) -> set[str]:
+def _emissive_materials(scene: Scene) -> set[str]:
     return {material.name for material in scene.materials if _emitted(material)}
 
 
-def _glowing_paints(scene: Scene, group: str) -> list[Any]:
+def _emissive_paints(scene: Scene, group: str) -> list[Any]:
     """Paints of the emission of a group's objects."""
     assigned = {name for instance in scene.instances if instance.group == group for name in instance.materials}
     return [paint for material in scene.materials if material.name in assigned for paint in _emitted(material)]

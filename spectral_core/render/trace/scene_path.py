@@ -81,7 +81,7 @@ def scene_path_class(variant: str) -> Any:
                 lambda state, sampler: self.step(scene, state, sampler),
                 labels=("path", "sampler"),
             )
-            # they belong to the loop; a recorded launch reads every member of the integrator after it
+            # of the loop: a recorded launch reads every member of the integrator after it
             self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
             return state.light, state.seen, [state.through] if self.settings.clear_glass else []
 
@@ -149,11 +149,11 @@ def scene_path_class(variant: str) -> Any:
             path.passed = dr.select(hit & straight & ~border, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
             path.remember(si, bs, shape, scatters, self.sides_of(bsdf, leaves))
-
             # A surface that is passed straight does not renew the ray's length.
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            path.ray = self.tables.out_of_strand(scene, (si, shape), path.ray, scatters)
             portals.send_on(self.tables, (si, bsdf, bs), path, pick, hit & straight)
             bounces = scatters
             if self.tables.media is not None:
@@ -186,8 +186,8 @@ def scene_path_class(variant: str) -> Any:
             flight, place = in_media.fly(self.tables.media, (si, path), sampler, active)
             self.flight = flight
             # lamps inside fog shine on rays that scatter before them too
-            glow = dr.select(active, path.throughput * flight.glow, 0.0) + self.lamps_in_fog(si, path, active)
-            path.light += mi.Spectrum(self.clamped(mi.Spectrum(glow), path.depth > 1))
+            emission = dr.select(active, path.throughput * flight.emission, 0.0) + self.lamps_in_fog(si, path, active)
+            path.light += mi.Spectrum(self.clamped(mi.Spectrum(emission), path.depth > 1))
             path.throughput *= dr.select(active, flight.weight, 1.0)
             return flight.scatters, place
 
@@ -216,7 +216,7 @@ def scene_path_class(variant: str) -> Any:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
             if self.settings.clear_glass:
                 path_limits.through_glass(self.met, si, path, active, counts=of is None)
-            return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
+            return dr.select(active, self.met.lamps + self.met.emissive + self.met.world, 0.0)
 
         def share_of(self, path: Any, of: Any = None) -> Any:
             """Weight of a light that a ray hits, against sampling it; a function of its number and density."""

@@ -37,7 +37,7 @@ def multiply_complement(xp: Any, color: Any, kept: Any) -> Any:
 
 
 @operation("1 1 3 3", 3)
-def blackbody_glow(xp: Any, temperature: Any, intensity: Any, tint: Any, planckian: Any) -> Any:
+def blackbody_emission(xp: Any, temperature: Any, intensity: Any, tint: Any, planckian: Any) -> Any:
     """Principled Volume's blackbody: at the intensity 1 it has its physical brightness."""
     kelvin = xp.maximum(temperature, 0.0)
     amount = xp.maximum(intensity, 0.0)

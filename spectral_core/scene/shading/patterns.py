@@ -41,9 +41,10 @@ def wave(
 
 
 @operation("3 1 1", 3)
-def magic(xp: Any, vector: Any, scale: Any, distortion: Any, depth: int) -> Any:
-    """Magic Texture."""
-    p = each(lambda c: c - 2 * pi * xp.trunc(c / (2 * pi)), multiply(vector, scale))
+def magic(xp: Any, vector: Any, scale: Any, distortion: Any, depth: int, has_seams: bool) -> Any:
+    """Magic Texture; ``has_seams``: coordinates repeat after 2π before its scale counts, as in Cycles before 5.2."""
+    p = each(lambda c: c - 2 * pi * xp.trunc(c / (2 * pi)), vector if has_seams else multiply(vector, scale))
+    p = multiply(p, scale) if has_seams else p
     d = distortion
     x = xp.sin((p[0] + p[1] + p[2]) * 5.0)
     y = xp.cos((-p[0] + p[1] - p[2]) * 5.0)

@@ -106,13 +106,13 @@ def _on_principled(
     """
     within = _fitting(translation, name, leaf.base_color, dyes, amounts, None)
     reached = 1.0 - mean_reflectance(nominal_ior(leaf.ior))
-    glow: Surface = Fluorescent(gray(0.0), within.dyes, tuple(amount * reached for amount in within.amounts))
+    emission: Surface = Fluorescent(gray(0.0), within.dyes, tuple(amount * reached for amount in within.amounts))
     covers: tuple[tuple[Scalar, bool], ...] = ((leaf.metallic, True), (leaf.transmission, True), (leaf.alpha, False))
     for share, hides in covers:
         if share == (0.0 if hides else 1.0):
             continue
-        glow = MixSurface(share, glow, BLACK) if hides else MixSurface(share, BLACK, glow)
-    return AddSurface(leaf, glow)
+        emission = MixSurface(share, emission, BLACK) if hides else MixSurface(share, BLACK, emission)
+    return AddSurface(leaf, emission)
 
 
 def mean_reflectance(ior: float) -> float:

@@ -93,9 +93,9 @@ def _medium(
     found: Coefficients, lobes: Lobes, region: tuple[tuple[int, int, int], Rgb] | None
 ) -> ScatteringMedium | None:
     """A medium of coefficients: (3,), or (n, 3) at the voxels of a region."""
-    scatters, absorbs, glows = (np.atleast_2d(values) for values in found)
+    scatters, absorbs, emissions = (np.atleast_2d(values) for values in found)
     extinction = scatters + absorbs
-    density, strength = float(extinction.max()), float(glows.max())
+    density, strength = float(extinction.max()), float(emissions.max())
     if not (density > 0 or strength > 0):
         return None
     at = int(extinction.max(axis=1).argmax())
@@ -103,15 +103,15 @@ def _medium(
         density=1.0,
         color=Color(_share(scatters[at], extinction[at])),
         extinction=Color(extinction[at]),
-        emission_color=Color(glows[int(glows.max(axis=1).argmax())] / strength) if strength > 0 else gray(1.0),
+        emission_color=Color(emissions[int(emissions.max(axis=1).argmax())] / strength) if strength > 0 else gray(1.0),
         emission_strength=strength,
         lobes=lobes,
     )
     if region is None:
         return made
     shape, world_from_index = region
-    glow = _amount(glows, strength)
-    emission = None if glow is None else _grid(glow, shape)
+    emitted = _amount(emissions, strength)
+    emission = None if emitted is None else _grid(emitted, shape)
     factor = _factor(scatters, absorbs, at)
     if factor is not None:
         dust = _grid(factor, shape)
@@ -138,12 +138,12 @@ def _factor(scatters: Rgb, absorbs: Rgb, at: int) -> Rgb | None:
     return factor
 
 
-def _amount(glows: Rgb, strength: float) -> Rgb | None:
+def _amount(emissions: Rgb, strength: float) -> Rgb | None:
     """Emission as a factor, or as a color where its color varies; None if it does not vary."""
     if strength <= 0:
         return None
-    factor = np.asarray(glows.max(axis=1) / strength)
-    color = glows[int(factor.argmax())] / strength
-    if np.abs(glows / strength - factor[:, None] * color).max() <= ALIKE:
+    factor = np.asarray(emissions.max(axis=1) / strength)
+    color = emissions[int(factor.argmax())] / strength
+    if np.abs(emissions / strength - factor[:, None] * color).max() <= ALIKE:
         return None if np.ptp(factor) <= ALIKE else factor
-    return np.asarray(glows / strength)
+    return np.asarray(emissions / strength)

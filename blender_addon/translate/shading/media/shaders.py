@@ -106,7 +106,7 @@ def _principled(reader: Reader, source: Output) -> Fill:
     if tint:
         color = reader.emit("vector_math", color, reader.point(f"{GRID}{tint}"), 0.0, 0.0, settings=("MULTIPLY",))
     absorption = reader.read(source, "Absorption Color", np.zeros(3))
-    glow = reader.emit(
+    emission = reader.emit(
         "amount_of_color",
         reader.read(source, "Emission Strength", 0.0),
         reader.read(source, "Emission Color", np.ones(3)),
@@ -116,12 +116,12 @@ def _principled(reader: Reader, source: Output) -> Fill:
         kelvin = reader.read(source, "Temperature", 1000.0)
         kelvin = _times_grid(reader, source, "Temperature Attribute", "temperature", kelvin)
         tinted = reader.read(source, "Blackbody Tint", np.ones(3))
-        body = reader.emit("blackbody_glow", kelvin, intensity, tinted, planckian(reader, kelvin))
-        glow = reader.emit("vector_math", glow, body, 0.0, 0.0, settings=("ADD",))
+        body = reader.emit("blackbody_emission", kelvin, intensity, tinted, planckian(reader, kelvin))
+        emission = reader.emit("vector_math", emission, body, 0.0, 0.0, settings=("ADD",))
     return Fill(
         reader.emit("amount_of_color", density, color),
         reader.emit("absorbed_by_principled", density, color, absorption),
-        glow, lobes_of(reader, source),
+        emission, lobes_of(reader, source),
     )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from spectral_core.render.mitsuba_scene.closures.dielectric import (
 from spectral_core.render.mitsuba_scene.closures.facets import direction, glass
 from spectral_core.render.mitsuba_scene.closures.soft import Below, sheen, subsurface
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.mitsuba_scene.glow import sheen_clear
+from spectral_core.render.mitsuba_scene.emission import sheen_clear
 from spectral_core.render.plugins.surfaces.sources import Lobe, Number, Source, Tint
 from spectral_core.scene import Color, Computed, Principled, Weight, nominal_ior
 

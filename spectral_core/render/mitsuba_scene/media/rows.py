@@ -24,7 +24,7 @@ def medium_row(context: Context, medium: ScatteringMedium, subject: str) -> Medi
     """Row of a medium for the path integrator; None if it is empty."""
     extinction = medium.density * (1.0 if medium.extinction is None else _values(context, medium.extinction, subject))
     scattered = extinction * np.clip(_values(context, medium.color, subject), 0.0, 1.0)
-    glow = medium.emission_strength * np.ones(1)
+    emission = medium.emission_strength * np.ones(1)
     if not (np.any(extinction > 0) or medium.emission_strength > 0):
         return None
     lobes = medium.lobes or ((1.0, medium.anisotropy, 0.0),)
@@ -41,9 +41,9 @@ def medium_row(context: Context, medium: ScatteringMedium, subject: str) -> Medi
         emission_color = gray(1.0) if colored[2] else emission_color
         tints = tuple(_texture(context, _values(context, Color(one), subject)) for one in np.eye(3))
         largest = float(np.max(scattered)), float(np.max(absorbed))
-        grid = grid_row(medium.grid, largest, tints if any(colored) else None, emits=bool(glow[0] > 0))
+        grid = grid_row(medium.grid, largest, tints if any(colored) else None, emits=bool(emission[0] > 0))
     emitted = None
-    if glow[0] > 0:
+    if emission[0] > 0:
         emitted = paint.emission(context, emission_color, medium.emission_strength, subject)
     return MediumRow(_texture(context, scattered), _texture(context, absorbed), emitted, table, grid)
 

@@ -30,7 +30,7 @@ class Flight:
     scatters: Any
     distance: Any
     weight: Any
-    glow: Any
+    emission: Any
     carried: Any
     reach: Any
     share: Any
@@ -57,7 +57,7 @@ def fly(media: Media, path: Any, reach: Any, sampler: Any, active: Any) -> Fligh
     reach = dr.minimum(reach, FARTHEST)
     of_media = [media.coefficients(number, path.ray.wavelengths, inside) for number in numbers]
     varying = [inside & media.varies(number, inside) for number in numbers]
-    scatters, absorbs, glow = _even(of_media, varying)
+    scatters, absorbs, emission = _even(of_media, varying)
     # A wavelength is chosen by its remaining contribution: the brightest one draws the distance most often.
     share = dr.abs(path.throughput * scatters)
     total = dr.sum(share)
@@ -79,12 +79,12 @@ def fly(media: Media, path: Any, reach: Any, sampler: Any, active: Any) -> Fligh
     gained = event * dr.exp(-extinction * distance) / dr.maximum(density, 1e-30)
     weight = dr.select(inside, dr.select(density > 0.0, gained, 0.0), 1.0)
     brought = mi.Spectrum(0.0)
-    if media.glows:
+    if media.emits:
         # Emission is integrated along the whole way, scattered or not, so it adds no noise.
         depth = extinction * reach
         # (1 - exp(-x)) / x, by its series if that cancels
         mean = dr.select(depth > 1e-3, (1.0 - dr.exp(-depth)) / dr.maximum(depth, 1e-9), 1.0 - 0.5 * depth)
-        brought = dr.select(inside, glow * reach * mean, 0.0)
+        brought = dr.select(inside, emission * reach * mean, 0.0)
     parts = [Part(number, each[0]) for number, each in zip(numbers, of_media, strict=True)]
     carried = mi.Spectrum(path.throughput)
     flight = Flight(collides, distance, weight, brought, carried, reach, share, scatters, extinction, inside, parts)
@@ -158,7 +158,7 @@ def _track(media: Media, flight: Flight, path: Any, of: tuple[list[Any], list[An
     )
     # the closed forms stay where no medium varies: they have less noise
     found = tracking.fly(filled, flight.reach, path.throughput, seed, varies)
-    names = ("scatters", "distance", "weight", "glow")
+    names = ("scatters", "distance", "weight", "emission")
     for name, value in zip(names, found, strict=True):
         setattr(flight, name, dr.select(varies, value, getattr(flight, name)))
     flight.varies = varies

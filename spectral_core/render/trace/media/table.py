@@ -33,13 +33,13 @@ class MediumRow:
 
     scattering: Any
     absorption: Any
-    glow: Any | None
+    emission: Any | None
     lobes: NDArray[np.float64]
     grid: GridRow | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
+class MediaAround:
     """Numbers of the world's medium and of the two innermost ones at the camera; ``overlap``: True if media of objects
     overlap.
     """
@@ -64,7 +64,7 @@ class Media:
     ``camera``: the one at the camera and the one around that.
     """
 
-    def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, at: Surroundings) -> None:
+    def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, at: MediaAround) -> None:
         import drjit as dr
 
         self._mi, self._dr, self._rows, self._inside = mitsuba, dr, rows, inside
@@ -72,7 +72,7 @@ class Media:
         self.around = dr.opaque(mitsuba.UInt32, at.world)
         self.begin_in(at.camera)
         self._lobes = max(len(row.lobes) for row in rows)
-        self.glows = any(row.glow is not None for row in rows)
+        self.emits = any(row.emission is not None for row in rows)
         self.grids: MediumGrids | None = None
         self.rewrite()
 
@@ -113,14 +113,14 @@ class Media:
         place = dr.zeros(mi.SurfaceInteraction3f)
         # A medium varies by its grid alone: its textures are read anywhere, at the path's wavelengths.
         place.wavelengths = wavelengths
-        scatters, absorbs, glow = mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0)
+        scatters, absorbs, emission = mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0)
         for number, row in enumerate(self._rows, 1):
             here = active & (medium == number)
             scatters = dr.select(here, row.scattering.eval(place, here), scatters)
             absorbs = dr.select(here, row.absorption.eval(place, here), absorbs)
-            if row.glow is not None:
-                glow = dr.select(here, row.glow.eval(place, here), glow)
-        return scatters, absorbs, glow
+            if row.emission is not None:
+                emission = dr.select(here, row.emission.eval(place, here), emission)
+        return scatters, absorbs, emission
 
     def varies(self, medium: Any, active: Any) -> Any:
         """True for a medium that varies."""

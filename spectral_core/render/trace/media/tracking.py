@@ -125,7 +125,7 @@ def fly(filled: Filled, reach: Any, carried: Any, seed: Any, active: Any) -> tup
     carried = mi.Spectrum(carried)
     begin, end = filled.ends(reach)
 
-    def body(along: Any, weight: Any, glow: Any, scatters: Any, seed: Any, active: Any) -> Any:
+    def body(along: Any, weight: Any, emission: Any, scatters: Any, seed: Any, active: Any) -> Any:
         step = filled.step(along, reach, active)
         there, collides, seed = _collision(along, step, seed, active)
         bound = step[0]
@@ -135,7 +135,7 @@ def fly(filled: Filled, reach: Any, carried: Any, seed: Any, active: Any) -> tup
         void = dr.maximum(bound - scattered - absorbed, 0.0)
         rate = dr.rcp(dr.maximum(bound, 1e-30))
         # collisions come at the rate of the bound, so its inverse makes their sum the integral of the emission
-        glow = dr.select(collides, glow + weight * emitted * rate, glow)
+        emission = dr.select(collides, emission + weight * emitted * rate, emission)
         of_scatter, of_void = (channel_mean(dr, dr.abs(carried * weight * part)) for part in (scattered, void))
         # where all light is absorbed neither goes on
         total = of_scatter + of_void
@@ -146,14 +146,14 @@ def fly(filled: Filled, reach: Any, carried: Any, seed: Any, active: Any) -> tup
         weight = dr.select(collides, weight * dr.select(total > 0.0, kept, 0.0), weight)
         along = dr.select(active, there, along)
         active &= (there < end) & ~hits & (dr.max(weight) > 0.0)
-        return along, weight, glow, scatters | hits, seed, active
+        return along, weight, emission, scatters | hits, seed, active
 
     start = (mi.Float(begin), mi.Spectrum(1.0), mi.Spectrum(0.0), mi.Bool(False), seed, active & (begin < end))
-    along, weight, glow, scatters, _, _ = dr.while_loop(
+    along, weight, emission, scatters, _, _ = dr.while_loop(
         start, lambda _a, _w, _g, _s, _seed, active: active, body,
-        labels=("along", "weight", "glow", "scatters", "seed", "active"),
+        labels=("along", "weight", "emission", "scatters", "seed", "active"),
     )  # fmt: skip
-    return scatters, dr.select(scatters, along, reach), weight, glow
+    return scatters, dr.select(scatters, along, reach), weight, emission
 
 
 def transmittance(grids: MediumGrids, way: Way, reach: Any, light: tuple[Any, Any], number: int, active: Any) -> Any:

@@ -9,36 +9,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.lights.balls import Drawn
-from spectral_core.render.lights.listing import Glow
+from spectral_core.render.lights.listing import EmissiveMesh
 from spectral_core.render.plugins.numbers import Rows, table
 
 
-class Glows:
+class EmissiveMeshes:
     """Triangles with their geometric normals: a smooth-shaded mesh emits from its true faces.
 
     ``first_item``: number of the first triangle among all items.
     """
 
-    def __init__(self, mitsuba: Any, glows: list[Glow], first_item: int) -> None:
+    def __init__(self, mitsuba: Any, meshes: list[EmissiveMesh], first_item: int) -> None:
         import drjit as dr
 
         mi = self._mi = mitsuba
-        corners = np.concatenate([glow.corners for glow in glows])
+        corners = np.concatenate([mesh.corners for mesh in meshes])
         self.corners = [table(mi.Float, corners[:, k]) for k in range(3)]
         normals, areas = geometry(corners)
         self.normals = table(mi.Float, np.concatenate([normals, areas[:, None]], axis=1))
         # for a mesh without UVs, Mitsuba uses the barycentric coordinates of each triangle
         plain = np.array([[0.0, 0], [1, 0], [0, 1]])
         uvs = np.concatenate([
-            np.broadcast_to(plain, (len(g.corners), 3, 2)) if g.uvs is None else g.uvs for g in glows
+            np.broadcast_to(plain, (len(g.corners), 3, 2)) if g.uvs is None else g.uvs for g in meshes
         ])  # fmt: skip
         self.uvs = [table(mi.Float, uvs[:, k]) for k in range(3)]
-        numbers = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(glow.shape))[0]) for glow in glows]
+        numbers = [int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(mesh.shape))[0]) for mesh in meshes]
         items, sources = np.zeros((2, max(numbers) + 1), np.uint32)
         first = first_item
-        for number, glow in zip(numbers, glows, strict=True):
-            items[number], sources[number] = first, glow.source + 1
-            first += len(glow.corners)
+        for number, mesh in zip(numbers, meshes, strict=True):
+            items[number], sources[number] = first, mesh.source + 1
+            first += len(mesh.corners)
         self._items, self._sources = table(mi.UInt32, items), Rows.of(table(mi.UInt32, sources))
 
     def draw(self, slot: Any, place: Any, uv: Any, active: Any) -> Drawn:
