@@ -55,8 +55,7 @@ def _gain(problem: PaletteProblem, solution: PaletteSolution, side: str, present
     shown_now = colors(problem, solution)
     squares = _Squares(problem, side, free, shown_now)
     here = squares.of(shown_now, present)
-    least = ROUNDING**2 * max(len(squares.weights), 1)
-    if here <= least:
+    if here <= squares.rounding():
         return 0.0
     unknown = [cp.Variable(problem.grid.size) if each else None for each in free]
     constraints: list[Any] = []
@@ -132,6 +131,11 @@ class _Squares:
         for is_free, values in zip(self.free, spectra, strict=True):
             total += float(np.sum((self.rough @ values) ** 2)) if is_free else 0.0
         return total
+
+    def rounding(self) -> float:
+        """The sum of squares that the rounding of all colors makes: at a weight of 10⁴, 10⁸ times that at 1."""
+        sizes = [float(np.sum((weight * self.metric[cell]) ** 2)) / 3 for cell, weight in self.weights.items()]
+        return ROUNDING**2 * max(sum(sizes), 1.0)
 
     def is_unknown(self, cell: tuple[int, int]) -> bool:
         """True if the cell's spectrum on this side is designed."""

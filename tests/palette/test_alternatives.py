@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette import presets, solve_palette
-from spectral_core.palette.alternatives import alternatives
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, presets, solve_palette
+from spectral_core.palette.alternatives import ROUGHEST, _Pusher, alternatives
 from spectral_core.palette.distinct.search import distinct_solutions, solve_distinct
+from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import linear_rgb_from_product
-from spectral_core.spectra.spectrum import Illuminant
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 
 def colors(solution, names=()):
@@ -77,3 +78,19 @@ def test_a_palette_without_freedom_has_one_solution() -> None:
     assert solve_palette(problem).status.usable
     found = alternatives(problem, count=3)
     assert found[0].apart == 0
+
+
+@pytest.mark.parametrize(("step", "share"), [(10.0, 1.0), (5.0, 0.25), (20.0, 1.0)])
+def test_alternatives_bend_as_much_per_wavelength_on_any_grid(step: float, share: float) -> None:
+    """Second differences of one curve fall as the square of the step; beyond 10 nm the limit does not grow."""
+    grid = SpectralGrid.uniform(400, 700, step)
+    problem = PaletteProblem(
+        grid,
+        (PaletteLight(illuminant("D65")), PaletteLight(illuminant("A"))),
+        (PaletteReflectance("R"),),
+        ((Cell.fixed([0.4, 0.4, 0.4]), Cell.ignore()),),
+        smoothness=1.0,
+    )
+    pusher = _Pusher(solve_palette(problem), 0)
+    assert np.abs(pusher.second @ pusher.values).max() < ROUGHEST * share
+    assert pusher.limit == pytest.approx(ROUGHEST * share)

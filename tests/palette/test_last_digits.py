@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
 from benchmarks import _palette_hard_statement as independent
+from benchmarks._palette_hard_cases import hard_problem
 from benchmarks._palette_hard_check import side_gains
 from benchmarks.palette_joint import generated_palette
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSolution, solve_palette
@@ -110,3 +113,23 @@ def test_exact_cells_keep_the_last_digits() -> None:
     assert least < before * (1 - 1e-6)
     assert better.check.passed
     assert better.check.equality < 1e-13
+
+
+@pytest.mark.parametrize("seed", [2345030, 2345084, 8120153])
+def test_one_side_alone_keeps_the_last_digits_too(seed: int) -> None:
+    """Under given lights: exact cells, CIELAB, and linked spectra with weights of 10⁴; roughness alone is left."""
+    solution = solve_palette(hard_problem(seed)[0], explain=False)
+    assert solution.status == "solved"
+    assert side_gains(solution)["reflectances"] < 1e-6
+
+
+def test_targets_that_are_met_leave_nothing_to_refine() -> None:
+    problem = replace(generated_palette(3), smoothness=0.0)
+    lights = tuple(replace(light, free=False) for light in problem.lights)
+    cells = tuple((Cell.fixed([0.3, 0.3, 0.3]), *[Cell.ignore()] * (len(lights) - 1)) for _ in problem.cells)
+    met = replace(problem, lights=lights, cells=cells)
+    quadratic = Assembler(met, compiled_requests(met)).assembled("reflectances", initial_state(met)).quadratic
+    answer = Engine().solve(quadratic)
+    assert quadratic.objective(quadratic.joined(answer.colors, answer.values)) < 1e-20
+    found = refined(quadratic, answer)
+    assert found.check.passed and found.check.kkt < 1e-12

@@ -127,3 +127,10 @@ def test_an_impossible_angle_of_view_is_refused(fov):
         View.around(ScalarVolume("v", np.zeros((3, 4, 5), np.uint8)), fov_deg=fov)
     with pytest.raises(InvalidInputError, match="fov_deg"):
         View(np.eye(4), fov_deg=fov)
+
+
+def test_voxels_are_unit_cubes_from_the_origin_unless_stated() -> None:
+    data = np.zeros((2, 3, 4), np.uint8)
+    np.testing.assert_array_equal(ScalarVolume.from_spacing("plain", data).world_from_index, np.eye(4))
+    placed = ScalarVolume.from_spacing("placed", data, (1, 2, 3), (5, 6, 7))
+    np.testing.assert_array_equal(placed.world_from_index @ [1, 1, 1, 1], [6, 8, 10, 1])

@@ -114,3 +114,19 @@ def test_more_extinction_than_fills_a_voxel_makes_no_picture_rougher(emission):
         slopes.append(RangeTables(tabulate(TransferFunction((wall,)), volume), 1.0).slope.max())
     assert slopes[1] < 40 * slopes[0]
     assert slopes[1] * 26 / 510 < 3.0
+
+
+def test_reaches_are_those_that_the_device_computes_from_their_level():
+    levels = np.arange(len(REACHES))
+    np.testing.assert_array_equal(REACHES, 1 + levels * (levels + 1) // 2)
+
+
+def test_a_material_without_gradient_weights_counts_at_every_gradient():
+    """Beside one with weights: each material has its own column, and the plain one's is 1."""
+    edge = Material("edge", [0, 50, 100], [0, 1, 0], [1, 1, 1], gradient_values=[2, 6], gradient_weights=[0, 1])
+    plain = Material("plain", [0, 100], [0.1, 0.2], [1, 1, 1])
+    for materials, columns in (((edge, plain), (0.5, 1.0)), ((plain, edge), (1.0, 0.5))):
+        volume = ScalarVolume("v", np.arange(64.0).reshape(4, 4, 4))
+        weights = tabulate(TransferFunction(materials), volume, 10.0).weights
+        assert weights is not None
+        np.testing.assert_allclose(weights.columns_at(np.array([4.0])), [columns])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import FileFormatError
+from spectral_core.volume.files.read import read_volume
 from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
 from spectral_core.volume.files.vdb.read import descriptors, read_grid, transform_of
 from spectral_core.volume.files.vdb.walk import sound_metadata
@@ -121,3 +122,25 @@ def test_root_tiles_are_passed_over_by_the_check_and_read_as_values(tmp_path: Pa
         assert sound_metadata(path, "density")["name"] == "density"
         read = read_grid(path, "density")
         assert len(read.tiles.corners) == count and read.leaves.max() == 7
+
+
+@pytest.mark.parametrize("kind", ["node", "tile"])
+@pytest.mark.parametrize("corner", [(0, -1, 2**31 - 1), (0, 8, 0), (-(2**31), 0, 1)])
+def test_entries_of_the_root_begin_at_multiples_of_their_size(tmp_path: Path, kind: str, corner: tuple) -> None:
+    """OpenVDB's own reader ended the process: voxels of such a node have indices beyond 32 bits."""
+    path = tmp_path / "t.vdb"
+    write_grid(path, np.ones((8, 8, 8), np.float32), np.eye(4), "density", {})
+    data = path.read_bytes()
+    with path.open("rb") as stream:
+        ((_, _, start, end),) = descriptors(stream, path)
+    counts = data.index(b"AffineMap") + 9 + 128 + 4 + 4
+    stored, ends = struct.pack("<3i", *corner), data[start - 24 : start]
+    if kind == "node":
+        data = data[: counts + 8] + stored + data[counts + 20 :]
+    else:
+        data = data[:counts] + struct.pack("<II", 1, 1) + stored + bytes(5) + data[counts + 8 :]
+        ends = struct.pack("<qqq", start, 0, end + 17)
+    path.write_bytes(data[: start - 24] + ends + data[start:])
+    for read in (sound_metadata, read_grid, lambda file, _: read_volume(file)):
+        with pytest.raises(FileFormatError, match="multiples of 4096"):
+            read(path, "density")

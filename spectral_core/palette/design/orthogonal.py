@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 
 LARGEST = 200
 """Most unknowns of one factorization."""
-CHANGES = 30
-"""Most changes of bounds."""
+CHANGES, THOROUGH = 30, 400
+"""Most changes of bounds in a round of two sides, which the next one continues; and for an answer that is returned."""
 ROUNDING = 1e-13
 """Share of a gradient's terms that counts as rounding."""
 RANK = 1e-11
@@ -28,14 +28,17 @@ HELD = 1e-13
 """Error of an exact row, in linear RGB, that is rounding."""
 
 
-def refined(problem: Quadratic, answer: Answer) -> Answer:
-    """The answer with more digits, or itself where that does not lower the objective."""
+def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH) -> Answer:
+    """The answer with more digits, or itself where that does not lower the objective.
+
+    ``changes`` is the most changes of bounds.
+    """
     linked = problem.color_lower.size > 0
     largest = problem.size if linked else max((block.lower.size for block in problem.blocks), default=0)
     if largest > LARGEST or not answer.check.passed or answer.infeasible:
         return answer
     x = problem.joined(answer.colors, answer.values)
-    found, multipliers = _whole(problem, x) if linked else _each(problem, x)
+    found, multipliers = (_whole if linked else _each)(problem, x, changes)
     if not problem.objective(found) < problem.objective(x):
         return answer
     better = answer_at(problem, found, problem.forces(found, multipliers), answer.engines[0])
@@ -45,15 +48,16 @@ def refined(problem: Quadratic, answer: Answer) -> Answer:
     return better if better.check.passed else answer
 
 
-def _whole(problem: Quadratic, x: Array) -> tuple[Array, list[Array]]:
+def _whole(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
     rows, right = problem.least_squares()
     exact, wanted = problem.equalities()
-    found, multipliers = _descended(rows.toarray(), right, x, problem.lower, problem.upper, exact.toarray(), wanted)
+    bounds = problem.lower, problem.upper
+    found, multipliers = _descended(rows.toarray(), right, x, bounds, exact.toarray(), wanted, changes)
     ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
     return found, np.split(multipliers, ends)
 
 
-def _each(problem: Quadratic, x: Array) -> tuple[Array, list[Array]]:
+def _each(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
     """Without free colors, one spectrum after the other."""
     found, multipliers = [], []
     for block, value in zip(problem.blocks, problem.split(x)[1], strict=True):
@@ -62,24 +66,24 @@ def _each(problem: Quadratic, x: Array) -> tuple[Array, list[Array]]:
         rows = np.concatenate([root[:, None] * block.rows[soft], block.roughness])
         right = np.concatenate([root * block.targets[soft], np.zeros(len(block.roughness))])
         held = block.rows[exact], block.targets[exact]
-        own, forces = _descended(rows, right, value, block.lower, block.upper, *held)
+        own, forces = _descended(rows, right, value, (block.lower, block.upper), *held, changes)
         found.append(own)
         multipliers.append(forces)
     return np.concatenate(found), multipliers
 
 
 def _descended(
-    rows: Array, right: Array, x: Array, lower: Array, upper: Array, exact: Array, wanted: Array
+    rows: Array, right: Array, x: Array, bounds: tuple[Array, Array], exact: Array, wanted: Array, changes: int
 ) -> tuple[Array, Array]:
     """Primal active-set steps for ½ ||rows · x − right||² within bounds, from a point within them.
 
     ``exact`` · x = ``wanted`` holds throughout. Also the multipliers of these rows.
     """
-    x = x.copy()
+    x, (lower, upper) = x.copy(), bounds
     free = (x > lower) & (x < upper)
     size = np.abs(rows)
     multipliers = np.zeros(len(exact))
-    for _ in range(CHANGES):
+    for _ in range(changes):
         step = np.zeros(x.size)
         step[free] = _step(rows[:, free], right - rows @ x, exact[:, free], wanted - exact @ x)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # steps of 1e-320
@@ -92,6 +96,8 @@ def _descended(
             continue
         x = np.clip(x + step, lower, upper)
         left = rows @ x - right
+        if _largest(left) <= ROUNDING * _largest(right):
+            break  # all rows are met
         slack = ROUNDING * (size.T @ np.abs(left))
         gradient = rows.T @ left
         if len(exact):
@@ -126,3 +132,7 @@ def _least_squares(rows: Array, right: Array) -> Array:
         return np.zeros(0)
     cond = np.finfo(float).eps * max(rows.shape)
     return np.asarray(lstsq(rows, right, cond=cond, lapack_driver="gelsy", check_finite=False)[0])
+
+
+def _largest(values: Array) -> float:
+    return float(np.abs(values).max(initial=0.0))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
-from spectral_core.palette.design.orthogonal import refined
+from spectral_core.palette.design.orthogonal import CHANGES, THOROUGH, refined
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import RowKey
 from spectral_core.palette.qp.engine import Engine
@@ -123,11 +123,13 @@ class Rounds:
         values = dict(zip(assembled.items, answer.values, strict=True))
         return assembled, answer, state.with_values(side, values)
 
-    def _answered(self, side: Side, state: PaletteState, *, perceptual: bool) -> tuple[Assembled, Answer]:
-        """The engine's answer; where both sides are designed, with the digits that the joint check compares."""
+    def _answered(
+        self, side: Side, state: PaletteState, *, perceptual: bool, returned: bool = False
+    ) -> tuple[Assembled, Answer]:
+        """The engine's answer with its last digits, which hold the smoothness of spectra that meet all targets."""
         assembled = self.assembler.assembled(side, state, perceptual=perceptual)
-        answer = self.engines[side].solve(assembled.quadratic)
-        return assembled, refined(assembled.quadratic, answer) if len(self.sides) == 2 else answer
+        changes = THOROUGH if returned or len(self.sides) == 1 else CHANGES
+        return assembled, refined(assembled.quadratic, self.engines[side].solve(assembled.quadratic), changes)
 
     def round(self, state: PaletteState, *, perceptual: bool = False) -> PaletteState:
         """Both sides once."""
@@ -144,7 +146,7 @@ class Rounds:
         """
         joint, settled = PERFECT, True
         for side in self.sides:
-            assembled, answer = self._answered(side, state, perceptual=perceptual)
+            assembled, answer = self._answered(side, state, perceptual=perceptual, returned=True)
             # Each side by its own measure: the roughness of lights must not hide a decrease of the reflectances.
             settled = settled and is_nothing(*gain(assembled, answer, state))
             joint = joint | answer.check

@@ -211,3 +211,14 @@ def test_a_wanted_white_replaces_the_temperature() -> None:
     recipe = lamp_recipe(CHANNELS, 4000, wanted_xyz=wanted, quality=LampQuality(None))
     np.testing.assert_allclose(uv_from_xyz(xyz_from_spd() @ recipe.lamp.values), uv_from_xyz(wanted), atol=2e-6)
     assert recipe.met and isinstance(recipe.lamp, Illuminant)
+
+
+def test_the_center_of_lamps_of_one_white_has_the_largest_least_drive() -> None:
+    rng = np.random.default_rng(4)
+    spds = rng.uniform(0.1, 1.0, (3, 6))
+    start = np.array([0.0, 0.6, 0.2, 0.0, 0.9, 0.4])
+    free = np.linalg.svd(spds)[2][3:].T
+    center = lamp_module._center(start, free)
+    np.testing.assert_allclose(spds @ center, spds @ start, rtol=1e-10)
+    others = start + rng.normal(0, 0.3, (20_000, 3)) @ free.T
+    assert center.min() >= others.min(axis=1).max() > 0

@@ -115,12 +115,12 @@ class GridReader:
         self.background = self._numbers(1)[0]
         tiles, children = struct.unpack("<II", self.take(8))
         for _ in range(tiles):
-            corner, value = self._corner(), self._numbers(1)
+            corner, value = self.corners(self.take(12))[0], self._numbers(1)
             active = np.array([self.take(1) != b"\0"])
             self.tiles.append((corner[None], ROOT_NODES * NODE_LEAVES * LEAF, value, active))
         origins: list[NDArray[np.int64]] = []
         for _ in range(children):
-            for outer in self._node(self._corner(), ROOT_NODES, NODE_LEAVES * LEAF):
+            for outer in self._node(self.corners(self.take(12))[0], ROOT_NODES, NODE_LEAVES * LEAF):
                 for inner in self._node(outer, NODE_LEAVES, LEAF):
                     origins.append(inner)
                     self.take(LEAF**3 // 8)
@@ -163,8 +163,20 @@ class GridReader:
             np.concatenate([np.empty(0, bool), *active]),
         )
 
-    def _corner(self) -> NDArray[np.int64]:
-        return np.frombuffer(self.take(12), "<i4").astype(np.int64)
+    def corners(self, stored: bytes) -> NDArray[np.int64]:
+        """First indices (n, 3) of entries of the root, each a node or tile of 4096³ voxels. Raises FileFormatError.
+
+        OpenVDB trusts them. Voxels of an entry elsewhere may have indices beyond its 32 bits, and end the process.
+        """
+        found = np.frombuffer(stored, "<i4").astype(np.int64).reshape(-1, 3)
+        width = ROOT_NODES * NODE_LEAVES * LEAF
+        wrong = np.flatnonzero((found % width).any(axis=1))
+        if wrong.size:
+            raise FileFormatError(
+                f"{self.path.name} is invalid: a node of the root begins at voxel {tuple(found[wrong[0]].tolist())}; "
+                f"expected multiples of {width}"
+            )
+        return found
 
     def _values(self, count: int, active: NDArray[np.bool_]) -> NDArray[Any]:
         """``readCompressedValues`` of OpenVDB: all values, or the active ones and a rule for the others."""

@@ -53,10 +53,11 @@ class _Walk(GridReader):
         self._width = width
         self.take(width)
         tiles, children = struct.unpack("<II", self.take(8))
-        self.take(tiles * (12 + width + 1))
+        entries = np.frombuffer(self.take(tiles * (12 + width + 1)), np.uint8).reshape(tiles, 12 + width + 1)
+        self.corners(entries[:, :12].tobytes())
         leaves = 0
         for _ in range(children):
-            self.take(12)
+            self.corners(self.take(12))
             for _ in range(self._children(ROOT_NODES**3)):
                 below = self._children(NODE_LEAVES**3)
                 self.take(below * (LEAF**3 // 8))
