@@ -44,6 +44,27 @@ def test_tubes_keep_mean_width_and_length():
     assert facing.min() > 0 and len(mesh.triangles) % (2 * SIDES) == 0
 
 
+def test_strands_get_the_points_that_their_bends_need():
+    """Straight ones get none; arcs stay near their circle, and thick ones need fewer points than thin ones."""
+    from blender_addon.translate.strands import BETWEEN, SIDES, tubes
+
+    turn = np.linspace(0, 1.2, 7)
+    arc = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    line = np.stack([turn, 0 * turn, 0 * turn + 3], axis=1)
+    up, found = np.array([0.0, 0.0, 3.0]), []
+    points = np.concatenate([line, arc, arc + 2 * up, arc + 3 * up])
+    mesh = tubes("hair", points, np.repeat([0.001, 0.03, 0.006, 1e-7], 7), np.full(4, 7))
+    for height, radius in ((0.0, 0.03), (6.0, 0.006), (9.0, 1e-7)):
+        there = np.abs(mesh.positions[:, 2] - height) < 0.1
+        rings = mesh.positions[there].astype(float).reshape(-1, SIDES, 3).mean(axis=1)
+        found.append(len(rings))
+        middles = ((rings[1:] + rings[:-1]) / 2)[BETWEEN + 1 : -BETWEEN - 1]  # the curve is straighter at its ends
+        away = np.abs(np.hypot(middles[:, 0], middles[:, 1]) - 1).max()
+        assert away < 0.2 * radius or len(rings) == 6 * (BETWEEN + 1) + 1
+    assert found == sorted(found) and found[0] < found[1] < found[2]
+    assert int((mesh.positions[:, 2] > 2).sum() - sum(found[1:]) * SIDES) == 7 * SIDES
+
+
 def test_hair_without_length_and_invalid_points_are_omitted():
     from blender_addon.translate.strands import tubes
 

@@ -14,6 +14,7 @@ from spectral_core.scene.geometry import Attribute
 
 from ..meshes.triangles import OUTPUTS, output_of
 from ..shading.attributes import hashed_pair
+from .smooth import alike, smooth
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,7 @@ WIDER = np.pi / (SIDES * np.sin(np.pi / SIDES))
 STRAND_READS = (STRAND_TANGENT, STRAND_RANDOM, STRAND_PLACE, STRAND_AXIS)
 """Attributes of strands that materials read."""
 BETWEEN = 3
-"""Added points between two points of a strand, along a smooth curve through them."""
+"""Most added points between two points of a strand, along a smooth curve through them."""
 MOST_TRIANGLES = 6_000_000
 """Most triangles of one object's hair or points; beyond it strands are straight between their points, then balls
 coarser.
@@ -99,13 +100,13 @@ def tubes(
     ``reads``: inputs that materials read, of which strands have their direction, their place, a random number and the
     larger axis of their cross-section.
     """
-    between = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
+    most = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
     vertices, normals, triangles, start = [], [], [], 0
     read: dict[str, list[Array]] = {name: [] for name in STRAND_READS if name in reads}
-    for numbers, rows in _by_length(lengths):
+    for numbers, rows, between in alike(lengths, points, radii, most):
         strand, thickness = points[rows], radii[rows]
-        if between and strand.shape[1] > 2:
-            strand, thickness = _smooth(strand, between), _smooth(thickness[..., None], between)[..., 0]
+        if between:
+            strand, thickness = smooth(strand, between), smooth(thickness[..., None], between)[..., 0]
         around = _circles(strand)
         made = strand[:, :, None] + around * (WIDER * np.maximum(thickness, 0.0))[:, :, None, None]
         count, rings = strand.shape[:2]
@@ -150,25 +151,6 @@ def _places(strand: Array, thickness: Array) -> Array:
 def _spread(values: Array, around: Array) -> Array:
     """Values at the points of strands (count, k, 3) at every vertex of their rings."""
     return np.broadcast_to(values[:, :, None], around.shape).reshape(-1, 3)
-
-
-def _by_length(lengths: NDArray[Any]) -> Iterator[tuple[NDArray[Any], NDArray[Any]]]:
-    """Strands grouped by their number of points: their numbers, and the rows (count, k) of their points."""
-    starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(int)
-    for length in np.unique(lengths):
-        if length > 1:
-            yield np.flatnonzero(lengths == length), starts[lengths == length][:, None] + np.arange(length)
-
-
-def _smooth(values: Array, between: int) -> Array:
-    """Catmull and Rom's curve through the points (count, k, …), ``between`` more in each gap."""
-    first, last = 2 * values[:, :1] - values[:, 1:2], 2 * values[:, -1:] - values[:, -2:-1]
-    padded = np.concatenate([first, values, last], axis=1)
-    a, b, c, d = (padded[:, k : padded.shape[1] - 3 + k, None] for k in range(4))
-    t = (np.arange(between + 1) / (between + 1))[None, None, :, None]
-    curve = 0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - 3 * c + d - a) * t**3)
-    count, gaps = curve.shape[:2]
-    return np.concatenate([curve.reshape(count, gaps * (between + 1), -1), values[:, -1:]], axis=1)
 
 
 def _circles(strand: Array) -> Array:

@@ -15,7 +15,7 @@ from spectral_core.render.mitsuba_export import xml_elements as xml
 from spectral_core.render.mitsuba_export.draft import Draft
 from spectral_core.render.mitsuba_export.media import medium
 from spectral_core.render.mitsuba_scene.emission import is_dark
-from spectral_core.render.mitsuba_scene.geometry import Part, area_of, split_by_material, transformed
+from spectral_core.render.mitsuba_scene.geometry import Part, has_area, split_by_material, transformed
 from spectral_core.render.mitsuba_scene.shapes import PLAIN, SHARED_TRIANGLES
 from spectral_core.scene import Instance, Material, Scene
 
@@ -55,7 +55,7 @@ class Bodies:
             return
         for index, part in self._parts[instance.mesh].items():
             placed = transformed(part, matrix)
-            if area_of(placed) > 0:
+            if has_area(placed):
                 yield self._shape(instance, index, placed, instance.name)
 
     def _is_shared(self, instance: Instance) -> bool:

@@ -28,6 +28,10 @@ class Part:
     attributes: tuple[Attribute, ...] = ()
 
 
+_FEW = 4096
+"""Triangles that are examined together."""
+
+
 def split_by_material(mesh: Mesh) -> dict[int, Part]:
     """Material index -> its triangles; triangles without area are omitted, because they can be neither hit nor
     sampled.
@@ -130,6 +134,14 @@ def polygon(corners: NDArray[np.float64], name: str) -> Part:
 def area_of(part: Part) -> float:
     """Sum of the triangles' areas."""
     return float(np.linalg.norm(_doubled_areas(part.positions, part.triangles), axis=1).sum() / 2)
+
+
+def has_area(part: Part) -> bool:
+    """True if any triangle has an area; usually one of the first has."""
+    return any(
+        bool(np.any(_doubled_areas(part.positions, part.triangles[first : first + _FEW])))
+        for first in range(0, len(part.triangles), _FEW)
+    )
 
 
 def _doubled_areas(positions: NDArray[np.float32], triangles: NDArray[np.uint32]) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from spectral_core.render.plugins.numbers import Rows
 from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
-from spectral_core.render.trace.media.table import Media, MediumRow, Surroundings
+from spectral_core.render.trace.media.table import Media, MediaAround, MediumRow
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32
@@ -56,7 +56,7 @@ class RayRules:
     """The media of shapes and of the world, by number from 1."""
     inside: list[tuple[Any, int]] = field(default_factory=list)
     """By shape the number of its medium, and True if the shape is only the border of the medium."""
-    around: Surroundings = field(default_factory=Surroundings)
+    around: MediaAround = field(default_factory=MediaAround)
     """Numbers of the media of the world and at the camera."""
     made_media: Media | None = None
     """The media as tables of the renderer, which all tracers of the scene share."""
@@ -149,6 +149,21 @@ class Tables:
         if not self.has_strands:
             return self._mi.Bool(False)
         return ((self.look_up(self.shapes, shape) & STRAND) != 0) & (dr.dot(si.n, direction) > 0.0)
+
+    def out_of_strand(self, scene: Any, start: tuple[Any, Any], ray: Any, active: Any) -> Any:
+        """A ray from a hit (its interaction and shape), past the far wall of the strand if it leads into one.
+
+        Otherwise the wall, which is no obstacle, would cost the path another step; in media it does.
+        """
+        import drjit as dr
+
+        if not self.has_strands or self.media is not None:
+            return ray
+        si, shape = start
+        enters = active & ((self.look_up(self.shapes, shape) & STRAND) != 0) & (dr.dot(si.n, ray.d) < 0.0)
+        wall = self.intersect(scene, ray, enters)
+        leaves = enters & wall.is_valid() & self.from_within(self.shape_number(wall), wall, ray.d)
+        return dr.select(leaves, wall.spawn_ray(ray.d), ray)
 
     def lights_it(self, emitter: Any, kind: Any, bounces: Any, receiver: Any) -> Any:
         """True if an emitter illuminates a receiver (a shape's number) along a type of ray, after a number of

@@ -73,7 +73,7 @@ class Shapes:
         """The meshes of an instance, in the world."""
         for index, part in self.geometry.parts[instance.mesh].items():
             placed = geometry.transformed(part, instance.world_from_object)
-            if geometry.area_of(placed) > 0:
+            if geometry.has_area(placed):
                 yield index, placed, self._mesh(instance, index, placed)
 
     def _copy(self, number: int, instance: Instance) -> Any:

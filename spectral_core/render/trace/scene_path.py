@@ -81,7 +81,7 @@ def scene_path_class(variant: str) -> Any:
                 lambda state, sampler: self.step(scene, state, sampler),
                 labels=("path", "sampler"),
             )
-            # they belong to the loop; a recorded launch reads every member of the integrator after it
+            # of the loop: a recorded launch reads every member of the integrator after it
             self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
             return state.light, state.seen, [state.through] if self.settings.clear_glass else []
 
@@ -149,11 +149,11 @@ def scene_path_class(variant: str) -> Any:
             path.passed = dr.select(hit & straight & ~border, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
             path.remember(si, bs, shape, scatters, self.sides_of(bsdf, leaves))
-
             # A surface that is passed straight does not renew the ray's length.
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            path.ray = self.tables.out_of_strand(scene, (si, shape), path.ray, scatters)
             portals.send_on(self.tables, (si, bsdf, bs), path, pick, hit & straight)
             bounces = scatters
             if self.tables.media is not None:
