@@ -16,8 +16,8 @@ from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
 
-LARGEST = 200
-"""Most unknowns of one factorization."""
+LARGEST = 320
+"""Most unknowns of one factorization, which takes some milliseconds at that size."""
 CHANGES, THOROUGH = 30, 400
 """Most changes of bounds in a round of two sides, which the next one continues; and for an answer that is returned."""
 ROUNDING = 1e-13
