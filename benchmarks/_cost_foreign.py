@@ -232,7 +232,7 @@ def sale(stage: Stage) -> None:
 FOREIGN: dict[str, Callable[[Stage], None]] = {
     effect.__name__.replace("_", " "): effect
     for effect in (
-        billiards, theater, canopy, lantern, oil, darkroom, plume, courtyard, embers, scoreboard, mine, sale,
+        billiards, theater, canopy, lantern, oil, plume, courtyard, embers, scoreboard, mine, sale, darkroom,
     )
 }  # fmt: skip
 

@@ -67,3 +67,23 @@ def test_prose_has_american_spelling_and_the_words_of_the_glossary() -> None:
                 wrong.append(f"{name}: {found.group()}")
     if wrong:
         pytest.fail("\n".join(wrong))
+
+
+def test_names_have_the_words_of_the_glossary_too() -> None:
+    """Parts of the names of modules, classes, functions, arguments and attributes of the product."""
+    replaced = re.compile(REPLACED)
+    wrong = set()
+    for path in [path for folder in ("spectral_core", "blender_addon") for path in (ROOT / folder).rglob("*.py")]:
+        tokens = tokenize.generate_tokens(io.StringIO(path.read_text("utf-8")).readline)
+        names = {path.stem, *(token.string for token in tokens if token.type == tokenize.NAME)}
+        for name in names:
+            parts = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower().split("_")
+            wrong |= {f"{path.relative_to(ROOT)}: {name}" for part in parts if replaced.fullmatch(part)}
+    assert wrong == set()
+
+
+def test_the_glossary_names_each_noun_once() -> None:
+    rows = re.findall(r"^\| ([^|]+) \|", (ROOT / "docs" / "glossary.md").read_text("utf-8"), re.MULTILINE)
+    nouns = [noun.strip() for row in rows[rows.index("noun") + 1 :] for noun in row.split(",")]
+    assert len(nouns) > 40
+    assert sorted({noun for noun in nouns if nouns.count(noun) > 1}) == []

@@ -121,7 +121,7 @@ for _kind in ("POINT", "SPOT", "SUN"):
 def _wide_sun(stage: Stage) -> None:
     """A sky whose sun is 35° wide and half set."""
     bpy.data.objects.remove(stage.lamp)
-    node = stage.node("ShaderNodeTexSky", stage.world, sun_size=0.6, sun_elevation=0.1, altitude=50.0)
+    node = stage.node("ShaderNodeTexSky", stage.world, sun_size=0.6, sun_elevation=0.1, sun_rotation=2.4)
     tree = stage.tree(stage.world)
     background = next(n for n in tree.nodes if n.type == "BACKGROUND")
     background.inputs["Strength"].default_value = 0.1

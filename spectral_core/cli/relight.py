@@ -85,7 +85,7 @@ def _number(option: str, text: str) -> float:
     try:
         return float(text)
     except ValueError as error:
-        raise InvalidInputError(f"{option}: {text!r} is not a number") from error
+        raise InvalidInputError(f"{option} has {text!r}; expected a number such as 0.3") from error
 
 
 def _spectrum(name: str) -> Any:

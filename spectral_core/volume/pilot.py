@@ -38,6 +38,7 @@ _TUNING: dict[Rule, tuple[float, ...]] = {
     "uniform": (1.07, 1.15, 1.23, 1.32, 1.41, 1.52, 1.62, 1.74, 1.87),
     "error": (1.12, 1.26, 1.41),
 }
+_IN_TUNE = (1.0, 1.02, 1.04)  # such a gain may lie within a fiftieth of a step
 _MORE = 1.06  # times the samples of a rival at which a search ends: more than auto asks a rival to save
 _FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which the steps of every rule are at their limits
 
@@ -161,7 +162,7 @@ class Pilot:
         so that a search along the curve misses the steps in tune with the voxels.
         """
         scale = trial.stepping.scale * max(trial.samples / max(rival.samples, 1e-9), 1.0)
-        steps = [min(scale * factor, _COARSEST) for factor in (1.0, *_TUNING["uniform"])]
+        steps = [min(scale * factor, _COARSEST) for factor in (*_IN_TUNE, *_TUNING["uniform"])]
         found = [self.try_out(replace(trial.stepping, scale=each)) for each in dict.fromkeys(steps)]
         return cheapest([trial, *found], quality_db)
 

@@ -269,3 +269,23 @@ def test_colors_come_from_the_working_space(build, monkeypatch):
 def test_the_color_of_a_light_is_a_color_object(build, translate):
     build.light("POINT", color=(1, 0.5, 0.25))
     assert isinstance(the_light(translate()).color, Color)
+
+
+@pytest.mark.parametrize(("kind", "factor"), [("POINT", 4.0), ("SPOT", 4.0), ("SUN", 1.0)])
+def test_a_lamp_of_size_0_without_normalize_shines(build, translate, kind, factor):
+    """Cycles multiplies by the surface of a lamp of any other size, so that 4 takes the place of 4 π r²."""
+    lamp = build.light(kind, energy=10.0)
+    setattr(lamp.data, "angle" if kind == "SUN" else "shadow_soft_size", 0.0)
+    lamp.data.normalize = False
+    (light,) = translate().lights
+    assert (light.irradiance if kind == "SUN" else light.power_w) == pytest.approx(10.0 * factor)
+
+
+def test_a_camera_may_clip_close_to_its_start_and_focus_before_it(build, translate):
+    lens = build.camera().data
+    lens.clip_start, lens.clip_end, lens.dof.use_dof, lens.dof.focus_distance = 5.0, 6.0, True, 3.0
+    camera = translate().camera
+    assert (camera.near, camera.far, camera.focus_distance) == pytest.approx((5.0, 6.0, 3.0))
+    lens.clip_end = 4.0
+    camera = translate().camera
+    assert camera.near < camera.far == pytest.approx(5.0, rel=1e-5)

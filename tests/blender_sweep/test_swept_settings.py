@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -140,3 +141,48 @@ def test_pictures_are_shown_through_the_view_transform_of_the_file(scene: Any, t
     assert np.abs(levels["sweep"] - levels["check"]).max() <= 1  # Blender's dithering: up to one level
     assert np.abs(levels["sweep"] - levels["srgb"]).max() > 10
     assert KEY
+
+
+class Started:
+    """In place of a sweep's process: what it was started with."""
+
+    calls: list[tuple[Any, ...]] = []
+
+    def __init__(self, command: list[str], folder: Path, total: int) -> None:
+        self.calls.append((command, total))
+        self.process = SimpleNamespace(poll=lambda: 0)
+
+
+def test_a_run_is_started_with_the_points_and_workers_of_the_panel(scene: Any, monkeypatch: Any) -> None:  # noqa: F811
+    from blender_addon.editing import sweep as sweeps
+
+    bpy.ops.spectral.sweep_add(target=GREEN)
+    settings = scene.spectral.sweep
+    settings.budget, settings.workers = 7, 3
+    monkeypatch.setattr(sweeps, "Run", Started)
+    monkeypatch.setattr(sweeps, "_run", None)
+    sweeps.start(scene)
+    (command, total) = Started.calls[-1]
+    assert (total, settings.total, settings.done) == (7, 7, 0)
+    assert command[command.index("--workers") + 1] == "3"
+
+
+def test_the_estimate_counts_points_size_and_samples(scene: Any, monkeypatch: Any) -> None:  # noqa: F811
+    from blender_addon.editing import sweep as sweeps
+
+    bpy.ops.spectral.sweep_add(target=GREEN)
+    settings = scene.spectral.sweep
+    settings.budget, settings.percentage, settings.samples = 5, 50, 1000
+    paths = scene.render.resolution_x * scene.render.resolution_y / 4 * 1000
+    assert sweeps.estimate(scene).startswith(f"5 renders of {paths / 1e6:.2g} million light paths each")
+
+
+def test_two_settings_of_one_name_get_two_columns(scene: Any) -> None:  # noqa: F811
+    bpy.ops.spectral.sweep_add(target=SIDES)
+    settings = scene.spectral.sweep
+    assert settings.parameters[0].whole and settings.parameters[0].low < settings.parameters[0].high
+    other = bpy.data.objects.new("plane", None)
+    scene.collection.objects.link(other)
+    bpy.ops.spectral.sweep_add(target='bpy.data.objects["plane"].pass_index')
+    labels = [each.label for each in settings.parameters]
+    assert len(set(labels)) == 2, labels

@@ -18,6 +18,7 @@ from spectral_core.scene import (
     Computed,
     Diffuse,
     Emission,
+    ImageTexture,
     Instance,
     LightPaths,
     Material,
@@ -57,6 +58,21 @@ def _pictured(stage: Stage, scene: Scene, samples: int = 3) -> np.ndarray:
     return picture.pixels()
 
 
+def _looked_up() -> tuple[Material, Material]:
+    """Materials that read an image and a ramp."""
+    rng = np.random.default_rng(2)
+    pixels, table = rng.uniform(0, 1, (4, 4, 3)).astype(np.float32), rng.uniform(0, 1, (5, 3))
+    image, ramp = Builder(), Builder()
+    colors = image.add(
+        "image_color", (image.add("vector_input", (), "position", 0),), False, data=ImageTexture("made", pixels)
+    )
+    steps = ramp.add("ramp_color", (ramp.add("mean", (ramp.add("vector_input", (), "position", 0),)),), data=table)
+    return (
+        Material("picture", Diffuse(Computed(image.program(colors)))),
+        Material("ramp", Diffuse(Computed(ramp.program(steps)))),
+    )
+
+
 def test_a_replayed_launch_makes_no_numbers_of_its_own(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """A number that a program made within a recorded launch was read after it was freed: another object's data."""
     import drjit as dr
@@ -80,9 +96,15 @@ def test_a_replayed_launch_makes_no_numbers_of_its_own(scene: Scene, monkeypatch
             *plain.materials,
             Material("glow", Emission(gray(0.5), 2.0)),
             Material("fog", Diffuse(gray(0.5)), medium=fog),
+            *_looked_up(),
         ),
         instances=(
-            *(replace(x, unlit_by=("fill",), clear_for=("key",)) for x in plain.instances),
+            *(
+                replace(x, unlit_by=("fill",), clear_for=("key",), terminator_cosine=0.1, terminator_shift=0.3)
+                for x in plain.instances
+            ),
+            Instance("framed", "one", at(-3, 2, 2), ("picture",)),
+            Instance("striped", "two", at(-3, 3, 2), ("ramp",)),
             Instance("lamp", "two", at(0, 2, 2), ("glow",), hidden_from=Rays.CAMERA),
             Instance("cloud", "two", at(3, 2, 2), ("fog",)),
         ),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
-from spectral_core.render.mitsuba_scene.media.surroundings import overlapping_media
+from spectral_core.render.mitsuba_scene.media.around import overlapping_media
 from spectral_core.scene import (
     Camera,
     Color,

@@ -43,3 +43,25 @@ def test_without_mitsubas_data_there_is_no_such_sky(monkeypatch):
     monkeypatch.undo()
     daylight._coefficients.cache_clear()
     assert daylight.has_hosek()
+
+
+@pytest.mark.parametrize("model", ["single", "multiple"])
+def test_a_drawn_sun_has_the_mean_of_its_disk_and_ends_at_the_horizon(model, rng):
+    angle = 0.2
+    high, half_set = (Atmosphere(model, sun_elevation=elevation) for elevation in (0.8, 0.0))
+    around = rng.uniform(0, 2 * np.pi, 20_000)
+    off = np.sqrt(rng.uniform(0, 1, len(around))) * angle / 2
+
+    def seen(sky):
+        toward = sky.toward_sun
+        side = np.cross(toward, (0.0, 0.0, 1.0))
+        side /= np.linalg.norm(side)
+        up = np.cross(side, toward)
+        across = np.cos(around)[:, None] * side + np.sin(around)[:, None] * up
+        directions = np.cos(off)[:, None] * toward + np.sin(off)[:, None] * across
+        return directions, sky.wide_sun(directions, angle)
+
+    np.testing.assert_allclose(seen(high)[1].mean(0), high.sun_radiance(angle), rtol=0.02)
+    directions, found = seen(half_set)
+    assert not found[directions[:, 2] < -0.01].any() and found[directions[:, 2] > 0.01].all()
+    assert not high.wide_sun(-high.toward_sun[None], angle).any()

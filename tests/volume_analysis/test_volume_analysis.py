@@ -22,6 +22,7 @@ from spectral_core.volume.analysis import (
     sample_composition,
     steepest_slope,
 )
+from spectral_core.volume.analysis.sampling import RegularSamples
 from spectral_core.volume.field import ScalarVolume
 from tests.volume_analysis.signals import (
     THESIS_F,
@@ -248,3 +249,8 @@ def test_the_benchmark_prints_the_figures_and_draws_the_pictures(tmp_path, capsy
 def test_a_reconstruction_without_error_has_an_infinite_ratio():
     nothing = sample_composition(lambda x: 0.0 * x, lambda v: 0.0 * v, (0.0, 1.0), 20.0)
     assert reconstruction_snr(nothing, lambda x: 0.0 * x) == np.inf
+
+
+def test_samples_at_the_ends_of_the_interval_count():
+    samples = RegularSamples(-0.5, 0.25, np.zeros(9), (0.0, 1.0))
+    assert samples.count_inside == 5

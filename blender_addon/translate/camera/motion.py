@@ -44,7 +44,7 @@ class _Key:
 
 @dataclass(frozen=True, eq=False)
 class _Steps:
-    """Parts that each thing's motion has while the shutter is open: 0 for one that stands still."""
+    """Number of parts of each object's motion while the shutter is open: 0 for one that stands still."""
 
     camera: int
     instances: dict[str, int]
@@ -64,7 +64,7 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
     frame, subframe = int(source.frame_current), float(source.frame_subframe)
     first = frame + subframe + SHIFTS[render.motion_blur_position] * render.motion_blur_shutter
     chosen = camera if camera is not None else source.camera
-    parts = {thing.name_full: _parts(thing.original) for thing in depsgraph.objects}
+    parts = {obj.name_full: _parts(obj.original) for obj in depsgraph.objects}
     most = max([motion for motion, _ in parts.values()] + [_parts(chosen)[0] if chosen else 0, 2])
     keys: dict[int, _Key] = {}
     try:
@@ -116,12 +116,12 @@ def instants(render: Any, count: int) -> NDArray[np.float64]:
     return np.asarray(np.interp(middles, light / light[-1], places))
 
 
-def _parts(thing: Any) -> tuple[int, int]:
+def _parts(obj: Any) -> tuple[int, int]:
     """Parts of an object's motion and of its deformation: two or more, 0 for none by the artist's choice."""
-    if not cycles_settings(thing, "use_motion_blur", True):
+    if not cycles_settings(obj, "use_motion_blur", True):
         return 0, 0
-    count = 2 ** max(1, int(cycles_settings(thing, "motion_steps", 1)))
-    return count, count if cycles_settings(thing, "use_deform_motion", True) else 0
+    count = 2 ** max(1, int(cycles_settings(obj, "motion_steps", 1)))
+    return count, count if cycles_settings(obj, "use_deform_motion", True) else 0
 
 
 def _key(depsgraph: Any, camera: Any, parts: dict[str, tuple[int, int]]) -> tuple[_Key, _Steps]:
@@ -129,7 +129,7 @@ def _key(depsgraph: Any, camera: Any, parts: dict[str, tuple[int, int]]) -> tupl
     translation = Translation.of(depsgraph, bpy.data)
     chosen = camera if camera is not None else depsgraph.scene_eval.camera
     found = collect(translation)
-    owners = [parts.get(thing.name_full, (2, 2)) for thing in found.originals]
+    owners = [parts.get(obj.name_full, (2, 2)) for obj in found.originals]
     own = list(zip(found.instances, owners, strict=True))
     key = _Key(
         translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph)),

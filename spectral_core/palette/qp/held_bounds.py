@@ -140,11 +140,11 @@ class HeldBounds:
 
     def renew(self) -> bool:
         """Have all blocks factored anew whose elimination was changed by exchanges; True if there are any."""
-        worn = [k for k, found in enumerate(self._eliminated) if found is not None and found.exchanges]
-        for k in worn:
+        exchanged = [k for k, found in enumerate(self._eliminated) if found is not None and found.exchanges]
+        for k in exchanged:
             self._eliminated[k] = None
-        self.stale.update(worn)
-        return bool(worn)
+        self.stale.update(exchanged)
+        return bool(exchanged)
 
     def _kept_between(self) -> tuple[Array, Array]:
         """The interval in which the value of a free unknown, or the gradient of a held one, must lie.

@@ -24,7 +24,7 @@ from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.scene import Scene
 
 _BIAS_SAMPLES = 16
-"""Samples of each half where a bias is measured."""
+"""Samples of each half where a bias is measured; the probe has had as many."""
 _TIMED_S = 0.4
 """Processor time of the paths whose time is measured: shorter, other programs would disturb it."""
 _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
@@ -76,8 +76,8 @@ def cost_curve(scene: Scene) -> CostCurve:
     """
     start = time.perf_counter()
     plan = plan_of_render(scene)
+    fixed = fixed_work(scene, plan)  # while no other scene is loaded, as in a render: its kernels are then the same
     probe = Probe(RenderJob(scene, plan))
-    fixed = fixed_work(scene, plan)
     model = measured_model(probe, least=64, most=256, share=0.02, fixed_s=fixed, asked=0.5, timed_s=_TIMED_S)
     points = list(_noise_points(probe, model))
     points += _bias_points(scene, plan, probe, model)
@@ -123,21 +123,21 @@ def _noise_points(probe: Probe, model: CostModel) -> list[CostPoint]:
 
 def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel) -> list[CostPoint]:
     """Other settings against those of the plan, with equal random numbers."""
-    reference = Probe(RenderJob(scene, plan), probe.pixels)
-    reference.trace_to(_BIAS_SAMPLES)
-    points = []
+    points: list[CostPoint] = []
+    tried: Probe | None = None
     for axis, setting, other_scene, other_plan in _alternatives(scene, plan):
+        del tried  # as many scenes are loaded for each setting: their kernels are then the same
         tried = Probe(RenderJob(other_scene, other_plan), probe.pixels)
         tried.trace_to(_BIAS_SAMPLES)
         found = tried.estimate()
-        ratio = tried.seconds_per_path / max(reference.seconds_per_path, 1e-12)
+        ratio = tried.seconds_per_path / max(probe.seconds_per_path, 1e-12)
         count = scene.film.samples
         # noise depends on samples as under the plan; the bias stays
         noise = model.error(count) * found.delta_e / max(model.error(_BIAS_SAMPLES), 1e-9)
         points.append(
             CostPoint(
                 axis, setting, model.slowness * (model.fixed_s + ratio * model.seconds_per_sample * count), noise,
-                found.relative_mse * _BIAS_SAMPLES / count, bias(tried.halves(), reference.halves()),
+                found.relative_mse * _BIAS_SAMPLES / count, bias(tried.halves(), probe.halves_after(_BIAS_SAMPLES)),
             )
         )  # fmt: skip
     return points

@@ -160,7 +160,7 @@ class Probe:
 
     def _errors_of(self, samples: int, *, of_half: bool) -> NDArray[np.float64]:
         """ΔE2000 of each pixel when the probe had as many samples."""
-        halves = next(halves for count, halves in self._earlier if count == samples)
+        halves = self.halves_after(samples)
         return self._known(
             (f"errors {samples}", of_half), lambda: expected_errors(halves, self.pools, self.wide(), of_half=of_half)
         )
@@ -279,3 +279,7 @@ class Probe:
     def halves(self) -> NDArray[np.float64]:
         """(2, n, 3): the halves' means so far."""
         return self._sums / max(1, self.samples)
+
+    def halves_after(self, samples: int) -> NDArray[np.float64]:
+        """(2, n, 3): the halves' means after as many samples, with which one of its steps has ended."""
+        return next(halves for count, halves in self._earlier if count == samples)

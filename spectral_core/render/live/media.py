@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from spectral_core.render.job import Loaded
 from spectral_core.render.live.transplant import transplant
+from spectral_core.render.mitsuba_scene.media.around import media_at
 from spectral_core.render.mitsuba_scene.media.rows import medium_row
-from spectral_core.render.mitsuba_scene.media.surroundings import media_at
 from spectral_core.render.trace.media.grids import GridRow
 from spectral_core.render.trace.media.table import MediumRow
 from spectral_core.scene import ScatteringMedium

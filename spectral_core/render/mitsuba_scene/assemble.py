@@ -18,13 +18,13 @@ from spectral_core.render.mitsuba_scene import light
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.kept import keep
 from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
-from spectral_core.render.mitsuba_scene.media.surroundings import media_at, overlapping_media
+from spectral_core.render.mitsuba_scene.media.around import media_at, overlapping_media
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, STRAND, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
-from spectral_core.render.trace.media.table import FARTHEST, Surroundings
+from spectral_core.render.trace.media.table import FARTHEST, MediaAround
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 from spectral_core.scene.geometry import box_of, corners_of, index_box, placed, placed_by_mesh, unit_box
 
@@ -185,7 +185,7 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
         for name in crowded:
             shapes.context.note(name, CROWDED)
         # objects of a live view may be moved into each other
-        rules.around = Surroundings(around, camera, overlap or (shapes.context.movable and len(shapes.inside) > 1))
+        rules.around = MediaAround(around, camera, overlap or (shapes.context.movable and len(shapes.inside) > 1))
 
 
 def _enter_body(context: Context, body: Any) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from spectral_core.render.plugins.numbers import Rows
 from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
-from spectral_core.render.trace.media.table import Media, MediumRow, Surroundings
+from spectral_core.render.trace.media.table import Media, MediaAround, MediumRow
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32
@@ -56,7 +56,7 @@ class RayRules:
     """The media of shapes and of the world, by number from 1."""
     inside: list[tuple[Any, int]] = field(default_factory=list)
     """By shape the number of its medium, and True if the shape is only the border of the medium."""
-    around: Surroundings = field(default_factory=Surroundings)
+    around: MediaAround = field(default_factory=MediaAround)
     """Numbers of the media of the world and at the camera."""
     made_media: Media | None = None
     """The media as tables of the renderer, which all tracers of the scene share."""

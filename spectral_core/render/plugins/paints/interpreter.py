@@ -79,6 +79,8 @@ class Interpreter:
         if key not in self._places:
             self._places[key] = len(self._targets)
             self._targets.append(item)
+            if item.data is not None:
+                self.tables.content(item.data)  # before any launch is recorded
             for k, width in enumerate(OPERATIONS[item.operation].widths):
                 if k == len(self._widths):
                     self._widths.append(1)

@@ -46,6 +46,9 @@ class TracedProgram:
         for instruction in program.instructions:
             self.offsets.append(count)
             count += len(instruction.values)
+            if instruction.data is not None:
+                # now: what is first read within a recorded launch may be freed before it is replayed
+                tables.content(instruction.data)
 
     def take_contents(self, program: Program) -> None:
         """Read the images and tables of ``program`` from now on, which has the same structure."""

@@ -117,9 +117,7 @@ class SceneTables:
 
     def terminator(self, number: Any, active: Any) -> Any:
         """Cosine below which light starts from the rounded surface of a shape or instance."""
-        last = self.dr.opaque(self.mi.UInt32, max(self.rows, default=0))
-        known = self.dr.select(number <= last, number, 0)
-        return self.dr.gather(self.mi.Float, self.buffer(), known * self.row_size + 31, active)
+        return self.dr.gather(self.mi.Float, self.buffer(), self.row_of(number) + 31, active)
 
     @property
     def shifts(self) -> bool:
@@ -202,6 +200,10 @@ class SceneTables:
             self._kept.append(pixels)
         return self._images[id(pixels)]
 
+    def content(self, data: Any) -> Any:
+        """An image, a ramp or a curve on the device."""
+        return self.table(data) if isinstance(data, np.ndarray) else self.image(data)
+
     def replace(self, old: Any, new: Any) -> None:
         """Replace the contents of an image or table by another of the same size; equal contents are not copied."""
         before, after = (getattr(item, "pixels", item) for item in (old, new))
@@ -213,7 +215,7 @@ class SceneTables:
             self._images[id(after)] = kept
             self._kept.append(after)
         else:
-            (self.table if isinstance(new, np.ndarray) else self.image)(new)
+            self.content(new)
         # the same index in the order by which recorded launches identify their arrays
         entries = [(key, value) for key, value in self._images.items() if key != id(after)]
         entries.insert(place, (id(after), self._images[id(after)]))

@@ -39,7 +39,7 @@ class MediumRow:
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
+class MediaAround:
     """Numbers of the world's medium and of the two innermost ones at the camera; ``overlap``: True if media of objects
     overlap.
     """
@@ -64,7 +64,7 @@ class Media:
     ``camera``: the one at the camera and the one around that.
     """
 
-    def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, at: Surroundings) -> None:
+    def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, at: MediaAround) -> None:
         import drjit as dr
 
         self._mi, self._dr, self._rows, self._inside = mitsuba, dr, rows, inside
