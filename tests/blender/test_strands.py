@@ -205,3 +205,13 @@ def test_the_axes_of_cross_sections_are_normals_of_least_twist():
     axes = mesh.attributes[0].values.reshape(3, -1, SIDES, 3)[:, :, 0]
     assert np.allclose(axes[0], (0, -1, 0), atol=1e-6) and np.allclose(axes[2], (1, 0, 0), atol=1e-6)
     assert np.allclose(axes[1, -1], (1, 0, 0), atol=0.05) and np.allclose(axes[1, 0], (0, -1, 0), atol=0.05)
+
+
+def test_an_index_of_refraction_below_1_of_hair_has_a_note(build, translate):
+    material = build.material(shader="ShaderNodeBsdfHairPrincipled")
+    build.plane(material=material)
+    shader = material.node_tree.nodes["shader"]
+    told = lambda: any("index of refraction of its hair" in note.message for note in translate().notes)  # noqa: E731
+    assert not told()
+    shader.inputs["IOR"].default_value = 0.8
+    assert told()

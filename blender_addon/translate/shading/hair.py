@@ -59,6 +59,9 @@ def principled_hair(reader: Reader, output: Output) -> Surface:
     factor = partial(_randomized, reader, random)
     along = factor(reader.read(output, "Roughness", 0.3), reader.read(output, "Random Roughness"))
     around = factor(reader.read(output, "Radial Roughness", 0.3), reader.read(output, "Random Roughness"))
+    place = output.input("IOR")
+    if linked(place) is not None or (place is not None and isinstance(place.default, float) and place.default < 1):
+        reader.note("where the index of refraction of its hair is below 1, it counts as 1 here")
     inputs: dict[str, Any] = {
         "roughness": scalar_of(along),
         "ior": held(reader.scalar(output.input("IOR"), 1.55), IOR),
