@@ -170,7 +170,7 @@ def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None
             override.effect, override.value = line.name, line.value
     reason = box.column()
     reason.active = False
-    text = f"{line.reason}; without it {line.cost}" if line.cost else line.reason
+    text = f"{line.reason}; without it: {line.cost}" if line.cost else line.reason
     wrapped(reason, context, f"{text[:1].upper()}{text[1:]}.", indent=60.0)
     wrapped(reason, context, _figures(line), indent=60.0)
 
