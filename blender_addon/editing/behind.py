@@ -13,8 +13,10 @@ from bpy.types import Scene
 
 from .deferred import RENDER_SECONDS
 
-PATIENCE_SECONDS = 0.05
-"""Wait for an answer that then appears without another redraw; the interface must not stop for 0.1 s."""
+PATIENCE_SECONDS = 0.03
+"""Wait for an answer that then appears without another redraw. The interface must not stop for 0.1 s, and on a machine
+whose processors are all at work a wait ends much later than it should.
+"""
 POLL_SECONDS = 0.02
 
 

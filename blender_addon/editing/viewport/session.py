@@ -36,6 +36,8 @@ REDRAW_S = 0.095
 """Longest time of a redraw, the time of its change included: the interface must not block for 100 ms. What is left
 after the drawing is the wait for the first picture of a change; a later picture needs another redraw.
 """
+BUSY_REDRAW_S = 0.07
+"""The same while a picture is rendered or recorded: both processors are at work, and a wait ends some 20 ms late."""
 UPDATE_S = 0.06
 """Time of one update after which it begins no further mesh, material or lamp; the next redraw continues."""
 FINE_LEVEL, FINE_WAIT_S = 4, 0.035
@@ -213,7 +215,8 @@ class ViewSession:
             return 0.0
         request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
-        wait_s = side.patience.wait_s(side.generation, side.changed, began, REDRAW_S - self.drawing_seconds)
+        longest = BUSY_REDRAW_S if jobs.process.is_busy else REDRAW_S
+        wait_s = side.patience.wait_s(side.generation, side.changed, began, longest - self.drawing_seconds)
         side.key, side.viewpoint, side.changed = key, viewpoint, frozenset()
         return wait_s
 

@@ -24,8 +24,8 @@ Mask = NDArray[np.bool_]
 
 FINE_SLACK = 1e-15
 """Rounding that is accepted in a gradient that was refined; ``SLACK`` otherwise."""
-WALK_STEPS = 600
-"""Most breakpoints of the walk; some tens are usual."""
+WALK_STEPS = 200
+"""Most breakpoints of the walk; some tens are usual. A cold solve of a small palette takes as long as 250."""
 
 
 class ActiveSet(HeldBounds):

@@ -33,7 +33,7 @@ OVERSHOT = 0.5
 NEWTON_STEPS = 6
 """Most steps; one or two are usual."""
 CONFLICT_STEPS = 150
-"""Most breakpoints of a walk after Newton's method failed beside exact rows: a longer one shows that these conflict."""
+"""Most breakpoints of a walk beside exact rows: a longer one shows that these conflict."""
 
 
 class ColorNewton(ActiveSet):
@@ -87,7 +87,7 @@ class ColorNewton(ActiveSet):
                     break
             values = self._at_colors(colors)
             self.x = np.where(self.free, np.minimum(np.maximum(values, self.lower), self.upper), self.x)
-        in_doubt = self._worthwhile and self.arrow.problem.has_equalities
+        in_doubt = self.arrow.problem.has_equalities
         return self.walk(self.x, self.free, CONFLICT_STEPS if in_doubt else self.longest_walk)
 
     def _step(self, goal: Array, past: NDArray[np.intp], colors: Array) -> bool:

@@ -147,6 +147,11 @@ class RenderProcess:
                 return _cancelled(*what, latest)
 
     @property
+    def is_busy(self) -> bool:
+        """True while it renders, plans or measures for another caller."""
+        return self._lock.locked()
+
+    @property
     def process_id(self) -> int | None:
         """Process id of the worker; None if it does not run."""
         return self._worker.process.pid if self._worker is not None and self._worker.alive else None
