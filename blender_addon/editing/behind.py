@@ -13,7 +13,7 @@ from bpy.types import Scene
 
 from .deferred import RENDER_SECONDS
 
-PATIENCE_SECONDS = 0.03
+PATIENCE_SECONDS = 0.045
 """Wait for an answer that then appears without another redraw. The interface must not stop for 0.1 s, and on a machine
 whose processors are all at work a wait ends much later than it should.
 """
