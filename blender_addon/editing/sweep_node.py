@@ -165,7 +165,7 @@ def worker_command() -> tuple[str, ...]:
     """Blender itself without a window, or this Python if bpy is an installed module."""
     if bpy.app.binary_path:
         return bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr"
-    from spectral_core.render.process.renderer import find_python
+    from spectral_core.render.process.interpreter import find_python
 
     return find_python(), *child.ISOLATED, "-c"
 

@@ -17,7 +17,7 @@ from spectral_core.documents import write_document
 from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.files.whole import make_folder
 from spectral_core.palette.texture.project import document_of
-from spectral_core.render.process.renderer import find_python
+from spectral_core.render.process.interpreter import find_python
 from spectral_core.spectra.color import display_rgb_from_linear
 
 from ..translate.texture_project import project_of, report_lines

@@ -16,7 +16,8 @@ import pytest
 
 from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.render import Bands, RenderProcess, render_scene
-from spectral_core.render.process.renderer import CANCEL_GRACE_S, find_python
+from spectral_core.render.process.interpreter import find_python
+from spectral_core.render.process.renderer import CANCEL_GRACE_S
 from spectral_core.scene import Film, PointLight, RenderSettings
 from tests.render.scenes import lit_plane, matrix
 

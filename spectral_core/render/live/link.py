@@ -19,7 +19,8 @@ from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.changes import difference
 from spectral_core.render.live.messages import AreaName, Frame, Trouble
 from spectral_core.render.live.view import ViewRequest
-from spectral_core.render.process.renderer import Worker, find_python
+from spectral_core.render.process.interpreter import find_python
+from spectral_core.render.process.renderer import Worker
 from spectral_core.scene import Scene
 
 MODULE = "spectral_core.render.live.server"

@@ -8,13 +8,10 @@ import contextlib
 import os
 import queue
 import subprocess
-import sys
 import tempfile
 import threading
 import time
 from collections.abc import Callable, Sequence
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +21,7 @@ from spectral_core.errors import RenderError
 from spectral_core.render.cost.asked import is_asked
 from spectral_core.render.cost.curve import CostCurve
 from spectral_core.render.plan.effects import EffectPlan, plan_from_data
+from spectral_core.render.process.interpreter import find_python
 from spectral_core.render.process.messages import receive, send
 from spectral_core.render.still import Progress, RenderResult
 from spectral_core.render.trace.wavelengths import Bands
@@ -272,33 +270,3 @@ def _cancelled(scene: Scene, plan: EffectPlan, latest: Progress) -> RenderResult
 def _as_error(name: str, text: str) -> errors.SpectralError:
     kind = getattr(errors, name, RenderError)
     return kind(text)
-
-
-@cache
-def find_python() -> str:
-    """An interpreter of the same version: inside Blender, ``sys.executable`` may be Blender itself.
-
-    ``SPECTRAL_SCENE_PYTHON`` has precedence. Raises RenderError that names the candidates.
-    """
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    places = [os.environ.get("SPECTRAL_SCENE_PYTHON"), sys.executable, getattr(sys, "_base_executable", None)]
-    for prefix in dict.fromkeys((sys.prefix, sys.exec_prefix, sys.base_prefix)):
-        places += [f"{prefix}/bin/python{version}", f"{prefix}/bin/python3", f"{prefix}/bin/python.exe"]
-        places += [f"{prefix}/python.exe"]
-    tried = [place for place in dict.fromkeys(places) if place and Path(place).is_file()]
-    for place in tried:
-        if "python" in Path(place).name.lower() and _version_of(place) == version:
-            return place
-    raise RenderError(
-        f"no Python {version} was found to run the render process with (tried {', '.join(tried) or 'nothing'}); "
-        "name one in the environment variable SPECTRAL_SCENE_PYTHON"
-    )
-
-
-def _version_of(python: str) -> str | None:
-    code = "import sys; print(f'{sys.version_info.major}.{sys.version_info.minor}')"
-    try:
-        answer = subprocess.run([python, *child.ISOLATED, "-c", code], capture_output=True, text=True, timeout=20)
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return answer.stdout.strip() or None
