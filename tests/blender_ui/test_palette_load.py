@@ -171,7 +171,7 @@ def test_the_light_level_is_that_of_the_first_light_and_sources_are_kept(palette
         ({"robustness": "worst_case", "observers": {"cie_1931_2deg", "cie_2015_2deg"}}, True),
         ({"observers": {"cie_1931_2deg", "cie_2015_2deg"}}, False),
     ],
-    ids=str,
+    ids=["plain", "tints", "worst case", "worst case of two observers", "two observers"],
 )
 def test_a_table_that_takes_seconds_is_not_solved_while_a_slider_is_dragged(palette, changed, expected):
     store_problem(palette, presets.hidden_mark())
