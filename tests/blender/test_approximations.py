@@ -49,6 +49,19 @@ def test_faces_that_coincide_with_a_floor_get_a_note_where_light_passes(build, t
     assert not translate().notes
 
 
+@pytest.mark.parametrize("segments", [48, 400])
+def test_a_bottom_of_many_small_faces_counts_as_a_whole(build, translate, segments):
+    """Each face of the fan has far less than a hundredth of the area."""
+    build.plane(name="Ground", size=10.0)
+    bpy.ops.mesh.primitive_cone_add(vertices=segments, radius1=0.8, radius2=0.9, depth=1.6, end_fill_type="TRIFAN")
+    cup = bpy.context.object
+    cup.location = (0.3, 0.2, 0.8)
+    shaded(cup, "ShaderNodeBsdfGlass")
+    assert "coincide with faces of 'Ground'" in messages(translate())
+    cup.location.z = 0.81
+    assert not translate().notes
+
+
 @pytest.mark.parametrize(("kind", "gap", "tells"), [("Translucent", 0.0, True), ("Translucent", 0.01, False),
                                                      ("Diffuse", 0.0, False)])  # fmt: skip
 def test_faces_that_coincide_with_each_other_get_a_note(build, translate, kind, gap, tells):
@@ -121,7 +134,7 @@ def test_a_number_that_is_not_finite_gets_a_note_and_the_object_is_kept(build, t
 def test_thousands_of_glass_instances_are_compared_up_to_a_limit(blender, monkeypatch):
     import numpy as np
 
-    from blender_addon.translate import approximations
+    from blender_addon.translate import approximations, coincident
     from blender_addon.translate.context import Translation
     from spectral_core.scene import Camera, Film, Glass, Instance, Material, Mesh, Scene
 
@@ -136,8 +149,8 @@ def test_thousands_of_glass_instances_are_compared_up_to_a_limit(blender, monkey
         instances=tuple(Instance(f"cube {k}", "cube", matrix, ("glass",)) for k, matrix in enumerate(places)),
     )  # fmt: skip
     compared = []
-    monkeypatch.setattr(approximations, "_lies_on", lambda planes, others: compared.append(len(others)))
-    monkeypatch.setattr(approximations, "MOST_COMPARED", 30_000)
+    monkeypatch.setattr(coincident, "lies_on", lambda planes, others: compared.append(len(others)))
+    monkeypatch.setattr(coincident, "MOST_COMPARED", 30_000)
     translation = Translation.of(bpy.context.evaluated_depsgraph_get(), bpy.data)
     approximations.note_approximations(translation, scene, is_render=True)
     assert 0 < sum(compared) <= 30_000
