@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Least-squares steps of spectra that share free colors, by orthogonal factors of each spectrum's rows.
+
+The rows have the form of an arrow: each spectrum has rows of its own, and free colors enter all of them. One spectrum
+after the other is eliminated, and few rows are left for the colors. Five spectra of 471 samples are thus five
+factorizations of 471 unknowns, and a bound that changes repeats one of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.qp.block import Block
+from spectral_core.palette.qp.quadratic import Quadratic
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+RANK = 1e-11
+"""Singular value of the exact rows, relative to the largest, below which they depend on each other."""
+
+
+@dataclass
+class _Factors:
+    """The factors of one spectrum for one set of free samples."""
+
+    free: Mask
+    own: Array
+    """P, (f, e): samples that answer to the exact rows."""
+    across: Array | None
+    """N, (f, z): directions that leave the exact rows as they are; None for all directions."""
+    orthogonal: Array
+    """Q, (m, r), of the rows times N."""
+    triangle: Array
+    """(r, z), its columns in an ``order`` of their own."""
+    order: NDArray[np.intp]
+    by_colors: Array
+    """(m, q): change of the soft rows with the free colors, along the exact rows."""
+
+
+@dataclass
+class FactoredRows:
+    """All rows of a quadratic problem, with the factors of the last set of free samples."""
+
+    problem: Quadratic
+    _kept: dict[int, _Factors] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        problem = self.problem
+        root = np.sqrt(problem.known_weights)
+        self._known = root[:, None] * problem.known_ties.reshape(root.size, problem.offsets[0])
+        self._rows = [_soft_rows(block) for block in problem.blocks]
+        self._ties = [_soft_ties(block) for block in problem.blocks]
+
+    def step(self, free: Mask, left: Array, missing: Array) -> Array | None:
+        """The step s of least ||rows · s − left|| with exact · s = missing; s is 0 where not ``free``.
+
+        None where exact rows of a spectrum depend on each other.
+        """
+        count = self.problem.offsets[0]
+        opened = free[:count]
+        reduced, right = [self._known[:, opened]], [left[: len(self._known)]]
+        parts: list[tuple[_Factors, Array]] = []
+        row, exact = len(self._known), 0
+        for k in range(len(self._rows)):
+            start, end = self.problem.offsets[k], self.problem.offsets[k + 1]
+            factors = self._factors(k, free[start:end])
+            if factors is None:
+                return None
+            held = missing[exact : exact + factors.own.shape[1]]
+            own = left[row : row + len(self._rows[k])] - self._rows[k][:, factors.free] @ (factors.own @ held)
+            reduced.append(_outside(factors.orthogonal, factors.by_colors[:, opened]))
+            right.append(_outside(factors.orthogonal, own))
+            parts.append((factors, own))
+            row, exact = row + len(own), exact + len(held)
+        step = np.zeros(free.size)
+        step[:count][opened] = least_squares(np.concatenate(reduced), np.concatenate(right))
+        exact = 0
+        for k, (block, (factors, own)) in enumerate(zip(self.problem.blocks, parts, strict=True)):
+            colors = step[:count]
+            held = missing[exact : exact + factors.own.shape[1]] + block.ties[block.exact] @ colors
+            inner = _back(factors, factors.orthogonal.T @ (own - factors.by_colors @ colors))
+            along = inner if factors.across is None else factors.across @ inner
+            start, end = self.problem.offsets[k], self.problem.offsets[k + 1]
+            step[start:end][factors.free] = factors.own @ held + along
+            exact += factors.own.shape[1]
+        return step
+
+    def _factors(self, k: int, free: Mask) -> _Factors | None:
+        kept = self._kept.get(k)
+        if kept is not None and np.array_equal(kept.free, free):
+            return kept
+        block, rows = self.problem.blocks[k], self._rows[k][:, free]
+        by_colors, across = self._ties[k], None
+        own = np.zeros((int(free.sum()), 0))
+        if block.any_exact:
+            held = block.rows[block.exact][:, free]
+            outer, values, inner = np.linalg.svd(held, full_matrices=True)
+            if values.size < len(held) or values.min() <= RANK * values.max():
+                return None
+            own = inner[: len(held)].T @ (outer.T / values[:, None])
+            by_colors = by_colors + rows @ (own @ block.ties[block.exact])
+            across = inner[len(held) :].T
+            rows = rows @ across
+        self._kept[k] = found = _Factors(free.copy(), own, across, *_factorized(rows), by_colors)
+        return found
+
+
+def _soft_rows(block: Block) -> Array:
+    root = np.sqrt(block.weights[~block.exact])
+    return np.concatenate([root[:, None] * block.rows[~block.exact], block.roughness])
+
+
+def _soft_ties(block: Block) -> Array:
+    root = np.sqrt(block.weights[~block.exact])
+    smooth = np.zeros((len(block.roughness), block.ties.shape[1]))
+    return np.concatenate([-root[:, None] * block.ties[~block.exact], smooth])
+
+
+def _factorized(rows: Array) -> tuple[Array, Array, NDArray[np.intp]]:
+    """Q (m, r), a triangle (r, z) and an order of its columns: Q · triangle = rows[:, order] up to rounding."""
+    from scipy.linalg import qr
+
+    if not rows.size:
+        return np.zeros((len(rows), 0)), np.zeros((0, rows.shape[1])), np.arange(rows.shape[1])
+    orthogonal, triangle, order = qr(rows, mode="economic", pivoting=True, check_finite=False)
+    size = np.abs(np.diagonal(triangle))
+    rank = int((size > np.finfo(float).eps * max(rows.shape) * size.max(initial=0.0)).sum())
+    return np.ascontiguousarray(orthogonal[:, :rank]), triangle[:rank], order
+
+
+def _outside(orthogonal: Array, values: Array) -> Array:
+    """The part of some columns that is orthogonal to others; taken twice, so that rounding leaves nothing along."""
+    for _ in range(2):
+        values = values - orthogonal @ (orthogonal.T @ values)
+    return values
+
+
+def _back(factors: _Factors, right: Array) -> Array:
+    """The solution of the triangle; the smallest one where it has more unknowns than rows."""
+    from scipy.linalg import solve_triangular
+
+    found = np.zeros(factors.order.size)
+    if len(factors.triangle) == found.size:
+        found[factors.order] = solve_triangular(factors.triangle, right, check_finite=False)
+    else:
+        found[factors.order] = least_squares(factors.triangle, right)
+    return found
+
+
+def least_squares(rows: Array, right: Array) -> Array:
+    """By orthogonal factors with pivots, which take a fraction of the time of singular values."""
+    from scipy.linalg import lstsq
+
+    if not rows.shape[1] or not len(rows):
+        return np.zeros(rows.shape[1])
+    cond = np.finfo(float).eps * max(rows.shape)
+    return np.asarray(lstsq(rows, right, cond=cond, lapack_driver="gelsy", check_finite=False)[0])
