@@ -43,7 +43,7 @@ class _Factors:
 
 @dataclass
 class FactoredRows:
-    """All rows of a quadratic problem, with the factors of the last set of free samples."""
+    """All rows of a quadratic problem by spectrum, with the factors of the last set of free samples."""
 
     problem: Quadratic
     _kept: dict[int, _Factors] = field(default_factory=dict)
@@ -52,8 +52,47 @@ class FactoredRows:
         problem = self.problem
         root = np.sqrt(problem.known_weights)
         self._known = root[:, None] * problem.known_ties.reshape(root.size, problem.offsets[0])
-        self._rows = [_soft_rows(block) for block in problem.blocks]
-        self._ties = [_soft_ties(block) for block in problem.blocks]
+        self._known_right = -root * problem.known_targets
+        self._parts = [_Part.of(block) for block in problem.blocks]
+
+    @property
+    def right(self) -> Array:
+        """The right-hand side of all soft rows: those without a spectrum first, then each spectrum's."""
+        return np.concatenate([self._known_right, *(part.right for part in self._parts)])
+
+    def left(self, x: Array) -> tuple[Array, Array]:
+        """What is left of the soft rows at ``x``, right − rows · x, and of the exact ones."""
+        colors, values = x[: self.problem.offsets[0]], self.problem.split(x)[1]
+        soft = [self._known_right - self._known @ colors]
+        exact = []
+        for part, value in zip(self._parts, values, strict=True):
+            soft.append(part.right - part.rows @ value - part.ties @ colors)
+            exact.append(part.wanted - part.exact @ value + part.exact_ties @ colors)
+        return np.concatenate(soft), np.concatenate(exact)
+
+    def back(self, left: Array, *, sizes: bool = False) -> Array:
+        """The transposed soft rows times a vector; with ``sizes`` their absolute values."""
+        change = np.abs if sizes else np.asarray
+        begin = len(self._known)
+        colors = change(self._known).T @ left[:begin]
+        values = []
+        for part in self._parts:
+            own = left[begin : begin + len(part.rows)]
+            values.append(change(part.rows).T @ own)
+            colors = colors + change(part.ties).T @ own
+            begin += len(own)
+        return np.concatenate([colors, *values])
+
+    def equalities(self) -> Array:
+        """The exact rows of all spectra, dense."""
+        count = self.problem.offsets[0]
+        total = sum(len(part.wanted) for part in self._parts)
+        found, row = np.zeros((total, self.problem.size)), 0
+        for part, start, end in zip(self._parts, self.problem.offsets, self.problem.offsets[1:], strict=False):
+            found[row : row + len(part.wanted), start:end] = part.exact
+            found[row : row + len(part.wanted), :count] = -part.exact_ties
+            row += len(part.wanted)
+        return found
 
     def step(self, free: Mask, left: Array, missing: Array) -> Array | None:
         """The step s of least ||rows · s − left|| with exact · s = missing; s is 0 where not ``free``.
@@ -65,59 +104,77 @@ class FactoredRows:
         reduced, right = [self._known[:, opened]], [left[: len(self._known)]]
         parts: list[tuple[_Factors, Array]] = []
         row, exact = len(self._known), 0
-        for k in range(len(self._rows)):
+        for k, part in enumerate(self._parts):
             start, end = self.problem.offsets[k], self.problem.offsets[k + 1]
             factors = self._factors(k, free[start:end])
             if factors is None:
                 return None
             held = missing[exact : exact + factors.own.shape[1]]
-            own = left[row : row + len(self._rows[k])] - self._rows[k][:, factors.free] @ (factors.own @ held)
-            reduced.append(_outside(factors.orthogonal, factors.by_colors[:, opened]))
-            right.append(_outside(factors.orthogonal, own))
+            own = left[row : row + len(part.rows)]
+            if held.size:
+                own = own - part.rows[:, factors.free] @ (factors.own @ held)
+            if count:
+                reduced.append(_outside(factors.orthogonal, factors.by_colors[:, opened]))
+                right.append(_outside(factors.orthogonal, own))
             parts.append((factors, own))
             row, exact = row + len(own), exact + len(held)
         step = np.zeros(free.size)
         step[:count][opened] = least_squares(np.concatenate(reduced), np.concatenate(right))
         exact = 0
-        for k, (block, (factors, own)) in enumerate(zip(self.problem.blocks, parts, strict=True)):
-            colors = step[:count]
-            held = missing[exact : exact + factors.own.shape[1]] + block.ties[block.exact] @ colors
+        colors = step[:count]
+        for k, (part, (factors, own)) in enumerate(zip(self._parts, parts, strict=True)):
+            held = missing[exact : exact + len(part.wanted)] + part.exact_ties @ colors
             inner = _back(factors, factors.orthogonal.T @ (own - factors.by_colors @ colors))
             along = inner if factors.across is None else factors.across @ inner
             start, end = self.problem.offsets[k], self.problem.offsets[k + 1]
             step[start:end][factors.free] = factors.own @ held + along
-            exact += factors.own.shape[1]
+            exact += held.size
         return step
 
     def _factors(self, k: int, free: Mask) -> _Factors | None:
         kept = self._kept.get(k)
         if kept is not None and np.array_equal(kept.free, free):
             return kept
-        block, rows = self.problem.blocks[k], self._rows[k][:, free]
-        by_colors, across = self._ties[k], None
-        own = np.zeros((int(free.sum()), 0))
-        if block.any_exact:
-            held = block.rows[block.exact][:, free]
+        part = self._parts[k]
+        rows, by_colors, across = part.rows[:, free], part.ties, None
+        own = np.zeros((rows.shape[1], 0))
+        if part.wanted.size:
+            held = part.exact[:, free]
             outer, values, inner = np.linalg.svd(held, full_matrices=True)
             if values.size < len(held) or values.min() <= RANK * values.max():
                 return None
             own = inner[: len(held)].T @ (outer.T / values[:, None])
-            by_colors = by_colors + rows @ (own @ block.ties[block.exact])
+            by_colors = by_colors + rows @ (own @ part.exact_ties)
             across = inner[len(held) :].T
             rows = rows @ across
         self._kept[k] = found = _Factors(free.copy(), own, across, *_factorized(rows), by_colors)
         return found
 
 
-def _soft_rows(block: Block) -> Array:
-    root = np.sqrt(block.weights[~block.exact])
-    return np.concatenate([root[:, None] * block.rows[~block.exact], block.roughness])
+@dataclass
+class _Part:
+    """Rows of one spectrum, soft ones times the roots of their weights."""
 
+    rows: Array
+    ties: Array
+    right: Array
+    exact: Array
+    exact_ties: Array
+    wanted: Array
 
-def _soft_ties(block: Block) -> Array:
-    root = np.sqrt(block.weights[~block.exact])
-    smooth = np.zeros((len(block.roughness), block.ties.shape[1]))
-    return np.concatenate([-root[:, None] * block.ties[~block.exact], smooth])
+    @classmethod
+    def of(cls, block: Block) -> _Part:
+        exact, soft = block.exact, ~block.exact
+        root = np.sqrt(block.weights[soft])
+        smooth = len(block.roughness)
+        return cls(
+            np.concatenate([root[:, None] * block.rows[soft], block.roughness]),
+            np.concatenate([-root[:, None] * block.ties[soft], np.zeros((smooth, block.ties.shape[1]))]),
+            np.concatenate([root * block.targets[soft], np.zeros(smooth)]),
+            block.rows[exact],
+            block.ties[exact],
+            block.targets[exact],
+        )
 
 
 def _factorized(rows: Array) -> tuple[Array, Array, NDArray[np.intp]]:

@@ -76,16 +76,14 @@ def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[
 
     ``exact`` · x = ``wanted`` holds throughout. Also the multipliers of these rows, by block.
     """
-    factored = FactoredRows(problem)
-    rows, right = problem.least_squares()
-    exact, wanted = problem.equalities()
+    rows = FactoredRows(problem)
     lower, upper = problem.lower, problem.upper
+    largest, exact = ROUNDING * _largest(rows.right), rows.equalities()
     x = x.copy()
     free = (x > lower) & (x < upper)
-    size = abs(rows)
-    multipliers = np.zeros(wanted.size)
+    multipliers = np.zeros(len(exact))
     for _ in range(changes):
-        step = factored.step(free, right - rows @ x, wanted - exact @ x)
+        step = rows.step(free, *rows.left(x))
         if step is None:
             break
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # steps of 1e-320
@@ -97,14 +95,14 @@ def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[
             free[first] = False
             continue
         x = np.clip(x + step, lower, upper)
-        left = rows @ x - right
-        if _largest(left) <= ROUNDING * _largest(right):
+        left, _ = rows.left(x)
+        if _largest(left) <= largest:
             break  # all rows are met
-        slack = ROUNDING * (size.T @ np.abs(left))
-        gradient = rows.T @ left
-        if wanted.size:
+        slack = ROUNDING * rows.back(np.abs(left), sizes=True)
+        gradient = -rows.back(left)
+        if len(exact):
             # The multipliers that cancel the gradient of the free unknowns.
-            multipliers = least_squares(exact[:, np.flatnonzero(free)].toarray().T, -gradient[free])
+            multipliers = least_squares(exact[:, free].T, -gradient[free])
             gradient = gradient + exact.T @ multipliers
         inward = np.where(x <= lower, -gradient, gradient) - slack
         inward[free | (lower >= upper)] = 0.0
