@@ -111,7 +111,7 @@ def test_live_edits_of_capped_weights_equal_a_new_solve(rng):
 
 
 def test_a_cell_that_is_compared_with_another_is_relieved_by_what_opposes_it(rng):
-    """The other colors of its spectrum under an equal light, or the other cell; a cell of little weight does nothing."""
+    """The other colors of its spectrum under an equal light, or the other cell; little weight does nothing."""
     base = coupled_palette((2, 3, 31), rng)
     lights = tuple(PaletteLight(base.lights[k].spectrum) for k in (0, 0, 1))
     cells = (
