@@ -14,10 +14,9 @@ def add_light(palette: PropertyGroup, lamp: bpy.types.Light | None, name: str = 
     """A measured column with the spectrum of the light; daylight without a light, or if it has no spectrum."""
     column = table.add_light(palette, name or (lamp.name if lamp else "Light"))
     column.light = lamp
-    source = lamp.spectral.source if lamp else "NONE"
-    if source == "CATALOGUE":
+    if lamp is not None and lamp.spectral.source == "CATALOGUE":
         column.spectral.catalogue_name = lamp.spectral.catalogue_name
-    elif source != "NONE":
+    elif lamp is not None and lamp.spectral.source != "NONE":
         store_spectrum(column.spectral, carried_spectrum(lamp))
     if len(palette.lights) == 1:
         for row in palette.materials:
