@@ -12,6 +12,7 @@ import bpy
 from bpy.types import Scene
 
 from .deferred import RENDER_SECONDS
+from .pauses import pause, paused_seconds
 
 PATIENCE_SECONDS = 0.045
 """Wait for an answer that then appears without another redraw. The interface must not stop for 0.1 s, and on a machine
@@ -62,7 +63,8 @@ class Behind:
             self._threads.append(ThreadPoolExecutor(1, thread_name_prefix=self._name))
         answer = self._threads[0].submit(work)
         if not self._is_collecting:  # a timer comes back soon, and has stored an answer before
-            wait([answer], PATIENCE_SECONDS)
+            with pause():
+                wait([answer], max(0.0, PATIENCE_SECONDS - paused_seconds()))
         if answer.done():
             done(scene, answer.result())
             return
