@@ -30,6 +30,8 @@ class _Factors:
     free: Mask
     own: Array
     """P, (f, e): samples that answer to the exact rows."""
+    spare: Array
+    """(e − rank, e): combinations of the exact rows that do not depend on the samples, so that colors alone obey them."""
     across: Array | None
     """N, (f, z): directions that leave the exact rows as they are; None for all directions."""
     orthogonal: Array
@@ -94,32 +96,34 @@ class FactoredRows:
             row += len(part.wanted)
         return found
 
-    def step(self, free: Mask, left: Array, missing: Array) -> Array | None:
+    def step(self, free: Mask, left: Array, missing: Array) -> Array:
         """The step s of least ||rows · s − left|| with exact · s = missing; s is 0 where not ``free``.
 
-        None where exact rows of a spectrum depend on each other.
+        Exact rows that contradict each other are met as well as they can be.
         """
         count = self.problem.offsets[0]
         opened = free[:count]
         reduced, right = [self._known[:, opened]], [left[: len(self._known)]]
         parts: list[tuple[_Factors, Array]] = []
+        ruled, ruling = [np.zeros((0, int(opened.sum())))], [np.zeros(0)]
         row, exact = len(self._known), 0
         for k, part in enumerate(self._parts):
             start, end = self.problem.offsets[k], self.problem.offsets[k + 1]
             factors = self._factors(k, free[start:end])
-            if factors is None:
-                return None
             held = missing[exact : exact + factors.own.shape[1]]
             own = left[row : row + len(part.rows)]
             if held.size:
                 own = own - part.rows[:, factors.free] @ (factors.own @ held)
             if count:
+                ruled.append(factors.spare @ part.exact_ties[:, opened])
+                ruling.append(-factors.spare @ held)
                 reduced.append(_outside(factors.orthogonal, factors.by_colors[:, opened]))
                 right.append(_outside(factors.orthogonal, own))
             parts.append((factors, own))
             row, exact = row + len(own), exact + len(held)
         step = np.zeros(free.size)
-        step[:count][opened] = least_squares(np.concatenate(reduced), np.concatenate(right))
+        rows = np.concatenate(reduced), np.concatenate(right)
+        step[:count][opened] = _ruled(*rows, np.concatenate(ruled), np.concatenate(ruling))
         exact = 0
         colors = step[:count]
         for k, (part, (factors, own)) in enumerate(zip(self._parts, parts, strict=True)):
@@ -131,23 +135,21 @@ class FactoredRows:
             exact += held.size
         return step
 
-    def _factors(self, k: int, free: Mask) -> _Factors | None:
+    def _factors(self, k: int, free: Mask) -> _Factors:
         kept = self._kept.get(k)
         if kept is not None and np.array_equal(kept.free, free):
             return kept
         part = self._parts[k]
         rows, by_colors, across = part.rows[:, free], part.ties, None
-        own = np.zeros((rows.shape[1], 0))
+        own, spare = np.zeros((rows.shape[1], 0)), np.zeros((0, 0))
         if part.wanted.size:
-            held = part.exact[:, free]
-            outer, values, inner = np.linalg.svd(held, full_matrices=True)
-            if values.size < len(held) or values.min() <= RANK * values.max():
-                return None
-            own = inner[: len(held)].T @ (outer.T / values[:, None])
+            outer, values, inner = np.linalg.svd(part.exact[:, free], full_matrices=True)
+            rank = int((values > RANK * values.max(initial=0.0)).sum())
+            own = inner[:rank].T @ (outer.T[:rank] / values[:rank, None])
+            spare, across = outer.T[rank:], inner[rank:].T
             by_colors = by_colors + rows @ (own @ part.exact_ties)
-            across = inner[len(held) :].T
             rows = rows @ across
-        self._kept[k] = found = _Factors(free.copy(), own, across, *_factorized(rows), by_colors)
+        self._kept[k] = found = _Factors(free.copy(), own, spare, across, *_factorized(rows), by_colors)
         return found
 
 
@@ -194,6 +196,17 @@ def _outside(orthogonal: Array, values: Array) -> Array:
     for _ in range(2):
         values = values - orthogonal @ (orthogonal.T @ values)
     return values
+
+
+def _ruled(rows: Array, right: Array, ruled: Array, ruling: Array) -> Array:
+    """The least-squares solution of ``rows`` among those of ``ruled``."""
+    if not np.any(np.abs(ruled) > RANK):
+        return least_squares(rows, right)
+    outer, values, inner = np.linalg.svd(ruled, full_matrices=True)
+    rank = int((values > RANK * values.max()).sum())
+    own = inner[:rank].T @ ((outer.T @ ruling)[:rank] / values[:rank])
+    across = inner[rank:].T
+    return np.asarray(own + across @ least_squares(rows @ across, right - rows @ own))
 
 
 def _back(factors: _Factors, right: Array) -> Array:

@@ -84,8 +84,6 @@ def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[
     multipliers = np.zeros(len(exact))
     for _ in range(changes):
         step = rows.step(free, *rows.left(x))
-        if step is None:
-            break
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # steps of 1e-320
             room = np.where(step < 0, (lower - x) / step, np.where(step > 0, (upper - x) / step, np.inf))
         first = int(np.argmin(room))
