@@ -31,7 +31,7 @@ class _Factors:
     own: Array
     """P, (f, e): samples that answer to the exact rows."""
     spare: Array
-    """(e − rank, e): combinations of the exact rows that no sample enters, so that colors alone obey them."""
+    """(e − rank, e): combinations of the exact rows that no sample changes; colors alone obey them."""
     across: Array | None
     """N, (f, z): directions that leave the exact rows as they are; None for all directions."""
     orthogonal: Array
