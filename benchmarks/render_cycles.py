@@ -9,15 +9,14 @@ between two renders of Cycles with other seeds.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
+from benchmarks._features.compare import render
 from spectral_core.spectra.color import luminance_from_linear_rgb
 
 
@@ -62,21 +61,7 @@ def _compare() -> dict[str, float]:
 
 def _luminance(engine: str, seed: int) -> NDArray[np.float64]:
     """Render with an engine: luminance (height, width)."""
-    import bpy
-
-    from blender_addon import compat
-
-    scene = bpy.context.scene
-    scene.render.engine = engine
-    scene.cycles.seed = scene.spectral.render.seed = seed
-    with tempfile.TemporaryDirectory() as folder:
-        scene.render.filepath = str(Path(folder) / "frame.exr")
-        compat.set_image_format(scene.render.image_settings, "OPEN_EXR", color_depth="32", color_mode="RGBA")
-        bpy.ops.render.render(write_still=True)
-        image = bpy.data.images.load(scene.render.filepath, check_existing=False)
-        pixels = np.array(image.pixels[:]).reshape(*reversed(image.size[:]), 4)
-        bpy.data.images.remove(image)
-    return luminance_from_linear_rgb(pixels[..., :3])
+    return luminance_from_linear_rgb(render(engine, seed, raw=True)[..., :3])
 
 
 def _empty_scene(samples: int, size: int) -> None:

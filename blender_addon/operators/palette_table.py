@@ -11,7 +11,7 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing.palette import live, possible
 from ..properties.palette_cell import ASKED
-from ..translate.palette import table
+from ..translate.palette import from_scene, table
 from .common import UNDOABLE, palette_in, reporting, require_index
 
 SIDES = [("LIGHT", "Light", "A column", 0), ("MATERIAL", "Material", "A row", 1)]
@@ -35,14 +35,13 @@ class SPECTRAL_OT_palette_add(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         palette = palette_in(context)
         picked = _picked(context, self.side)
-        if self.side == "LIGHT":
-            light = table.add_light(palette, self.name or (picked.name if picked else "Light"))
-            light.light = picked
-            palette.active_column = len(palette.lights) - 1
-        else:
-            material = table.add_material(palette, self.name or (picked.name if picked else "Material"))
-            material.material = picked
-            palette.active_row = len(palette.materials) - 1
+        with table.paused():
+            if self.side == "LIGHT":
+                from_scene.add_light(palette, picked, self.name)
+                palette.active_column = len(palette.lights) - 1
+            else:
+                from_scene.add_material(palette, picked, self.name)
+                palette.active_row = len(palette.materials) - 1
         live.edited(palette)
 
 

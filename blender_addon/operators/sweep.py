@@ -8,6 +8,7 @@ from bpy.types import Context, Event
 from spectral_core.errors import InvalidInputError
 
 from ..editing import sweep as editing
+from ..editing.deferred import redraw
 from ..editing.sweep_points import keyframe_path, set_point
 from .common import UNDOABLE, paths_under_pointer, reporting, require_index, with_menu_entry
 
@@ -88,10 +89,7 @@ class SPECTRAL_OT_sweep_run(bpy.types.Operator):
             if scene is None:
                 return None
             more = editing.look(scene)
-            for window in bpy.context.window_manager.windows:
-                for area in window.screen.areas:
-                    if area.type == "VIEW_3D":
-                        area.tag_redraw()
+            redraw("VIEW_3D")
             return editing.POLL_S if more else None
 
         bpy.app.timers.register(tick, first_interval=editing.POLL_S)

@@ -80,7 +80,7 @@ def _draw_mapping(layout: UILayout, design: PropertyGroup) -> None:
     row.enabled = design.mapping == "least_delta_e"
     row.prop(design, "slope")
     column.prop(design, "spectra")
-    column.prop(design, "importance", text="First Picture")
+    column.prop(design, "importance", text="1st over 2nd")
 
 
 def _draw_wanted_colors(layout: UILayout, design: PropertyGroup) -> None:

@@ -5,6 +5,7 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
 from .hooks import Topic, announces
+from .spectrum import DYE_FIELDS
 
 edited = announces(Topic.PALETTE)
 
@@ -38,14 +39,8 @@ class SpectralAlternative(bpy.types.PropertyGroup):
 class SpectralDye(bpy.types.PropertyGroup):
     """A fluorescent dye that a material may hold."""
 
-    excitation_nm: FloatProperty(
-        name="Absorbs (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=edited,
-        description="Wavelength around which the dye absorbs light; 365 and 405 nm are black lights",
-    )  # fmt: skip
-    emission_nm: FloatProperty(
-        name="Emits (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=edited,
-        description="Wavelength around which the dye emits light; longer than the one that it absorbs",
-    )  # fmt: skip
+    excitation_nm: DYE_FIELDS["excitation_nm"].declared(edited)
+    emission_nm: DYE_FIELDS["emission_nm"].declared(edited)
     amount: FloatProperty(
         name="Amount", description="Amount of the dye in the design; 1 absorbs all light at its wavelength"
     )

@@ -38,8 +38,8 @@ class SpectralRecipe(bpy.types.PropertyGroup):
         name="At Most", default=4, min=1, max=16, description="Channels or colorants in the recipe at most"
     )
     cct: FloatProperty(
-        name="Temperature", default=4000.0, min=1500.0, max=20000.0, precision=0,
-        description="Color temperature of the white in kelvin",
+        name="Temperature (K)", default=4000.0, min=1500.0, max=20000.0, precision=0,
+        description="Color temperature of the white",
     )  # fmt: skip
     duv: FloatProperty(
         name="Tint (Duv)", default=0.0, min=-0.02, max=0.02, precision=4,

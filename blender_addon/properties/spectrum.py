@@ -12,6 +12,7 @@ import bpy
 from bpy.props import CollectionProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 
 from ..compat import path_options
+from .fields import Field, by_name
 from .hooks import Topic, announces, offers
 
 SOURCES = [
@@ -37,17 +38,24 @@ class SpectralSample(bpy.types.PropertyGroup):
     value: FloatProperty(name="Value", description="Reflectance from 0 to 1, or relative power", precision=4)
 
 
+DYE_FIELDS = by_name(
+    Field(
+        "excitation_nm", FloatProperty, "excitation_nm", name="Absorbs (nm)", default=405.0, min=300.0, max=760.0,
+        precision=0, description="Wavelength around which the dye absorbs light; 365 and 405 nm are black lights",
+    ),
+    Field(
+        "emission_nm", FloatProperty, "emission_nm", name="Emits (nm)", default=530.0, min=320.0, max=800.0,
+        precision=0, description="Wavelength around which the dye emits light; longer than the one that it absorbs",
+    ),
+)  # fmt: skip
+"""A dye of a palette's material, and of a material in the scene."""
+
+
 class SpectralCarriedDye(bpy.types.PropertyGroup):
     """A fluorescent dye in a material."""
 
-    excitation_nm: FloatProperty(
-        name="Absorbs (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=tag,
-        description="Wavelength around which the dye absorbs light; 365 and 405 nm are black lights",
-    )  # fmt: skip
-    emission_nm: FloatProperty(
-        name="Emits (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=tag,
-        description="Wavelength around which the dye emits light; longer than the one that it absorbs",
-    )  # fmt: skip
+    excitation_nm: DYE_FIELDS["excitation_nm"].declared(tag)
+    emission_nm: DYE_FIELDS["emission_nm"].declared(tag)
     amount: FloatProperty(
         name="Amount", default=0.3, min=0.0, max=1.0, precision=3, update=tag,
         description="Share of the power absorbed at the first wavelength that is emitted at the second. Reflection and "

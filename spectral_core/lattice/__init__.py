@@ -10,7 +10,7 @@ from spectral_core.lattice.catalogue import CRITERIA, FrozenScales, frozen_scale
 from spectral_core.lattice.classes import Enumeration, LatticeClass, lattice_classes
 from spectral_core.lattice.congruence import are_congruent, are_similar, isometry
 from spectral_core.lattice.construction import Lattice, all_lattices, build_lattice, class_of
-from spectral_core.lattice.fill.filling import fill_exactly, level_for, place_about
+from spectral_core.lattice.fill.filling import fill_exactly, level_for
 from spectral_core.lattice.fill.frame import MAX_POINTS, Frame
 from spectral_core.lattice.fill.progressive import ProgressivePoints, progressive_fill, progressive_points
 from spectral_core.lattice.fill.regions import Region, ball, box, corner_simplex, halfspaces, unit_cube
@@ -22,7 +22,6 @@ from spectral_core.lattice.measure.figures import (
     figures_of_merit,
     packing,
     second_moment,
-    theta_list,
 )
 from spectral_core.lattice.measure.measures import Evenness, evenness, latinized, prefix_separations, separation
 from spectral_core.lattice.measure.voronoi import VoronoiCell, relevant_vectors, voronoi_cell
@@ -72,7 +71,6 @@ __all__ = [
     "optimize_packing",
     "optimize_second_moment",
     "packing",
-    "place_about",
     "prefix_separations",
     "progressive_fill",
     "progressive_points",
@@ -80,7 +78,6 @@ __all__ = [
     "second_moment",
     "separation",
     "shortest_vectors",
-    "theta_list",
     "unit_cube",
     "voronoi_cell",
     "whiteness",

@@ -33,9 +33,9 @@ def design_grid(step_nm: float = 10.0) -> SpectralGrid:
     return SpectralGrid.uniform(380.0, 780.0, step_nm)
 
 
-def light_color(light: Illuminant, grid: SpectralGrid | None = None) -> Array:
+def light_color(light: Illuminant) -> Array:
     """Linear RGB (3,) of a perfect white under the light."""
-    return color_kernel(grid or light.grid).color_of(light)[0]
+    return color_kernel(light.grid).color_of(light)[0]
 
 
 def hidden_mark(

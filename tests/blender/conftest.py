@@ -34,6 +34,20 @@ def translate(blender):
     return run
 
 
+@pytest.fixture
+def surface(build, translate):
+    """The translated surface of a material on a plane, and the notes."""
+
+    def run(material):
+        for each in list(bpy.data.objects):
+            bpy.data.objects.remove(each)
+        build.plane(material=material)
+        scene = translate()
+        return scene.materials[0].surface, {note.message for note in scene.notes}
+
+    return run
+
+
 def _object(name, data, location=(0, 0, 0)):
     made = bpy.data.objects.new(name, data)
     made.location = location

@@ -11,20 +11,6 @@ from spectral_core.scene import Computed
 bpy = pytest.importorskip("bpy")
 
 
-@pytest.fixture
-def surface(build, translate):
-    """The translated surface of a material on a plane, and the notes."""
-
-    def run(material):
-        for thing in list(bpy.data.objects):
-            bpy.data.objects.remove(thing)
-        build.plane(material=material)
-        scene = translate()
-        return scene.materials[0].surface, {note.message for note in scene.notes}
-
-    return run
-
-
 def worn(material, kind):
     """A shader as the material's surface."""
     tree = material.node_tree

@@ -24,20 +24,6 @@ from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 bpy = pytest.importorskip("bpy")
 
 
-@pytest.fixture
-def surface(build, translate):
-    """The translated surface of a material on a plane, and the notes."""
-
-    def run(material):
-        for thing in list(bpy.data.objects):
-            bpy.data.objects.remove(thing)
-        build.plane(material=material)
-        scene = translate()
-        return scene.materials[0].surface, {note.message for note in scene.notes}
-
-    return run
-
-
 def add(material, kind, **values):
     node = material.node_tree.nodes.new(kind)
     for name, value in values.items():

@@ -47,6 +47,27 @@ def test_the_active_object_supplies_light_and_material(blender, palette):
     assert palette.materials[-1].name == "paint"
 
 
+def test_what_the_active_object_supplies_keeps_its_spectrum_and_color(blender):
+    palette = blender.context.scene.spectral.palette
+    palette.live = False
+    blender.ops.mesh.primitive_cube_add()
+    paint = blender.data.materials.new("paint")
+    paint.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.2, 0.3, 0.1, 1.0)
+    blender.context.object.data.materials.append(paint)
+    blender.ops.spectral.palette_add(side="MATERIAL", name="my paint")
+    assert palette.materials[0].name == "my paint"
+    blender.ops.object.light_add(type="SUN")
+    blender.context.object.data.spectral.source = "CATALOGUE"
+    blender.context.object.data.spectral.catalogue_name = "HP1"
+    blender.ops.spectral.palette_add(side="LIGHT")
+    assert palette.lights[0].spectral.spectrum_name == "HP1"
+    # the first light arrives after the material, whose color it shows
+    assert tuple(palette.materials[0].cells[0].target) == pytest.approx((0.4845, 0.5838, 0.3492), abs=1e-3)
+    blender.ops.object.light_add(type="SUN")
+    blender.ops.spectral.palette_add(side="LIGHT")
+    assert modes(palette) == [["FIXED", "IGNORE"]]
+
+
 def test_removing_a_row_or_column_removes_cells_and_references(blender, palette):
     palette.materials[1].cells[0].mode = "SAME"
     assert table.references(palette, palette.materials[1].cells[0]) == [(0, 0)]

@@ -102,7 +102,7 @@ def test_pick_up_waits_until_the_fader_passes_the_value() -> None:
 def test_an_upper_bound_never_goes_below_its_lower_one() -> None:
     numbers = Numbers({"low": 2.0, "high": 6.0})
     board = board_of(numbers)
-    board.keep_ordered("low", "high")
+    board.set_orders([("low", "high")])
 
     board.receive(FADERS[0], 0.9, time=0.0)
     (change,) = board.poll()

@@ -103,8 +103,7 @@ def test_a_late_message_equal_to_the_command_counts_as_a_hand_move() -> None:
 def test_chains_of_order_hold_and_can_be_removed() -> None:
     numbers = Numbers({"a": 1.0, "b": 2.0, "c": 3.0})
     board = board_of(numbers)
-    board.keep_ordered("a", "b")
-    board.keep_ordered("b", "c")
+    board.set_orders([("a", "b"), ("b", "c")])
     rng = np.random.default_rng(3)
     for tick in range(300):
         for fader in rng.choice(3, rng.integers(1, 4), replace=False):
@@ -112,7 +111,7 @@ def test_chains_of_order_hold_and_can_be_removed() -> None:
         numbers.apply(board)
         assert numbers["a"] <= numbers["b"] <= numbers["c"]
     with pytest.raises(InvalidInputError, match="'c' is kept below 'a' already|'a' is kept below 'c' already"):
-        board.keep_ordered("c", "a")
+        board.set_orders([*board.orders, ("c", "a")])
     board.set_orders([("a", "b")])
     assert board.orders == (("a", "b"),)
     board.receive(FADERS[1], 1.0, time=400)

@@ -220,9 +220,9 @@ def test_targets_below_and_above_hold_in_a_tree() -> None:
     # d moves to 0.375, the greatest of what rests below it, and b stops at d
     assert {change.target: change.value for change in board.poll()} == {"d": 0.375, "b": 0.375}
     with pytest.raises(InvalidInputError, match="'a' cannot bound itself"):
-        board.keep_ordered("a", "a")
+        board.set_orders([("a", "a")])
     with pytest.raises(InvalidInputError, match="'a' is kept below 'd' already"):
-        board.keep_ordered("d", "a")
+        board.set_orders([*board.orders, ("d", "a")])
 
 
 @pytest.mark.parametrize(

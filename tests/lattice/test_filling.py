@@ -23,7 +23,6 @@ from spectral_core.lattice import (
     halfspaces,
     level_for,
     make_lattice,
-    place_about,
     prefix_separations,
     progressive_fill,
     progressive_points,
@@ -167,14 +166,11 @@ def test_memory_is_proportional_to_the_points() -> None:
 
 
 def test_the_number_of_points_is_near_m_and_has_levels() -> None:
-    lattice = make_lattice(3, 2)
-    frame = place_about(lattice, unit_cube(3), 1000)
-    assert abs(len(frame.points_in(unit_cube(3))[0]) - 1000) < 60
+    frame = fill_exactly(make_lattice(3, 2), unit_cube(3), 1000)[0]
+    assert len(frame.points_in(unit_cube(3))[0]) == 1000
     level = level_for(frame, unit_cube(3), 8000)
     assert level == 3
     assert abs(len(frame.points_in(unit_cube(3), level)[0]) - 8000) < 300
-    simplex = corner_simplex(3)
-    assert len(place_about(lattice, simplex, 77).points_in(simplex)[0]) == 77
 
 
 def test_equal_seeds_give_equal_points_and_other_seeds_do_not() -> None:
@@ -219,9 +215,8 @@ def _tilted_flat() -> Region:
         (lambda: unit_cube(17), "1 to 16"),
         (lambda: progressive_fill(box([1e9, 1e9], [1e9 + 1e-5] * 2), 9), "subtract an offset"),
         (lambda: unit_cube(2) & unit_cube(3), "cannot be intersected"),
-        (lambda: place_about(make_lattice(2, 2), unit_cube(2), 0), "at least 1"),
         (lambda: fill_exactly(make_lattice(2, 2), unit_cube(3), 9), "3 dimensions, the lattice 2"),
-        (lambda: place_about(make_lattice(2, 2), unit_cube(2), 100).points_in(unit_cube(2), 40), "the limit is"),
+        (lambda: fill_exactly(make_lattice(2, 2), unit_cube(2), 100)[0].points_in(unit_cube(2), 40), "the limit is"),
         (lambda: fill_exactly(make_lattice(2, 2), unit_cube(2), 9, rotation=2 * np.eye(2)), "off orthonormal"),
     ],
 )

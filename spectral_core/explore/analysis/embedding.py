@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
-from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.errors import InvalidInputError
 
 Array = NDArray[np.float64]
 Variant = Literal["cosine", "centered", "gaussian", "simplex"]
@@ -85,40 +85,27 @@ def _leading(affinity: Array, count: int) -> tuple[Array, Array]:
     return values[order], vectors[:, order]
 
 
-def cluster(
-    features: ArrayLike, count: int, *, method: Literal["kmeans", "hdbscan"] = "kmeans", seed: int = 0
-) -> NDArray[Any]:
-    """Cluster number of each row, 0 upwards, largest cluster first; -1 for noise of HDBSCAN.
+def cluster(features: ArrayLike, count: int) -> NDArray[Any]:
+    """Cluster number of each row, 0 upwards, largest cluster first, by k-means from several starts.
 
     Parameters
     ----------
     features : (m, n).
-    count : clusters of k-means; fewest rows of a cluster of HDBSCAN.
-    method : "kmeans" (SciPy) or "hdbscan" (scikit-learn), which finds clusters of any shape.
-    seed : of k-means' starts.
+    count : clusters, 1 to m.
     """
     data = np.array(frozen_array("features", features, (None, None)))
     if not 1 <= count <= len(data):
         raise InvalidInputError(f"{count} clusters of {len(data)} rows; expected 1 to the number of rows")
-    if method == "hdbscan":
-        try:
-            from sklearn.cluster import HDBSCAN
-        except ImportError as error:
-            raise MissingDependencyError.package("scikit-learn", "HDBSCAN", "explore") from error
-        numbers = HDBSCAN(min_cluster_size=max(2, count), copy=True).fit_predict(data)
-    else:
-        from scipy.cluster.vq import kmeans2
+    from scipy.cluster.vq import kmeans2
 
-        best: tuple[float, NDArray[Any]] | None = None
-        for start in range(10):
-            rng = np.random.default_rng([seed, start])
-            centers, found = kmeans2(data, count, minit="++", rng=rng, missing="raise") if count > 1 else (
-                data.mean(axis=0)[None], np.zeros(len(data), int))  # fmt: skip
-            cost = float(np.square(data - centers[found]).sum())
-            if best is None or cost < best[0]:
-                best = cost, found
-        assert best is not None
-        numbers = best[1]
-    kinds, sizes = np.unique(numbers[numbers >= 0], return_counts=True)
-    renamed = {int(kind): place for place, kind in enumerate(kinds[np.argsort(-sizes, kind="stable")])}
-    return np.array([renamed.get(int(number), -1) for number in numbers])
+    best: tuple[float, NDArray[Any]] | None = None
+    for start in range(10):
+        rng = np.random.default_rng([0, start])
+        centers, found = kmeans2(data, count, minit="++", rng=rng, missing="raise") if count > 1 else (
+            data.mean(axis=0)[None], np.zeros(len(data), int))  # fmt: skip
+        cost = float(np.square(data - centers[found]).sum())
+        if best is None or cost < best[0]:
+            best = cost, found
+    assert best is not None
+    _, number, sizes = np.unique(best[1], return_inverse=True, return_counts=True)
+    return np.argsort(np.argsort(-sizes, kind="stable"))[number]

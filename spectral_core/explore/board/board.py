@@ -99,13 +99,6 @@ class Board:
         """All pairs (lower, upper) that are kept in order."""
         return self._order.pairs
 
-    def keep_ordered(self, lower: str, upper: str) -> None:
-        """Keep the target ``upper`` at or above the target ``lower``: each stops at the other.
-
-        Pairs make chains: with a ≤ b and b ≤ c, all three stay in order. Raises InvalidInputError for a circle.
-        """
-        self._order = self._order.with_pair(lower, upper)
-
     def set_orders(self, pairs: Iterable[tuple[str, str]]) -> None:
         """Keep these pairs (lower, upper) in order, and no others. Raises InvalidInputError for a circle."""
         order = Order()

@@ -67,18 +67,18 @@ class ComputeNode(Protocol):
         """Compute one point."""
 
 
-def worker_command(node: Any) -> list[str] | None:
+def worker_command(node: ComputeNode) -> list[str] | None:
     """Command of the process that can compute a node, the bootstrap code to be appended; None for plain Python."""
     command = getattr(node, "worker_command", None)
     return None if command is None else list(command())
 
 
-def worker_prelude(node: Any) -> str:
+def worker_prelude(node: ComputeNode) -> str:
     """Code that a worker runs before anything else, on its own module path; "" for most nodes."""
     return str(getattr(node, "worker_prelude", ""))
 
 
-def describe(node: Any) -> list[str]:
+def describe(node: ComputeNode) -> list[str]:
     """Text of the plan on a node: data that stay between points, points that are re-lit or rendered."""
     lines = getattr(node, "describe", None)
     return list(lines()) if lines is not None else [type(node).__name__]

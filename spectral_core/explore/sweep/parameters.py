@@ -140,12 +140,6 @@ class Parameter:
             return self._to_unit(self.low - 0.5, self.high + 0.5, number)
         return (number - self.low + 0.5) / (self.high - self.low + 1)
 
-    def accepts(self, value: Value) -> bool:
-        """True if a value lies in the range, or among the choices."""
-        if self.kind == "choice":
-            return value in self.choices
-        return not isinstance(value, str) and self.low <= value <= self.high
-
     def _number(self, value: Value) -> float:
         if isinstance(value, bool | str) or not is_finite(value):
             raise InvalidInputError(f"{self.name} is {value!r}; expected a finite number")

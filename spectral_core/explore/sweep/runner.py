@@ -17,6 +17,7 @@ from typing import Any
 
 from spectral_core.errors import RenderError, SpectralError
 from spectral_core.explore.sweep.files import only_holder
+from spectral_core.explore.sweep.outcome import ComputeNode, worker_command, worker_prelude
 from spectral_core.explore.sweep.pool import KILLED_FROM_OUTSIDE, WorkerDied, WorkerPool
 from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.task import Receipt, compute_point
@@ -61,7 +62,7 @@ class SweepReport:
 
 def run_sweep(
     store: Store,
-    node: Any,
+    node: ComputeNode,
     *,
     keys: Iterable[str] | None = None,
     executor: Executor | None = None,
@@ -99,8 +100,6 @@ def run_sweep(
     with only_holder(store.folder / "driver.lock", f"the sweep in {store.folder}"):
         own = None
         if executor is None:
-            from spectral_core.explore.sweep.outcome import worker_command, worker_prelude
-
             command, prelude = worker_command(node), worker_prelude(node)
             executor = own = WorkerPool(workers, command=command, threads=_threads_each(workers), prelude=prelude)
         run = _Run(store, node, executor, in_flight or _capacity(executor, workers), linear)
@@ -127,7 +126,7 @@ def _capacity(executor: Executor, workers: int) -> int:
 class _Run:
     """The state of one run."""
 
-    def __init__(self, store: Store, node: Any, executor: Executor, capacity: int, linear: bool) -> None:
+    def __init__(self, store: Store, node: ComputeNode, executor: Executor, capacity: int, linear: bool) -> None:
         self.store, self.node, self.executor, self.capacity = store, node, executor, capacity
         self.address = store.address(linear=linear)
         self.report = SweepReport()

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.explore.sweep.files import file_lock, json_text, require_file_name, write_whole
-from spectral_core.explore.sweep.outcome import Outcome, plain_values
+from spectral_core.explore.sweep.outcome import ComputeNode, Outcome, plain_values
 from spectral_core.explore.sweep.parameters import Value
 from spectral_core.spectra.pictures import display_png, exr_bytes, has_exr
 
@@ -55,7 +55,7 @@ class Receipt:
 _nodes: dict[tuple[type, str, int], Any] = {}
 
 
-def _warm(node: Any) -> Any:
+def _warm(node: ComputeNode) -> Any:
     """The equivalent node of this process and thread: each task brings a copy without cached data."""
     address = (type(node), node.fingerprint, threading.get_ident())
     if address not in _nodes:
@@ -66,7 +66,7 @@ def _warm(node: Any) -> Any:
 
 
 def compute_point(
-    node: Any, parameters: Mapping[str, Value], seed: int, key: str, address: StoreAddress | None
+    node: ComputeNode, parameters: Mapping[str, Value], seed: int, key: str, address: StoreAddress | None
 ) -> Receipt:
     """Compute a point and commit it.
 
@@ -100,7 +100,7 @@ def commit_files(folder: Path, key: str, record: Mapping[str, Any], contents: Ma
 
 
 def _computed(
-    node: Any, parameters: Mapping[str, Value], seed: int, key: str, address: StoreAddress | None
+    node: ComputeNode, parameters: Mapping[str, Value], seed: int, key: str, address: StoreAddress | None
 ) -> tuple[dict[str, Any], dict[str, bytes]]:
     node = _warm(node)
     start = time.perf_counter()

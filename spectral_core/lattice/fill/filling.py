@@ -74,32 +74,6 @@ def fill_exactly(
     )
 
 
-def place_about(
-    lattice: Lattice, region: Region, count: int, *, seed: int = 0, rotation: ArrayLike | None = None
-) -> Frame:
-    """Frame whose level 0 has about ``count`` points: the cell is the region's volume (box, ball) over the count.
-
-    For regions without a volume formula the spacing is that of ``fill_exactly``.
-    """
-    _check_count(count)
-    if count == 0:
-        raise InvalidInputError("a lattice with about 0 points has no spacing; ask for at least 1")
-    log_volume = region.log_volume()
-    if log_volume is None:
-        return fill_exactly(lattice, region, count, seed=seed, rotation=rotation)[0]
-    anchored = _anchored(lattice, region)
-    rng = seeded(seed)
-    n = lattice.dimensions
-    orientation = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
-    spacing = math.exp((log_volume - math.log(count)) / n)
-    return _frozen_frame(
-        lattice,
-        orientation,
-        spacing,
-        anchored.center + spacing * (orientation @ lattice.reduced @ (rng.random(n) - 0.5)),
-    )
-
-
 def level_for(frame: Frame, region: Region, count: int) -> int:
     """The level of a frame that comes nearest to ``count`` points in a region, by its volume where that is known."""
     _check_count(count)

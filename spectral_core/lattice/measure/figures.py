@@ -16,13 +16,12 @@ from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.measure.voronoi import (
     MAX_RELEVANT_DIMENSIONS,
     MAX_VERTEX_DIMENSIONS,
-    TOLERANCE,
     checked_basis,
     relevant_vectors,
     voronoi_cell,
 )
 from spectral_core.lattice.optimization import cell_samples
-from spectral_core.lattice.reduction import closest_vectors, shortest_vectors, vectors_up_to
+from spectral_core.lattice.reduction import closest_vectors, shortest_vectors
 
 Matrix = NDArray[np.float64]
 
@@ -169,25 +168,6 @@ def second_moment(basis: ArrayLike, *, samples: int = 65536, seed: int = 0) -> E
         means.append(closest_vectors(reduced, points @ reduced.T)[1].mean())
     scaled = np.array(means) / (n * abs(np.linalg.det(reduced)) ** (2.0 / n))
     return Estimate(float(scaled.mean()), float(scaled.std(ddof=1) / math.sqrt(_REPLICATES)))
-
-
-def theta_list(basis: ArrayLike, shells: int = 8) -> tuple[tuple[float, int], ...]:
-    """The first ``shells`` squared lengths with the number of vectors of each (the start of the theta series).
-
-    Different lists prove that lattices differ; equal lists do not prove that they are equal (from n = 4 on).
-    """
-    if not 1 <= shells <= 64:
-        raise InvalidInputError(f"shells is {shells}; expected 1 to 64")
-    reduced = checked_basis(basis)
-    limit = float(np.einsum("ij,ij->j", reduced, reduced).min())
-    for _ in range(40):
-        squares = np.sort(vectors_up_to(reduced, limit * (1.0 + TOLERANCE))[2])
-        edges = np.flatnonzero(np.diff(squares) > 4.0 * TOLERANCE * squares[1:]) + 1
-        groups = np.split(squares, edges)
-        if len(groups) >= shells:
-            return tuple((float(group.mean()), len(group)) for group in groups[:shells])
-        limit *= 1.0 + max(0.1, 2.0 / len(reduced) / 4.0)
-    raise SolveError(f"{shells} shells were not reached; ask for fewer")
 
 
 def best_known(dimensions: int) -> Matrix | None:

@@ -16,6 +16,7 @@ from scipy.optimize import linprog, minimize
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.fidelity import FidelityReference
+from spectral_core.palette.recipe.library import DOSAGE_ERROR
 from spectral_core.palette.recipe.white import (
     LAMP_GRID,
     RenderingReference,
@@ -46,7 +47,7 @@ class LampRecipe:
 
     ``cct_k``, ``duv``, ``rendering_index`` (Ra), ``fidelity`` and ``gamut`` (Rf and Rg of TM-30-18) and
     ``efficacy_lm_per_w`` (of the radiation) belong to the mixed spectrum; ``dosage_delta_uv``: rms shift of the white
-    in CIE 1960 uv for 2 % error of each drive; ``met``: True if white, Ra, Rf and Rg meet the request.
+    in CIE 1960 uv for ``DOSAGE_ERROR`` of each drive; ``met``: True if white, Ra, Rf and Rg meet the request.
     """
 
     names: tuple[str, ...]
@@ -72,7 +73,7 @@ class LampRecipe:
                 *lines,
                 f"{self.cct_k:.0f} K, Duv {self.duv:+.5f}, Ra {self.rendering_index:.1f}, Rf {self.fidelity:.1f}, "
                 f"Rg {self.gamut:.1f}, {self.efficacy_lm_per_w:.0f} lm per watt of radiation",
-                f"2 % errors of the drives move the white by Δuv {self.dosage_delta_uv:.4f}",
+                f"{100 * DOSAGE_ERROR:.0f} % errors of the drives move the white by Δuv {self.dosage_delta_uv:.4f}",
             ]
         )
 
@@ -287,5 +288,5 @@ def _described(channels: Sequence[Illuminant], spds: Array, drives: Array, outco
         tuple(channel.name for channel in channels), frozen_array("drives", drives),
         Illuminant("mixed lamp", LAMP_GRID, spd), cct, duv, color_rendering_index(spd), fidelity, gamut,
         luminous_efficacy(spd),
-        0.02 * float(np.sqrt(np.sum(np.square(shifts)))), met, time.perf_counter() - started,
+        DOSAGE_ERROR * float(np.sqrt(np.sum(np.square(shifts)))), met, time.perf_counter() - started,
     )  # fmt: skip

@@ -20,6 +20,8 @@ LED_PEAKS_AND_WIDTHS_NM = (
     ("royal blue", 447, 18), ("blue", 470, 25), ("cyan", 500, 28), ("green", 523, 33), ("lime", 556, 95),
     ("amber", 594, 16), ("red", 632, 18), ("deep red", 660, 20),
 )  # fmt: skip
+DOSAGE_ERROR = 0.02
+"""Standard deviation of each amount or drive level, relative to it, for the stated sensitivity of a recipe."""
 PHOSPHOR_LEDS = ("LED-B1", "LED-B3", "LED-B5")
 
 

@@ -20,6 +20,7 @@ from scipy.optimize import least_squares
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.paint.mixtures import halftone_shares, paint_mixture
+from spectral_core.palette.recipe.library import DOSAGE_ERROR
 from spectral_core.palette.texture.reach import stimulus_matrix
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import OBSERVER_NAMES, observer
@@ -95,7 +96,7 @@ class MaterialRecipe:
 
     ``delta_e``: (L,) ΔE2000 to the target under each light. ``observer_delta_e``: (O, L), the same for every standard
     observer; ``metamerism_index``: the largest of it minus that of the first observer. ``dosage_delta_e``: (L,), mean
-    ΔE2000 that 2 % error of each amount causes.
+    ΔE2000 that ``DOSAGE_ERROR`` of each amount causes.
     """
 
     colorants: Colorants
@@ -128,7 +129,7 @@ class MaterialRecipe:
         pairs = zip(self.colorants.names, self.amounts, strict=True)
         lines = [f"{name:24} {factor * amount:8.3f} {unit}" for name, amount in pairs if amount > 0]
         for name, error, dosage in zip(self.lights, self.delta_e, self.dosage_delta_e, strict=True):
-            lines.append(f"under {name}: ΔE2000 {error:.2f}; 2 % dosage errors add {dosage:.2f}")
+            lines.append(f"under {name}: ΔE2000 {error:.2f}; {100 * DOSAGE_ERROR:.0f} % dosage errors add {dosage:.2f}")
         return "\n".join([*lines, f"metamerism index over observers {self.metamerism_index:.2f}"])
 
 
@@ -224,8 +225,8 @@ def _fitted(colorants: Colorants, matrix: Array, wanted: Array, chosen: tuple[in
     return full(part / part.sum() if colorants.kind == "paints" else part)
 
 
-def _dosage(colorants: Colorants, matrix: Array, amounts: Array, seed: int, error: float = 0.02) -> Array:
-    """Mean ΔE2000 (L,) of normal errors of ``error`` of each amount, by first-order propagation in CIELAB."""
+def _dosage(colorants: Colorants, matrix: Array, amounts: Array, seed: int) -> Array:
+    """Mean ΔE2000 (L,) of normal errors of ``DOSAGE_ERROR`` of each amount, by first-order propagation in CIELAB."""
     used = np.flatnonzero(amounts)
     center = _lab(matrix, colorants.reflectance(amounts))
     step = 1e-4
@@ -236,7 +237,7 @@ def _dosage(colorants: Colorants, matrix: Array, amounts: Array, seed: int, erro
         down[index] *= 1 - step
         difference = _lab(matrix, _within(colorants, up)) - _lab(matrix, _within(colorants, down))
         slopes.append(difference / (2 * step))
-    noise = np.random.default_rng(seed).normal(scale=error, size=(2000, len(used)))
+    noise = np.random.default_rng(seed).normal(scale=DOSAGE_ERROR, size=(2000, len(used)))
     shifted = center + np.einsum("sk,klc->slc", noise, np.array(slopes))
     return np.asarray(delta_e_2000(shifted, np.broadcast_to(center, shifted.shape)).mean(axis=0))
 
