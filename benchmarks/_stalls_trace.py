@@ -7,6 +7,7 @@ return, on the clock and in processor time of the thread. A timer that ticks at 
 artist feels, Blender's own work included.
 """
 
+import os
 import sys
 import threading
 import time
@@ -19,13 +20,24 @@ step = ["start"]
 """What the script does now."""
 
 
+def _queue_file():
+    """Linux' account of the main thread's waits for a processor, kept open; None elsewhere."""
+    try:
+        return os.open(f"/proc/self/task/{threading.get_native_id()}/schedstat", os.O_RDONLY)
+    except OSError:
+        return None
+
+
 class Trace:
-    """Outermost calls of the extension on the main thread: by function milliseconds, of which processor time."""
+    """Outermost calls of the extension on the main thread: by function milliseconds on the clock and of processor time,
+    the step, and milliseconds in which no processor was free.
+    """
 
     def __init__(self):
         self.calls = defaultdict(list)
         self.within = 0.0
-        self._main, self._depth, self._start = threading.get_ident(), 0, (0.0, 0.0)
+        self._main, self._depth, self._start = threading.get_ident(), 0, (0.0, 0.0, 0.0)
+        self._queue = _queue_file()
         events = sys.monitoring.events
         pairs = {
             "PY_START": self._enter, "PY_RESUME": self._enter, "PY_RETURN": self._leave, "PY_YIELD": self._leave,
@@ -42,7 +54,7 @@ class Trace:
             return sys.monitoring.DISABLE
         if threading.get_ident() == self._main:
             if not self._depth:
-                self._start = time.perf_counter(), time.thread_time()
+                self._start = time.perf_counter(), time.thread_time(), self._queued()
             self._depth += 1
         return None
 
@@ -54,10 +66,15 @@ class Trace:
             if not self._depth:
                 clock = 1e3 * (time.perf_counter() - self._start[0])
                 work = 1e3 * (time.thread_time() - self._start[1])
+                queued = 1e3 * (self._queued() - self._start[2])
                 self.within += clock
                 name = f"{code.co_filename.rpartition('blender_addon/')[2]}: {code.co_qualname}"
-                self.calls[name].append((clock, work, step[0]))
+                self.calls[name].append((clock, work, step[0], queued))
         return None
+
+    def _queued(self):
+        """Seconds in which the main thread could have run, but no processor was free; 0 where this is not reported."""
+        return 0.0 if self._queue is None else int(os.pread(self._queue, 100, 0).split()[1]) / 1e9
 
     def _unwind(self, code, place, error):
         if "blender_addon" in code.co_filename:

@@ -252,7 +252,8 @@ def drive():
     told["functions"] = {name: {
         "calls": len(calls), "clock_ms": max(call[0] for call in calls), "work_ms": max(call[1] for call in calls),
         "median_ms": float(np.median([call[0] for call in calls])),
-        "at": max(calls, key=lambda call: call[1])[2],
+        "at": max(calls, key=lambda call: call[1])[2], "queued_ms": max(calls)[3], "slow_at": max(calls)[2],
+        "apart_ms": max(clock - queued for clock, _, _, queued in calls),
         "long": [call for call in calls if call[0] > LONG_MS or call[1] > LONG_MS],
     } for name, calls in trace.calls.items()}  # fmt: skip
     gaps = np.array([gap[0] for gap in ticks.gaps])
@@ -260,7 +261,7 @@ def drive():
         "number": len(gaps), "median_ms": float(np.median(gaps)), "p99_ms": float(np.percentile(gaps, 99)),
         "histogram": {f"{low}": int(((gaps >= low) & (gaps < high)).sum())
                       for low, high in ((0, 20), (20, 50), (50, 100), (100, 200), (200, 500), (500, 1e9))},
-        "longest": sorted(ticks.gaps, reverse=True)[:12],
+        "longest": sorted(ticks.gaps, reverse=True)[:12], "own": sorted(ticks.gaps, key=lambda gap: -gap[1])[:12],
     }  # fmt: skip
 
 

@@ -15,8 +15,8 @@ FEATURES = {
         "texture_design", "recipe", "viewport", "scene", "volume", "texture",
     ),
     "editing": (
-        "viewport.session", "spectrum", "texture", "palette.live", "palette.picture", "dial.live", "dial.changes",
-        "board.live", "sweep", "texture_job",
+        "pauses", "viewport.session", "spectrum", "texture", "palette.live", "palette.picture", "dial.live",
+        "dial.changes", "board.live", "sweep", "texture_job",
     ),
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",

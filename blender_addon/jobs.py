@@ -15,6 +15,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+import bpy
+
 from spectral_core.render import Progress, RenderProcess, RenderResult
 from spectral_core.render.denoise import how_to_install, is_installed
 from spectral_core.render.live.link import LiveLink
@@ -84,7 +86,9 @@ def failures() -> list[RenderRecord]:
     return [entry for entry in records if entry.status == "failed"]
 
 
-process = RenderProcess()
+NICENESS = 0 if bpy.app.background else 12
+"""Added to the niceness of renders: in a window the artist goes on, and the view (8) is drawn before the render."""
+process = RenderProcess(niceness=NICENESS)
 """The process of all renders: started by the first render, and again after a crash or an end."""
 
 
@@ -100,7 +104,7 @@ def render_preview(
     It adds no record. Raises RenderError if the process crashed or its renderer failed.
     """
     if not _previews:
-        _previews.append(RenderProcess())
+        _previews.append(RenderProcess(niceness=NICENESS))
     return _previews[0].render(scene, on_progress=on_progress, should_stop=should_stop)
 
 
@@ -138,8 +142,6 @@ def _command_line() -> list[str]:
 
 def _file_was_loaded(*_: Any) -> None:
     """Store the engine of each loaded file: at the end of the session its data are not available."""
-    import bpy
-
     global _engine_asked
     _engine_asked = bpy.context.scene.render.engine
 
@@ -164,8 +166,6 @@ def _exit_status() -> None:
 
 def register() -> None:
     """Set the exit status of a command-line render after a failure; in other cases only clean up at exit."""
-    import bpy
-
     if bpy.app.background and not getattr(bpy.app, "module", False) and RENDER_ARGUMENTS.intersection(_command_line()):
         bpy.app.handlers.persistent(_file_was_loaded)
         bpy.app.handlers.load_post.append(_file_was_loaded)
@@ -175,8 +175,6 @@ def register() -> None:
 
 def unregister() -> None:
     """End the renderer's process; the records stay for the exit status."""
-    import bpy
-
     if _file_was_loaded in bpy.app.handlers.load_post:
         bpy.app.handlers.load_post.remove(_file_was_loaded)
     process.close()

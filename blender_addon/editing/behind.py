@@ -7,11 +7,13 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakSet
 
 import bpy
 from bpy.types import Scene
 
 from .deferred import RENDER_SECONDS
+from .pauses import pause, paused_seconds
 
 PATIENCE_SECONDS = 0.045
 """Wait for an answer that then appears without another redraw. The interface must not stop for 0.1 s, and on a machine
@@ -28,6 +30,14 @@ class _Running:
     """Called after the answer, because something has changed since its question."""
 
 
+_threads: WeakSet[Behind] = WeakSet()
+
+
+def is_any_working() -> bool:
+    """True while an answer is computed."""
+    return any(not running.answer.done() for each in _threads for running in each.running.values())
+
+
 class Behind:
     """One thread, with at most one work for each scene. ``name``: of the thread."""
 
@@ -38,6 +48,7 @@ class Behind:
         """By session number of the scene."""
         self._is_collecting = False
         self._timer = self.collect  # Blender identifies a timer by its object
+        _threads.add(self)
 
     def is_busy(self, scene: Scene, then: Callable[[Scene], None]) -> bool:
         """True if work for this scene is under way; ``then`` is called with the scene after its answer."""
@@ -62,7 +73,8 @@ class Behind:
             self._threads.append(ThreadPoolExecutor(1, thread_name_prefix=self._name))
         answer = self._threads[0].submit(work)
         if not self._is_collecting:  # a timer comes back soon, and has stored an answer before
-            wait([answer], PATIENCE_SECONDS)
+            with pause():
+                wait([answer], max(0.0, PATIENCE_SECONDS - paused_seconds()))
         if answer.done():
             done(scene, answer.result())
             return

@@ -33,6 +33,12 @@ def environment() -> dict[str, str]:
     return {**kept, PATH_VARIABLE: json.dumps(trusted_path())}
 
 
+def make_way() -> None:
+    """Lower this process's priority by its first argument, if it has one: its parent answers an artist meanwhile."""
+    if len(sys.argv) > 1 and hasattr(os, "nice"):
+        os.nice(int(sys.argv[1]))
+
+
 def trusted_path() -> list[str]:
     """``sys.path`` without the current folder, relative entries and the user's site.
 

@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+from spectral_core.render.live import edits
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.trees import Trees
 from spectral_core.scene import Instance, Scene
@@ -44,6 +45,9 @@ EDITS: dict[str, Edit] = {
     "mesh": lambda s, rng: with_stretch(s, str(rng.choice(["one", "two"])), tuple(rng.uniform(0.8, 1.2, 3))),
     "mesh and place": lambda s, rng: EDITS["move"](EDITS["mesh"](s, rng), rng),
     "lamp": lambda s, rng: with_light(s, "key", world_from_light=at(*rng.uniform(-2, 2, 2), 5)),
+    "lamp turned": lambda s, rng: with_light(s, "key", world_from_light=at(*rng.uniform(-2, 2, 2), 4) @ turned(rng)),
+    "lamp far": lambda s, rng: with_light(s, "key", world_from_light=at(*rng.uniform(15, 25, 2), 9)),
+    "lamp size": lambda s, rng: with_light(s, "key", size=tuple(rng.uniform(0.5, 3, 2))),
     "far": lambda s, rng: with_place(s, "small", at(*rng.uniform(20, 40, 2), 2)),
     "shade": lambda s, rng: with_place(s, "twin", at(0, 0, 60) @ np.diag([30.0, 30, 1, 1])),
 }  # fmt: skip
@@ -73,6 +77,22 @@ def test_pictures_after_random_edits_are_those_of_scenes_loaded_anew(
     assert stage.loads == 1
     assert len(all_trees) >= 15
     assert all(all_trees)
+
+
+@pytest.mark.parametrize("kind", ["lamp", "lamp turned", "lamp far", "lamp size", "move", "mesh"])
+def test_an_edit_builds_no_other_tree_anew(kind: str, crowded: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    finish, complete = edits.Edit.finish, []
+
+    def finished(edit: edits.Edit) -> None:
+        complete.append(edit._moved)
+        finish(edit)
+
+    stage = Stage()
+    _pictured(stage, crowded, 1)
+    monkeypatch.setattr(edits.Edit, "finish", finished)
+    stage.show(EDITS[kind](crowded, np.random.default_rng(9)))
+    assert stage.loads == 1
+    assert complete == [False]
 
 
 def counted(finish: Callable[[Trees], bool], told: list[bool]) -> Callable[[Trees], bool]:

@@ -27,17 +27,22 @@ from ...translate.viewport.kept import Unfinished
 from ...translate.viewport.look import look_of
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
+from ..behind import is_any_working
 from ..palette.picture import shown_in
+from ..pauses import pause, paused_seconds
 from . import stages
 from .patience import Patience
 from .stages import Stage
 
-REDRAW_S = 0.095
-"""Longest time of a redraw, the time of its change included: the interface must not block for 100 ms. What is left
-after the drawing is the wait for the first picture of a change; a later picture needs another redraw.
+REDRAW_S = 0.09
+"""Longest pause of the interface in one round of Blender's events, the time of a change, of its solver and of the
+drawing included: Blender must not stop for 100 ms. What is left is the wait for the first picture of a change; a later
+picture needs another redraw.
 """
 BUSY_REDRAW_S = 0.07
-"""The same while a picture is rendered or recorded: both processors are at work, and a wait ends some 20 ms late."""
+"""The same while a picture is rendered or recorded, or a palette is solved: the processors are at work, and a wait ends
+some 20 ms late.
+"""
 UPDATE_S = 0.06
 """Time of one update after which it begins no further mesh, material or lamp; the next redraw continues."""
 FINE_LEVEL, FINE_WAIT_S = 4, 0.035
@@ -84,7 +89,6 @@ class ViewSession:
         self._stage = ""
         self._sides: list[_Side] = []
         self._trouble = ""
-        self._spent = 0.0
         self._is_unfinished = False
         self.drawing_seconds = 0.0
         """Time of the latest redraw without its wait."""
@@ -97,10 +101,9 @@ class ViewSession:
     def update(self, context: Any, depsgraph: Any) -> None:
         """Send the changes of an edit. Called on the main thread, the only one that may read the depsgraph."""
         stage = self._enter(context, depsgraph)
-        began = time.monotonic()
-        _stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene))
-        self._send(context, depsgraph, _stages[stage])
-        self._spent = time.monotonic() - began
+        with pause():
+            _stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene))
+            self._send(context, depsgraph, _stages[stage])
 
     def _send(self, context: Any, depsgraph: Any, stage: Stage) -> None:
         """Translate and send the scene, or a part of the translation if it takes long."""
@@ -170,9 +173,8 @@ class ViewSession:
         if not self._stage:
             self.update(context, depsgraph)
         elif self._is_unfinished:
-            began = time.monotonic()
-            self._send(context, depsgraph, _stages[self._stage])
-            self._spent = time.monotonic() - began
+            with pause():
+                self._send(context, depsgraph, _stages[self._stage])
         if self._is_unfinished:
             self._redraw()
             return [replace(self._picture(side), is_current=False) for side in self._sides] or [Picture(None, False)]
@@ -181,18 +183,22 @@ class ViewSession:
             return [Picture(shown, is_current=False, trouble=self._trouble)]
         settings = depsgraph.scene.spectral.viewport
         if not settings.is_paused:
-            # less the time of the update itself: Blender's own work between the two is not this extension's
-            began = time.monotonic() - self._spent
-            self._spent = 0.0
-            waits = {side.name: self._ask(side, began, context, depsgraph) for side in self._sides}
-            for most_s, level in ((REDRAW_S, COARSEST), (FINE_WAIT_S, FINE_LEVEL)):
-                for side in self._sides:
-                    left = began + min(most_s, waits[side.name]) - time.monotonic()
-                    if left > 0:
-                        self.link.wait(side.name, side.generation, left, level)
+            # Blender's own work since the beginning of this round is not the extension's
+            began = time.monotonic() - paused_seconds()
+            with pause():
+                self._wait(began, {side.name: self._ask(side, began, context, depsgraph) for side in self._sides})
         for side in self._sides:
             side.patience.notice(self.link.latest(side.name))
         return [self._picture(side) for side in self._sides]
+
+    def _wait(self, began: float, waits: dict[str, float]) -> None:
+        """Wait for the first pictures, and a short time for finer ones."""
+        fine_s = time.monotonic() - began + FINE_WAIT_S
+        for most_s, level in ((REDRAW_S, COARSEST), (fine_s, FINE_LEVEL)):
+            for side in self._sides:
+                left = began + min(most_s, waits[side.name]) - time.monotonic()
+                if left > 0:
+                    self.link.wait(side.name, side.generation, left, level)
 
     def _picture(self, side: _Side) -> Picture:
         shown = self.link.latest(side.name)
@@ -215,7 +221,7 @@ class ViewSession:
             return 0.0
         request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
-        longest = BUSY_REDRAW_S if jobs.process.is_busy else REDRAW_S
+        longest = BUSY_REDRAW_S if jobs.process.is_busy or is_any_working() else REDRAW_S
         wait_s = side.patience.wait_s(side.generation, side.changed, began, longest - self.drawing_seconds)
         side.key, side.viewpoint, side.changed = key, viewpoint, frozenset()
         return wait_s

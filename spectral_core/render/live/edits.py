@@ -145,8 +145,16 @@ class Edit:
             mine.entry.surface_area()  # Mitsuba builds its table of areas at the first query
             self._parts.context.meshes.add(mine.entry)
             self._vertices_changed = True
-            self._moved = True
+            self._follow(mine.entry, changed)
         return True
+
+    def _follow(self, shape: Any, changed: list[str]) -> None:
+        """Move a lamp's shape in the search trees: in its own if it is a mesh of the same triangles."""
+        if not shape.is_mesh() or "faces" in changed:
+            self._moved = True
+        elif "vertex_positions" in changed:
+            positions = np.array(self._mi.traverse(shape)["vertex_positions"]).reshape(-1, 3)
+            self._in_trees.append(lambda trees: trees.follow(shape, positions))
 
     def world(self, old: World, new: World) -> bool:
         """Change the numbers of the environment."""

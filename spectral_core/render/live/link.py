@@ -24,6 +24,8 @@ from spectral_core.render.process.renderer import Worker
 from spectral_core.scene import Scene
 
 MODULE = "spectral_core.render.live.server"
+NICENESS = 8
+"""Added to the process's niceness, so that pictures that are refined delay neither Blender's drawing nor a solver."""
 MOST_CRASHES, CRASH_SPAN_S = 3, 30.0
 """After this number of crashes in this time, only the next change restarts the process."""
 COARSEST = 1 << 16
@@ -202,7 +204,7 @@ class LiveLink:
     def _run(self) -> None:
         """Start a process, send everything to it, and read its messages until it ends."""
         try:
-            worker = Worker(self._python or find_python(), MODULE)
+            worker = Worker(self._python or find_python(), MODULE, niceness=NICENESS)
         except RenderError as error:
             self._is_starting = False
             self._say(str(error))
@@ -232,15 +234,14 @@ class LiveLink:
             outbox.put(None)
 
     def _hear(self, worker: Worker, kind: str, content: Any) -> None:
+        kept = self._views.get(content.view)
+        # without the lock: Blender's main thread would wait for the copy, and for a processor to make it
+        pixels = kept.area.read(content.place) if kept is not None and kind == "frame" else None
         with self._news:
-            if worker is not self._worker:
-                return
-            kept = self._views.get(content.view)
-            if kept is None:
+            if kept is None or worker is not self._worker or self._views.get(content.view) is not kept:
                 return
             if kind == "frame":
-                pixels = kept.area.read(content.place)
-                if pixels is None:
+                if pixels is None:  # another picture is there by now
                     return
                 is_first = kept.shown is None or kept.shown.frame.generation < content.generation
                 first = time.monotonic() if is_first or kept.shown is None else kept.shown.first
@@ -264,18 +265,18 @@ class LiveLink:
     def _replace(self, worker: Worker) -> None:
         """Start a new process in place of one that uses too much memory."""
         with self._lock:
-            if worker is self._worker:
-                self._worker = None
-                worker.end()
-                self.restarts += 1
-                self._start()
+            if worker is not self._worker:
+                return
+            self._worker = None
+            self.restarts += 1
+            self._start()
+        worker.end()  # without the lock: the system needs a while to free its memory
 
     def _after_crash(self, worker: Worker, text: str) -> None:
         with self._news:
             if worker is not self._worker or self._is_closed:
                 return
             self._worker = None
-            worker.end()
             now = time.monotonic()
             self._crashes = [moment for moment in self._crashes if now - moment < CRASH_SPAN_S] + [now]
             gives_up = len(self._crashes) > MOST_CRASHES
@@ -284,6 +285,7 @@ class LiveLink:
             if not gives_up:
                 self.restarts += 1
                 self._start()
+        worker.end()
 
     def _say(self, text: str) -> None:
         """Report trouble to every view."""

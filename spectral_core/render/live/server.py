@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from spectral_core.child import make_way
 from spectral_core.errors import SpectralError
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.messages import AreaName, Frame, Trouble
@@ -31,8 +32,6 @@ launch in progress, and for the first one of its own.
 """
 SLOWER = 1.1
 """Largest growth of the time of a launch from one to the next: other programs slow down single launches."""
-NICENESS = 5
-"""Added to the process's niceness, so that pictures that are refined do not delay Blender's own drawing."""
 
 
 @dataclass
@@ -209,8 +208,7 @@ def memory_bytes() -> int:
 def main() -> None:
     """Serve until the input closes."""
     faulthandler.enable()
-    if hasattr(os, "nice"):
-        os.nice(NICENESS)
+    make_way()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session handles Ctrl-C
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output of libraries goes to the log, not between the messages

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The search trees of a loaded scene, updated one by one.
 
-Mitsuba 3.9 builds the trees of all meshes anew after any change: 40 ms for 100,000 triangles, and as many times more in
-larger scenes, whatever has moved. Its scene is one of Embree, the library that it brings along, and Embree can move one
-instance, or exchange the tree of one mesh, in a small part of the time. Where Mitsuba's scene cannot be found for
-certain (another version, another system), there are no such trees, and Mitsuba does its own work.
+Mitsuba 3.9 builds the trees of all meshes anew after any change, whatever has moved, in a time that grows with the
+number of triangles. Its scene is one of Embree, the library that it brings along, and Embree can move one instance, or
+exchange the tree of one mesh, in a small part of the time. Where Mitsuba's scene cannot be found for certain (another
+version, another system), there are no such trees, and Mitsuba does its own work.
 """
 
 from __future__ import annotations
@@ -99,9 +99,15 @@ class Trees:
     def place(self, shape: Any, matrix: Any) -> None:
         """Move an instance to ``matrix`` (4, 4), world from object."""
         columns = np.ascontiguousarray(np.asarray(matrix, dtype=np.float32).T)
-        instance = self._instance(shape)
+        instance = self._geometry(shape)
         self._embree["rtcSetGeometryTransform"](instance, 0, MATRIX, columns.ctypes.data)
         self._embree["rtcCommitGeometry"](instance)
+
+    def follow(self, shape: Any, positions: Any) -> None:
+        """Give a single mesh of the scene, such as an area lamp, its new ``positions`` (n, 3)."""
+        mesh = self._geometry(shape)
+        self._write(mesh, VERTICES, THREE_FLOATS, np.asarray(positions, dtype=np.float32))
+        self._embree["rtcCommitGeometry"](mesh)
 
     def reshape(self, shapes: Sequence[Any], parts: Sequence[Part]) -> None:
         """Give the instances (``shapes``) of one group of meshes a tree of its new ``parts``, in the group's order."""
@@ -116,7 +122,7 @@ class Trees:
             embree["rtcReleaseGeometry"](mesh)
         embree["rtcCommitScene"](group)
         for shape in shapes:
-            instance = self._instance(shape)
+            instance = self._geometry(shape)
             embree["rtcSetGeometryInstancedScene"](instance, group)
             embree["rtcCommitGeometry"](instance)
         embree["rtcReleaseScene"](group)  # the instances keep it
@@ -160,7 +166,7 @@ class Trees:
         low, high = bounds.reshape(2, 4)[:, :3].astype(np.float64)
         return low, high
 
-    def _instance(self, shape: Any) -> Any:
+    def _geometry(self, shape: Any) -> Any:
         return self._embree["rtcGetGeometry"](self._top, self._places[shape.ptr])
 
     def _write(self, mesh: Any, buffer: int, kind: int, rows: Any) -> None:

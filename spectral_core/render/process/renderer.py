@@ -40,11 +40,12 @@ class RenderProcess:
     """A render process that is restarted after a crash.
 
     The process starts with the first render, serves the next ones, and is restarted after a crash. Use one object from
-    any thread; renders wait for each other. ``close`` or the end of a ``with`` block ends the process.
+    any thread; renders wait for each other. ``close`` or the end of a ``with`` block ends the process. ``niceness``:
+    added to that of this process, so that an interface goes on while both want all processors.
     """
 
-    def __init__(self, python: str | None = None) -> None:
-        self._python = python
+    def __init__(self, python: str | None = None, *, niceness: int = 0) -> None:
+        self._python, self._niceness = python, niceness
         self._lock = threading.Lock()
         self._worker: Worker | None = None
         atexit.register(self.close)
@@ -111,7 +112,7 @@ class RenderProcess:
     def _running(self) -> Worker:
         if self._worker is None or not self._worker.alive:
             self._end()
-            self._worker = Worker(self._python or find_python())
+            self._worker = Worker(self._python or find_python(), niceness=self._niceness)
         return self._worker
 
     def _follow(
@@ -172,23 +173,25 @@ class RenderProcess:
 
 
 class Worker:
-    """One process that runs ``module``, with its log and its messages.
+    """One process that runs ``module``, with its log and its messages; ``niceness`` is added to that of this process.
 
     Raises RenderError if it cannot be started or does not answer.
     """
 
-    def __init__(self, python: str, module: str = "spectral_core.render.process.worker") -> None:
+    def __init__(self, python: str, module: str = "spectral_core.render.process.worker", *, niceness: int = 0) -> None:
         self.idle = True
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
-        hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
+        flags = getattr(subprocess, "CREATE_NO_WINDOW", 0)
+        if niceness:
+            flags |= getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)  # Windows
         try:
             self.process = subprocess.Popen(
-                child.command(python, module),
+                child.command(python, module, str(niceness)),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._log,
                 env=child.environment(),
-                creationflags=hidden,
+                creationflags=flags,
             )
         except OSError as error:
             raise RenderError(f"the render process cannot be started with {python!r}: {error}") from error

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The session's side of a live view: Blender's main thread waits for no copy, and the processes give way to it."""
+
+from __future__ import annotations
+
+import os
+import threading
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from spectral_core.render.live.area import Place
+from spectral_core.render.live.link import LiveLink
+from spectral_core.render.live.messages import Frame
+from spectral_core.render.live.view import Viewpoint, ViewRequest
+from spectral_core.render.process.interpreter import find_python
+from spectral_core.render.process.renderer import Worker
+from spectral_core.scene import Camera, Film
+
+PATIENCE_S = 30.0
+FRAME = Frame("view", 1, Place(0, 1, 2, 2), 1, (0, 0), 1, True, 0.1, 1, "", False, 0)
+
+
+class SlowArea:
+    """Pixels whose copy ends when the test says so."""
+
+    def __init__(self):
+        self.is_reading, self.may_end, self.pixels = threading.Event(), threading.Event(), 10**6
+
+    def read(self, _place):
+        self.is_reading.set()
+        assert self.may_end.wait(PATIENCE_S)
+        return np.ones((2, 2, 4), np.float32)
+
+    def remove(self):
+        pass
+
+
+@pytest.fixture
+def link(monkeypatch):
+    """A link with a view, and a worker that is not there."""
+    link = LiveLink()
+    monkeypatch.setattr(link, "_start", lambda: None)
+    viewpoint = Viewpoint.of_camera(Camera(world_from_camera=np.eye(4)), Film(4, 4, samples=1))
+    link.look("view", ViewRequest("stage", viewpoint, 4, 4, 1, 0), lambda: None)
+    link._views["view"].area.remove()
+    link._views["view"].area = SlowArea()
+    link._worker = SimpleNamespace(end=lambda: None)
+    return link
+
+
+def copied_beside(link, act):
+    """Let a picture arrive, and do ``act`` while it is copied; it must not wait for the end of the copy."""
+    area, done = link._views["view"].area, threading.Event()
+    reader = threading.Thread(target=link._hear, args=(link._worker, "frame", FRAME))
+    reader.start()
+    assert area.is_reading.wait(PATIENCE_S)
+    other = threading.Thread(target=lambda: (act(), done.set()))
+    other.start()
+    try:
+        assert done.wait(PATIENCE_S), "it waits for the copy of a picture"
+    finally:
+        area.may_end.set()
+        reader.join(PATIENCE_S)
+        other.join(PATIENCE_S)
+
+
+def test_nothing_waits_for_the_copy_of_a_picture(link):
+    copied_beside(link, lambda: (link.latest("view"), link.trouble("view")))
+    assert link.latest("view").frame is FRAME
+
+
+def test_a_picture_of_a_view_that_was_closed_meanwhile_is_dropped(link):
+    copied_beside(link, lambda: link.close_view("view"))
+    assert link.latest("view") is None
+
+
+def test_a_picture_of_a_process_that_was_replaced_meanwhile_is_dropped(link):
+    copied_beside(link, lambda: setattr(link, "_worker", SimpleNamespace(end=lambda: None)))
+    assert link.latest("view") is None
+
+
+def test_the_end_of_a_process_is_not_waited_for_by_others(link):
+    """A process of some gigabytes takes the system a while."""
+    ending, may_end = threading.Event(), threading.Event()
+    worker = link._worker
+    worker.end = lambda: (ending.set(), may_end.wait(PATIENCE_S))
+    replacer = threading.Thread(target=link._replace, args=(worker,))
+    replacer.start()
+    assert ending.wait(PATIENCE_S)
+    done = threading.Event()
+    threading.Thread(target=lambda: (link.latest("view"), done.set()), daemon=True).start()
+    assert done.wait(PATIENCE_S)
+    may_end.set()
+    replacer.join(PATIENCE_S)
+    assert link.restarts == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "getpriority"), reason="priorities of this system are not asked for")
+@pytest.mark.parametrize("module", ["process.worker", "live.server"])
+def test_processes_run_below_the_priority_of_their_session(module):
+    worker = Worker(find_python(), f"spectral_core.render.{module}", niceness=3)
+    try:
+        own = os.getpriority(os.PRIO_PROCESS, 0)
+        assert os.getpriority(os.PRIO_PROCESS, worker.process.pid) == min(own + 3, 19)
+    finally:
+        worker.end()
