@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import RenderError
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.changes import difference
-from spectral_core.render.live.messages import AreaName, Frame, Trouble
+from spectral_core.render.live.messages import AreaName, Frame
 from spectral_core.render.live.view import ViewRequest
 from spectral_core.render.process.interpreter import find_python
 from spectral_core.render.process.renderer import Worker
@@ -251,7 +251,6 @@ class LiveLink:
                 if content.is_done:
                     self._crashes.clear()
             elif kind == "trouble":
-                assert isinstance(content, Trouble)
                 kept.trouble = content.message
             told = kept.on_news
             self._news.notify_all()
