@@ -3,12 +3,13 @@
 
 A plane, a ball and a lamp at 96×64 in Blender without a window; the session is the one of a 3D view, with its own
 render process. After each change the view has to settle (``--changes N``, 1000; ``--kills N``, 30 spread over them).
-Changes are deletes, renames, new objects, materials and nodes, numbers, meshes, an undo or redo of any of them, another
-file or the same one loaded, data appended, the mode switched, the camera turned, a wanted color dragged; some come
-while another one is still being translated. Every few changes the picture is compared with that of another process
-which loads the whole scene afresh, sample for sample. ``--kill-each N`` instead kills the process N times during each
-type of change that is limited in time (``--only A,B``: these), at a random moment. ``--minutes N`` ends a run earlier,
-``--seed N`` repeats one. Hours on two cores: new nodes compile kernels.
+Changes are deletes, renames, new objects, materials and nodes, numbers, meshes, drivers and keys, rigs, shape keys,
+layers, linked data, images, an undo or redo of any of them, another file or the same one loaded, data appended, the
+mode switched, the camera turned, a wanted color dragged; some come while another one is still being translated. Every
+few changes the picture is compared with that of another process which loads the whole scene afresh, sample for sample.
+``--kill-each N`` instead kills the process N times during each type of change that is limited in time (``--only A,B``:
+these), at a random moment. ``--minutes N`` ends a run earlier, ``--seed N`` repeats one. Hours on two cores: new nodes
+compile kernels.
 """
 
 from __future__ import annotations
