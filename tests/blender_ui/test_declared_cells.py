@@ -15,18 +15,8 @@ from blender_addon.translate.palette.problem import palette_problem
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized, xyz_of
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
-
-GRID = SpectralGrid.uniform(400, 700, 10)
-COLOR = (0.2, 0.3, 0.4)
-CELLS = {
-    "mode": Cell.black(),
-    "target": Cell.fixed(COLOR),
-    "others": Cell.same_as((0, 1)),
-    "box": Cell.free(((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))),
-    "weight": Cell.fixed(COLOR, weight=7.5),
-    "exact": Cell.fixed(COLOR, exact=True),
-}
+from spectral_core.spectra.spectrum import Illuminant, Reflectance
+from tests.palette_cases import CELLS, COLOR, GRID, LIGHTS, lamp
 
 
 def problem_with(cell: Cell) -> PaletteProblem:
@@ -60,30 +50,18 @@ def test_the_table_keeps_each_field_of_a_cell(blender, name):
             np.testing.assert_allclose(mine, theirs, atol=1e-6)
 
 
-def lamp(name: str = "lamp", power: float = 0.3) -> Illuminant:
-    return Illuminant(name, GRID, np.linspace(power, 2 * power, GRID.size))
-
-
-LIGHTS = {
-    "spectrum": PaletteLight(lamp(power=0.9)),
-    "free": PaletteLight(lamp(), free=True),
-    "primaries": PaletteLight(lamp(), free=True, primaries=(lamp("red"), lamp("blue", 0.1))),
-    "white_xyz": PaletteLight(lamp(), free=True, white_xyz=np.array([0.9, 1.0, 1.1])),
-    "luminance": PaletteLight(lamp(), free=True, luminance=float(xyz_of(lamp())[1])),
-    "variants": PaletteLight(lamp(), variants=(lamp("other", 0.2), normalized(illuminant("FL2"), luminance=2.0))),
-    "of the catalogue": PaletteLight(normalized(illuminant("FL2"), luminance=3.0)),
-}
+LIGHTS_AND_LAMPS = LIGHTS | {"of the catalogue": PaletteLight(normalized(illuminant("FL2"), luminance=3.0))}
 
 
 def test_every_field_of_a_light_has_a_case():
     assert {each.name for each in fields(PaletteLight)} <= set(LIGHTS)
 
 
-@pytest.mark.parametrize("name", LIGHTS)
+@pytest.mark.parametrize("name", LIGHTS_AND_LAMPS)
 def test_the_table_keeps_each_field_of_a_light(blender, name):
     palette = blender.context.scene.spectral.palette
     palette.live = False
-    wanted = LIGHTS[name]
+    wanted = LIGHTS_AND_LAMPS[name]
     painted = PaletteReflectance("tile", Reflectance("tile", GRID, np.linspace(0.1, 0.7, GRID.size)))
     store_problem(
         palette,
