@@ -15,7 +15,7 @@ from spectral_core.errors import SpectralError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.files import document as documents
 from spectral_core.spectra.catalogue import illuminant
-from spectral_core.spectra.spectrum import Illuminant
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 from tests.palette_cases import CELLS, GRID, LIGHTS, lamp
 
 DOCUMENT_CELL = {"target": "color"}
