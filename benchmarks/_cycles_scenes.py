@@ -150,19 +150,24 @@ def caustics() -> None:
     _camera((0, -6, 3), (1.15, 0, 0), 50)
 
 
-def fog() -> None:
-    """A ball and a lamp in fog."""
+def scattering(density: float) -> Any:
+    """A material of fog."""
     from blender_addon import compat
 
-    _plane(12, 0.5)
-    _sphere((0, 0, 0.7), 0.6, _gray(0.7))
     medium = _material(DIFFUSE)
     tree = compat.use_nodes(medium)
     tree.nodes.clear()
     scatter, output = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeOutputMaterial")
-    scatter.inputs["Density"].default_value = 0.15
+    scatter.inputs["Density"].default_value = density
     tree.links.new(scatter.outputs[0], output.inputs["Volume"])
-    _box("fog", (-4, -3, 0.01), (4, 3, 4), medium)
+    return medium
+
+
+def fog() -> None:
+    """A ball and a lamp in fog."""
+    _plane(12, 0.5)
+    _sphere((0, 0, 0.7), 0.6, _gray(0.7))
+    _box("fog", (-4, -3, 0.01), (4, 3, 4), scattering(0.15))
     _lamp("POINT", 300, (1.5, -0.5, 2.5), shadow_soft_size=0.2)
     _camera((0, -7, 2.5), (1.25, 0, 0), 50)
 

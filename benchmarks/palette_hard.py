@@ -3,7 +3,8 @@
 
 2,400 generated problems (60 with ``--quick``; extra numbers set another first seed and another count). Every solution
 that is called solved or a compromise is checked by a statement of its own (``_palette_hard_check``): bounds, exact
-cells, and whether solving either side again by Clarabel lowers the objective.
+cells, and whether solving either side again by Clarabel lowers the objective. ``--odd``: palettes with one oddity
+each, of sixteen (``_palette_odd_cases``).
 """
 
 from __future__ import annotations
@@ -14,22 +15,26 @@ from time import perf_counter
 from benchmarks import Options
 from benchmarks._palette_hard_cases import hard_problem
 from benchmarks._palette_hard_check import EXACT_LIMIT, side_gains
+from benchmarks._palette_odd_cases import odd_problem
 from spectral_core.palette import solve_palette
 
+OPTIONS = ("--odd",)
 LIMIT = 1e-6
 """Of the scaled KKT residual, and of the relative gain of solving a side again."""
 
 
 def run(options: Options) -> dict:
     """Print and return the counts; every count of wrong answers must be 0."""
-    first = int(options.extra[0]) if options.extra else 0
-    count = int(options.extra[1]) if len(options.extra) > 1 else 60 if options.quick else 2400
+    numbers = [int(word) for word in options.extra if word not in OPTIONS]
+    first = numbers[0] if numbers else 0
+    count = numbers[1] if len(numbers) > 1 else 60 if options.quick else 2400
+    stated = odd_problem if "--odd" in options.extra else hard_problem
     statuses: Counter[str] = Counter()
     by_trap: dict[str, Counter[str]] = defaultdict(Counter)
     wrong, worst, worst_gain, no_remedy, crashes, checked, sides = 0, 0.0, 0.0, 0, 0, 0, 0
     started = perf_counter()
     for seed in range(first, first + count):
-        problem, traps = hard_problem(seed)
+        problem, traps = stated(seed)
         try:
             solution = solve_palette(problem, explain=False)
         except Exception as error:  # crashes are counted

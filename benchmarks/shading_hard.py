@@ -10,14 +10,13 @@ and the mean is compared with Cycles'.
 from __future__ import annotations
 
 import math
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
+from benchmarks._shading_grid import grid_of_faces, rendered_values
 
 NUMBERS = (0.0, -0.0, 1.0, -1.0, 0.5, -0.5, 2.0, -2.0, 3.7, -3.7, 1e-6, -1e-6, 1e-30, 1e6, -1e6, 1e30)
 BROKEN = (float("nan"), float("inf"), -float("inf"))
@@ -94,7 +93,7 @@ def _compared(kind: str, operation: str) -> tuple[NDArray[np.float64], NDArray[n
 
     inputs = _inputs()
     size = math.isqrt(len(inputs))
-    _grid(inputs, size)
+    grid_of_faces(inputs, size)
     material = bpy.data.materials["Numbers"]
     tree = material.node_tree
     node = tree.nodes.new(kind)
@@ -106,7 +105,7 @@ def _compared(kind: str, operation: str) -> tuple[NDArray[np.float64], NDArray[n
         tree.links.new(attribute.outputs["Fac" if socket.type == "VALUE" else "Vector"], socket)
     output = next(socket for socket in node.outputs if socket.enabled)
     tree.links.new(output, tree.nodes["Emission"].inputs["Color"])
-    theirs = _rendered(size)
+    theirs = rendered_values(size)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     reader = Reader(Translation.of(depsgraph, bpy.data), "Numbers", on_surface=True)
     place = Input(material.evaluated_get(depsgraph).node_tree.nodes["Emission"].inputs["Color"])
@@ -122,60 +121,6 @@ def _compared(kind: str, operation: str) -> tuple[NDArray[np.float64], NDArray[n
     whole = np.isfinite(inputs).all(1)
     mine = np.broadcast_to(mine, (len(inputs), 3))
     return theirs[whole], np.where(np.isfinite(mine), mine, 0.0)[whole]
-
-
-def _grid(inputs: NDArray[np.float32], size: int) -> None:
-    """A square of faces, one per pixel, with the numbers as attributes; each emits the result of a node tree."""
-    import bpy
-
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    x, y = np.meshgrid(np.arange(size), np.arange(size))
-    x, y = x.ravel(), y.ravel()
-    corners = np.stack([x, y, x + 1, y, x + 1, y + 1, x, y + 1], 1).reshape(-1, 2).astype(float)
-    mesh = bpy.data.meshes.new("Numbers")
-    points = np.column_stack([corners, np.zeros(len(corners))])
-    mesh.from_pydata(points.tolist(), [], np.arange(len(points)).reshape(-1, 4).tolist())
-    for k in range(3):
-        made = mesh.attributes.new(f"n{k}", "FLOAT", "FACE")
-        made.data.foreach_set("value", np.ascontiguousarray(inputs[:, k]))
-    material = bpy.data.materials.new("Numbers")
-    material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    emission, output = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(emission.outputs[0], output.inputs["Surface"])
-    mesh.materials.append(material)
-    scene = bpy.context.scene
-    scene.collection.objects.link(bpy.data.objects.new("Numbers", mesh))
-    camera = bpy.data.cameras.new("Camera")
-    camera.type, camera.ortho_scale = "ORTHO", size
-    placed = bpy.data.objects.new("Camera", camera)
-    placed.location = (size / 2, size / 2, 5)
-    scene.collection.objects.link(placed)
-    scene.camera = placed
-
-
-def _rendered(size: int) -> NDArray[np.float64]:
-    """Values (n, 3) of the faces rendered by Cycles, with 0 for numbers that are not finite."""
-    import bpy
-
-    scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = 1, False, False
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
-    scene.cycles.sample_clamp_indirect = 0
-    scene.render.resolution_x = scene.render.resolution_y = size
-    scene.view_settings.view_transform = "Raw"
-    image_settings = scene.render.image_settings
-    image_settings.file_format, image_settings.color_depth = "OPEN_EXR", "32"
-    with tempfile.TemporaryDirectory() as folder:
-        scene.render.filepath = str(Path(folder) / "numbers.exr")
-        bpy.ops.render.render(write_still=True)
-        image = bpy.data.images.load(scene.render.filepath, check_existing=False)
-        image.colorspace_settings.name = "Non-Color"
-        pixels = np.array(image.pixels[:], dtype=np.float64).reshape(size * size, 4)[:, :3]
-        bpy.data.images.remove(image)
-    return np.where(np.isfinite(pixels), pixels, 0.0)
 
 
 def _differ(theirs: NDArray[np.float64], mine: NDArray[np.float64]) -> NDArray[np.bool_]:

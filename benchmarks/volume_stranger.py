@@ -6,7 +6,8 @@ Twelve fields with seven functions each (steps, one-value peaks, sawtooth, log-s
 steps (midpoint and pre-integrated), in samples and in processor time on one core. A sensor's plan is kept, so the
 time of a frame after its first has no pilot in it; that of the first is printed beside. Times are of a picture of 512²
 with the same steps: the exact marcher is for small ones, whose launch takes longer than their march. Arguments: names
-of fields. ``--draw SEED`` takes twelve other fields with functions drawn by the seed, each at one of the three targets.
+of fields. ``--draw SEED`` takes twelve other fields with functions drawn by the seed, each at one of the three targets;
+``--odd SEED`` twelve odd ones (``_volume_odd_fields``) with a camera inside them, along an axis, near, or orthographic.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks import _volume_drawn_fields as drawn
+from benchmarks import _volume_odd_fields as odd
 from benchmarks._volume_exact import exact_amounts
 from benchmarks._volume_strange_fields import fields, functions
 from benchmarks._volumes import Curve, colors_of
@@ -40,26 +42,29 @@ FEWEST_PIECES, MOST_PIECES = 64, 512  # into which the exact march divides a ray
 CLEAR_DB = 16.0  # dB by which the exact march is better than the picture, if so many pieces suffice
 
 
-OPTIONS = ("--draw",)
+OPTIONS = ("--draw", "--odd")
 
 
 def run(options: Options) -> dict[str, Any]:
     rows = []
     size, pixels = (24, 64) if options.quick else (48, 160)
     names = list(options.extra)
-    rng = None
-    if "--draw" in names:
-        at = names.index("--draw")
-        rng = np.random.default_rng(int(names[at + 1]))
-        del names[at : at + 2]
-    for number, volume in enumerate(drawn.fields(size, rng) if rng else fields(size)):
-        asked = list(drawn.functions(volume, rng) if rng else functions(volume))
+    rng, suite = None, None
+    for option, fields_and_functions in (("--draw", drawn), ("--odd", odd)):
+        if option in names:
+            at = names.index(option)
+            rng, suite = np.random.default_rng(int(names[at + 1])), fields_and_functions
+            del names[at : at + 2]
+    for number, volume in enumerate(suite.fields(size, rng) if suite and rng else fields(size)):
+        asked = list(suite.functions(volume, rng) if suite and rng else functions(volume))
+        cameras = list(odd.views(volume, pixels, rng)) if suite is odd and rng else []
         if names and volume.name not in names:
             continue
         renderer = VolumeRenderer(volume)
         fov = None if number % 2 else 30.0
         view = View.around(volume, 23.0 * number + 7, 11.0 + 7 * number, width=pixels, height=pixels, fov_deg=fov)
         for place, (function, transfer) in enumerate(asked):
+            view = cameras[place % len(cameras)] if cameras else view
             targets = (TARGETS[(number + place) % 3],) if rng else TARGETS[1:2] if options.quick else TARGETS
             for target in targets:
                 rows.append(judge(renderer, view, function, transfer, target))

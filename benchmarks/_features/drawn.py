@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import bpy
+import numpy as np
 
 from benchmarks._features import feature
 from benchmarks._features.stage import Stage
@@ -141,3 +142,33 @@ def _far_magic(stage: Stage) -> None:
 
 
 feature("drawn/seams of a magic texture", _far_magic)
+
+
+def _edge_attribute(kind: str) -> Build:
+    """Values of edges, which Blender gives to Cycles at the vertices."""
+
+    def build(stage: Stage) -> None:
+        made = stage.ball.data.attributes.new("Edges", kind, "EDGE")
+        values = np.random.default_rng(8).random(len(made.data))
+        made.data.foreach_set("value", values < 0.3 if kind == "BOOLEAN" else np.floor(3 * values).astype(np.int32))
+        stage.into_color(stage.node("ShaderNodeAttribute", attribute_name="Edges").outputs["Fac"])
+
+    return build
+
+
+for _kind in ("BOOLEAN", "INT", "INT8"):
+    feature(f"drawn/{_kind.lower()} of edges", _edge_attribute(_kind))
+
+
+def _twice(stage: Stage) -> None:
+    """A copy of the ball in the same position."""
+    stage.scene.collection.objects.link(stage.ball.copy())
+
+
+def _mirrored_onto_itself(stage: Stage) -> None:
+    """A mirrored half that lies on the other one."""
+    stage.ball.modifiers.new("Mirror", "MIRROR").use_mirror_merge = False
+
+
+feature("drawn/ball that is there twice", _twice)
+feature("drawn/mirror onto itself", _mirrored_onto_itself)

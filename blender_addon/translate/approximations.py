@@ -22,7 +22,7 @@ from spectral_core.scene import (
     leaves,
 )
 
-from .coincident import coincident, edges
+from .coincident import coincident, doubled, edges
 from .context import Translation
 from .meshes.triangles import OUTPUTS, uv_layer
 
@@ -55,6 +55,13 @@ def note_approximations(translation: Translation, scene: Scene, *, is_render: bo
             message = (
                 f"faces of it coincide with faces of {other!r}: Cycles loses light between them, and here it is kept; "
                 "move it by a thousandth of its size"
+            )
+            translation.note(name, message)
+        for name, other in doubled(scene, meshes):
+            place = "each other" if other == name else f"faces of {other!r}"
+            message = (
+                f"faces of it are the same as {place}: Cycles darkens them by chance, and here they are as bright as "
+                "one; remove one of the two, as with Mesh > Merge by Distance"
             )
             translation.note(name, message)
     film = scene.film

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faces of objects that lie on each other, where light passes: Cycles meets one of the two by chance."""
+"""Faces of objects that lie on each other, where light passes, or that are there twice: Cycles meets one of the two by
+chance.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +27,12 @@ LARGE_SHARE = 0.01
 """Share of a mesh's area from which the faces in one plane are compared, however small each of them is."""
 RAY_STEP = 1e-4
 """Distance to a surface from which rays start, relative to the coordinates plus 1."""
+MOST_DOUBLED = 300_000
+"""Triangles of one scene among which doubled ones are looked for."""
+FOLDED = 1e-4
+"""Largest difference of directions of two faces from their edge at which one lies on the other."""
+MULTIPLES = np.array([6364136223846793005, 1442695040888963407, 3935559000370003845], np.int64)
+"""Odd numbers without a pattern."""
 NORMAL_STEP = 1e-3
 """Normals and offsets are rounded to find faces in one plane: these are steps of a normal's coordinates."""
 
@@ -81,6 +90,59 @@ def coincident(scene: Scene, meshes: dict[str, Mesh], materials: set[str]) -> It
         else:
             if _lies_on_itself(planes, triangles):
                 yield item.name, item.name
+
+
+def doubled(scene: Scene, meshes: dict[str, Mesh]) -> Iterator[tuple[str, str]]:
+    """Names of instances with faces that are there twice, each with the other one (or itself) that has them."""
+    left = MOST_DOUBLED
+    of_itself: dict[str, bool] = {}
+    same_place: dict[bytes, list[Instance]] = {}
+    for item, box in zip(scene.instances, placed_boxes(scene.meshes, scene.instances), strict=True):
+        mesh = meshes[item.mesh]
+        if not 0 < len(mesh.triangles) <= MOST_TRIANGLES:
+            continue
+        if item.mesh not in of_itself:
+            left -= len(mesh.triangles)
+            of_itself[item.mesh] = left > 0 and _has_twice(mesh.positions.astype(np.float64), mesh.triangles)
+        if of_itself[item.mesh]:
+            yield item.name, item.name
+        else:
+            same_place.setdefault(_ends(box).round(6).tobytes(), []).append(item)
+    for first, *others in same_place.values():
+        for other in others:
+            pair = [_triangles(meshes[item.mesh], item).reshape(-1, 3) for item in (first, other)]
+            points = np.concatenate(pair)
+            left -= len(points) // 3
+            if left > 0 and _has_twice(points, np.arange(len(points)).reshape(-1, 3)):
+                yield other.name, first.name
+
+
+def _has_twice(points: Array, triangles: NDArray[Any]) -> bool:
+    """True if triangles (t, 3) of points with a large share of the area lie on others that share an edge with them."""
+    step = 0.1 * RAY_STEP * (1.0 + np.abs(points).max())
+    # one number for each position: multiples that wrap around at 64 bits
+    cells = (np.round(points / step).astype(np.int64) * MULTIPLES).sum(axis=1)
+    places = np.unique(cells, return_inverse=True)[1].reshape(-1)
+    corners = points[triangles]
+    areas = np.linalg.norm(np.cross(*edges(corners)), axis=1)
+    found, keys, inward = [], [], []
+    for first, second, third in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        ends = np.sort(places[triangles[:, (first, second)]], axis=1)
+        along = corners[:, second] - corners[:, first]
+        side = corners[:, third] - corners[:, first]
+        share = (side * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-300)
+        side = side - share[:, None] * along
+        length = np.linalg.norm(side, axis=1)
+        used = length > 10.0 * step  # of thinner triangles the direction is unknown
+        found.append(np.flatnonzero(used))
+        keys.append((ends[:, 0].astype(np.int64) * len(points) + ends[:, 1])[used])
+        inward.append((side / np.maximum(length, 1e-300)[:, None])[used])
+    number, edge, direction = np.concatenate(found), np.concatenate(keys), np.concatenate(inward)
+    order = np.lexsort((direction @ (0.61, 0.53, 0.59), edge))  # equal directions from an edge are neighbors
+    one, other = order[:-1], order[1:]
+    folded = (edge[one] == edge[other]) & (np.abs(direction[one] - direction[other]).max(axis=1) < FOLDED)
+    twice = np.unique(np.concatenate([number[one[folded]], number[other[folded]]]))
+    return float(areas[twice].sum()) > LARGE_SHARE * float(areas.sum())
 
 
 def edges(triangles: Array) -> tuple[Array, Array]:

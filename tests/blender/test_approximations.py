@@ -154,3 +154,20 @@ def test_thousands_of_glass_instances_are_compared_up_to_a_limit(blender, monkey
     translation = Translation.of(bpy.context.evaluated_depsgraph_get(), bpy.data)
     approximations.note_approximations(translation, scene, is_render=True)
     assert 0 < sum(compared) <= 30_000
+
+
+def test_faces_that_are_there_twice_get_a_note(build, translate):
+    """Opaque ones as well: a copy in the same position, and a mirrored half that lies on the other one."""
+    build.plane(name="Ground", size=10.0)
+    cube = smooth_cube()
+    cube.location.z = 3.0
+    assert not translate().notes
+    copy = cube.copy()
+    bpy.context.scene.collection.objects.link(copy)
+    assert f"are the same as faces of '{cube.name}'" in messages(translate())
+    copy.location.x = 0.01
+    assert not translate().notes
+    bpy.data.objects.remove(copy)
+    # the diagonals of the mirrored squares cross those of the first ones
+    cube.modifiers.new("Mirror", "MIRROR").use_mirror_merge = False
+    assert "are the same as each other" in messages(translate())

@@ -36,6 +36,23 @@ def test_edge_attributes_are_means_at_the_vertices(build, translate):
     np.testing.assert_allclose(sorted(_values(translate, "attribute_factor:Edges")[:, 0]), sorted(of_vertex))
 
 
+@pytest.mark.parametrize(("kind", "stored", "factors"), [
+    ("INT", (1, 2, 4, 8), {1.5: 2, 3.0: 3, 6.0: 6, 4.5: 5, 2.5: 3, 5.0: 5}),
+    ("BOOLEAN", (True, False, False, False), {0.5: 1, 0.0: 0}),
+])  # fmt: skip
+def test_means_of_whole_numbers_are_rounded_and_a_vertex_of_a_true_edge_is_true(
+    build, translate, kind, stored, factors
+):
+    material = build.material()
+    _reading(material, "ShaderNodeAttribute", "Fac", "Color", attribute_name="Edges")
+    plane = build.plane(material=material)
+    layer = plane.data.attributes.new("Edges", kind, "EDGE")
+    layer.data.foreach_set("value", stored)
+    ends = np.array([edge.vertices[:] for edge in plane.data.edges])
+    means = [float(np.mean([layer.data[k].value for k in np.flatnonzero((ends == v).any(1))])) for v in range(4)]
+    assert sorted(_values(translate, "attribute_factor:Edges")[:, 0]) == sorted(factors[mean] for mean in means)
+
+
 @pytest.mark.parametrize(("kind", "field", "stored", "factor"), [
     ("FLOAT2", "vector", (0.25, 0.75), 0.25),
     ("FLOAT_VECTOR", "vector", (0.3, 0.6, 0.9), 0.6),

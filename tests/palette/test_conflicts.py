@@ -110,6 +110,38 @@ def test_live_edits_of_capped_weights_equal_a_new_solve(rng):
         np.testing.assert_allclose(answer.actual_linear_rgb[:2, 1], fresh.actual_linear_rgb[:2, 1], atol=1e-6)
 
 
+def test_a_cell_that_is_compared_with_another_is_relieved_by_what_opposes_it(rng):
+    """The other colors of its spectrum under an equal light, or the other cell; little weight does nothing."""
+    base = coupled_palette((2, 3, 31), rng)
+    lights = tuple(PaletteLight(base.lights[k].spectrum) for k in (0, 0, 1))
+    cells = (
+        (Cell.fixed((0.3, 0.2, 0.1), weight=10.0), Cell.ignore(), Cell.ignore()),
+        (Cell.same_as((0, 0)), Cell.fixed((0.1, 0.3, 0.1), weight=3.0), Cell.fixed((0.2, 0.25, 0.1), weight=0.01)),
+    )
+    solution = solve_palette(replace(base, lights=lights, cells=cells))
+    conflict = next(each for each in solution.conflicts if each.cell == (1, 0))
+    assert set(conflict.relieved_by) == {(0, 0), (1, 1)}
+    released = solve_palette(solution.problem.with_cell(conflict.relieved_by[0], Cell.ignore()))
+    assert conflict.delta_e_without == pytest.approx(released.delta_e_2000[1, 0], abs=0.1 * conflict.delta_e_2000)
+
+
+@pytest.mark.parametrize(
+    ("robustness", "several", "expected"),
+    [("soft", False, "lights"), ("soft", True, "lights"), ("worst_case", False, "lights"), ("worst_case", True, None)],
+)
+def test_the_worst_case_over_observers_has_no_outer_side(robustness, several, expected):
+    """φ would need the largest error, which has no gradient; one observer leaves the sum of squares."""
+    observers = ("cie_1931_2deg", "cie_1964_10deg")[: 1 + several]
+    problem = replace(generated_palette(9), robustness=robustness, observers=observers)
+    cells = {
+        (i, j): Cell.fixed((0.2, 0.3, 0.1))
+        for i in range(len(problem.reflectances))
+        for j in range(len(problem.lights))
+    }
+    problem = problem.with_cells(cells)
+    assert outer_side(problem, compiled_requests(problem)) == expected
+
+
 @pytest.mark.parametrize("seed", [1, 4, 9, 15])
 def test_the_gradient_of_variable_projection_equals_differences_of_phi(seed, rng):
     problem = generated_palette(seed)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import null_space
 from scipy.optimize import lsq_linear
 
 from benchmarks import _palette_hard_statement as independent
@@ -17,8 +18,11 @@ from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteRef
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
+from spectral_core.palette.design.factored import FactoredRows
 from spectral_core.palette.design.orthogonal import refined
+from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import Engine
+from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 
@@ -115,7 +119,7 @@ def test_exact_cells_keep_the_last_digits() -> None:
     assert better.check.equality < 1e-13
 
 
-@pytest.mark.parametrize("seed", [2345030, 2345084, 8120153, 1246611])
+@pytest.mark.parametrize("seed", [2345030, 2345084, 8120153, 1246611, 3390503])
 def test_one_side_alone_keeps_the_last_digits_too(seed: int) -> None:
     """Under given lights: exact cells, CIELAB, and linked spectra with weights of 10⁴; roughness alone is left."""
     solution = solve_palette(hard_problem(seed)[0], explain=False)
@@ -133,3 +137,82 @@ def test_targets_that_are_met_leave_nothing_to_refine() -> None:
     assert quadratic.objective(quadratic.joined(answer.colors, answer.values)) < 1e-20
     found = refined(quadratic, answer)
     assert found.check.passed and found.check.kkt < 1e-12
+
+
+def test_a_bright_smooth_light_is_measured_by_its_roughness_itself() -> None:
+    """Through the Gram matrix its roughness of 1e-27 was 1e-18, which hid that another light is smoother."""
+    solution = solve_palette(generated_palette(112536), explain=False, seconds=20)
+    assert solution.status == "solved"
+    assert side_gains(solution).get("lights", 0.0) < 1e-6
+    roughness = independent.roughness(solution.problem)
+    squares = [float(np.sum((roughness @ light.values) ** 2)) for light in solution.illuminants]
+    assert max(squares) < 1e-21  # 3e-19 before
+    quadratic = solution.state.record["lights"][0].quadratic
+    values = [light.values for light in solution.illuminants]
+    inside = sum(float(np.sum((each.roughness @ v) ** 2)) for each, v in zip(quadratic.blocks, values, strict=True))
+    assert quadratic.objective(quadratic.joined(quadratic.best_colors(values), values)) < inside + 1e-24
+
+
+def block(rng: np.random.Generator, samples: int, colors: int, exact: int, smooth: float) -> Block:
+    rows = rng.uniform(0, 1, (6, samples))
+    weights = 10 ** rng.uniform(-2, 4, 6)
+    weights[:exact] = np.inf
+    roughness = smooth * np.diff(np.eye(samples), n=2, axis=0)
+    return Block(
+        rows, rng.uniform(0, 1, 6), rng.uniform(0, 1, (6, colors)), weights, roughness, roughness.T @ roughness,
+        np.zeros(samples), np.ones(samples),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("smooth", [0.0, 1e-3])
+@pytest.mark.parametrize(("colors", "exact"), [(0, 0), (0, 2), (3, 0), (3, 2), (6, 1)])
+def test_a_factored_step_is_the_least_squares_step_of_all_rows(colors: int, exact: int, smooth: float) -> None:
+    """Against the null space and the pseudoinverse of the whole dense system."""
+    rng = np.random.default_rng(colors * 10 + exact)
+    blocks = tuple(block(rng, size, colors, exact, smooth) for size in (12, 9, 12))
+    known = rng.uniform(0, 1, (4, colors)), rng.uniform(0, 1, 4), 10 ** rng.uniform(-1, 1, 4)
+    box = np.zeros((colors // 3, 3)), np.ones((colors // 3, 3))
+    problem = Quadratic(blocks, *box, *(known if colors else ()))
+    rows, right = problem.least_squares()
+    held, wanted = problem.equalities()
+    x = rng.uniform(0, 1, problem.size)
+    factored = FactoredRows(problem)
+    for share in (1.0, 0.7, 0.7):
+        free = rng.uniform(size=problem.size) < share
+        left, missing = right - rows @ x, wanted - held @ x
+        step = factored.step(free, left, missing)
+        inner, outer = rows.toarray()[:, free], held.toarray()[:, free]
+        across = null_space(outer) if exact else np.eye(int(free.sum()))
+        own = np.linalg.lstsq(outer, missing, rcond=None)[0] if exact else np.zeros(len(across))
+        best = own + across @ np.linalg.lstsq(inner @ across, left - inner @ own, rcond=None)[0]
+        assert step is not None and not step[~free].any()
+        assert np.allclose(outer @ step[free], missing, atol=1e-9)
+        least = float(np.linalg.norm(inner @ best - left))
+        assert float(np.linalg.norm(inner @ step[free] - left)) == pytest.approx(least, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("tied", [False, True])
+def test_exact_rows_that_depend_on_each_other_leave_a_factored_step(tied: bool) -> None:
+    """Zero rows and multiples: under a light without power exact cells ask nothing of the spectrum."""
+    rng = np.random.default_rng(0)
+    first = block(rng, 8, 3, 4, 1e-3)
+    first.rows[1], first.ties[1] = 2 * first.rows[0], 2 * first.ties[0]
+    first.rows[2], first.ties[2] = 0.0, [1.0, 0.0, 0.5] if tied else 0.0
+    problem = Quadratic((first,), np.zeros((1, 3)), np.ones((1, 3)))
+    rows, held = problem.least_squares()[0].toarray(), problem.equalities()[0].toarray()
+    wanted = rng.uniform(0, 1, problem.size)
+    left, missing = rng.uniform(0, 1, len(rows)), held @ wanted
+    step = FactoredRows(problem).step(np.ones(problem.size, bool), left, missing)
+    assert np.allclose(held @ step, missing, atol=1e-9)
+    across = null_space(held, rcond=1e-10)
+    best = wanted + across @ np.linalg.lstsq(rows @ across, left - rows @ wanted, rcond=None)[0]
+    assert np.linalg.norm(rows @ step - left) == pytest.approx(np.linalg.norm(rows @ best - left), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", [9310800, 5512878])
+def test_a_light_without_power_leaves_nothing_to_gain(seed: int) -> None:
+    """Roughness alone is left; multipliers that are no numbers had counted as zero."""
+    solution = solve_palette(hard_problem(seed)[0], explain=False)
+    gains = side_gains(solution)
+    assert max(gain for side, gain in gains.items() if side != "exact") < 1e-6
+    assert all(answer.check.passed for _, answer in solution.state.record.values()) == solution.status.trusted

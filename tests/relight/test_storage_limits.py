@@ -196,6 +196,11 @@ def test_a_recording_that_just_fits_is_made(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(memory, "available_bytes", lambda: 500e6)
     with pytest.raises(InvalidInputError, match="What fits: more memory"):
         memory.require_memory(storage, (100, 80), 3)
+    for share, fitting in ((0.03, "a picture of 3×2"), (0.01, "more memory")):
+        free = memory.RENDERER_BYTES + share**2 * (needed - memory.RENDERER_BYTES) * 1.001
+        monkeypatch.setattr(memory, "available_bytes", lambda found=free: found)
+        with pytest.raises(InvalidInputError, match=f"What fits: {fitting}"):
+            memory.require_memory(storage, (100, 80), 3)
     # of a storage that fits, the one with fewer channels is named, and never the refused one
     big = BandStorage(121)
     monkeypatch.setattr(memory, "available_bytes", lambda: 700e6)

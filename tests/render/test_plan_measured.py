@@ -17,6 +17,7 @@ from spectral_core.render.job import RenderJob
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import error_together
 from spectral_core.render.plan.effects import pilot_plan
+from spectral_core.render.plan.effects_from_pilot import HIDDEN
 from spectral_core.render.plan.levels import Effect, Level, chosen, indirect_error
 from spectral_core.render.plan.measured import error_of_loss
 from spectral_core.render.plan.pilot import CHANNELS, ROWS, TOTAL, Pilot, run_pilot
@@ -250,3 +251,18 @@ def test_a_volume_in_fog_is_a_medium_too():
     assert any("rendered as media" in note.message for note in among.notes)
     seen = [made.pixels[6:12, 8:16, :3].mean(axis=(0, 1)) for made in (alone, among)]
     np.testing.assert_allclose(seen[1], seen[0] * np.exp(-length), rtol=0.08)  # rays at an angle go further
+
+
+def test_visible_bounces_stay_unless_they_cost_time():
+    """A limit that omits visible light and saves little is stated, and chosen at no tolerance."""
+    few = Level("2", 0.005, 0.01), Level("1", 0.5, 0.04, pays=False), Level("0", 2.0, 0.2)
+    effect = Effect("bounces", (Level("64"), *few), "")
+    assert chosen([effect], 100.0) == {"bounces": 1} and effect.known == 2.0
+    paying = Effect("bounces", (Level("64"), few[0], few[2]), "")
+    assert [chosen([paying], tolerance)["bounces"] for tolerance in (0.0, 1.0, 2.0)] == [0, 1, 2]
+
+
+def test_the_plan_keeps_the_light_of_rare_bounces():
+    """Two gray sheets: few paths are left after some bounces. Their light stays, although it is below the tolerance."""
+    row = plan_effects(corner(Diffuse(gray(0.7))), 0.25)["bounces"]
+    assert row.how == "measured" and row.accepted <= HIDDEN and 8 <= int(row.value) < 64

@@ -251,6 +251,16 @@ def test_a_reconstruction_without_error_has_an_infinite_ratio():
     assert reconstruction_snr(nothing, lambda x: 0.0 * x) == np.inf
 
 
+@pytest.mark.parametrize(("low", "high"), [(2.0, 5.0), (-7.0, -1.0), (-0.5, 4.0)])
+def test_samples_cover_the_interval_and_the_margins_wherever_it_lies(low, high):
+    samples = sample_composition(np.sin, np.cos, (low, high), 10.0, oversampling=1.5, margin=20)
+    distance = np.pi / 15
+    assert samples.distance == pytest.approx(distance)
+    assert samples.positions[0] == pytest.approx(low - 20 * distance)
+    assert 19.999 * distance <= samples.positions[-1] - high < 21.001 * distance
+    assert samples.count_inside == int((high - low) / distance) + 1
+
+
 def test_samples_at_the_ends_of_the_interval_count():
     samples = RegularSamples(-0.5, 0.25, np.zeros(9), (0.0, 1.0))
     assert samples.count_inside == 5

@@ -11,34 +11,47 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.design.factored import FactoredRows, least_squares
 from spectral_core.palette.qp.answer import Answer, answer_at
 from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
 
-LARGEST = 320
-"""Most unknowns of one factorization, which takes some milliseconds at that size."""
+LARGEST = 500
+"""Most samples of a spectrum: one factorization takes 0.1 s at that size."""
+LIVE = 320
+"""Most unknowns in all of a side that is solved at interactive speed."""
 CHANGES, THOROUGH = 30, 400
 """Most changes of bounds in a round of two sides, which the next one continues; and for an answer that is returned."""
+WORK = 4e9
+"""Cubes of the samples of a spectrum, times changes of bounds, in one answer: a second or two."""
 ROUNDING = 1e-13
 """Share of a gradient's terms that counts as rounding."""
-RANK = 1e-11
-"""Singular value of the exact rows, relative to the largest, below which they depend on each other."""
 HELD = 1e-13
 """Error of an exact row, in linear RGB, that is rounding."""
 
 
-def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH) -> Answer:
+def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH, most: int | None = None) -> Answer:
     """The answer with more digits, or itself where that does not lower the objective.
 
-    ``changes`` is the most changes of bounds.
+    Parameters
+    ----------
+    problem
+        What was solved.
+    answer
+        A checked answer of an engine.
+    changes
+        The most changes of bounds.
+    most
+        The most unknowns in all; None: any number.
     """
-    linked = problem.color_lower.size > 0
-    largest = problem.size if linked else max((block.lower.size for block in problem.blocks), default=0)
-    if largest > LARGEST or not answer.check.passed or answer.infeasible:
+    samples = max((block.lower.size for block in problem.blocks), default=0)
+    is_large = samples > LARGEST or (most is not None and problem.size > most)
+    if is_large or not answer.check.passed or answer.infeasible:
         return answer
     x = problem.joined(answer.colors, answer.values)
-    found, multipliers = (_whole if linked else _each)(problem, x, changes)
+    changes = min(changes, int(WORK / max(samples, 1) ** 3))
+    found, multipliers = (_descended if problem.color_lower.size else _each)(problem, x, changes)
     if not problem.objective(found) < problem.objective(x):
         return answer
     better = answer_at(problem, found, problem.forces(found, multipliers), answer.engines[0])
@@ -48,44 +61,29 @@ def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH) -> Answ
     return better if better.check.passed else answer
 
 
-def _whole(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
-    rows, right = problem.least_squares()
-    exact, wanted = problem.equalities()
-    bounds = problem.lower, problem.upper
-    found, multipliers = _descended(rows.toarray(), right, x, bounds, exact.toarray(), wanted, changes)
-    ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
-    return found, np.split(multipliers, ends)
-
-
 def _each(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
     """Without free colors, one spectrum after the other."""
     found, multipliers = [], []
     for block, value in zip(problem.blocks, problem.split(x)[1], strict=True):
-        soft, exact = ~block.exact, block.exact
-        root = np.sqrt(block.weights[soft])
-        rows = np.concatenate([root[:, None] * block.rows[soft], block.roughness])
-        right = np.concatenate([root * block.targets[soft], np.zeros(len(block.roughness))])
-        held = block.rows[exact], block.targets[exact]
-        own, forces = _descended(rows, right, value, (block.lower, block.upper), *held, changes)
+        own, forces = _descended(Quadratic((block,), problem.color_lower, problem.color_upper), value, changes)
         found.append(own)
-        multipliers.append(forces)
+        multipliers += forces
     return np.concatenate(found), multipliers
 
 
-def _descended(
-    rows: Array, right: Array, x: Array, bounds: tuple[Array, Array], exact: Array, wanted: Array, changes: int
-) -> tuple[Array, Array]:
+def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
     """Primal active-set steps for ½ ||rows · x − right||² within bounds, from a point within them.
 
-    ``exact`` · x = ``wanted`` holds throughout. Also the multipliers of these rows.
+    ``exact`` · x = ``wanted`` holds throughout. Also the multipliers of these rows, by block.
     """
-    x, (lower, upper) = x.copy(), bounds
+    rows = FactoredRows(problem)
+    lower, upper = problem.lower, problem.upper
+    largest, exact = ROUNDING * _largest(rows.right), rows.equalities()
+    x = x.copy()
     free = (x > lower) & (x < upper)
-    size = np.abs(rows)
     multipliers = np.zeros(len(exact))
     for _ in range(changes):
-        step = np.zeros(x.size)
-        step[free] = _step(rows[:, free], right - rows @ x, exact[:, free], wanted - exact @ x)
+        step = rows.step(free, *rows.left(x))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # steps of 1e-320
             room = np.where(step < 0, (lower - x) / step, np.where(step > 0, (upper - x) / step, np.inf))
         first = int(np.argmin(room))
@@ -95,14 +93,14 @@ def _descended(
             free[first] = False
             continue
         x = np.clip(x + step, lower, upper)
-        left = rows @ x - right
-        if _largest(left) <= ROUNDING * _largest(right):
+        left = rows.settled(free, x)
+        if _largest(left) <= largest:
             break  # all rows are met
-        slack = ROUNDING * (size.T @ np.abs(left))
-        gradient = rows.T @ left
+        slack = ROUNDING * rows.back(np.abs(left), sizes=True)
+        gradient = -rows.back(left)
         if len(exact):
             # The multipliers that cancel the gradient of the free unknowns.
-            multipliers = _least_squares(exact[:, free].T, -gradient[free])
+            multipliers = least_squares(exact[:, free].T, -gradient[free])
             gradient = gradient + exact.T @ multipliers
         inward = np.where(x <= lower, -gradient, gradient) - slack
         inward[free | (lower >= upper)] = 0.0
@@ -110,28 +108,8 @@ def _descended(
         if inward[worst] <= 0:
             break
         free[worst] = True
-    return x, multipliers
-
-
-def _step(rows: Array, left: Array, exact: Array, missing: Array) -> Array:
-    """The step s of least ||rows · s − left|| with exact · s = missing, by the null space of the exact rows."""
-    if not len(exact):
-        return _least_squares(rows, left)
-    outer, values, inner = np.linalg.svd(exact, full_matrices=True)
-    rank = int((values > RANK * values.max(initial=0.0)).sum())
-    own = inner[:rank].T @ ((outer.T @ missing)[:rank] / values[:rank])
-    across = inner[rank:].T
-    return np.asarray(own + across @ _least_squares(rows @ across, left - rows @ own))
-
-
-def _least_squares(rows: Array, right: Array) -> Array:
-    """By orthogonal factors with pivots, which take a fraction of the time of singular values."""
-    from scipy.linalg import lstsq
-
-    if not rows.shape[1]:
-        return np.zeros(0)
-    cond = np.finfo(float).eps * max(rows.shape)
-    return np.asarray(lstsq(rows, right, cond=cond, lapack_driver="gelsy", check_finite=False)[0])
+    ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
+    return x, np.split(multipliers, ends)
 
 
 def _largest(values: Array) -> float:

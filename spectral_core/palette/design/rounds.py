@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
-from spectral_core.palette.design.orthogonal import CHANGES, THOROUGH, refined
+from spectral_core.palette.design.orthogonal import CHANGES, LIVE, THOROUGH, refined
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import RowKey
 from spectral_core.palette.qp.engine import Engine
@@ -30,7 +30,9 @@ SETTLED = 7e-7
 millionth, minus the tolerance of the solver that measures it.
 """
 NOTHING = 1e-16
-"""Objective that is 0 except for rounding."""
+"""Decrease of an objective that counts as none: a millionth of 1e-10, where colors agree within 1e-5 in linear RGB."""
+ROUNDING = 1e-30
+"""Objective that is 0 except for the rounding of colors and spectra near 1, for weights near the median."""
 PATIENCE = 3.0
 """A budget counts processor seconds; on a busy machine it ends after this many times as much elapsed time."""
 
@@ -68,6 +70,8 @@ class SolveTrace:
     """The joint check's own solves, at the returned point."""
     settled: bool = True
     """True if neither side alone could still lower the objective."""
+    gain: float = 0.0
+    """Largest share of a side's objective by which solving it again lowers it, however small the objective is."""
     joint: Check = PERFECT
     """The KKT check of both sides at the returned point."""
     worst_case_left: float | None = None
@@ -87,9 +91,13 @@ class SolveTrace:
 
 
 class Rounds:
-    """The two sides of a palette while they are solved in turn; keeps each side's engine warm."""
+    """The two sides of a palette while they are solved in turn; keeps each side's engine warm.
 
-    def __init__(self, assembler: Assembler, trace: SolveTrace) -> None:
+    With ``live``, the rounds of large palettes give up last digits for speed; the joint check does not.
+    """
+
+    def __init__(self, assembler: Assembler, trace: SolveTrace, *, live: bool = False) -> None:
+        self._most = LIVE if live else None
         self.assembler = assembler
         self.trace = trace
         sides: tuple[Side, ...] = ("reflectances", "lights")
@@ -129,7 +137,8 @@ class Rounds:
         """The engine's answer with its last digits, which hold the smoothness of spectra that meet all targets."""
         assembled = self.assembler.assembled(side, state, perceptual=perceptual)
         changes = THOROUGH if returned or len(self.sides) == 1 else CHANGES
-        return assembled, refined(assembled.quadratic, self.engines[side].solve(assembled.quadratic), changes)
+        answer = self.engines[side].solve(assembled.quadratic)
+        return assembled, refined(assembled.quadratic, answer, changes, None if returned else self._most)
 
     def round(self, state: PaletteState, *, perceptual: bool = False) -> PaletteState:
         """Both sides once."""
@@ -144,15 +153,17 @@ class Rounds:
         Reflectances and lights are each optimal for the other exactly where neither solve lowers its objective. The KKT
         residual of both is taken at ``state`` itself, with the multipliers of those solves.
         """
-        joint, settled = PERFECT, True
+        joint, settled, largest = PERFECT, True, 0.0
         for side in self.sides:
             assembled, answer = self._answered(side, state, perceptual=perceptual, returned=True)
             # Each side by its own measure: the roughness of lights must not hide a decrease of the reflectances.
-            settled = settled and is_nothing(*gain(assembled, answer, state))
+            fall, least = gain(assembled, answer, state)
+            settled = settled and is_nothing(fall, least)
+            largest = max(largest, fall / (fall + least + ROUNDING))
             joint = joint | answer.check
             self.trace.answers[side] = answer
             self.trace.sides[side] = assembled, answer
-        self.trace.joint, self.trace.settled = joint, settled
+        self.trace.joint, self.trace.settled, self.trace.gain = joint, settled, largest
 
     def settled(self, state: PaletteState, *, perceptual: bool = False) -> bool:
         """True if the last round changed nothing, and the joint check agrees."""

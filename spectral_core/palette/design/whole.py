@@ -9,7 +9,7 @@ import numpy as np
 
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
-from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
+from spectral_core.palette.design.rounds import SETTLED, Budget, Rounds, SolveTrace
 from spectral_core.palette.design.together import improved
 from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.engine import Engine
@@ -20,6 +20,8 @@ PERCEPTUAL_ROUNDS = 12
 """Rounds with a fixed reflectance or light side after which the linearized metric counts as settled."""
 LAST_ROUNDS, MOST_RESERVED = 2.5, 0.5
 """Time after a descent, in rounds: a round and the joint check; the largest share of the budget for them."""
+SHARPENINGS = 4
+"""Most rounds after a palette is settled."""
 SECONDS = 2.0
 """Time budget of a solve that designs lights and reflectances together."""
 
@@ -62,4 +64,26 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
         if number > LEAD and budget.left <= LAST_ROUNDS * took:  # a descent would leave no time for its last round
             break
     rounds.check(state, perceptual=perceptual)
+    return _sharpened(rounds, state, budget, took, perceptual=perceptual) if both else state
+
+
+def _sharpened(rounds: Rounds, state: PaletteState, budget: Budget, took: float, *, perceptual: bool) -> PaletteState:
+    """A few more rounds where a side of an objective that counts as 0 could still lose a visible share of it.
+
+    Targets that are met leave the roughness alone, at 1e-21 or less: no color depends on it, but the shape of the
+    spectra does, and each side is a convex problem that can be solved to more digits. A round that helps neither side
+    is undone.
+    """
+    trace = rounds.trace
+    for _ in range(SHARPENINGS):
+        if not trace.settled or not trace.joint.passed or trace.gain <= SETTLED or budget.left <= LAST_ROUNDS * took:
+            break
+        kept = replace(trace, answers=dict(trace.answers), sides=dict(trace.sides))
+        found = rounds.round(state, perceptual=perceptual)
+        rounds.check(found, perceptual=perceptual)
+        if not trace.settled or not trace.joint.passed or trace.gain >= kept.gain:
+            trace.answers, trace.sides = kept.answers, kept.sides
+            trace.joint, trace.settled, trace.gain = kept.joint, kept.settled, kept.gain
+            break
+        state = found
     return state

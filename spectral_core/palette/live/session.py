@@ -143,14 +143,14 @@ class PaletteSession:
         self._problem = problem
         self._requests = compiled_requests(problem)
         """Those of the last assembly: groups, conditions and scales, which ``_quick`` leaves as they are."""
-        self._rounds = Rounds(Assembler(problem, self._requests), SolveTrace())
+        self._rounds = Rounds(Assembler(problem, self._requests), SolveTrace(), live=True)
         self._assembled: Assembled | None = None
 
     def _take(self, problem: PaletteProblem) -> None:
         """Replace the problem by one with other cells; the engines continue from their last answers."""
         engines = self._rounds.engines
         self._requests = compiled_requests(problem)
-        self._rounds = Rounds(Assembler(problem, self._requests), SolveTrace())
+        self._rounds = Rounds(Assembler(problem, self._requests), SolveTrace(), live=True)
         self._rounds.engines = engines
         self._assembled = None
 

@@ -83,6 +83,9 @@ def checked(
     np.minimum(np.maximum(stepped, problem.lower, out=stepped), problem.upper, out=stepped)
     stepped -= x
     kkt = _largest(stepped)
+    if np.isnan(kkt):
+        # A multiplier that is no number explains nothing; a maximum over several checks would lose it.
+        return FAILED
     equality = 0.0
     misses = problem.all_misses(x) if misses is None else misses
     stack = problem.stack

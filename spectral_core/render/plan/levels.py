@@ -24,12 +24,13 @@ _LEAST_SAVING = 1e-3
 @dataclass(frozen=True, slots=True)
 class Level:
     """A level of an effect: its ``error`` (ΔE2000) relative to the full effect, and the share of the time that it
-    ``saves``.
+    ``saves``. One that does not ``pay`` is stated, and not chosen at any tolerance.
     """
 
     value: str
     error: float = 0.0
     saves: float = 0.0
+    pays: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ def chosen(effects: Iterable[Effect], tolerance: float) -> Mapping[str, int]:
             before, after = effect.levels[number - 1], effect.levels[number]
             more = max(after.error - before.error, 0.0)
             error = max(after.error, before.error)
-            if after.error == KEEP:
+            if after.error == KEEP or not after.pays:
                 break
             magnitude = int(np.searchsorted([0.1, 1.0, 10.0], after.error, side="right"))
             ratio = more / max(after.saves - before.saves, _LEAST_SAVING)
