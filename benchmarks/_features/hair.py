@@ -132,7 +132,7 @@ def _grown(kind: str, output: str, child: str = "NONE") -> Callable[[Stage], Non
         mesh = stage.ball.data
         made = mesh.color_attributes.new("Colors", "BYTE_COLOR", "CORNER")
         made.data.foreach_set("color", np.random.default_rng(5).random(4 * len(made.data)).astype(np.float32))
-        values = {"layer_name": "Colors"} if kind == "ShaderNodeVertexColor" else {}
+        values: dict[str, Any] = {"layer_name": "Colors"} if kind == "ShaderNodeVertexColor" else {}
         stage.into_color(stage.node(kind, **values).outputs[output])
         settings = stage.ball.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
         settings.type, settings.count, settings.hair_length, settings.child_type = "HAIR", 400, 0.5, child
