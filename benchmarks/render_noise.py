@@ -1,21 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cost of spectral transport against RGB at equal noise: a room under smooth lamps and under line lamps.
+"""Cost of spectral transport against RGB at equal noise: a room under smooth and line lamps, and with palettes.
 
-Each lamp is rendered in both transports: RGB transport sees the color of the lamp. The noise is the variance between
-seeds of linear sRGB, relative to the squared mean of the picture. It falls as one over time, so the ratio of times at
-equal noise is the ratio of variances times that of work. Work is seconds of the processor while paths are traced,
-which neither other programs nor the loading of a scene change much; its median over the repetitions is taken. Renders
-are interleaved, after a first of each that compiles.
+The palettes are those of ``examples``, solved: one of their lights, and two reflectances. Each room is rendered in both
+transports: RGB transport sees the colors of lamp and surfaces. The noise is the variance between seeds of linear sRGB,
+relative to the squared mean of the picture. It falls as one over time, so the ratio of times at equal noise is the
+ratio of variances times that of work. Work is seconds of the processor while paths are traced, which neither other
+programs nor the loading of a scene change much; its median over the repetitions is taken. Renders are interleaved,
+after a first of each that compiles.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks import Options
+from spectral_core.palette import solve_palette
+from spectral_core.palette.files import read_palette
 from spectral_core.render.cost.work import Meter
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.effects import plan_effects
@@ -34,16 +38,20 @@ from spectral_core.scene import (
 )
 from spectral_core.spectra import catalogue
 
+EXAMPLES = Path(__file__).parent.parent / "examples"
 SMOOTH, LINES = ("D65", "A", "E"), ("HP1", "FL11", "FL2")
 """Lamps of the catalogue by the type of their spectra."""
+DESIGNED = (("hidden_mark", 0), ("hidden_mark", 1), ("gallery_lights", 1), ("split_light", 0), ("most_distinct", 0))
+"""Palettes in ``examples``, and the number of one of their lights."""
 
 
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
     size, samples, repeats = (64, 16, 6) if options.quick else (128, 64, 4)
     scenes: dict[tuple[str, str], Scene] = {}
-    for name in (*SMOOTH, *LINES):
-        scene = _room(size, catalogue.illuminant(name))
+    rooms = {name: _room(size, catalogue.illuminant(name)) for name in (*SMOOTH, *LINES)}
+    rooms |= {f"{name} {number + 1}": _designed(size, name, number) for name, number in DESIGNED}
+    for name, scene in rooms.items():
         for transport in ("rgb", "spectral"):
             scenes[name, transport] = replace(scene, settings=replace(scene.settings, transport=transport))
     spent: dict[tuple[str, str], list[float]] = {key: [] for key in scenes}
@@ -56,8 +64,8 @@ def run(options: Options) -> dict[str, Any]:
             spent[key] += [work, again]
             variance[key].append(float(np.square(first - second).mean() / 2 / first.mean() ** 2))
     figures: dict[str, Any] = {}
-    print(f"{'lamp':6} {'noise':>8} {'of RGB':>8} {'variance':>9} {'work':>6} {'time to the noise of RGB':>25}")
-    for name in (*SMOOTH, *LINES):
+    print(f"{'lamp':17} {'noise':>8} {'of RGB':>8} {'variance':>9} {'work':>6} {'time to the noise of RGB':>25}")
+    for name in rooms:
         ours, rgb = ((np.mean(variance[key]), np.median(spent[key])) for key in ((name, "spectral"), (name, "rgb")))
         quiet, work = float(ours[0] / rgb[0]), float(ours[1] / rgb[1])
         figures[name] = {
@@ -65,11 +73,12 @@ def run(options: Options) -> dict[str, Any]:
             "ratio": quiet * work,
         }  # fmt: skip
         print(
-            f"{name:6} {np.sqrt(ours[0]):8.3%} {np.sqrt(rgb[0]):8.3%} {quiet:8.2f}x {work:5.2f}x {quiet * work:24.2f}x"
+            f"{name:17} {np.sqrt(ours[0]):8.3%} {np.sqrt(rgb[0]):8.3%} {quiet:8.2f}x {work:5.2f}x {quiet * work:24.2f}x"
         )
-    for label, names in (("smooth", SMOOTH), ("lines", LINES)):
+    designed = [name for name in rooms if name not in (*SMOOTH, *LINES)]
+    for label, names in (("smooth", SMOOTH), ("lines", LINES), ("designed", designed)):
         figures[label] = float(np.median([figures[name]["ratio"] for name in names]))
-    print(f"median: smooth lamps {figures['smooth']:.2f}, lines {figures['lines']:.2f}")
+    print("median: " + ", ".join(f"{label} {figures[label]:.2f}" for label in ("smooth", "lines", "designed")))
     return figures
 
 
@@ -78,6 +87,7 @@ def holds(figures: dict[str, Any]) -> dict[str, bool]:
     return {
         "smooth lamps cost at most 1.3 times RGB": figures["smooth"] <= 1.3,
         "line lamps cost at most 1.5 times RGB": figures["lines"] <= 1.5,
+        "designed spectra cost at most 1.5 times RGB": figures["designed"] <= 1.5,
     }
 
 
@@ -88,6 +98,15 @@ def _traced(scene: Scene, samples: int, seed: int) -> tuple[np.ndarray, float]:
     meter = Meter()
     job.trace(samples)
     return job.picture()[..., :3].astype(np.float64), meter.read().work
+
+
+def _designed(size: int, name: str, number: int) -> Scene:
+    """The room under a light of a palette, with the first and the last of its reflectances."""
+    solution = solve_palette(read_palette(EXAMPLES / f"{name}.toml"))
+    scene = _room(size, solution.illuminants[number])
+    looks = (solution.reflectances[0], solution.reflectances[-1])
+    materials = zip(scene.materials, looks, strict=True)
+    return replace(scene, materials=tuple(replace(item, surface=Diffuse(look)) for item, look in materials))
 
 
 def _room(size: int, lamp: Any) -> Scene:

@@ -100,7 +100,7 @@ class RenderJob:
         lights = list(measure.sampling_lights or light_spectra(self.scene)) if plan.is_spectral else []
         if plan.is_spectral:
             wavelengths = plan_wavelengths(
-                [*lights, *emission_spectra(self.scene)],
+                [*lights, *emission_spectra(self.scene, lights)],
                 measure.bands,
                 reflectances=reflectance_spectra(self.scene),
                 colors=color_spectra(self.scene),

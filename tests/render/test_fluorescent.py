@@ -14,6 +14,7 @@ from benchmarks._meshes import at, square
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.paint.fluorescence import FluorescentSurface, led
 from spectral_core.render.job import RenderJob
+from spectral_core.render.mitsuba_scene.fluorescent import MOST_TIMES, emission_spectra
 from spectral_core.render.plan.effects import plan_effects, plan_from_data
 from spectral_core.scene import (
     AddSurface,
@@ -155,3 +156,21 @@ def test_emission_above_the_absorbed_light_is_refused_with_a_remedy():
     assert Fluorescent.largest_share(gray(0.5), (DYE,), (0.6,)) == pytest.approx(factor, abs=2e-3)
     with pytest.raises(InvalidInputError, match="1 dyes and 2 amounts; give one per dye"):
         Fluorescent(gray(0.5), (DYE,), (0.1, 0.1))
+
+
+def test_a_dye_brighter_than_white_gets_more_wavelengths():
+    """Violet light is dark to the eye and the dye's green is bright; in daylight it is not brighter than white."""
+    scene = lit(closure(PAINT), led(405))
+    counts = [len(emission_spectra(scene, [unit(light)])) for light in (led(405), catalogue.illuminant("D65"))]
+    assert counts == [MOST_TIMES, 1] and emission_spectra(scene, []) == [DYE.emission]
+
+
+def test_a_dye_under_lines_of_unlike_brightness_renders_in_its_color():
+    """A line that nobody sees excites it, beside one that the paint reflects: the sum is that of the palette."""
+    grid = SpectralGrid.uniform(360, 780, 10)
+    nm = grid.wavelengths_nm
+    light = unit(Illuminant("two lines", grid, np.where(nm == 400, 60.0, np.where(nm == 660, 1.0, 0.0))))
+    found, noise, _ = shown(lit(closure(PAINT), light))
+    expected = PAINT.linear_rgb(light)
+    assert np.all(np.abs(found - expected) <= 4.5 * noise + 2e-3 * np.abs(expected).max())
+    assert noise.max() < 0.01 * expected.max()

@@ -16,14 +16,17 @@ from spectral_core.render.mitsuba_scene.emission import weight_texture
 from spectral_core.render.plugins.surfaces.sources import Lobe
 from spectral_core.render.trace.reradiation import Dyed, Reradiation
 from spectral_core.scene import Color, Fluorescent, Scene, Weight, leaves
+from spectral_core.scene.fluorescent import EXCITED_NM
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import integration_points, xyz_of
-from spectral_core.spectra.spectrum import Spectrum
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 IN_RGB = (
     "its dyes are shown as a color under daylight: RGB transport knows no other wavelengths; set Transport to Spectral "
     "for their emission under each light"
 )
+MOST_TIMES = 3
+"""Lights that the emission of a dye counts as, at most."""
 OVER_WHITE = "in daylight it emits more than RGB transport can show of a surface; its color is rendered at the limit"
 ABOVE_BUMPS = "its dyes emit light about the smooth normal: bumps and normal maps affect only its reflection"
 
@@ -71,21 +74,33 @@ def daylight_rgb(closure: Fluorescent, light: Spectrum | None = None) -> Any:
 
 
 def _sampled(name: str, points: Any, values: Any) -> Spectrum:
-    from spectral_core.spectra.spectrum import SpectralGrid
-
     nm, first = np.unique(points, return_index=True)
     return Spectrum(name, SpectralGrid(nm), values[first])
 
 
-def emission_spectra(scene: Scene) -> list[Spectrum]:
-    """Emission spectra of the dyes of a scene's materials: wavelengths to trace beside those of its lights."""
+def emission_spectra(scene: Scene, lights: Sequence[Spectrum]) -> list[Spectrum]:
+    """Emission spectra of the dyes of a scene's materials: wavelengths to trace beside those of its ``lights``.
+
+    A dye that is brighter under one of them than a white surface occurs up to ``MOST_TIMES``, as so many lights.
+    """
     found = []
     for material in scene.materials:
         for leaf in leaves(material.surface):
             if isinstance(leaf, Fluorescent):
-                used = zip(leaf.dyes, leaf.amounts, strict=True)
-                found += [dye.emission for dye, amount in used if amount > 0]
+                for dye, amount in zip(leaf.dyes, leaf.amounts, strict=True):
+                    if amount > 0:
+                        alone = Fluorescent(Color(np.zeros(3)), (dye,), (amount,))
+                        brightest = max((_luminance(alone, light) for light in lights), default=0.0)
+                        found += [dye.emission] * int(np.clip(round(brightest), 1, MOST_TIMES))
     return found
+
+
+def _luminance(closure: Fluorescent, light: Spectrum) -> float:
+    """Luminance of a dye under a light, over that of a white surface."""
+    grid = SpectralGrid(EXCITED_NM)
+    sent = closure.sent_out(light, EXCITED_NM)
+    white = float(xyz_of(light)[1])
+    return float(xyz_of(Spectrum("sent", grid, sent))[1]) / white if white > 0 else 0.0
 
 
 def reradiation(context: Context, lights: Sequence[Spectrum], teeth: int) -> Reradiation | None:

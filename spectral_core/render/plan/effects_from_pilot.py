@@ -75,15 +75,16 @@ def _with_last(effect: Effect, error: float, share: float) -> Effect:
 
 def _chain(name: str, count: str, reason: str, loses: str, pilot: Pilot, unseen: float) -> Effect:
     """Numbers of bounces, each with the light beyond it in the pilot; without those that omit visible light and save
-    little.
+    little. What the pilot may have missed is stated, and counts as such light only by the tolerance.
     """
-    levels = [Level(str(COUNTED[0]))]
-    error, saves = 0.0, 0.0
+    levels, hidden = [Level(str(COUNTED[0]))], 0.0
+    error, seen, saves = 0.0, 0.0, 0.0
     for most in COUNTED[1:]:
         lost = pilot.beyond(count, min(most, LEVELS - 1))
         error, saves = max(error_of_loss(pilot, lost, unseen), error), max(_share(pilot, lost), saves)
-        hidden = max((level.saves for level in levels if level.error <= HIDDEN), default=0.0)
-        pays = error <= HIDDEN or saves >= hidden + WORTHWHILE
+        seen = max(error_of_loss(pilot, lost), seen)
+        hidden = saves if seen <= HIDDEN else hidden
+        pays = seen <= HIDDEN or saves >= hidden + WORTHWHILE
         if error <= 100 and (pays or most == 0):
             levels.append(Level(str(most), error, saves, pays))
     return Effect(name, tuple(levels), reason, loses, "measured")

@@ -75,8 +75,8 @@ class Reradiation:
         self._starts, self._widths = table(mi.Float, edges[:-1]), table(mi.Float, np.diff(edges))
         draws = [_cumulative(edges, lights, taken, sent) for taken, sent in zip(excitation, emission, strict=True)]
         self._cumulative = table(mi.Float, np.stack(draws))
-        chances = [_chance([closure for closure, _ in item.parts], lights) for item in dyed]
-        self._chances = table(mi.Float, np.stack(chances))
+        light_sent = np.stack([_seen_light([closure for closure, _ in item.parts], lights) for item in dyed])
+        self._sent, self._left = table(mi.Float, light_sent[:, 0]), table(mi.Float, light_sent[:, 1])
         numbers = [
             (int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]), row + 1)
             for row, item in enumerate(dyed)
@@ -100,10 +100,12 @@ class Reradiation:
         dyed = active & (row > 0)
         weights = self._weights_at(si, row, dyed)
         index = row - 1
-        chance = mi.Float(0.0)
+        sent, left = mi.Float(0.0), mi.Float(0.0)
         for k in range(4):
-            # One decision for all four wavelengths of the path, by the mean of their chances.
-            chance += 0.25 * self._at(self._chances, index, si.wavelengths[k], dyed)
+            # One decision for all four wavelengths of the path, by the light that the observer sees of all.
+            sent += self._at(self._sent, index, si.wavelengths[k], dyed)
+            left += self._at(self._left, index, si.wavelengths[k], dyed)
+        chance = sent / dr.maximum(left, 1e-30)
         chance = dr.select(
             dyed & (chance > 0.0) & (sum(weights) > 0.0), dr.clip(chance, LEAST_CHANCE, MOST_CHANCE), 0.0
         )
@@ -213,18 +215,24 @@ def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emi
     return np.concatenate([[0.0], np.cumsum(flat)]) / max(float(flat.sum()), 1e-300)
 
 
-def _chance(closures: Sequence[Fluorescent], lights: Sequence[Spectrum]) -> Array:
-    """(n,) share of dyes in the light that leaves the surface at each wavelength, under all lights."""
+def _seen_light(closures: Sequence[Fluorescent], lights: Sequence[Spectrum]) -> Array:
+    """(2, n) what the observer sees, at each wavelength, of the light that dyes of a surface send out, and of all that
+    leaves it, under all lights.
+    """
     grid = SpectralGrid(EXCITED_NM)
-    # A twentieth of even light: the emission of other dyes or surfaces may excite as well.
-    light = np.full(_SIZE, 0.05 / _SIZE)
+    light = np.zeros(_SIZE)
     for spectrum in lights:
-        values = spectrum.resampled(grid, average=True).values
-        light = light + values / max(float(values.sum()), 1e-300) / max(len(lights), 1)
+        light += spectrum.resampled(grid, average=True).values
+    # A twentieth of even light: the emission of other dyes or surfaces may excite as well.
+    light += 0.05 * float(light.mean()) if light.any() else 1.0
     mean = Spectrum("light", grid, light)
     sent = np.sum([closure.sent_out(mean, EXCITED_NM) for closure in closures], axis=0)
     reflected = [
         closure.reflected(EXCITED_NM) if closure.checks_energy else np.full(_SIZE, 0.5) for closure in closures
     ]
-    total = sent + np.mean(reflected, axis=0) * light
-    return np.divide(sent, total, out=np.zeros(_SIZE), where=total > 0)
+    viewer = observer(STANDARD)
+    seen = np.interp(EXCITED_NM, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0), left=0, right=0)
+    # excitation of other dyes counts where nobody sees the light
+    seen += 0.05 * float(seen.max())
+    total = (sent + np.mean(reflected, axis=0) * light) * seen
+    return np.stack([sent * seen, total]) / max(float(total.max()), 1e-300)
