@@ -42,14 +42,20 @@ def add_accuracy_arguments(parser: argparse.ArgumentParser) -> None:
     asked.add_argument("--time-budget", type=float, metavar="S", help="sample for S seconds, noisy parts more")
 
 
+def scene_file(arguments: argparse.Namespace) -> Path:
+    """The .blend file of the command line. Raises InvalidInputError if there is none."""
+    path = Path(arguments.scene).expanduser().resolve()
+    if not path.is_file():
+        raise InvalidInputError(f"there is no file {path}; name the .blend file to render")
+    return path
+
+
 def open_scene(arguments: argparse.Namespace) -> Any:
     """Open the file and set the engine and the arguments; returns ``bpy.context.scene``.
 
     Raises MissingDependencyError without Blender's Python module, FileFormatError if the file is no .blend file.
     """
-    path = arguments.scene.expanduser().resolve()
-    if not path.is_file():
-        raise InvalidInputError(f"there is no file {path}; name the .blend file to render")
+    path = scene_file(arguments)
     bpy = _bpy()
     try:
         bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)

@@ -8,6 +8,8 @@ import dataclasses
 import json
 from pathlib import Path
 
+from spectral_core.cli.shared.parser import without_companion
+
 from . import _blend
 from .plan import translated_scene
 
@@ -23,6 +25,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--axis", default="samples", help="variable of the plot: samples, bounces, transport, volume step"
     )
+
+
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    return without_companion(arguments, {"axis": "plot"})
 
 
 def run(arguments: argparse.Namespace) -> int:

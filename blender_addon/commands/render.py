@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.write_mitsuba is not None:
         return _write_mitsuba(arguments, arguments.write_mitsuba)
     start = time.perf_counter()
-    out = arguments.out or Path(arguments.scene.with_suffix(".png").name)
+    out = arguments.out or Path(_blend.scene_file(arguments).with_suffix(".png").name)
     if out.suffix.lower() not in FORMATS:
         raise InvalidInputError(f"{out.name} ends in {out.suffix!r}; expected one of {', '.join(FORMATS)}")
     if arguments.bands is not None and out.suffix.lower() != ".exr":

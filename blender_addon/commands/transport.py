@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     from ..translate.view_transform import view_transform_of
 
-    out = arguments.out or Path(arguments.scene.with_suffix(".transport.exr").name)
+    out = arguments.out or Path(_blend.scene_file(arguments).with_suffix(".transport.exr").name)
     if out.suffix.lower() != ".exr":
         raise InvalidInputError(f"{out.name} does not end in .exr, which a transport file is")
     start = time.perf_counter()

@@ -47,8 +47,12 @@ def _load(module: str) -> ModuleType:
     return importlib.import_module(module)
 
 
-def _parsed(given: list[str], packages: Sequence[str]) -> argparse.Namespace:
-    """The arguments of a command line; a faulty one ends the program with status 2 and one line."""
+def _parsed(given: list[str], packages: Sequence[str]) -> tuple[argparse.Namespace, CommandParser]:
+    """The arguments of a command line and its command's parser; a faulty line ends the program with status 2.
+
+    A command's module may have a function ``unused`` from the arguments to the options that it would ignore, with the
+    reason of each: they are refused.
+    """
     modules = command_packages(packages)
     name = given[0] if given else ""
     parser, commands = _parser(name, packages)
@@ -59,7 +63,7 @@ def _parsed(given: list[str], packages: Sequence[str]) -> argparse.Namespace:
     parsed, others = parser.parse_known_args(given)
     if others:
         commands[parsed.command].refuse(others)
-    return parsed
+    return parsed, commands[parsed.command]
 
 
 def _parser(name: str, packages: Sequence[str]) -> tuple[CommandParser, dict[str, CommandParser]]:
@@ -75,7 +79,7 @@ def _parser(name: str, packages: Sequence[str]) -> tuple[CommandParser, dict[str
         sub.formatter_class = argparse.RawDescriptionHelpFormatter
         sub.add_argument("--json", action="store_true", help="print one JSON object as the last line")
         module.add_arguments(sub)
-        sub.set_defaults(run=module.run)
+        sub.set_defaults(run=module.run, unused=getattr(module, "unused", None))
     return parser, commands.choices
 
 
@@ -97,8 +101,10 @@ def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -
 
 
 def _run(given: list[str], packages: Sequence[str]) -> int:
-    parsed = _parsed(given, packages)
+    parsed, parser = _parsed(given, packages)
     try:
+        if parsed.unused is not None:
+            parser.refuse_unused(parsed, parsed.unused(parsed))
         return int(parsed.run(parsed))
     except SpectralError as error:
         return _failed(parsed, error, str(error))

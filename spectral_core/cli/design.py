@@ -35,6 +35,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rounds", type=int, help="at most this many rounds, instead of the palette's own number")
 
 
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    is_texture = arguments.palette is not None and _is_texture(arguments.palette)
+    return dict.fromkeys(("rounds", "preset"), "a texture is designed") if is_texture else {}
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Solve, print the table of errors, write the files."""
     if arguments.palette is not None and _is_texture(arguments.palette):

@@ -11,6 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from spectral_core.cli.shared.parser import without_companion
 from spectral_core.errors import InvalidInputError
 
 
@@ -63,6 +64,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--workers", type=int, default=1, help="processes of --serve's renders")
 
 
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    ignored = without_companion(arguments, {
+        "color": "figure", "by": "error_time", "time": "error_time", "weights": "distance", "norm": "distance",
+        "port": "serve", "workers": "serve",
+    })  # fmt: skip
+    if not any((arguments.figure, arguments.error_time, arguments.embed, arguments.clusters is not None)):
+        ignored["columns"] = "it needs --figure, --error-time, --embed or --clusters"
+    if arguments.serve:
+        ignored |= dict.fromkeys(("out", "no_thumbnails"), "with --serve no file is written")
+    return ignored
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Run the requested analyses, then write or serve the page."""
     from spectral_core.explore.page.build import table_of_folder, table_of_store, write_page
@@ -76,6 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
                 f"{folder} holds no sweep (neither project.json nor data.csv); run one first with "
                 "`spectral-scene sweep SWEEP.toml`, or name the folder of a Cinema database"
             )
+        _refuse_analyses(arguments, folder)
         table = table_of_folder(folder)
         _figures(arguments, dict(table.columns))
     else:
@@ -93,6 +108,14 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(result))
     return 0
+
+
+def _refuse_analyses(arguments: argparse.Namespace, folder: Path) -> None:
+    """Raise InvalidInputError if columns are to be added to a table that is not a sweep's."""
+    names = ("derive", "reference", "distance", "embed", "clusters", "sensitivity", "propose", "region", "serve")
+    for name in names:
+        if getattr(arguments, name):
+            raise InvalidInputError(f"--{name} needs a sweep's folder; {folder} is a table without project.json")
 
 
 def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:

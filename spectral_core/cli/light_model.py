@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from spectral_core.cli.shared.parser import without_companion
 from spectral_core.errors import UnknownNameError
 
 if TYPE_CHECKING:
@@ -34,6 +35,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--surface", action="append", default=[], metavar="NAME", help="surfaces (the color checker)")
     parser.add_argument("--keep", default="8 nodes", metavar="MODEL", help="model to write, as the table names it")
     parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the kept model's numbers and matrices")
+
+
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    return without_companion(arguments, {"keep": "out"})
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -44,6 +44,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--grams", type=float, default=100.0, help="paints: grams of the mixture (100)")
 
 
+OF_LAMPS = ("cct", "duv", "cri", "rf", "rg", "cct_tolerance", "duv_tolerance")
+OF_MATERIALS = {
+    "target": ("paints", "inks", "filters"), "light": ("paints", "inks", "filters"), "paper": ("inks", "filters"),
+    "dot_gain": ("inks",), "grams": ("paints",),
+}  # fmt: skip
+
+
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    ignored = {name: f"it is for {' and '.join(kinds)}" for name, kinds in OF_MATERIALS.items()
+               if arguments.kind not in kinds}  # fmt: skip
+    return ignored if arguments.kind == "lamp" else ignored | dict.fromkeys(OF_LAMPS, "it is for lamps")
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Find and print the recipe. Exits with 1 if the lamp misses its requirements."""
     return _lamp(arguments) if arguments.kind == "lamp" else _material(arguments)
@@ -94,8 +108,8 @@ def _material(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     lights = [illuminant_named(name) for name in arguments.light or ("D65", "A")]
     grams = require_range("--grams", arguments.grams, 1e-6, 1e12)
-    most = 4 if arguments.most is None else arguments.most
-    recipe = material_recipe(colorants, reflectance_named(arguments.target), lights, most_colorants=most)
+    most = {} if arguments.most is None else {"most_colorants": arguments.most}
+    recipe = material_recipe(colorants, reflectance_named(arguments.target), lights, **most)
     print(recipe.text(grams))
     if arguments.json:
         figures: dict[str, Any] = {

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.cli.shared.parser import without_companion
 from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
 from spectral_core.files.whole import whole_file
 from spectral_core.spectra.pictures import write_picture
@@ -34,6 +35,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, metavar="FILE", help=".png, .exr or .npy; of a path FILE_0001.png …, or .mp4"
     )
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="one self-contained page with the dial")
+
+
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    ignored = without_companion(arguments, {"dial": "out"})
+    return ignored if ";" in (arguments.dial or "") else ignored | {"frames": "it needs a path, --dial 'X,Y;X,Y;…'"}
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -47,6 +47,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     elsewhere.add_argument("--collect", action="store_true", help="only collect the points that shares computed")
 
 
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    ignored = {"budget": "--pending takes the points that the folder lists"} if arguments.pending else {}
+    if arguments.plan:
+        names = ("retry", "workers", "dask", "shell", "share", "collect")
+        ignored |= dict.fromkeys(names, "--plan computes nothing")
+    elif arguments.share is not None:
+        ignored |= dict.fromkeys(("budget", "pending", "retry", "workers"), "a share computes what --shell has listed")
+    elif arguments.shell is not None or arguments.collect or arguments.dask:
+        ignored["workers"] = "no process of this machine computes"
+    return ignored
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Open or make the store, plan, run, report."""
     from spectral_core.explore.sweep.document import read_sweep

@@ -60,6 +60,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--progress", action="store_true", help="print a line 'progress SHARE WHAT' for each step")
 
 
+OF_SETTINGS = (
+    "light", "floor", "slope", "exact", "spectra", "importance", "daylight_share", "led_width", "wanted"
+)  # fmt: skip
+
+
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    if arguments.pictures[0].suffix.lower() in DOCUMENTS:
+        return dict.fromkeys(OF_SETTINGS, "the document states all settings")
+    return dict.fromkeys(("daylight_share", "led_width"), "both lights are given") if arguments.light else {}
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Design the lights where none are given, then the texture; write and print the figures."""
     return make_texture(_project(arguments), arguments.out, as_json=arguments.json, tell=arguments.progress)

@@ -75,16 +75,15 @@ def sampling_lattice(dimensions: int, rate: int = 2) -> Lattice:
 
 
 def frozen_scales(dimensions: int, rate: int, criterion: str, *, improper: bool = False) -> FrozenScales:
-    """The frozen class and scales of a criterion; InvalidInputError if none are shipped."""
+    """The class and scales of a criterion from the shipped table. Raises InvalidInputError if it has none."""
     if criterion not in CRITERIA:
         raise UnknownNameError.among("lattice criterion", str(criterion), CRITERIA)
     CharacteristicPolynomial(dimensions, rate)  # raises for a wrong dimension or rate
     rows = _table().get(f"{dimensions},{rate}")
     if rows is None:
         raise InvalidInputError(
-            f"no scales are frozen for dimension {dimensions} and rate {rate}; they are for 1 to "
-            f"{MAX_FROZEN_DIMENSIONS} dimensions and rates 2 and 3. Take criterion='unit', "
-            "or search with optimize_packing or optimize_second_moment"
+            f"no lattice of {dimensions} dimensions and rate {rate} is in the table, which has 1 to "
+            f"{MAX_FROZEN_DIMENSIONS} dimensions and the rates 2 and 3. Take the criterion 'unit', which needs no table"
         )
     row = rows.get(f"{criterion} improper") if improper else None
     row = row or rows[criterion]

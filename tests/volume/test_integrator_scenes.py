@@ -182,3 +182,31 @@ def test_an_unreachable_quality_and_lost_channels_are_reported():
     text = "\n".join(lines)
     assert "dd.y" in text and "are not recorded" in text
     assert "'edge'" in text and "50 dB is not reached" in text
+
+
+def test_an_orthographic_sensor_of_any_scale_is_the_same_view():
+    """Mitsuba scales the picture by the camera's matrix; the view has unit axes and a width of its own."""
+    from spectral_core.volume.mitsuba_integrator.scene_fields import sensor_view
+
+    mi = load("llvm_ad_rgb")
+    film = {"type": "hdrfilm", "width": 12, "height": 6}
+    look = mi.ScalarTransform4f().look_at(origin=[3, -4, 2], target=[0, 1, 0], up=[0, 0, 1])
+    for kind, more, scale in (("orthographic", {}, 2.5), ("perspective", {"fov": 40.0}, 1.0)):
+        sensor = mi.load_dict(
+            {"type": kind, "to_world": look @ mi.ScalarTransform4f().scale(scale), "film": film, **more}
+        )
+        view = sensor_view(sensor)
+        assert view is not None and (view.width, view.height) == (12, 6)
+        assert np.linalg.norm(view.world_from_camera[:3, :3], axis=0) == pytest.approx(np.ones(3), abs=1e-6)
+        starts, toward = view.rays_world()
+        for x, y in ((0, 0), (7, 4), (11, 5)):
+            ray, _ = sensor.sample_ray(0.0, 0.5, [(x + 0.5) / 12, (y + 0.5) / 6], [0.5, 0.5])
+            ahead = np.array(ray.d).ravel()
+            assert toward[y, x] == pytest.approx(ahead, abs=1e-5)
+            apart = np.array(ray.o).ravel() - starts[y, x]
+            assert apart - ahead * (apart @ ahead) == pytest.approx(np.zeros(3), abs=1e-4)
+    assert view.fov_deg == pytest.approx(40.0, abs=1e-4)
+    assert (
+        sensor_view(mi.load_dict({"type": "radiancemeter", "film": {"type": "hdrfilm", "width": 1, "height": 1}}))
+        is None
+    )

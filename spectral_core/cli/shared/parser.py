@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import argparse
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NoReturn
+
+from spectral_core.errors import InvalidInputError
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -23,3 +25,19 @@ class CommandParser(argparse.ArgumentParser):
         near = [each for word in words for each in difflib.get_close_matches(word.partition("=")[0], known, n=1)]
         hint = f"; did you mean {' or '.join(near)}?" if near else ""
         self.error(f"not understood: {', '.join(map(repr, words))}{hint}")
+
+    def refuse_unused(self, arguments: argparse.Namespace, unused: Mapping[str, str]) -> None:
+        """Raise InvalidInputError for an option that was given and that this call would ignore.
+
+        ``unused``: name of each such option, and why it has no effect.
+        """
+        for action in self._actions:
+            if action.dest in unused and getattr(arguments, action.dest) != action.default:
+                name = action.option_strings[-1] if action.option_strings else action.dest
+                raise InvalidInputError(f"{name} has no effect here: {unused[action.dest]}")
+
+
+def without_companion(arguments: argparse.Namespace, needs: Mapping[str, str]) -> dict[str, str]:
+    """Options whose companion is not given, for ``refuse_unused``. ``needs``: options, and what each of them needs."""
+    missing = {name: other for name, other in needs.items() if not getattr(arguments, other)}
+    return {name: f"it needs --{other.replace('_', '-')}" for name, other in missing.items()}

@@ -31,7 +31,7 @@ def draw_matrix(path: Path, columns: Mapping[str, Sequence[Any]], names: Sequenc
     data = {name: _plotted(columns, name) for name in {*names, *([color] if color else [])}}
     figure = _figure(path, 1.6 * len(names))
     axes = figure.subplots(len(names), len(names), squeeze=False)
-    shade: Any = data[color][0] if color else "#3b6fb6"
+    shade: dict[str, Any] = {"c": data[color][0], "cmap": "viridis"} if color else {"color": "#3b6fb6"}
     for row, upward in enumerate(names):
         for column, across in enumerate(names):
             plot = axes[row][column]
@@ -44,7 +44,7 @@ def draw_matrix(path: Path, columns: Mapping[str, Sequence[Any]], names: Sequenc
                 plot.set_yticks([])
                 plot.set_title(across, fontsize=8, loc="left")
             else:
-                plot.scatter(data[across][0], data[upward][0], c=shade, s=6, linewidths=0, cmap="viridis")
+                plot.scatter(data[across][0], data[upward][0], s=6, linewidths=0, **shade)
             plot.tick_params(labelsize=6, labelbottom=row == len(names) - 1, labelleft=column == 0 and row > 0)
             if column == 0 and row > 0:
                 plot.set_ylabel(upward, fontsize=7)

@@ -244,8 +244,12 @@ def require_column_name(name: str) -> str:
 
 
 def cdb_folder(folder: Path) -> Path:
-    """The folder with the extension .cdb, by which Cinema's viewers recognize it."""
+    """The folder with the extension .cdb, by which Cinema's viewers recognize it. Raises InvalidInputError."""
     path = Path(folder).expanduser()
+    if not path.name:  # the present folder, or the root
+        path = path.resolve()
+        if not path.name:
+            raise InvalidInputError(f"{path} is no folder of a sweep; name a folder in it")
     return path if path.suffix == ".cdb" else path.with_name(path.name + ".cdb")
 
 

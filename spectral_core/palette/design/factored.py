@@ -54,23 +54,34 @@ class FactoredRows:
         problem = self.problem
         root = np.sqrt(problem.known_weights)
         self._known = root[:, None] * problem.known_ties.reshape(root.size, problem.offsets[0])
-        self._known_right = -root * problem.known_targets
         self._parts = [_Part.of(block) for block in problem.blocks]
+        # Rows without a spectrum come first, then those of each spectrum.
+        self.right = np.concatenate([-root * problem.known_targets, *(part.right for part in self._parts)])
+        self.wanted = np.concatenate([part.wanted for part in self._parts])
 
-    @property
-    def right(self) -> Array:
-        """The right-hand side of all soft rows: those without a spectrum first, then each spectrum's."""
-        return np.concatenate([self._known_right, *(part.right for part in self._parts)])
+    def times(self, x: Array) -> tuple[Array, Array]:
+        """The soft rows times ``x``, and the exact ones."""
+        colors, values = x[: self.problem.offsets[0]], self.problem.split(x)[1]
+        soft, exact = [self._known @ colors], []
+        for part, value in zip(self._parts, values, strict=True):
+            soft.append(part.rows @ value + part.ties @ colors)
+            exact.append(part.exact @ value - part.exact_ties @ colors)
+        return np.concatenate(soft), np.concatenate(exact)
 
     def left(self, x: Array) -> tuple[Array, Array]:
         """What is left of the soft rows at ``x``, right − rows · x, and of the exact ones."""
-        colors, values = x[: self.problem.offsets[0]], self.problem.split(x)[1]
-        soft = [self._known_right - self._known @ colors]
-        exact = []
-        for part, value in zip(self._parts, values, strict=True):
-            soft.append(part.right - part.rows @ value - part.ties @ colors)
-            exact.append(part.wanted - part.exact @ value + part.exact_ties @ colors)
-        return np.concatenate(soft), np.concatenate(exact)
+        soft, exact = self.times(x)
+        return self.right - soft, self.wanted - exact
+
+    def settled(self, free: Mask, x: Array) -> Array:
+        """What is left of the soft rows at the optimum of the free samples, which ``x`` is up to rounding.
+
+        A row of large weight differs from its target by less than the rounding of its sum, but its multiplier decides
+        about bounds. What the next step would change is therefore subtracted from what is left: the difference has the
+        digits that the sum lacks.
+        """
+        left, missing = self.left(x)
+        return left - self.times(self.step(free, left, missing))[0]
 
     def back(self, left: Array, *, sizes: bool = False) -> Array:
         """The transposed soft rows times a vector; with ``sizes`` their absolute values."""

@@ -93,7 +93,7 @@ def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[
             free[first] = False
             continue
         x = np.clip(x + step, lower, upper)
-        left, _ = rows.left(x)
+        left = rows.settled(free, x)
         if _largest(left) <= largest:
             break  # all rows are met
         slack = ROUNDING * rows.back(np.abs(left), sizes=True)

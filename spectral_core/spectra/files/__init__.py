@@ -127,6 +127,4 @@ def _format_from_suffix(file: Path) -> str:
         if file.suffix.lower() in suffixes:
             return name
     endings = ", ".join(ending for suffixes in FORMATS.values() for ending in suffixes)
-    raise InvalidInputError(
-        f"cannot tell the format of {file.name!r} from its ending; name it with one of {endings}, or give file_format"
-    )
+    raise InvalidInputError(f"cannot tell the format of {file.name!r} from its ending; name it with one of {endings}")
