@@ -8,6 +8,7 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
+from benchmarks._random_rigs import EDITS as RIGS
 from benchmarks._random_shading import (
     fog,
     group_edit,
@@ -140,7 +141,11 @@ def gather(obj, rng):
 
 
 def rename(_rng_item, rng):
-    item = one_of(rng, [*bpy.data.objects, *bpy.data.meshes, *bpy.data.materials, *bpy.data.lights])
+    item = one_of(
+        rng,
+        [*bpy.data.objects, *bpy.data.meshes, *bpy.data.materials, *bpy.data.lights],
+        lambda each: each.library is None,
+    )
     item.name = str(rng.choice(["Thing", "Other", "Cube"]))
 
 
@@ -277,4 +282,5 @@ EDITS: dict[str, Edit] = {
     "override": override,
     "scatter": on(some_object("MESH"), scatter),
     "new material": new_material,
+    **RIGS,
 }

@@ -14,7 +14,12 @@ def one_of(rng, items, fits=lambda _item: True):
 
 
 def objects(*kinds):
-    return [obj for obj in bpy.context.scene.objects if obj.type in (kinds or (obj.type,))]
+    """Objects of this file, of these types."""
+    return [obj for obj in bpy.context.scene.objects if obj.type in (kinds or (obj.type,)) and _is_own(obj)]
+
+
+def _is_own(obj):
+    return obj.library is None and (obj.data is None or obj.data.library is None)
 
 
 def shader(material):
@@ -39,7 +44,11 @@ def some_object(*kinds):
 
 
 def some_shader(rng):
-    return one_of(rng, [shader(material) for material in bpy.data.materials], lambda node: node is not None)
+    return one_of(
+        rng,
+        [shader(material) for material in bpy.data.materials if material.library is None],
+        lambda node: node is not None,
+    )
 
 
 def lamp(obj, rng):

@@ -3,12 +3,13 @@
 
 A plane, a ball and a lamp at 96×64 in Blender without a window; the session is the one of a 3D view, with its own
 render process. After each change the view has to settle (``--changes N``, 1000; ``--kills N``, 30 spread over them).
-Changes are deletes, renames, new objects, materials and nodes, numbers, meshes, an undo or redo of any of them, another
-file or the same one loaded, data appended, the mode switched, the camera turned, a wanted color dragged; some come
-while another one is still being translated. Every few changes the picture is compared with that of another process
-which loads the whole scene afresh, sample for sample. ``--kill-each N`` instead kills the process N times during each
-type of change that is limited in time, at a random moment. ``--minutes N`` ends a run earlier, ``--seed N`` repeats
-one. Hours on two cores: new nodes compile kernels.
+Changes are deletes, renames, new objects, materials and nodes, numbers, meshes, drivers and keys, rigs, shape keys,
+layers, linked data, images, an undo or redo of any of them, another file or the same one loaded, data appended, the
+mode switched, the camera turned, a wanted color dragged; some come while another one is still being translated. Every
+few changes the picture is compared with that of another process which loads the whole scene afresh, sample for sample.
+``--kill-each N`` instead kills the process N times during each type of change that is limited in time (``--only A,B``:
+these), at a random moment. ``--minutes N`` ends a run earlier, ``--seed N`` repeats one. Hours on two cores: new nodes
+compile kernels.
 """
 
 from __future__ import annotations
@@ -25,9 +26,8 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks._session_changes import HEIGHT, SAMPLES, TIMED, WIDTH, context, followed, kinds_of, start
-from spectral_core.render.live.link import CRASH_SPAN_S
 
-OPTIONS = ("--changes", "--kills", "--kill-each", "--minutes", "--seed")
+OPTIONS = ("--changes", "--kills", "--kill-each", "--only", "--minutes", "--seed")
 PATIENCE_S = 300.0
 COMPARED_EVERY = 5
 """Changes between two comparisons with a fresh process."""
@@ -63,7 +63,7 @@ def run(options: Options) -> dict[str, Any]:
             killed = set(np.linspace(1, changes - 1, kills).astype(int).tolist())
             planned: list[tuple[str, bool]] = [("", number in killed) for number in range(changes)]
             if each:
-                planned = [(name, True) for _ in range(each) for name in TIMED]
+                planned = [(name, True) for _ in range(each) for name in _only(options)]
             for number, (name, kill) in enumerate(planned):
                 if time.monotonic() < end:
                     trial.change(number, name, kill=kill)
@@ -88,7 +88,6 @@ class Trial:
         self.memory: list[int] = []
         self.compared, self.dark, self.errors = 0, 0, [0.0]
         self.session: Any = None
-        self.crashed: list[float] = []
         start(folder)
         self.kinds = kinds_of(self)
         self.new_view()
@@ -111,14 +110,11 @@ class Trial:
         if not kill and self.rng.random() < HURRIED:
             self._hurry()
         self._make(name)
-        if kill and len(self.crashed) > 2:  # more of them in so short a time end in a message, not in a new process
-            time.sleep(max(0.0, self.crashed[-3] + CRASH_SPAN_S + 1 - time.monotonic()))
         process = jobs.live().process_id
         self.session.look(self.context, bpy.context.view_layer.depsgraph)
         if kill and process is not None:
             time.sleep(float(self.rng.uniform(0.0, LATEST_KILL_S)))
             os.kill(process, signal.SIGKILL)
-            self.crashed = [*self.crashed[-2:], time.monotonic()]
             self.counts["killed"] += 1
         shown = self._settled()
         if shown is None:
@@ -261,6 +257,13 @@ def _difference(found: Any, shown: Any) -> float:
     """Mean difference of two pictures, as a share of the mean."""
     size = max(float(np.abs(found.pixels[..., :3]).mean()), 1e-3)
     return float(np.abs(found.pixels - shown.pixels).mean()) / size
+
+
+def _only(options: Options) -> tuple[str, ...]:
+    """The types of change that are killed."""
+    if "--only" not in options.extra:
+        return TIMED
+    return tuple(options.extra[options.extra.index("--only") + 1].split(","))
 
 
 def _number(options: Options, name: str, usual: int) -> int:

@@ -109,3 +109,44 @@ def _told(output: str) -> Callable[[Stage], None]:
 
 for _output in ("Is Strand", "Intercept", "Length", "Thickness", "Random"):
     feature(f"hair/curves info {_output}", _told(_output))
+
+
+def _carried(domain: str, kind: str) -> Callable[[Stage], None]:
+    """An attribute of hair curves as their color."""
+
+    def build(stage: Stage) -> None:
+        node = stage.node("ShaderNodeAttribute", attribute_name="Mine")
+        stage.into_color(node.outputs["Color"])
+        tuft(stage)
+        made = bpy.data.hair_curves[0].attributes.new("Mine", kind, domain)
+        values = np.random.default_rng(5).random(len(made.data) * (4 if kind == "FLOAT_COLOR" else 1))
+        made.data.foreach_set("color" if kind == "FLOAT_COLOR" else "value", values.astype(np.float32))
+
+    return build
+
+
+def _grown(kind: str, output: str, child: str = "NONE") -> Callable[[Stage], None]:
+    """Particle hair that is colored by the surface at its roots."""
+
+    def build(stage: Stage) -> None:
+        mesh = stage.ball.data
+        made = mesh.color_attributes.new("Colors", "BYTE_COLOR", "CORNER")
+        made.data.foreach_set("color", np.random.default_rng(5).random(4 * len(made.data)).astype(np.float32))
+        values: dict[str, Any] = {"layer_name": "Colors"} if kind == "ShaderNodeVertexColor" else {}
+        stage.into_color(stage.node(kind, **values).outputs[output])
+        settings = stage.ball.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
+        settings.type, settings.count, settings.hair_length, settings.child_type = "HAIR", 400, 0.5, child
+        settings.radius_scale, settings.tip_radius, settings.rendered_child_count = 0.03, 0.5, 3
+
+    return build
+
+
+for _domain, _type in (("POINT", "FLOAT"), ("POINT", "FLOAT_COLOR"), ("CURVE", "FLOAT_COLOR")):
+    feature(f"hair/{_type.lower()} of each {_domain.lower()}", _carried(_domain, _type))
+for _node, _output, _child in (
+    ("ShaderNodeTexCoord", "UV", "NONE"),
+    ("ShaderNodeTexCoord", "UV", "SIMPLE"),
+    ("ShaderNodeTexCoord", "Generated", "NONE"),
+    ("ShaderNodeVertexColor", "Color", "NONE"),
+):
+    feature(f"hair/particles by {_node[10:]} {_output}, {_child.lower()} children", _grown(_node, _output, _child))

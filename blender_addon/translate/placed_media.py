@@ -107,11 +107,13 @@ def _filled(
 
 def _kept(found: Collected, obj: Any, instance: Any, kind: str, state: tuple[Any, ...], make: Callable[[], Any]) -> Any:
     """The result of ``make``; in a viewport that of an earlier translation if nothing that it reads has changed."""
-    if instance.is_instance:
-        return make()
     number = obj.original.session_uid
-    makers = frozenset((number, obj.original.data.session_uid))
-    return kept_or_made(found.kept, found.translation, (kind, number), makers, state, make)
+    makers, place = [number, obj.original.data.session_uid], tuple[Any, ...]()
+    if instance.is_instance:  # each copy is elsewhere, or has other attributes
+        parent = instance.parent
+        place = (0 if parent is None else parent.original.session_uid, *instance.persistent_id)
+        makers += place[:1]
+    return kept_or_made(found.kept, found.translation, (kind, (number, *place)), frozenset(makers), state, make)
 
 
 def _facts(item: TranslatedMaterial, placed: Region) -> tuple[Any, ...]:

@@ -215,3 +215,61 @@ def test_an_index_of_refraction_below_1_of_hair_has_a_note(build, translate):
     assert not told()
     shader.inputs["IOR"].default_value = 0.8
     assert told()
+
+
+def _shown(material, node, output, **values):
+    tree = material.node_tree
+    made = tree.nodes.new(node)
+    for name, value in values.items():
+        setattr(made, name, value)
+    tree.links.new(made.outputs[output], tree.nodes["shader"].inputs[0])
+
+
+def test_particle_hair_has_the_uv_and_colors_of_its_roots(build, translate):
+    """On a square whose UV is its position, a strand's UV and its place in the texture space are those of its root."""
+    material = build.material()
+    _shown(material, "ShaderNodeTexCoord", "UV")
+    thing = build.plane(size=2.0, material=material)
+    layer = thing.data.uv_layers[0].uv
+    for corner, loop in zip(layer, thing.data.loops, strict=True):
+        corner.vector = (np.array(thing.data.vertices[loop.vertex_index].co[:2]) + 1) / 2
+    thing.location = (10, 0, 0)
+    thing.data.color_attributes.new("Col", "BYTE_COLOR", "CORNER").data.foreach_set("color", [0.2, 0.5, 0.8, 1.0] * 4)
+    thing.modifiers.new("P", "PARTICLE_SYSTEM")
+    settings = thing.particle_systems[0].settings
+    settings.type, settings.count, settings.hair_length = "HAIR", 20, 1.0
+
+    def hair():
+        scene = translate()
+        assert not scene.notes
+        return next(mesh for mesh in scene.meshes if mesh.name.startswith("Plane P"))
+
+    mesh = hair()
+    low = mesh.positions[:, 2] < 0.05
+    np.testing.assert_allclose(mesh.uvs[low], (mesh.positions[low, :2] - (10, 0) + 1) / 2, atol=0.02)
+    assert len(np.unique(mesh.uvs.round(4), axis=0)) == 20
+    _shown(material, "ShaderNodeTexCoord", "Generated")
+    (generated,) = (each.values for each in hair().attributes if each.name == "generated")
+    np.testing.assert_allclose(generated[low, :2], mesh.uvs[low], atol=2e-3)
+    _shown(material, "ShaderNodeVertexColor", "Color", layer_name="Col")
+    (color,) = (each.values for each in hair().attributes if each.name == "attribute:Col")
+    np.testing.assert_allclose(color, np.broadcast_to([0.2, 0.5, 0.8], color.shape), atol=0.01)
+
+
+@pytest.mark.parametrize(("domain", "expected"), [("POINT", [0, 1, 2, 3, 4]), ("CURVE", [0, 0, 0, 1, 1])])
+def test_hair_curves_have_their_attributes(build, translate, domain, expected):
+    material = build.material()
+    _shown(material, "ShaderNodeAttribute", "Fac", attribute_name="Mine")
+    curves = bpy.data.hair_curves.new("Curves")
+    curves.add_curves([3, 2])
+    points = np.array([[0, 0, z] for z in range(3)] + [[5, 0, 0], [5, 0, 3]], np.float32)
+    curves.attributes["position"].data.foreach_set("vector", points.ravel())
+    made = curves.attributes.new("Mine", "FLOAT", domain)
+    made.data.foreach_set("value", np.arange(len(made.data), dtype=np.float32))
+    curves.materials.append(material)
+    build.object("Curves", curves)
+    scene = translate()
+    (mesh,) = scene.meshes
+    (found,) = (each.values[:, 0] for each in mesh.attributes if each.name == "attribute_factor:Mine")
+    at_points = [float(found[np.abs(mesh.positions - point).max(axis=1) < 0.1].mean()) for point in points]
+    assert at_points == pytest.approx(expected) and not scene.notes

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -15,18 +15,8 @@ from blender_addon.translate.palette.problem import palette_problem
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized, xyz_of
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
-
-GRID = SpectralGrid.uniform(400, 700, 10)
-COLOR = (0.2, 0.3, 0.4)
-CELLS = {
-    "mode": Cell.black(),
-    "target": Cell.fixed(COLOR),
-    "others": Cell.same_as((0, 1)),
-    "box": Cell.free(((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))),
-    "weight": Cell.fixed(COLOR, weight=7.5),
-    "exact": Cell.fixed(COLOR, exact=True),
-}
+from spectral_core.spectra.spectrum import Illuminant, Reflectance
+from tests.palette_cases import CELLS, COLOR, GRID, LIGHTS, lamp
 
 
 def problem_with(cell: Cell) -> PaletteProblem:
@@ -60,17 +50,9 @@ def test_the_table_keeps_each_field_of_a_cell(blender, name):
             np.testing.assert_allclose(mine, theirs, atol=1e-6)
 
 
-def lamp(name: str = "lamp", power: float = 0.3) -> Illuminant:
-    return Illuminant(name, GRID, np.linspace(power, 2 * power, GRID.size))
-
-
-LIGHTS = {
-    "spectrum": PaletteLight(lamp(power=0.9)),
-    "free": PaletteLight(lamp(), free=True),
-    "primaries": PaletteLight(lamp(), free=True, primaries=(lamp("red"), lamp("blue", 0.1))),
-    "white_xyz": PaletteLight(lamp(), free=True, white_xyz=np.array([0.9, 1.0, 1.1])),
-    "luminance": PaletteLight(lamp(), free=True, luminance=float(xyz_of(lamp())[1])),
-    "variants": PaletteLight(lamp(), variants=(lamp("other", 0.2), normalized(illuminant("FL2"), luminance=2.0))),
+LIGHTS_AND_LAMPS = LIGHTS | {
+    "source": PaletteLight(replace(lamp(), source="measured in the kitchen")),
+    "source of a start": PaletteLight(replace(lamp(), source="measured in the kitchen"), free=True),
     "of the catalogue": PaletteLight(normalized(illuminant("FL2"), luminance=3.0)),
 }
 
@@ -79,11 +61,11 @@ def test_every_field_of_a_light_has_a_case():
     assert {each.name for each in fields(PaletteLight)} <= set(LIGHTS)
 
 
-@pytest.mark.parametrize("name", LIGHTS)
+@pytest.mark.parametrize("name", LIGHTS_AND_LAMPS)
 def test_the_table_keeps_each_field_of_a_light(blender, name):
     palette = blender.context.scene.spectral.palette
     palette.live = False
-    wanted = LIGHTS[name]
+    wanted = LIGHTS_AND_LAMPS[name]
     painted = PaletteReflectance("tile", Reflectance("tile", GRID, np.linspace(0.1, 0.7, GRID.size)))
     store_problem(
         palette,
@@ -95,6 +77,7 @@ def test_the_table_keeps_each_field_of_a_light(blender, name):
     problem = palette_problem(palette)
     got = problem.lights[1]
     assert (got.name, got.free) == (wanted.name, wanted.free)
+    assert got.spectrum.source == wanted.spectrum.source
     np.testing.assert_allclose(got.spectrum.values, wanted.spectrum.values, rtol=1e-5)
     assert got.luminance == (None if wanted.luminance is None else pytest.approx(wanted.luminance, rel=1e-5))
     assert (got.white_xyz is None) == (wanted.white_xyz is None)

@@ -98,9 +98,7 @@ def test_an_edit_evaluates_only_the_grids_that_it_changes(volumes, evaluated):
     assert evaluated
     evaluated.clear()
     updated(volumes, lambda s: setattr(shader(s.material)["Roughness"], "default_value", 0.1))
-    shown = [shape for shape in evaluated if shape == (10, 8, 7)]
-    assert shown == [], "the grids of files were evaluated again"
-    count = len(evaluated)
+    assert evaluated == [], "grids were evaluated again: of a file, or of a copy"
     after = is_up_to_date(volumes)
     for old, new in zip(before.materials, after.materials, strict=True):
         assert (old is new) == (new.name != "Paint")
@@ -108,7 +106,7 @@ def test_an_edit_evaluates_only_the_grids_that_it_changes(volumes, evaluated):
     evaluated.clear()
     strength = bpy.data.materials["Smoke"].node_tree.nodes["Strength"].inputs[1]
     updated(volumes, lambda s: setattr(strength, "default_value", 3.0))
-    assert len(evaluated) > count, "the smoke in the cube was not evaluated again"
+    assert evaluated, "the smoke in the cube was not evaluated again"
     assert not [shape for shape in evaluated if shape == (10, 8, 7)]
     changed = is_up_to_date(volumes)
     pairs = zip(after.materials, changed.materials, strict=True)

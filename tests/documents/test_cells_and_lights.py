@@ -16,34 +16,10 @@ from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteRef
 from spectral_core.palette.files import document as documents
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+from tests.palette_cases import CELLS, GRID, LIGHTS, lamp
 
-GRID = SpectralGrid.uniform(400, 700, 10)
-BOX = ((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
-CELLS = {
-    "mode": Cell.black(),
-    "target": Cell.fixed((0.2, 0.3, 0.4)),
-    "others": Cell.same_as((0, 1)),
-    "box": Cell.free(BOX),
-    "weight": Cell.fixed((0.2, 0.3, 0.4), weight=7.5),
-    "exact": Cell.fixed((0.2, 0.3, 0.4), exact=True),
-}
-"""By field of ``Cell``, a cell that sets it."""
 DOCUMENT_CELL = {"target": "color"}
 """Names in documents that differ from the field's name."""
-
-
-def lamp(name: str = "lamp", power: float = 0.3) -> Illuminant:
-    return Illuminant(name, GRID, np.linspace(power, 2 * power, GRID.size))
-
-
-LIGHTS = {
-    "spectrum": PaletteLight(lamp(power=0.7)),
-    "free": PaletteLight(lamp(), free=True),
-    "primaries": PaletteLight(lamp(), free=True, primaries=(lamp("red"), lamp("blue", 0.1))),
-    "white_xyz": PaletteLight(lamp(), free=True, white_xyz=np.array([0.9, 1.0, 1.1])),
-    "luminance": PaletteLight(lamp(), free=True, luminance=2.5),
-    "variants": PaletteLight(lamp(), variants=(lamp("other", 0.2),)),
-}
 
 
 def problem_with(cell: Cell | None = None, light: PaletteLight | None = None) -> PaletteProblem:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import threading
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -108,3 +109,17 @@ def test_processes_run_below_the_priority_of_their_session(module):
         assert os.getpriority(os.PRIO_PROCESS, worker.process.pid) == min(own + 3, 19)
     finally:
         worker.end()
+
+
+@pytest.mark.parametrize(("is_done", "restarts"), [(False, 3), (True, 6)])
+def test_crashes_are_counted_until_a_view_is_finished(link, monkeypatch, is_done, restarts):
+    """A scene that crashes each process is not tried forever; a process that drew its picture is no such case."""
+    monkeypatch.setattr(link, "_start", lambda: setattr(link, "_worker", SimpleNamespace(end=lambda: None)))
+    area = link._views["view"].area
+    area.may_end.set()
+    for _ in range(6):
+        link._worker = link._worker or SimpleNamespace(end=lambda: None)
+        link._hear(link._worker, "frame", replace(FRAME, is_done=is_done))
+        link._after_crash(link._worker, "it ended")
+    assert link.restarts == restarts
+    assert ("after the next change" in link.trouble("view")) is not is_done

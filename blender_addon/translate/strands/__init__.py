@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 from spectral_core.scene import STRAND_AXIS, STRAND_PLACE, STRAND_RANDOM, STRAND_SIDES, STRAND_TANGENT, Mesh
 from spectral_core.scene.geometry import Attribute
 
-from ..meshes.triangles import OUTPUTS, output_of
 from ..shading.attributes import hashed_pair
-from .smooth import alike, smooth
+from .carried import of_curves, of_points, on_emitter
+from .smooth import alike, smooth, straight
 
 Array = NDArray[np.float64]
 
@@ -43,7 +44,8 @@ def curves_mesh(name: str, curves: Any, reads: frozenset[str] = frozenset()) -> 
     radii = _radii(curves, count)
     lengths = np.empty(len(curves.curves), np.int32)
     curves.curves.foreach_get("points_length", lengths)
-    return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths, reads)
+    places = points.reshape(-1, 3).astype(np.float64)
+    return tubes(name, places, radii.astype(np.float64), lengths, reads, of_curves(curves, reads, lengths, places))
 
 
 def particle_mesh(
@@ -57,14 +59,19 @@ def particle_mesh(
     count = len(system.particles) + len(system.child_particles)
     first = len(system.particles) if len(system.child_particles) and not settings.use_parent_particles else 0
     steps = 2 ** int(settings.render_step if is_render else settings.display_step) + 1
-    strands = [_strand(system, obj, number, steps) for number in range(first, count)]
-    strands = [strand for strand in strands if len(strand) > 1]
-    if not strands:
+    found = {number: _strand(system, obj, number, steps) for number in range(first, count)}
+    grown = [number for number, strand in found.items() if len(strand) > 1]
+    if not grown:
         return None
+    strands = [found[number] for number in grown]
     lengths = np.array([len(strand) for strand in strands])
     along = np.concatenate([_ways(strand) for strand in strands])
     radii = _thickness(along, settings)
-    return tubes(name, np.concatenate(strands), radii, lengths, reads)
+    roots = np.stack([strand[0] for strand in strands])
+    carried = {
+        read: np.repeat(values, lengths, axis=0) for read, values in on_emitter(obj, system, grown, reads, roots)
+    }
+    return tubes(name, np.concatenate(strands), radii, lengths, reads, carried)
 
 
 def _strand(system: Any, obj: Any, number: int, steps: int) -> Array:
@@ -93,16 +100,21 @@ def _thickness(along: Array, settings: Any) -> Array:
 
 
 def tubes(
-    name: str, points: Array, radii: Array, lengths: NDArray[Any], reads: frozenset[str] = frozenset()
+    name: str,
+    points: Array,
+    radii: Array,
+    lengths: NDArray[Any],
+    reads: frozenset[str] = frozenset(),
+    carried: Mapping[str, Array] = MappingProxyType({}),
 ) -> Mesh | None:
     """Tubes around strands: points (n, 3), radii (n,), and the number of points of each strand, one after another.
 
     ``reads``: inputs that materials read, of which strands have their direction, their place, a random number and the
-    larger axis of their cross-section.
+    larger axis of their cross-section; ``carried``: values (n, 3) of others at the points, UVs as ``"uv"``.
     """
     most = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
     vertices, normals, triangles, start = [], [], [], 0
-    read: dict[str, list[Array]] = {name: [] for name in STRAND_READS if name in reads}
+    read: dict[str, list[Array]] = {name: [] for name in (*STRAND_READS, *carried) if name in reads}
     for numbers, rows, between in alike(lengths, points, radii, most):
         strand, thickness = points[rows], radii[rows]
         if between:
@@ -121,6 +133,8 @@ def tubes(
         if STRAND_RANDOM in read:
             chance = np.array([hashed_pair(int(number), 0) / 0xFFFFFFFF for number in numbers])
             read[STRAND_RANDOM].append(_spread(chance[:, None, None] * np.ones((*strand.shape[:2], 3)), around))
+        for item, values in carried.items():
+            read[item].append(_spread(straight(values[rows], between), around))
         triangles.append(_faces(count, rings) + start)
         start += count * rings * SIDES
     if not vertices:
@@ -130,12 +144,15 @@ def tubes(
     faces = np.concatenate(triangles)
     faces = faces[keep[faces].all(axis=1)]
     positions, directions = np.nan_to_num(positions), np.nan_to_num(np.concatenate(normals))
+    at_vertices = {key: np.nan_to_num(np.concatenate(values)) for key, values in read.items()}
+    uvs = at_vertices.pop("uv", None)
     return Mesh(
         name,
         positions.astype(np.float32),
         faces.astype(np.uint32),
         normals=directions.astype(np.float32),
-        attributes=tuple(Attribute(key, np.nan_to_num(np.concatenate(values))) for key, values in read.items()),
+        uvs=None if uvs is None else uvs[:, :2].astype(np.float32),
+        attributes=tuple(Attribute(key, values.astype(np.float32)) for key, values in at_vertices.items()),
         is_strands=True,
     )
 
@@ -226,22 +243,10 @@ def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> M
         positions.reshape(-1, 3).astype(np.float32),
         triangles[finite].reshape(-1, 3).astype(np.uint32),
         normals=normals.reshape(-1, 3).astype(np.float32),
-        attributes=tuple(_point_attributes(cloud, reads, len(directions))),
+        attributes=tuple(
+            Attribute(read, np.repeat(values, len(directions), axis=0)) for read, values in of_points(cloud, reads)
+        ),
     )
-
-
-def _point_attributes(cloud: Any, reads: frozenset[str], times: int) -> Iterator[Attribute]:
-    widths = {"FLOAT": ("value", 1), "FLOAT_VECTOR": ("vector", 3), "FLOAT_COLOR": ("color", 4)}
-    for read in sorted(reads):
-        kind, _, name = read.partition(":")
-        found = cloud.attributes.get(name) if kind in OUTPUTS else None
-        if found is None or found.data_type not in widths or found.domain != "POINT":
-            continue
-        field, width = widths[found.data_type]
-        raw = np.empty(len(found.data) * width, np.float32)
-        found.data.foreach_get(field, raw)
-        values = output_of(np.nan_to_num(raw.reshape(-1, width)), width, kind)
-        yield Attribute(read, np.repeat(values, times, axis=0))
 
 
 def ball(finer: int) -> tuple[Array, NDArray[np.int64]]:

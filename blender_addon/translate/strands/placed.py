@@ -87,7 +87,7 @@ def _with(instance: Instance, random: float, attributes: Any) -> Instance:
 
 def _note_unread(found: Any, obj: Any, reads: frozenset[str], mesh: Mesh) -> None:
     """Note the attributes that materials read but hair or points do not have."""
-    there = {attribute.name for attribute in mesh.attributes}
+    there = {attribute.name for attribute in mesh.attributes} | ({"uv"} if mesh.uvs is not None else set())
     for read in sorted(reads - there):
         if read in READS_UV or read.startswith(("generated", "attribute", *(PREFIX + kind for kind in OF_STRANDS))):
             what = read.partition(":")[2] or read

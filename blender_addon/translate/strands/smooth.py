@@ -55,3 +55,10 @@ def smooth(values: Array, between: int) -> Array:
     curve = 0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - 3 * c + d - a) * t**3)
     count, gaps = curve.shape[:2]
     return np.concatenate([curve.reshape(count, gaps * (between + 1), -1), values[:, -1:]], axis=1)
+
+
+def straight(values: Array, between: int) -> Array:
+    """Values (count, k, 3) at the points of strands, and in equal steps at ``between`` more in each gap."""
+    t = (np.arange(between + 1) / (between + 1))[:, None]
+    gaps = values[:, :-1, None] * (1 - t) + values[:, 1:, None] * t
+    return np.concatenate([gaps.reshape(len(values), -1, values.shape[2]), values[:, -1:]], axis=1)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import RenderError
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.changes import difference
-from spectral_core.render.live.messages import AreaName, Frame, Trouble
+from spectral_core.render.live.messages import AreaName, Frame
 from spectral_core.render.live.view import ViewRequest
 from spectral_core.render.process.interpreter import find_python
 from spectral_core.render.process.renderer import Worker
@@ -27,7 +27,7 @@ MODULE = "spectral_core.render.live.server"
 NICENESS = 8
 """Added to the process's niceness, so that pictures that are refined delay neither Blender's drawing nor a solver."""
 MOST_CRASHES, CRASH_SPAN_S = 3, 30.0
-"""After this number of crashes in this time, only the next change restarts the process."""
+"""After so many crashes in this time, and no finished picture since them, only the next change restarts the process."""
 COARSEST = 1 << 16
 """Distance of two pixels that any picture keeps."""
 MEMORY_GROWTH, MEMORY_ALLOWANCE = 3.0, 1e9
@@ -248,8 +248,9 @@ class LiveLink:
                 kept.shown = Shown(pixels, content, first)
                 if content.generation >= kept.request.generation:
                     kept.trouble = ""
+                if content.is_done:
+                    self._crashes.clear()
             elif kind == "trouble":
-                assert isinstance(content, Trouble)
                 kept.trouble = content.message
             told = kept.on_news
             self._news.notify_all()
@@ -290,9 +291,9 @@ class LiveLink:
     def _say(self, text: str) -> None:
         """Report trouble to every view."""
         with self._news:
-            for kept in self._views.values():
+            views = list(self._views.values())
+            for kept in views:
                 kept.trouble = text
-            callbacks = [kept.on_news for kept in self._views.values()]
             self._news.notify_all()
-        for told in callbacks:
-            told()
+        for kept in views:
+            kept.on_news()

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What strands and points carry for materials: attributes of curves and clouds, UVs and colors of a hair's root."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.spectra.color import linear_from_display_rgb
+
+from ..meshes.triangles import OUTPUTS, output_of, uv_layer, values_of
+
+Array = NDArray[np.float64]
+
+ROOT_UV = "surface_uv_coordinate"
+"""Attribute of hair curves with the UV of each root on the surface that they grow on; Cycles reads it as their UV."""
+
+
+def of_points(cloud: Any, reads: frozenset[str]) -> Iterator[tuple[str, Array]]:
+    """Inputs that are attributes of a point cloud, and their values (n, 3)."""
+    for read in sorted(reads):
+        kind, _, name = read.partition(":")
+        found = cloud.attributes.get(name) if kind in OUTPUTS else None
+        values = values_of(found, kind) if found is not None and found.domain == "POINT" else None
+        if values is not None:
+            yield read, values
+
+
+def of_curves(curves: Any, reads: frozenset[str], lengths: NDArray[Any], points: Array) -> dict[str, Array]:
+    """Inputs that are attributes of hair curves, and their values (n, 3) at all points (n, 3)."""
+    carried = {}
+    for read in sorted(reads):
+        kind, _, name = read.partition(":")
+        if read == "generated":  # they have no texture space, so that Cycles takes the position in the object
+            carried[read] = points
+            continue
+        if kind == "uv" and not name:
+            kind, name = "attribute", ROOT_UV
+        found = curves.attributes.get(name) if kind in OUTPUTS else None
+        values = values_of(found, kind) if found is not None else None
+        if found is not None and values is not None:
+            carried[read] = values if found.domain == "POINT" else np.repeat(values, lengths, axis=0)
+    return carried
+
+
+def on_emitter(
+    obj: Any, system: Any, numbers: list[int], reads: frozenset[str], roots: Array
+) -> Iterator[tuple[str, Array]]:
+    """Inputs that the hair of an evaluated object takes from the mesh at its roots, and their values (s, 3).
+
+    ``numbers``: the hairs (s) of the particle system; ``roots``: their first points (s, 3) in the world.
+    """
+    modifier = next((item for item in obj.modifiers if getattr(item, "particle_system", None) == system), None)
+    if modifier is None:
+        return
+    mesh, particles = obj.data, system.particles
+    colors = list(mesh.vertex_colors.keys())
+
+    def read_all(read: Any, layer: str, index: int, width: int) -> Array:
+        last = len(particles) - 1
+        given = [
+            read(modifier, particle=particles[min(number, last)], particle_no=number, **{layer: index})
+            for number in numbers
+        ]
+        return np.array(given, dtype=np.float64).reshape(-1, width)
+
+    for read in sorted(reads):
+        kind, _, name = read.partition(":")
+        if read == "generated":
+            local = np.column_stack([roots, np.ones(len(roots))]) @ np.linalg.inv(np.array(obj.matrix_world)).T
+            center, half = (np.array(value[:]) for value in (mesh.texspace_location, mesh.texspace_size))
+            yield read, (local[:, :3] - center) / (2 * np.where(half == 0, 1.0, half)) + 0.5
+            continue
+        layer = uv_layer(mesh, name) if kind == "uv" or (kind in OUTPUTS and name in mesh.uv_layers) else None
+        if layer is not None:
+            uvs = read_all(system.uv_on_emitter, "uv_no", mesh.uv_layers.find(layer.name), 2)
+            uvs = np.column_stack([uvs, np.zeros(len(uvs))])
+            yield read, uvs if kind == "uv" else output_of(uvs, 2, kind)
+        elif kind in OUTPUTS and (name in colors or (not name and colors)):
+            at = colors.index(name) if name in colors else max(0, mesh.vertex_colors.active_index)
+            found = linear_from_display_rgb(read_all(system.mcol_on_emitter, "vcol_no", at, 3))
+            yield read, output_of(np.column_stack([found, np.ones(len(found))]), 4, kind)
