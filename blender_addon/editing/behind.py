@@ -72,7 +72,7 @@ class Behind:
         if not self._threads:
             self._threads.append(ThreadPoolExecutor(1, thread_name_prefix=self._name))
         answer = self._threads[0].submit(work)
-        if not self._is_collecting:  # a timer comes back soon, and has stored an answer before
+        if not self._is_collecting:  # otherwise the timer that collects answers runs and comes back soon
             with pause():
                 wait([answer], max(0.0, PATIENCE_SECONDS - paused_seconds()))
         if answer.done():

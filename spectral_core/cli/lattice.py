@@ -33,7 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     shape.add_argument("--simplex", action="store_true", help="x >= 0 with sum at most 1 instead of a box")
     parser.add_argument("--refine", type=int, default=0, metavar="K", help="add K finer levels; no point moves")
-    parser.add_argument("--latin", action="store_true", help="move the points of a box to perfect 1D projections")
+    parser.add_argument(
+        "--latin", action="store_true", help="move the points of a box so that they divide each axis evenly"
+    )
     parser.add_argument(
         "--criterion", default="packing", help="figure of merit of the lattice: packing, second_moment, covering, unit"
     )

@@ -63,12 +63,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 OF_SETTINGS = (
     "light", "floor", "slope", "exact", "spectra", "importance", "daylight_share", "led_width", "wanted"
 )  # fmt: skip
+OF_TWO_PICTURES = ("floor", "slope", "exact", "importance", "daylight_share", "led_width")
 
 
 def unused(arguments: argparse.Namespace) -> dict[str, str]:
     """Options that this call would ignore, with the reason of each."""
     if arguments.pictures[0].suffix.lower() in DOCUMENTS:
         return dict.fromkeys(OF_SETTINGS, "the document states all settings")
+    if len(arguments.pictures) == 1:
+        return dict.fromkeys(OF_TWO_PICTURES, "it is for two pictures")
     return dict.fromkeys(("daylight_share", "led_width"), "both lights are given") if arguments.light else {}
 
 

@@ -96,7 +96,9 @@ class NodeModel(LightModel):
         moments = _second_moments(scene, further)
         visibility = np.linalg.norm(xyz_from_spectrum(grid, viewer), axis=0)
         candidates = [_greedy_nodes(moments, visibility, count)]
-        with contextlib.suppress(InvalidInputError):  # no searched set of this size, or not on this grid's range
+        with contextlib.suppress(
+            InvalidInputError
+        ):  # no optimized set has this size, or the grid does not reach its nodes
             candidates.append(_nearest_knots(_natural_nodes(count), grid))
         fits = [(_exact_then_best(scene, further, picked), picked) for picked in candidates]
 

@@ -50,7 +50,7 @@ class Photometry:
     """Strength by direction, the data of measured luminaires (an IES file).
 
     ``vertical_rad``: (v,) angles from the light's -Z, increasing. ``horizontal_rad``: (h,) angles about it, increasing.
-    ``strength``: (h, v) factors, interpolated between the angles; 0 below and beyond the vertical ones.
+    ``strength``: (h, v) factors, interpolated between the angles; 0 outside the vertical ones.
     """
 
     vertical_rad: NDArray[np.float64]

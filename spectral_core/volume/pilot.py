@@ -63,9 +63,9 @@ class Trial:
     """A stepping tried on the pilot rays: SNR in dB, and samples and iterations of the loop per ray.
 
     ``spread`` is the standard error of the error energy relative to that energy: 0 if the rays are all pixels.
-    ``iteration`` is the time of one iteration, in those of a uniform midpoint march, and ``begin`` that of a ray before
-    its first one. ``is_bound``: the error is smaller than that of the reference, so that ``snr_db`` is the least value
-    that it may have.
+    ``iteration`` is the time of one iteration and ``begin`` the time of a ray before its first one; the unit of both is
+    one iteration of a uniform midpoint march. ``is_bound``: the error is smaller than that of the reference, so that
+    ``snr_db`` is the least value that it may have.
     """
 
     stepping: Stepping

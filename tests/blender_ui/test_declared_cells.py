@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -50,7 +50,11 @@ def test_the_table_keeps_each_field_of_a_cell(blender, name):
             np.testing.assert_allclose(mine, theirs, atol=1e-6)
 
 
-LIGHTS_AND_LAMPS = LIGHTS | {"of the catalogue": PaletteLight(normalized(illuminant("FL2"), luminance=3.0))}
+LIGHTS_AND_LAMPS = LIGHTS | {
+    "source": PaletteLight(replace(lamp(), source="measured in the kitchen")),
+    "source of a start": PaletteLight(replace(lamp(), source="measured in the kitchen"), free=True),
+    "of the catalogue": PaletteLight(normalized(illuminant("FL2"), luminance=3.0)),
+}
 
 
 def test_every_field_of_a_light_has_a_case():
@@ -73,6 +77,7 @@ def test_the_table_keeps_each_field_of_a_light(blender, name):
     problem = palette_problem(palette)
     got = problem.lights[1]
     assert (got.name, got.free) == (wanted.name, wanted.free)
+    assert got.spectrum.source == wanted.spectrum.source
     np.testing.assert_allclose(got.spectrum.values, wanted.spectrum.values, rtol=1e-5)
     assert got.luminance == (None if wanted.luminance is None else pytest.approx(wanted.luminance, rel=1e-5))
     assert (got.white_xyz is None) == (wanted.white_xyz is None)

@@ -87,6 +87,18 @@ def test_a_motor_rests_while_a_hand_holds_the_fader() -> None:
     assert board.motors(time=1.3) == ((FADERS[0], 0.1),)
 
 
+def test_pick_up_keeps_a_fader_whose_owner_rounds_its_values() -> None:
+    """The stored value lies away from the fader after each movement, but nobody else has changed it."""
+    numbers = Numbers({"a": 0.0})
+    board = board_of(numbers, pick_up=True)
+    for step, position in enumerate((0.0, 0.14, 0.34, 0.48, 0.64, 0.83, 0.97)):
+        board.receive(FADERS[0], position, time=float(step))
+        numbers.apply(board)
+        numbers["a"] = float(5 * round(numbers["a"] / 5))
+        board.motors(time=step + 0.5)
+        assert numbers["a"] == 5 * round(2 * position)
+
+
 def test_pick_up_waits_until_the_fader_passes_the_value() -> None:
     numbers = Numbers({"a": 5.0})
     board = board_of(numbers, pick_up=True)

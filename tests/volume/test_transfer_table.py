@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.llvm_library import use_newest_llvm
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.march.device import DeviceVolume
@@ -167,3 +168,20 @@ def test_narrow_features_that_uniform_bins_would_miss_are_kept(rng):
     inside = ranges.bins(np.array([9.5, 95.0, 9.5e4], np.float32))
     assert len(set(inside.tolist())) == 3
     assert (np.diagonal(ranges.slope)[inside] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("grid", "given", "words"),
+    [
+        (None, [0.5, 0.5], r"'m' has 2 entries; expected 3 \(linear RGB\)"),
+        (
+            [400.0, 500.0],
+            [0.5, 0.5, 0.5],
+            r"'m' has 3 entries; expected 2 \(the wavelengths of the transfer function\)",
+        ),
+    ],
+)
+def test_a_color_of_another_length_is_refused_with_what_it_should_hold(grid, given, words):
+    material = Material("m", np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array(given))
+    with pytest.raises(InvalidInputError, match=words):
+        TransferFunction((material,), wavelengths_nm=grid)

@@ -261,6 +261,13 @@ def test_samples_cover_the_interval_and_the_margins_wherever_it_lies(low, high):
     assert samples.count_inside == int((high - low) / distance) + 1
 
 
+def test_three_samples_of_a_function_are_the_fewest():
+    field = np.linspace(0.0, 1.0, 64)
+    assert composite_bandlimit(field, np.array([0.0, 1.0, 0.0])).frequency > 0
+    with pytest.raises(InvalidInputError, match="expected 3 or more along one axis"):
+        composite_bandlimit(field, np.array([0.0, 1.0]))
+
+
 def test_samples_at_the_ends_of_the_interval_count():
     samples = RegularSamples(-0.5, 0.25, np.zeros(9), (0.0, 1.0))
     assert samples.count_inside == 5

@@ -104,7 +104,7 @@ def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> None:
 
 
 def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndarray) -> int:
-    """Write base × weight to everything behind the bulbs; returns the number of written values.
+    """Write base × weight to all lights and emissive objects of the bulbs; returns the number of written values.
 
     A lamp or material that an object outside the group also uses is copied first. Raises InvalidInputError, before
     anything is written, for data that was deleted, is linked from another file, or cannot be dimmed separately.

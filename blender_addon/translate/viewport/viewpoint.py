@@ -80,7 +80,7 @@ def frame_of(lens: Any, scene: Any, *, is_perspective: bool) -> tuple[Array, Arr
 
 
 def shares_of_picture(lens: Any, scene: Any, place: Array) -> Array:
-    """The position, in the picture of a camera that Blender draws there, of a point of the view at distance 1.
+    """Where a point of the view at distance 1 is in the picture of the camera whose frame Blender draws.
 
     Blender draws a panoramic camera's frame as that of a camera in perspective with the same lens and shift.
     """

@@ -34,7 +34,7 @@ def is_column_name(name: Any) -> bool:
 
 
 def is_finite(number: float) -> bool:
-    """True if this is a number and finite as a float; a whole number of 400 digits is not."""
+    """True if this is a number that is finite as a float. A whole number of 400 digits is too large for that."""
     try:
         return math.isfinite(number)
     except (OverflowError, TypeError):

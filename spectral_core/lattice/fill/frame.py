@@ -103,7 +103,7 @@ class Frame:
         return basis
 
     def positions(self, coefficients: Integers, level: int = 0) -> Matrix:
-        """Positions (N, n) of integer coordinates (N, n) of a level; bits depend on the point alone.
+        """Positions (N, n) of integer coordinates (N, n) of a level. A point is rounded the same in every call.
 
         Sums run coordinate by coordinate: a matrix product may round differently from one batch to the next.
         """

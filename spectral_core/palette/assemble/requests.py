@@ -15,7 +15,7 @@ from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProb
 Array = NDArray[np.float64]
 
 WEIGHT_RATIO = 1e4
-"""Largest ratio between the weights of two cells; past it their squares leave double precision."""
+"""Largest ratio between the weights of two cells; double precision does not hold the squares of larger ones."""
 SMOOTHNESS_RANGE = (1e-6, 30.0)
 """Smoothness, relative to the median weight of cells, between which the problem stays solvable in double precision."""
 

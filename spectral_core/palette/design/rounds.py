@@ -85,7 +85,7 @@ class SolveTrace:
         self.timings[side] = self.timings.get(side, 0.0) + seconds
 
     def settle(self, side: Side, assembled: Assembled, answer: Answer) -> None:
-        """Record an answer of the only side as the joint check: nothing else is there to be improved."""
+        """Record an answer of the only side as the joint check: nothing else can improve."""
         self.sides[side] = assembled, answer
         self.joint, self.settled = answer.check, True
 

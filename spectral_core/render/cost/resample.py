@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 POOL = (4, 2)
 """Columns and rows of the pixels whose noise is pooled. More of them would smear the noise of small caustics."""
 BLOCK = (8, 4)
-"""The same of a block of pools, for light so rare that most pools have met none of it."""
+"""Columns and rows of pools in a block. Rare light is estimated per block, because most pools hold none of it."""
 _LEAST_SCALE = 0.1
 """Least brightness of a pixel relative to its block by which noise is scaled: noise of a texture follows its albedo."""
 
@@ -47,8 +47,8 @@ class PooledNoise:
         self._limit = np.maximum(dark + self._mean * self._scale, 0.0)
 
     def errors(self, parts: int, some: NDArray[np.int64] | None = None) -> Array:
-        """ΔE2000 (n,) of a picture with the samples of ``parts`` halves: 2 for the picture of both; ``some``: only of
-        these pixels.
+        """ΔE2000 (n,) of a picture with the samples of one half (``parts`` 1) or of both (2); ``some``: indices of the
+        wanted pixels.
         """
         rng = np.random.default_rng(1)
         some = np.arange(len(self._blocks)) if some is None else some

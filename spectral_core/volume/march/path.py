@@ -2,7 +2,7 @@
 """Rays through one field or several: the coordinate along which the march advances.
 
 Through one field the coordinate t counts voxels from the ray's entry, so that float32 is exact enough wherever the
-field is in the world. Through several it counts world units from the first entry, and each field stores its begin.
+field is in the world. Through several it counts world units from the first entry, and each field stores its own entry.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ def diffusion_length(dr: Any, albedo: Any) -> Any:
 
 
 def drawn_cosine(dr: Any, length: Any, spread: Any, sample: Any) -> Any:
-    """Cosine of a guided turn to the way out (Meng et al. 2016, Eq. 10); ``spread``: of ``Guide``."""
+    """Cosine of a guided direction to the shortest way out (Meng et al. 2016, Eq. 10); ``spread``: of ``Guide``."""
     return dr.clip(length - (length + 1.0) * dr.exp(-sample * spread), -1.0, 1.0)
 
 
