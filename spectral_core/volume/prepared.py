@@ -83,6 +83,7 @@ class PreparedTransfer:
             most_stretch,
             shortest,
             limits.ends_at_faces or stepping.rule == "cells",
+            limits.approaches,
             self.gradient,
             self.weights,
         )

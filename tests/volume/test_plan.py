@@ -233,6 +233,6 @@ def test_an_error_that_single_precision_cannot_measure_is_stated_as_a_lower_boun
         renderer.render(view, transfer, made.stepping).amounts.astype(np.float64) @ transfer.colors - exact,
     )
     assert made.is_bound and made.is_reached
-    assert made.estimate_db == 90.0 < measured + 1.0
+    assert 85.0 < made.estimate_db < measured + 1.0
     assert made.interval_db == (made.estimate_db, np.inf)
     assert not plan(renderer, view, transfer.scaled(0.0), 50.0).is_bound

@@ -108,7 +108,7 @@ class DeviceTable:
         self.widths = [part.shape[1] for part in parts]
         self.stores: list[Any] = [types.Float(aligned(part.ravel())) for part in parts]
         ends = table.values + table.rises * _widths(table)
-        # Heights determine the effect of a rounding error, see ``quadrature._means``.
+        # Heights determine the effect of a rounding error, see ``column_means``.
         self.heights = opaque(types.Float, np.maximum(table.values, ends).max(axis=0))
         self._upload_guide(stored(table.knots).astype(np.float32))
 

@@ -17,18 +17,16 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from spectral_core.volume.march.arithmetic import larger, smaller
+from spectral_core.volume.march.column_means import column_means
 from spectral_core.volume.march.device_grid import BEYOND
-from spectral_core.volume.march.device_table import DeviceTable, Segment
 from spectral_core.volume.march.march_input import on_face
 from spectral_core.volume.march.path import FieldPath
 
 _GROWTH = 1.3  # of the factor ``stretch``, per step in which nothing was missed
+_WIDENING = 1.25  # of steps through visible values, where the march approaches objects
 _UNLIKELY = (
     0.8  # of the bound on a brick's slope, which is loose; `volume-speculation` prints the error that this causes
 )
-# The difference of two running integrals has float32's rounding error, which is divided by the span of values between
-# them. Where the result is off by more than 1/4096 of the greatest height, the line through the middle is more exact.
-_ROUNDED = 2.0**-12
 
 
 @dataclass(frozen=True)
@@ -154,7 +152,8 @@ class PreintegratedState:
 
     ``value`` is the stored value there, ``segment`` its segment's number and ``integrals`` the running integrals of
     the columns. ``clear`` is the distance in stored units to the next value that shows something, and ``stretch`` the
-    factor by which a step may exceed the certain distance; both None if the rule does not use them.
+    factor by which a step may exceed the certain distance; both None if the rule does not use them. ``step`` is the
+    length of the last step in voxels, None unless the march ``approaches``.
     """
 
     value: Any
@@ -162,6 +161,7 @@ class PreintegratedState:
     integrals: list[Any]
     clear: Any
     stretch: Any
+    step: Any = None
 
 
 class Preintegrated:
@@ -172,7 +172,10 @@ class Preintegrated:
         value = field.data.volume.value(field.rays.origin, field.rays.length > 0)
         segment = table.find(value, field.rays.length > 0)
         clear, stretch = (table.clearance(segment), value * 0.0 + 1.0) if field.data.adapts else (None, None)
-        return PreintegratedState(value, segment.index, table.running_integrals(segment), clear, stretch)
+        state = PreintegratedState(value, segment.index, table.running_integrals(segment), clear, stretch)
+        if field.data.approaches and clear is not None:
+            state.step = value * 0.0 + field.data.grid.longest
+        return state
 
     def skip(self, ahead: Ahead, now: PreintegratedState) -> Any:
         import drjit as dr
@@ -183,7 +186,16 @@ class Preintegrated:
         """A step through values that are known to be invisible may be longer than planned: its means are zero."""
         import drjit as dr
 
-        return dr.select(ahead.steps, self._reach(ahead, now), 0.0 if rest is None else rest)
+        reach = self._reach(ahead, now)
+        if now.step is not None:
+            # From an invisible value only as far as nothing is missed. A rest of the planned step that is shorter than
+            # the least step joins it: the distance along the ray has too few digits for the width of a tiny step.
+            certain, least = smaller(now.clear * ahead.pace, ahead.skip), 2.0 * field.data.shortest_step
+            nears = (now.clear > 0.0) & (certain < ahead.planned - least)
+            reach = dr.select(nears, larger(certain, least), reach)
+            # A full step from the near side of a thin object would end behind it, and mean values almost without it.
+            reach = dr.select(now.clear > 0.0, reach, smaller(reach, _WIDENING * now.step))
+        return dr.select(ahead.steps, reach, 0.0 if rest is None else rest)
 
     def _reach(self, ahead: Ahead, now: PreintegratedState) -> Any:
         if now.clear is None:
@@ -198,7 +210,7 @@ class Preintegrated:
         value = data.volume.value(on_face(point) if data.ends_at_faces else point)
         segment = table.find(value)
         after = PreintegratedState(value, segment.index, table.running_integrals(segment), None, None)
-        means = _means(table, now, after, segment)
+        means = column_means(table, now, after, segment)
         inside = field.inside(step.begin)
         # Where a single field has no step, the width is 0. Only on a shared path must its optics be set to zero.
         optics = StepOptics(
@@ -207,6 +219,8 @@ class Preintegrated:
         if now.clear is None:
             return optics
         after.clear, after.stretch = table.clearance(segment), now.stretch
+        if now.step is not None:
+            after.step = larger(local - field.local(step.begin), data.shortest_step)
         # The check covers the whole way since the last known value, the skip included.
         way = local - field.local(step.before)
         # A speculative step is longer than planned and longer than is certain, so it must be checked for missed values.
@@ -233,6 +247,7 @@ class Preintegrated:
             [kept(old, new) for old, new in zip(now.integrals, after.integrals, strict=True)],
             None if now.clear is None else kept(now.clear, after.clear),
             stretch,
+            None if now.step is None else kept(now.step, after.step),
         )
 
     def __init__(self, most_stretch: Any) -> None:
@@ -266,25 +281,3 @@ def _missed(now: PreintegratedState, after: PreintegratedState, way: Any, pace: 
     for old, new in zip(now.integrals, after.integrals, strict=True):
         missed |= old != new
     return missed
-
-
-def _means(table: DeviceTable, now: PreintegratedState, after: PreintegratedState, segment: Segment) -> list[Any]:
-    """Mean of each column between two stored values.
-
-    Inside one segment the column's line at the middle is exact. Otherwise it is the difference of the running
-    integrals, unless their rounding error is too large: then the line of the segment in which the step ends.
-    """
-    import drjit as dr
-
-    run = after.value - now.value
-    crosses = now.segment != segment.index
-    # Within one segment the difference is not read, so its division must only be harmless.
-    inverse = dr.rcp(dr.select(crosses & (run != 0.0), run, 1.0))
-    lines = table.column_values(segment, segment.part - 0.5 * run)
-    length = dr.abs(run)
-    means = []
-    for line, old, new, height in zip(lines, now.integrals, after.integrals, table.heights, strict=True):
-        by_difference = crosses & (length * height > _ROUNDED * dr.abs(new))
-        # Rounding may leave a mean of tiny height just below 0, and light is never negative.
-        means.append(larger(dr.select(by_difference, (new - old) * inverse, line), 0.0))
-    return means

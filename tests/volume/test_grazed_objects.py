@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An object that a ray grazes inside a cell, between the ends of two steps: the reference must not miss it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.pilot import Pilot
+from spectral_core.volume.plan import plan
+from spectral_core.volume.renderer import VolumeRenderer
+from spectral_core.volume.transfer import Material, TransferFunction
+from spectral_core.volume.view import View
+
+EXTINCTION = 100.0
+HALF_WIDTH = 0.007
+"""Half of the visible way, in voxels along x; the ray rises as much along y."""
+
+
+def grazing() -> tuple[ScalarVolume, TransferFunction, View, float]:
+    """A ray whose data are a parabola inside one cell, a function that shows its tip alone, and the exact opacity.
+
+    The corners of the cell in x and y are 0, 1, 0.6 and 0.2; on the ray y = x + 0.3 the field is therefore
+    -1.4 x² + 1.18 x + 0.18.
+    """
+    corners = np.array([[0.0, 0.6], [1.0, 0.2]], np.float32)
+    volume = ScalarVolume("saddle", np.repeat(corners[:, :, None], 2, axis=2))
+    tip = 1.18 / 2.8
+    cut = 0.18 + 1.4 * tip**2 - 1.4 * HALF_WIDTH**2
+    transfer = TransferFunction(
+        (Material("wall", np.array([cut, cut, 1.0]), np.array([0.0, EXTINCTION, EXTINCTION]), np.ones(3)),)
+    )
+    origin = volume.world_from_index[:3, 3]
+    aim = origin + np.array([tip, tip + 0.3, 0.5])
+    view = View.looking(aim - np.array([5.0, 5.0, 0.0]), aim, width=1, height=1, fov_deg=None, ortho_width=0.01)
+    chord = 2 * HALF_WIDTH * np.sqrt(2.0)
+    return volume, transfer, view, 1.0 - np.exp(-EXTINCTION * chord)
+
+
+@pytest.mark.parametrize("quality_db", [40.0, 60.0])
+def test_a_reference_finds_an_object_of_a_fiftieth_of_a_voxel(quality_db):
+    volume, transfer, view, opacity = grazing()
+    pilot = Pilot(VolumeRenderer(volume), view, transfer, quality_db)
+    assert pilot.reference[0, 0] == pytest.approx(opacity, rel=0.02)
+
+
+def test_a_plan_states_the_error_of_a_picture_that_misses_it():
+    volume, transfer, view, opacity = grazing()
+    renderer = VolumeRenderer(volume)
+    made = plan(renderer, view, transfer, 40.0)
+    shown = renderer.render(view, transfer, made.stepping).amounts[0, 0, 0]
+    measured = 20.0 * np.log10(opacity / max(abs(shown - opacity), 1e-9))
+    assert made.estimate_db < measured + 6.0
