@@ -93,13 +93,17 @@ def coincident(scene: Scene, meshes: dict[str, Mesh], materials: set[str]) -> It
 
 
 def doubled(scene: Scene, meshes: dict[str, Mesh]) -> Iterator[tuple[str, str]]:
-    """Names of instances with faces that are there twice, each with the other one (or itself) that has them."""
+    """Names of instances with faces that are there twice, each with the other one (or itself) that has them.
+
+    Instances of media alone have no faces that could be darkened.
+    """
+    media = {material.name for material in scene.materials if material.surface is None}
     left = MOST_DOUBLED
     of_itself: dict[str, bool] = {}
     same_place: dict[bytes, list[Instance]] = {}
     for item, box in zip(scene.instances, placed_boxes(scene.meshes, scene.instances), strict=True):
         mesh = meshes[item.mesh]
-        if not 0 < len(mesh.triangles) <= MOST_TRIANGLES:
+        if not 0 < len(mesh.triangles) <= MOST_TRIANGLES or (item.materials and media.issuperset(item.materials)):
             continue
         if item.mesh not in of_itself:
             left -= len(mesh.triangles)

@@ -80,7 +80,7 @@ def translate_scene(
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )
-    note_approximations(translation, scene, is_render=kept is None)
+    note_approximations(translation, scene, is_render=shows is everything)
     return replace(scene, notes=translation.notes)
 
 

@@ -45,7 +45,7 @@ def test_the_written_model_gives_the_colors_of_surfaces_from_a_file(tmp_path: Pa
 
 
 def test_unknown_models_and_files_are_reported(tmp_path: Path, capsys) -> None:
-    assert main(["light-model", "--keep", "11 nodes"]) == 1
+    assert main(["light-model", "--keep", "11 nodes", "--out", str(tmp_path / "model.json")]) == 1
     assert "did you mean '9 nodes'" in capsys.readouterr().err
     write_spectra(tmp_path / "mine.csv", [catalogue.reflectance("red"), catalogue.reflectance("green")])
     assert main(["light-model", "--surface", str(tmp_path / "mine.csv")]) == 1
