@@ -7,7 +7,6 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any
-from weakref import WeakSet
 
 import bpy
 from bpy.types import Scene
@@ -30,14 +29,6 @@ class _Running:
     """Called after the answer, because something has changed since its question."""
 
 
-_threads: WeakSet[Behind] = WeakSet()
-
-
-def is_any_working() -> bool:
-    """True while an answer is computed."""
-    return any(not running.answer.done() for each in _threads for running in each.running.values())
-
-
 class Behind:
     """One thread, with at most one work for each scene. ``name``: of the thread."""
 
@@ -48,7 +39,6 @@ class Behind:
         """By session number of the scene."""
         self._is_collecting = False
         self._timer = self.collect  # Blender identifies a timer by its object
-        _threads.add(self)
 
     def is_busy(self, scene: Scene, then: Callable[[Scene], None]) -> bool:
         """True if work for this scene is under way; ``then`` is called with the scene after its answer."""

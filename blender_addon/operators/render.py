@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from spectral_core.scene import Scene
 
 
-def _translated(context: Context) -> "Scene":
+def _translated(context: Context, *, compares_faces: bool = False) -> "Scene":
     from ..translate.scene import translate_scene
 
-    return translate_scene(context.evaluated_depsgraph_get())
+    return translate_scene(context.evaluated_depsgraph_get(), compares_faces=compares_faces)
 
 
 def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
@@ -178,7 +178,7 @@ class SPECTRAL_OT_write_mitsuba(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         from spectral_core.render.mitsuba_export import write_mitsuba
 
-        made = write_mitsuba(_translated(context), chosen_path(self.directory))
+        made = write_mitsuba(_translated(context, compares_faces=True), chosen_path(self.directory))
         for note in made.notes:
             self.report({"WARNING"}, f"{note.subject}: {note.message}")
         self.report({"INFO"}, f"{made.scene}: {len(made.files)} files")

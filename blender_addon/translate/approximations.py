@@ -32,8 +32,8 @@ FEW = 0.01
 """Largest share of corners whose normals point to the other side of their faces."""
 
 
-def note_approximations(translation: Translation, scene: Scene, *, is_render: bool) -> None:
-    """Add one note per object, light or scene; in a viewport without those on faces that coincide."""
+def note_approximations(translation: Translation, scene: Scene, *, compares_faces: bool) -> None:
+    """Add one note per object, light or scene; those on faces that coincide only if ``compares_faces``."""
     surfaces = {material.name: material.surface for material in scene.materials}
     meshes = {mesh.name: mesh for mesh in scene.meshes}
     enters = {name for name, surface in surfaces.items() if _enters(surface)}
@@ -49,7 +49,7 @@ def note_approximations(translation: Translation, scene: Scene, *, is_render: bo
                 "light differs from Cycles there; Mesh > Normals > Recalculate Outside mends the mesh"
             )
             translation.note(instance.name, message)
-    if is_render:
+    if compares_faces:
         passes = enters | {name for name, surface in surfaces.items() if _refracts(surface)}
         for name, other in coincident(scene, meshes, passes):
             message = (

@@ -37,13 +37,15 @@ def translate_scene(
     kept: Kept | None = None,
     designed: Mapping[int, tuple[Spectrum, float]] = MappingProxyType({}),
     is_moving: bool = False,
+    compares_faces: bool = True,
 ) -> Scene:
     """Scene of an evaluated depsgraph, complete and independent of Blender.
 
     ``camera``: an object that replaces the scene's (Blender's camera override); ``film``: replaces the output
     settings'; ``seen_from``: a view that replaces any camera; ``shows``: True for an instance of the depsgraph that
     takes part; ``kept``: parts of an earlier translation; ``designed``: as in ``Translation``; ``is_moving``: True if
-    motion is added later. Raises InvalidInputError if nothing can be rendered at all (no camera, an empty border).
+    motion is added later; ``compares_faces``: False to note no faces that coincide, which takes up to half a second, where
+    notes are not shown. Raises InvalidInputError if nothing can be rendered at all (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
     translation.designed = designed
@@ -80,7 +82,7 @@ def translate_scene(
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )
-    note_approximations(translation, scene, is_render=shows is everything)
+    note_approximations(translation, scene, compares_faces=compares_faces and shows is everything)
     return replace(scene, notes=translation.notes)
 
 

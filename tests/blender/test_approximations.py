@@ -152,7 +152,7 @@ def test_thousands_of_glass_instances_are_compared_up_to_a_limit(blender, monkey
     monkeypatch.setattr(coincident, "lies_on", lambda planes, others: compared.append(len(others)))
     monkeypatch.setattr(coincident, "MOST_COMPARED", 30_000)
     translation = Translation.of(bpy.context.evaluated_depsgraph_get(), bpy.data)
-    approximations.note_approximations(translation, scene, is_render=True)
+    approximations.note_approximations(translation, scene, compares_faces=True)
     assert 0 < sum(compared) <= 30_000
 
 

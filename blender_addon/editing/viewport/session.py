@@ -27,7 +27,6 @@ from ...translate.viewport.kept import Unfinished
 from ...translate.viewport.look import look_of
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
-from ..behind import is_any_working
 from ..palette.picture import shown_in
 from ..pauses import pause, paused_seconds
 from . import stages
@@ -40,9 +39,7 @@ drawing included: Blender must not stop for 100 ms. What is left is the wait for
 picture needs another redraw.
 """
 BUSY_REDRAW_S = 0.07
-"""The same while a picture is rendered or recorded, or a palette is solved: the processors are at work, and a wait ends
-some 20 ms late.
-"""
+"""The same while a picture is rendered or recorded: both processors are at work, and a wait ends some 20 ms late."""
 UPDATE_S = 0.06
 """Time of one update after which it begins no further mesh, material or lamp; the next redraw continues."""
 FINE_LEVEL, FINE_WAIT_S = 4, 0.035
@@ -221,7 +218,7 @@ class ViewSession:
             return 0.0
         request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
-        longest = BUSY_REDRAW_S if jobs.process.is_busy or is_any_working() else REDRAW_S
+        longest = BUSY_REDRAW_S if jobs.process.is_busy else REDRAW_S
         wait_s = side.patience.wait_s(side.generation, side.changed, began, longest - self.drawing_seconds)
         side.key, side.viewpoint, side.changed = key, viewpoint, frozenset()
         return wait_s
