@@ -44,8 +44,9 @@ def translate_scene(
     ``camera``: an object that replaces the scene's (Blender's camera override); ``film``: replaces the output
     settings'; ``seen_from``: a view that replaces any camera; ``shows``: True for an instance of the depsgraph that
     takes part; ``kept``: parts of an earlier translation; ``designed``: as in ``Translation``; ``is_moving``: True if
-    motion is added later; ``compares_faces``: False to note no faces that coincide, which takes up to half a second, where
-    notes are not shown. Raises InvalidInputError if nothing can be rendered at all (no camera, an empty border).
+    motion is added later; ``compares_faces``: False where notes are not shown, because the comparison of faces that
+    coincide takes up to half a second. Raises InvalidInputError if nothing can be rendered at all (no camera, an empty
+    border).
     """
     translation = Translation.of(depsgraph, bpy.data)
     translation.designed = designed
