@@ -117,6 +117,19 @@ def test_a_replayed_launch_makes_no_numbers_of_its_own(scene: Scene, monkeypatch
     assert made == []
 
 
+def test_contents_that_are_replaced_in_place_are_visible_whatever_else_was_loaded(scene: Scene) -> None:
+    """After other scenes had been loaded, replays showed images and ramps from before the edit, or freed memory."""
+    rng, stage = np.random.default_rng(5), Stage()
+    for number in range(4):
+        ramp = Builder()
+        table = rng.uniform(0, 1, (5, 3))
+        steps = ramp.add("ramp_color", (ramp.add("mean", (ramp.add("vector_input", (), "position", 0),)),), data=table)
+        paint = Material(scene.materials[0].name, Diffuse(Computed(ramp.program(steps))))
+        edited = replace(scene, materials=(paint, *scene.materials[1:]))
+        np.testing.assert_array_equal(_pictured(stage, edited, 1), _pictured(Stage(), edited, 1))
+        assert stage.how == ("materials" if number else "loaded")
+
+
 def test_an_edit_in_place_of_an_attribute_is_visible(scene: Scene) -> None:
     seen, stage = _generated(scene), Stage()
     before = _pictured(stage, seen)

@@ -160,7 +160,8 @@ class Stage:
         assert self._simulated is not None and self._job is not None
         old, loaded = self._simulated, self._job.loaded
         change = difference(replace(old, notes=new.notes), new)
-        done: list[str] = []
+        tables = loaded.scene.parts.context.tables
+        done, replaced = list[str](), tables.replaced
         edit = edits.Edit(loaded, old, new, self._trees)
         steps: list[tuple[str, str, Callable[[Any, Any], bool]]] = [
             ("meshes", "meshes", edit.mesh),
@@ -181,6 +182,8 @@ class Stage:
         edit.finish()
         if done:
             self.launcher.refresh()
+        if tables.replaced != replaced:
+            self.launcher.record_again()
         return ", ".join(dict.fromkeys(done))
 
 

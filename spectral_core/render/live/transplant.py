@@ -24,14 +24,14 @@ PASSED_OVER = ("held_numbers",)
 def transplant(old: Any, new: Any, mitsuba: Any) -> bool:
     """Copy the numbers of ``new`` into ``old``; False, without any change, if they are not compatible."""
     steps: list[Step] = []
-    if not _plan(old, new, mitsuba, steps, set()):
+    if not _plan(old, new, mitsuba, steps, {}):
         return False
     for step in steps:
         step()
     return True
 
 
-def _plan(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+def _plan(old: Any, new: Any, mi: Any, steps: list[Step], seen: dict[int, Any]) -> bool:
     """Collect the copies; False if the two are not compatible."""
     if old is new or id(old) in seen:
         return True
@@ -39,7 +39,7 @@ def _plan(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> boo
         return False
     if isinstance(old, (str, bytes, bool, int, float, complex, type(None), np.generic, np.ndarray)):
         return equal(old, new)
-    seen.add(id(old))
+    seen[id(old)] = old  # kept: another wrapper of a child of Mitsuba could otherwise get the number of a freed one
     if isinstance(old, (list, tuple)):
         return len(old) == len(new) and all(_plan_item(old, k, new[k], mi, steps, seen) for k in range(len(old)))
     if isinstance(old, dict):
@@ -47,7 +47,7 @@ def _plan(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> boo
     return (_plan_object if isinstance(old, mi.Object) else _plan_helper)(old, new, mi, steps, seen)
 
 
-def _plan_helper(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+def _plan_helper(old: Any, new: Any, mi: Any, steps: list[Step], seen: dict[int, Any]) -> bool:
     """A plain object that a plugin uses."""
     if hasattr(old, "can_take"):
         if old.can_take(new):
@@ -59,7 +59,7 @@ def _plan_helper(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int])
     return hasattr(old, "__code__") or _plan_attributes(old, new, mi, steps, seen)
 
 
-def _plan_attributes(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+def _plan_attributes(old: Any, new: Any, mi: Any, steps: list[Step], seen: dict[int, Any]) -> bool:
     """Attributes of one of our objects."""
     if not hasattr(old, "__dict__"):
         return old == new if type(old).__eq__ is not object.__eq__ else False
@@ -72,7 +72,7 @@ def _plan_attributes(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[i
     return all(_plan_item(old, name, vars(new)[name], mi, steps, seen) for name in mine if name not in free)
 
 
-def _plan_item(owner: Any, key: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+def _plan_item(owner: Any, key: Any, new: Any, mi: Any, steps: list[Step], seen: dict[int, Any]) -> bool:
     """One attribute, entry or item of ``owner``; arrays of the just-in-time compiler are copied in place."""
     import drjit as dr
 
@@ -104,7 +104,7 @@ def _fill(old: Any, new: Any) -> None:
         old[:] = new
 
 
-def _plan_object(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+def _plan_object(old: Any, new: Any, mi: Any, steps: list[Step], seen: dict[int, Any]) -> bool:
     """A Mitsuba object: its parameters if Mitsuba implements it, its attributes if it is our plugin."""
     import drjit as dr
 

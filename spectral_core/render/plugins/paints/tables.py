@@ -54,6 +54,8 @@ class SceneTables:
     """A 0 that kernels read from memory: the index of the first of several targets."""
     meshes: Any = None
     """``MeshTables`` of the scene, for programs that send rays."""
+    replaced: int = 0
+    """Number of images and tables that were replaced by others of the same size."""
     _home: Any = None
     _owners: dict[str, int] = field(default_factory=dict)
     _buffer: Any = None
@@ -216,6 +218,7 @@ class SceneTables:
             self._kept.append(after)
         else:
             self.content(new)
+            self.replaced += 1
         # the same index in the order by which recorded launches identify their arrays
         entries = [(key, value) for key, value in self._images.items() if key != id(after)]
         entries.insert(place, (id(after), self._images[id(after)]))
