@@ -144,9 +144,6 @@ def test_a_bright_smooth_light_is_measured_by_its_roughness_itself() -> None:
     solution = solve_palette(generated_palette(112536), explain=False, seconds=20)
     assert solution.status == "solved"
     assert side_gains(solution).get("lights", 0.0) < 1e-6
-    roughness = independent.roughness(solution.problem)
-    squares = [float(np.sum((roughness @ light.values) ** 2)) for light in solution.illuminants]
-    assert max(squares) < 1e-12  # far below the floor of 1e-10; which of these it is depends on the rounding of BLAS
     quadratic = solution.state.record["lights"][0].quadratic
     values = [light.values for light in solution.illuminants]
     inside = sum(float(np.sum((each.roughness @ v) ** 2)) for each, v in zip(quadratic.blocks, values, strict=True))
