@@ -11,7 +11,9 @@ from typing import Any
 
 import pytest
 
-bpy = pytest.importorskip("bpy")
+pytest.importorskip("bpy")
+
+import bpy
 
 from blender_addon.commands import _blend, main
 from spectral_core.errors import RenderCancelled
@@ -120,6 +122,8 @@ class Process:
 
 @dataclass(frozen=True)
 class Point:
+    """A point of a cost curve."""
+
     error: float
 
 
