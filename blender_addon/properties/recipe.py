@@ -47,7 +47,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
     )  # fmt: skip
     use_cri: BoolProperty(name="Rendering Ra", default=True, description="Require a color rendering index")
     cri: FloatProperty(
-        name="At Least", default=90.0, min=0.0, max=100.0, precision=0, description="Least color rendering index Ra"
+        name="At Least", default=80.0, min=0.0, max=100.0, precision=0, description="Least color rendering index Ra"
     )
     use_fidelity: BoolProperty(name="Fidelity Rf", default=False, description="Require a fidelity by TM-30")
     fidelity: FloatProperty(

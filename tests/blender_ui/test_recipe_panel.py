@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,9 @@ pytest.importorskip("colour")
 
 from blender_addon.editing.recipe import give
 from blender_addon.translate.spectra.stored import spectrum_of
+from spectral_core.cli.recipe import add_arguments
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.recipe.lamp import LampQuality
 from spectral_core.palette.recipe.white import LAMP_GRID, cct_and_duv, color_rendering_index, xyz_from_spd
 from spectral_core.palette.texture.lights import led
 from spectral_core.spectra.files import write_spectra
@@ -21,6 +25,14 @@ from spectral_core.spectra.spectrum import Reflectance
 @pytest.fixture
 def recipe(blender):
     return blender.context.scene.spectral.recipe
+
+
+def test_panel_and_command_request_what_the_library_does(recipe) -> None:
+    quality, parser = LampQuality(), argparse.ArgumentParser()
+    add_arguments(parser)
+    assert recipe.cri == quality.rendering_index == parser.parse_args(["lamp", "channels.csv"]).cri
+    assert recipe.use_cri
+    assert (recipe.use_fidelity, recipe.use_gamut) == (quality.fidelity is not None, quality.gamut is not None)
 
 
 def test_a_lamp_has_the_requested_white_and_is_assigned_to_the_selected_light(blender, recipe) -> None:
