@@ -29,7 +29,7 @@ def test_a_ball_of_triangles_is_a_ball():
 
 
 def test_tubes_keep_mean_width_and_length():
-    """Seen from all sides a hexagon is as wide as a circle of its circumference."""
+    """Seen from all sides a polygon is as wide on average as a circle of its circumference."""
     from blender_addon.translate.strands import SIDES, tubes
 
     points = np.array([[0, 0, z] for z in (0, 1, 2.0)] + [[5, 0, 0], [6, 0, 0]])
@@ -42,6 +42,19 @@ def test_tubes_keep_mean_width_and_length():
     a, b, c = (mesh.positions[mesh.triangles[:, k]] for k in range(3))
     facing = np.einsum("ti,ti->t", np.cross(b - a, c - a), mesh.normals[mesh.triangles[:, 0]])
     assert facing.min() > 0 and len(mesh.triangles) % (2 * SIDES) == 0
+
+
+def test_parallel_strands_are_as_wide_from_every_side():
+    """Tubes that all begin at one angle are too wide, or too narrow, together; light passes between too few or many."""
+    from blender_addon.translate.strands import SIDES, tubes
+
+    points = np.array([[3.0 * number, 0, z] for number in range(100) for z in (0, 1.0)])
+    mesh = tubes("hair", points, np.full(200, 0.1), np.full(100, 2))
+    rings = mesh.positions.astype(float).reshape(100, 2, SIDES, 3)[:, 0, :, :2]
+    angles = np.linspace(0, np.pi, 180)
+    widths = np.ptp(rings @ np.stack([np.cos(angles), np.sin(angles)]), axis=1)
+    assert widths.mean(axis=0) == pytest.approx(0.2, rel=1e-3)
+    assert widths == pytest.approx(0.2, rel=0.018)
 
 
 def test_strands_get_the_points_that_their_bends_need():

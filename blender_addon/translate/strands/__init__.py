@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 SIDES = STRAND_SIDES
 WIDER = np.pi / (SIDES * np.sin(np.pi / SIDES))
 """Radius of a tube's vertices over that of its strand: seen from all sides, its mean width is the strand's."""
+GOLDEN = (5**0.5 - 1) / 2
+"""Part of a side by which a tube is turned against the one before: angles of any number of strands are spread evenly."""
 STRAND_READS = (STRAND_TANGENT, STRAND_RANDOM, STRAND_PLACE, STRAND_AXIS)
 """Attributes of strands that materials read."""
 BETWEEN = 3
@@ -119,7 +121,7 @@ def tubes(
         strand, thickness = points[rows], radii[rows]
         if between:
             strand, thickness = smooth(strand, between), smooth(thickness[..., None], between)[..., 0]
-        around = _circles(strand)
+        around = _circles(strand, numbers)
         made = strand[:, :, None] + around * (WIDER * np.maximum(thickness, 0.0))[:, :, None, None]
         count, rings = strand.shape[:2]
         vertices.append(made.reshape(-1, 3))
@@ -170,14 +172,19 @@ def _spread(values: Array, around: Array) -> Array:
     return np.broadcast_to(values[:, :, None], around.shape).reshape(-1, 3)
 
 
-def _circles(strand: Array) -> Array:
-    """Unit vectors (count, k, SIDES, 3) around each point, perpendicular to the strand, transported without twist."""
+def _circles(strand: Array, numbers: NDArray[Any]) -> Array:
+    """Unit vectors (count, k, SIDES, 3) around each point, perpendicular to the strand, transported without twist.
+
+    Each strand (``numbers``: which) begins at another angle: parallel tubes would all be too wide, or too narrow,
+    from one direction, and much more or less light would pass between them.
+    """
     tangent = _tangents(strand)
     start = tangent[:, 0]
     axis = np.where(np.abs(start[:, 2:3]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
     across = _carried(tangent, np.cross(start, axis))[:, :, None]
-    other, angle = np.cross(tangent[:, :, None], across), 2 * np.pi * np.arange(SIDES) / SIDES
-    return np.asarray(across * np.cos(angle)[:, None] + other * np.sin(angle)[:, None])
+    other = np.cross(tangent[:, :, None], across)
+    turn = (np.arange(SIDES) + (numbers * GOLDEN % 1.0)[:, None]) * (2 * np.pi / SIDES)
+    return np.asarray(across * np.cos(turn)[:, None, :, None] + other * np.sin(turn)[:, None, :, None])
 
 
 def _axes(strand: Array) -> Array:
