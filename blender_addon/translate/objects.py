@@ -21,6 +21,7 @@ from .lighting.placed import place_light, relit
 from .meshes.placed import Shared, place_mesh
 from .placed_media import grids_read, in_volume
 from .shading.attributes import random_of
+from .shading.carried.instances import InstancePoints
 from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Begun, Kept, Unfinished, kept_or_made
@@ -45,8 +46,8 @@ class Collected:
     lights: list[Light] = field(default_factory=list)
     volumes: list[VolumeObject] = field(default_factory=list)
     linking: Linking = field(default_factory=Linking)
-    points: dict[int, Any] = field(default_factory=dict)
-    """The instances of each instancer as points, by its address."""
+    points: InstancePoints = field(default_factory=InstancePoints)
+    """The instances of each instancer as points."""
     originals: list[Any] = field(default_factory=list)
     """The original object of each instance."""
     kept: Kept | None = None

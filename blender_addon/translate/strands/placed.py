@@ -33,8 +33,7 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
         if STRAND_AXIS in reads and modes is not None and any(item.value for item in modes.data):
             found.translation.note(obj.name, "its cross-sections follow normals of least twist, not those of its modes")
         _enter(found, obj, obj.name_full, mesh, materials, np.array(instance.matrix_world, dtype=np.float64))
-        frame = found.translation.scene.frame_current_final
-        attributes = object_attributes(obj, instance, reads, frame, found.points)
+        attributes = object_attributes(obj, instance, reads, found)
         found.instances[-1] = _with(found.instances[-1], random, attributes)
 
 
