@@ -59,8 +59,10 @@ def particle_mesh(
     """
     settings = system.settings
     count = len(system.particles) + len(system.child_particles)
-    first = len(system.particles) if len(system.child_particles) and not settings.use_parent_particles else 0
+    # as in Cycles, parents are never shown beside their children
+    first = len(system.particles) if len(system.child_particles) else 0
     steps = 2 ** int(settings.render_step if is_render else settings.display_step) + 1
+    steps += int(settings.kink_extra_steps) if settings.kink == "SPIRAL" else 0
     found = {number: _strand(system, obj, number, steps) for number in range(first, count)}
     grown = [number for number, strand in found.items() if len(strand) > 1]
     if not grown:
@@ -77,7 +79,9 @@ def particle_mesh(
 
 
 def _strand(system: Any, obj: Any, number: int, steps: int) -> Array:
+    """Points of a strand. Shortened children end before their last step, beyond which Blender returns zeros."""
     points = np.array([system.co_hair(obj, particle_no=number, step=step) for step in range(steps)], dtype=np.float64)
+    points = points[: np.flatnonzero(points.any(axis=1)).max(initial=0) + 1]
     moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
     return points[np.concatenate([[True], moved])]
 
