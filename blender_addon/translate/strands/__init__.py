@@ -53,7 +53,7 @@ def curves_mesh(name: str, curves: Any, reads: frozenset[str] = frozenset()) -> 
 def particle_mesh(
     name: str, obj: Any, system: Any, *, is_render: bool, reads: frozenset[str] = frozenset()
 ) -> Mesh | None:
-    """Tubes of a hair system of an evaluated object, in world space; None if it grows none.
+    """Tubes of a hair system of an evaluated object, in the object's space; None if it grows none.
 
     ``reads``: see ``tubes``. ``is_render``: True if it was evaluated for a render, whose steps differ.
     """
@@ -67,7 +67,9 @@ def particle_mesh(
     grown = [number for number, strand in found.items() if len(strand) > 1]
     if not grown:
         return None
-    strands = [found[number] for number in grown]
+    # Blender gives positions in the world; radii are in the object's space, where its scale changes them
+    object_from_world = np.linalg.inv(np.array(obj.matrix_world, dtype=np.float64))
+    strands = [found[number] @ object_from_world[:3, :3].T + object_from_world[:3, 3] for number in grown]
     lengths = np.array([len(strand) for strand in strands])
     along = np.concatenate([_ways(strand) for strand in strands])
     radii = _thickness(along, settings)
