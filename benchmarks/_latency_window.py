@@ -13,10 +13,9 @@ import mathutils
 import numpy as np
 
 import blender_addon
-from benchmarks import _inside, palette_live
+from benchmarks import _inside
 from benchmarks._inside import shader, space
 from blender_addon import jobs, viewport
-from blender_addon.editing.palette import live
 from spectral_core.render.live.link import LiveLink
 
 blender_addon.register()
@@ -26,7 +25,7 @@ PATIENCE_S = 120.0
 REST_S = 0.15
 """Between two changes: the view refines, as it does while an artist works."""
 rng = np.random.default_rng(7)
-told: dict = {"times": {}, "drags": []}
+told: dict = {"times": {}}
 
 
 class Watch:
@@ -246,53 +245,12 @@ def views():
         yield 0.5
 
 
-def drags():
-    """Acceptance 2: a wanted color is dragged over a recording of 31 bands; work of the extension, and of Blender."""
-    for block in (*bpy.data.objects, *bpy.data.materials, *bpy.data.lights, *bpy.data.meshes):
-        bpy.data.batch_remove([block])
-    width, height = (240, 135) if SETTINGS["quick"] else (960, 540)
-    with _inside.in_view():
-        scene = palette_live.room(width, height)
-        bpy.ops.spectral.dial_record("EXEC_DEFAULT")
-    cell = palette_live.paper(scene)
-    space().region_3d.view_perspective = "CAMERA"
-    palette = scene.spectral.palette
-    yield 2.0
-    ends: list = []
-    follow = live.LIVE._follow
-
-    def followed(changed_scene):
-        clock, work = time.perf_counter(), time.thread_time()
-        follow(changed_scene)
-        ends.append((time.perf_counter(), 1e3 * (time.perf_counter() - clock), 1e3 * (time.thread_time() - work)))
-
-    live.LIVE._follow = followed
-    shown: list = []
-    handler = bpy.types.SpaceView3D.draw_handler_add(
-        lambda: shown.append(time.perf_counter()), (), "WINDOW", "POST_PIXEL"
-    )
-    for number in range(2 + SETTINGS["count"]):
-        ends.clear()
-        start = time.perf_counter()
-        cell.target = rng.uniform(0.2, 0.8, 3)
-        yield from _inside.until(lambda: bool(ends), PATIENCE_S, "a dragged color")
-        solved, clock, work = ends[0]
-        yield from _inside.until(lambda: bool(shown) and shown[-1] > ends[0][0], PATIENCE_S, "its redraw")
-        if number >= 2:  # the first loads the solver
-            told["drags"].append({"ms": 1e3 * (solved - start), "clock_ms": clock, "work_ms": work,
-                                  "shown_ms": 1e3 * (next(t for t in shown if t > solved) - start),
-                                  "relit": palette.picture.startswith("Re-lit")})  # fmt: skip
-        yield 0.7
-    bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
-
-
 def drive():
     yield 1.0
     build()
     yield from _inside.only_the_view()
     told["size"] = (_inside.region().width, _inside.region().height)
     yield from views()
-    yield from drags()
 
 
 _inside.drive(drive(), told)

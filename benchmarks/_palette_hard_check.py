@@ -94,7 +94,8 @@ def _gain(problem: PaletteProblem, solution: PaletteSolution, side: str, present
         float(np.abs(each.dual_value) @ (ours + theirs))
         for each, (ours, theirs) in zip(equalities, misses, strict=True)
     )
-    return max(0.0, (here - squares.of(shown, found)) / here - slack)
+    # Sums are known to their rounding, so that a decrease within it is none.
+    return max(0.0, (here - squares.of(shown, found) - squares.rounding()) / here - slack)
 
 
 class _Squares:

@@ -2,12 +2,12 @@
 """Time from a change of a scene to its first picture in a live view, by kind of change, RGB and spectral.
 
 Ten balls of 10,000 triangles (2,000 with ``--quick``) on a floor, ten materials, an area lamp and a world, seen at
-960×540. Three parts: ``session``, from the change to the picture in the session, without Blender; ``counts``, launches
+960×540. Four parts: ``session``, from the change to the picture in the session, without Blender; ``counts``, launches
 recorded and kernels compiled by kind, which other work on the machine does not change; ``window``, from the change of a
 property to the end of the ``view_draw`` that shows it, in a Blender with a window (SPECTRAL_REAL_BLENDER, see
-``_window``), and a wanted color that is dragged over a recording, there and without a window (``palette-live``). Each
-kind is tried in turn, so that a busy machine slows all alike. Names of parts as arguments run those alone;
-``--count N`` tries each kind N times (200).
+``_window``); ``drag``, from a wanted color that is dragged over a recording to the picture, without a window
+(``palette-live``) and in an image editor. Each kind is tried in turn, so that a busy machine slows all alike. Names of
+parts as arguments run those alone; ``--count N`` tries each kind N times (200).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ RARE_MS = {"object added": 2000.0, "node added": 2000.0}
 SPECTRAL_RATIO = 1.5
 """Most of a median in spectral transport over that in RGB."""
 DRAG_MS = 50.0
-PARTS = ("session", "counts", "window")
+PARTS = ("session", "counts", "window", "drag")
 OPTIONS = ("--count",)
 
 
@@ -40,7 +40,7 @@ def run(options: Options) -> dict[str, Any]:
     """Print medians and 99th percentiles and return them."""
     figures: dict[str, Any] = {"holds": {}}
     for part in [word for word in options.extra if word in PARTS] or PARTS:
-        {"session": _session, "counts": _counts, "window": _in_window}[part](options, figures)
+        {"session": _session, "counts": _counts, "window": _in_window, "drag": _drag}[part](options, figures)
     return figures
 
 
@@ -112,10 +112,7 @@ def _counts(options: Options, figures: dict[str, Any]) -> None:
 
 
 def _in_window(options: Options, figures: dict[str, Any]) -> None:
-    """A Blender with a window, and wanted colors that are dragged, with and without it."""
-    dragged = palette_live.run(options)
-    figures["palette-live"] = dragged
-    figures["holds"] |= dragged["holds"]
+    """A Blender with a window."""
     if not _window.has_window():
         print(f"no window is measured: {_window.MISSING}", file=sys.stderr)
         return
@@ -134,18 +131,35 @@ def _in_window(options: Options, figures: dict[str, Any]) -> None:
     figures["holds"][f"{where}: no errors"] = not told["errors"]
     for text in told["errors"]:
         print(text, file=sys.stderr)
+
+
+def _drag(options: Options, figures: dict[str, Any]) -> None:
+    """Wanted colors that are dragged, without a window and with one."""
+    dragged = palette_live.run(options)
+    figures["palette-live"] = dragged
+    figures["holds"] |= dragged["holds"]
+    if not _window.has_window():
+        print(f"no window is measured: {_window.MISSING}", file=sys.stderr)
+        return
+    settings = {"quick": options.quick, "count": _count(options)}
+    told = _window.told_by("_drag_window.py", settings, options, (WIDTH, HEIGHT))
+    figures["holds"]["no errors while a color is dragged"] = not told["errors"]
+    for text in told["errors"]:
+        print(text, file=sys.stderr)
     if told["drags"]:
-        _tell_drags(figures, where, told["drags"])
+        _tell_drags(figures, f"Blender {told['version'].split()[0]}", told["drags"])
 
 
 def _tell_drags(figures: dict[str, Any], where: str, drags: list[dict[str, Any]]) -> None:
-    medians = {name: float(np.median([drag[name] for drag in drags])) for name in ("ms", "work_ms", "shown_ms")}
+    medians = {
+        name: float(np.median([drag[name] for drag in drags])) for name in ("ms", "work_ms", "shown_ms", "idle_ms")
+    }
     relit = sum(drag["relit"] for drag in drags)
     figures[f"{where}, dragged"] = medians | {"relit": relit, "drags": len(drags)}
     print(
         f"{where} a wanted color is dragged {len(drags)} times, {relit} re-lit: median {medians['ms']:.1f} ms to the "
         f"picture ({medians['work_ms']:.1f} ms of it work of the main thread), {medians['shown_ms']:.1f} ms to the end "
-        "of Blender's redraw"
+        f"of the image editor's redraw, which takes {medians['idle_ms']:.1f} ms without a change"
     )
     is_kept = medians["shown_ms"] <= DRAG_MS and relit == len(drags)
     figures["holds"][f"{where}: a dragged color is solved, re-lit and drawn in {DRAG_MS:g} ms"] = is_kept

@@ -13,6 +13,8 @@ import bpy
 
 RENDER_SECONDS = 0.5
 """Time between two checks whether a render has ended."""
+CONTINUE_SECONDS = 0.01
+"""Time between two parts of ``finish``, in which Blender handles the artist's input."""
 
 
 class Deferred:
@@ -23,7 +25,8 @@ class Deferred:
     follow
         Called with the scene shortly after an edit; edits in the meantime are answered together.
     finish
-        Called with the scene once no further edit came for ``rest_seconds``; None if ``follow`` does everything.
+        Called with the scene once no further edit came for ``rest_seconds``; None if ``follow`` does everything. It
+        may return False to be called again soon, with the rest of its work.
     delay_seconds
         Time from an edit to ``follow``.
     rest_seconds
@@ -33,7 +36,7 @@ class Deferred:
     def __init__(
         self,
         follow: Callable[[bpy.types.Scene], None],
-        finish: Callable[[bpy.types.Scene], None] | None = None,
+        finish: Callable[[bpy.types.Scene], bool | None] | None = None,
         *,
         delay_seconds: float,
         rest_seconds: float = 0.0,
@@ -49,7 +52,8 @@ class Deferred:
         if bpy.app.background:
             self._follow(scene)
             if self._finish is not None:
-                self._finish(scene)
+                while self._finish(scene) is False:
+                    pass
             return
         if not self._edited:  # a pending edit is not delayed again, so that results appear during a drag
             self._unregister()
@@ -67,9 +71,9 @@ class Deferred:
                     self._unfinished.add(scene.session_uid)
             return self._rest if self._unfinished else None
         for scene in _taken(self._unfinished):
-            if self._finish is not None:
-                self._finish(scene)
-        return None
+            if self._finish is not None and self._finish(scene) is False:
+                self._unfinished.add(scene.session_uid)
+        return CONTINUE_SECONDS if self._unfinished else None
 
     def flush(self, scene: bpy.types.Scene) -> None:
         """Handle a pending edit of ``scene`` now. Called before Blender draws the edit, it saves a redraw."""

@@ -115,6 +115,7 @@ class _Translating(Waiting):
     _uid = 0
     _recording: Recording | None = None
     _knows_view = False
+    _shares: changes.Shares | None = None
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
         if context.scene.session_uid in _under_way:
@@ -131,12 +132,18 @@ class _Translating(Waiting):
                 view_transform_of(bpy.context.scene)  # in a step of its own; the recording finds it ready
             self._knows_view = True
             return False
-        return not self._asked.is_running
+        if self._asked.is_running:
+            return False
+        self._shares = self._shares or changes.Shares()
+        with contextlib.suppress(SpectralError):  # the recording reads the parts again, and reports it
+            return bpy.context.scene.session_uid != self._uid or self._shares.read(bpy.context.scene)
+        return True
 
     def read(self, context: Context, *, only_changed: bool = False) -> Recording:
         """The scene, with what else a recording needs from Blender."""
         assert self._asked is not None
-        self._recording = Recording.of(context, self._asked.take(), only_changed=only_changed)
+        parts = None if self._shares is None else self._shares.parts
+        self._recording = Recording.of(context, self._asked.take(), only_changed=only_changed, parts=parts)
         return self._recording
 
     def leave(self) -> None:

@@ -33,7 +33,7 @@ def environment() -> dict[str, str]:
     return {**kept, PATH_VARIABLE: json.dumps(trusted_path())}
 
 
-def make_way() -> None:
+def lower_priority() -> None:
     """Lower this process's priority by its first argument, if it has one: its parent answers an artist meanwhile."""
     if len(sys.argv) > 1 and hasattr(os, "nice"):
         os.nice(int(sys.argv[1]))

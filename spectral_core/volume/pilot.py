@@ -158,8 +158,9 @@ class Pilot:
     def in_tune(self, trial: Trial, quality_db: float, rival: Trial) -> Trial:
         """The trial, or one of coarser steps that reaches the target with fewer samples than ``rival``.
 
-        Hard-edged and opaque objects make the error of uniform steps go up and down by 15 dB within a tenth of a step,
-        so that a search along the curve misses the steps in tune with the voxels.
+        Hard-edged and opaque objects make the error of uniform steps go up and down by up to 40 dB within a tenth of a
+        step, so that a search along the curve misses the steps in tune with the voxels, or ends at finer ones than the
+        coarsest of them.
         """
         scale = trial.stepping.scale * max(trial.samples / max(rival.samples, 1e-9), 1.0)
         steps = [min(scale * factor, _COARSEST) for factor in (*_IN_TUNE, *_TUNING["uniform"])]

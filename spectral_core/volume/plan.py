@@ -156,9 +156,14 @@ def _tried(pilot: Pilot, ways: list[Stepping], quality_db: float) -> tuple[Trial
         if trial.snr_db >= quality_db and (rival is None or trial.cost < rival.cost):
             rival = trial
     base = found[ways[0]]
-    if rival is not None and base.snr_db < quality_db and base.stepping.rule == "uniform":
+    if rival is not None and base.stepping.rule == "uniform" and _is_behind(base, rival, quality_db):
         found[ways[0]] = pilot.in_tune(base, quality_db, rival)
     return tuple(found[way] for way in ways)
+
+
+def _is_behind(base: Trial, rival: Trial, quality_db: float) -> bool:
+    """True if a trial misses the target, or reaches it with more samples than the rival."""
+    return base.snr_db < quality_db or base.samples > rival.samples
 
 
 def _choose(trials: tuple[Trial, ...], quality_db: float) -> Trial:

@@ -128,6 +128,15 @@ def test_an_upper_bound_never_goes_below_its_lower_one() -> None:
     assert moved["low"] <= moved["high"] == pytest.approx(3.0)
 
 
+def test_the_last_binding_is_the_last_one_made() -> None:
+    """Also where its control had one before: Learn Fader asks for the newest binding of its number."""
+    board = Board({"a": 0.0, "b": 0.0}.__getitem__)
+    first, second = Control("cc", 0, "1"), Control("cc", 0, "2")
+    for control, target in ((first, "a"), (second, "b"), (first, "b")):
+        board.bind(Binding(control, target))
+    assert [(each.control, each.target) for each in board.bindings] == [(second, "b"), (first, "b")]
+
+
 def test_learning_binds_the_control_that_moves() -> None:
     numbers = Numbers({"a": 0.0})
     board = Board(numbers.__getitem__)

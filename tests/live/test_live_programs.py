@@ -14,6 +14,7 @@ from spectral_core.render.live.passes import Launcher
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
+from spectral_core.render.plugins.numbers import CACHE_LINE
 from spectral_core.scene import (
     Computed,
     Diffuse,
@@ -117,17 +118,56 @@ def test_a_replayed_launch_makes_no_numbers_of_its_own(scene: Scene, monkeypatch
     assert made == []
 
 
-def test_contents_that_are_replaced_in_place_are_visible_whatever_else_was_loaded(scene: Scene) -> None:
+def _with_contents(scene: Scene, rng: np.random.Generator) -> list[Scene]:
+    """Scenes whose images and ramps hold random contents: of colors, roughness, emission and the world."""
+
+    def computed(operation: str, data: object, *flags: bool) -> Computed:
+        build = Builder()
+        place = build.add("vector_input", (), "position", 0)
+        read = place if operation == "image_color" else build.add("mean", (place,))
+        return Computed(build.program(build.add(operation, (read,), *flags, data=data)))
+
+    pixels = rng.uniform(0, 1, (8, 16, 3)).astype(np.float32)
+    image = computed("image_color", ImageTexture("made", pixels[:4]), False)
+    bytes_of = computed("image_color", ImageTexture("bytes", (255 * pixels[4:]).astype(np.uint8)), False)
+    ramp = computed("ramp_color", rng.uniform(0, 1, (5, 3)))
+    surfaces = [
+        Diffuse(ramp),
+        Diffuse(image),
+        Diffuse(bytes_of),
+        Principled(image, roughness=ramp),
+        Emission(ramp, 2.0),
+    ]
+    name, others = scene.materials[0].name, scene.materials[1:]
+    of_materials = [replace(scene, materials=(Material(name, surface), *others)) for surface in surfaces]
+    return [*of_materials, replace(scene, world=replace(scene.world, color=ImageTexture("sky", pixels)))]
+
+
+@pytest.mark.parametrize("kind", range(6))
+def test_contents_that_are_replaced_in_place_are_visible_whatever_else_was_loaded(scene: Scene, kind: int) -> None:
     """After other scenes had been loaded, replays showed images and ramps from before the edit, or freed memory."""
-    rng, stage = np.random.default_rng(5), Stage()
+    rng, stage = np.random.default_rng(kind), Stage()
     for number in range(4):
-        ramp = Builder()
-        table = rng.uniform(0, 1, (5, 3))
-        steps = ramp.add("ramp_color", (ramp.add("mean", (ramp.add("vector_input", (), "position", 0),)),), data=table)
-        paint = Material(scene.materials[0].name, Diffuse(Computed(ramp.program(steps))))
-        edited = replace(scene, materials=(paint, *scene.materials[1:]))
+        edited = _with_contents(scene, rng)[kind]
         np.testing.assert_array_equal(_pictured(stage, edited, 1), _pictured(Stage(), edited, 1))
-        assert stage.how == ("materials" if number else "loaded")
+        assert (stage.how == "loaded") == (number == 0)
+
+
+def test_no_array_of_a_view_lies_in_the_memory_of_numpy(scene: Scene) -> None:
+    """A replay may read a mapped array that has been replaced. Dr.Jit's own memory begins at cache lines."""
+    import drjit as dr
+
+    from spectral_core.render.live.held import held
+
+    stage = Stage()
+    for shown in (*_with_contents(_generated(scene), np.random.default_rng(6)), scene):
+        _pictured(stage, shown, 1)
+        inputs, launcher = stage.launcher._inputs, stage.launcher
+        roots = [inputs[0], [launcher._offsets], *(getattr(plugin, "held_numbers", []) for plugin in inputs[1])]
+        arrays = [item for item in held([roots], launcher._mi) if dr.is_array_v(item) and dr.depth_v(item) == 1]
+        arrays = [array for array in arrays if dr.is_jit_v(array) and array.state == dr.VarState.Evaluated]
+        assert len(arrays) > 20
+        assert [len(array) for array in arrays if dr.detach(array).numpy().ctypes.data % CACHE_LINE] == []
 
 
 def test_an_edit_in_place_of_an_attribute_is_visible(scene: Scene) -> None:

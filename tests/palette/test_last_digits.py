@@ -13,6 +13,7 @@ from scipy.optimize import lsq_linear
 from benchmarks import _palette_hard_statement as independent
 from benchmarks._palette_hard_cases import hard_problem
 from benchmarks._palette_hard_check import side_gains
+from benchmarks._palette_odd_cases import odd_problem
 from benchmarks.palette_joint import generated_palette
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSolution, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
@@ -144,13 +145,20 @@ def test_a_bright_smooth_light_is_measured_by_its_roughness_itself() -> None:
     solution = solve_palette(generated_palette(112536), explain=False, seconds=20)
     assert solution.status == "solved"
     assert side_gains(solution).get("lights", 0.0) < 1e-6
-    roughness = independent.roughness(solution.problem)
-    squares = [float(np.sum((roughness @ light.values) ** 2)) for light in solution.illuminants]
-    assert max(squares) < 1e-12  # far below the floor of 1e-10; which of these it is depends on the rounding of BLAS
     quadratic = solution.state.record["lights"][0].quadratic
     values = [light.values for light in solution.illuminants]
     inside = sum(float(np.sum((each.roughness @ v) ** 2)) for each, v in zip(quadratic.blocks, values, strict=True))
     assert quadratic.objective(quadratic.joined(quadratic.best_colors(values), values)) < inside + 1e-24
+
+
+@pytest.mark.parametrize(
+    "problem", [hard_problem(9460362)[0], odd_problem(4472011)[0]], ids=["near-identical lights", "dim lights"]
+)
+def test_roughness_that_moves_between_the_sides_is_settled(problem: PaletteProblem) -> None:
+    """All targets are met. Rounds alone advance by 3e-6 of what is left; the barrier must be below 1e-22."""
+    solution = solve_palette(problem, explain=False, seconds=20)
+    assert solution.status == "solved"
+    assert max(gain for side, gain in side_gains(solution).items() if side != "exact") < 1e-6
 
 
 def block(rng: np.random.Generator, samples: int, colors: int, exact: int, smooth: float) -> Block:

@@ -49,7 +49,6 @@ def test_the_cheapest_way_that_reaches_the_target_is_the_rival_of_the_later_ones
     found = _tried(pilot, ways, 50.0)  # type: ignore[arg-type]
     assert [each.stepping for each in found] == ways
     assert pilot.rivals == {CELLS: None, ERROR: dear, TABLE: dear, MIDPOINT: cheap}
-    assert pilot.tuned_again == []
 
 
 def test_a_uniform_march_below_the_target_is_compared_with_the_rival_at_equal_error() -> None:
@@ -58,10 +57,20 @@ def test_a_uniform_march_below_the_target_is_compared_with_the_rival_at_equal_er
     found = _tried(pilot, [MIDPOINT, CELLS], 50.0)  # type: ignore[arg-type]
     assert pilot.tuned_again == [(short, 50.0, good)]
     assert found == (replace(short, snr_db=50.0), good)
-    for first, second in ((trial(ERROR, 45.0, 10.0), good), (short, replace(good, snr_db=49.0))):
+    fewest, rest = replace(short, snr_db=51.0), replace(good, snr_db=49.0)
+    for first, second in ((trial(ERROR, 45.0, 10.0), good), (short, rest), (fewest, good)):
         pilot = Answers(first, second)
         assert _tried(pilot, [first.stepping, CELLS], 50.0) == (first, second)  # type: ignore[arg-type]
         assert pilot.tuned_again == []
+
+
+def test_a_uniform_march_of_more_samples_than_its_rival_is_tried_with_as_few() -> None:
+    """Its search ended at 1,722 samples of a hard wall; steps in tune take 575, and the rival took 1,282."""
+    many, fewer = trial(MIDPOINT, 69.9, 1722.0), trial(TABLE, 62.4, 1282.0)
+    pilot = Answers(many, fewer)
+    found = _tried(pilot, [MIDPOINT, TABLE], 60.0)  # type: ignore[arg-type]
+    assert pilot.tuned_again == [(many, 60.0, fewer)]
+    assert found == (replace(many, snr_db=60.0), fewer)
 
 
 def test_of_ways_that_all_miss_the_target_the_best_is_taken() -> None:

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +17,7 @@ from bpy.types import Depsgraph, LayerCollection, Object, Scene
 from spectral_core.errors import SpectralError
 
 from ...translate.scene import translate_scene
+from ...translate.viewport.kept import Unfinished
 from ..deferred import Deferred
 from ..viewport.stages import Stage
 from .live import redraw_dial
@@ -23,6 +26,8 @@ REST_SECONDS = 1.0
 """Time without an edit until the scene is compared."""
 SLOW_SECONDS = 0.5
 """A scene that takes longer to compare is compared only on request."""
+SHARE_SECONDS = 0.03
+"""Blender's main thread translates a scene in shares of about this time."""
 DIGITS = 12
 """Digits of each part's hash: enough to detect an edit, short enough to be stored for thousands of objects."""
 EDITED_ELSEWHERE = "The scene was edited since the recording; press Compare to list the changes"
@@ -35,6 +40,8 @@ SHOWN = (
 """Data-blocks that a picture depends on. The dial itself is stored on the scene, which is not among them."""
 
 _slow: set[int] = set()
+_shares: dict[int, Shares] = {}
+"""Parts of scenes whose comparison has begun."""
 _stages: dict[int, Stage] = {}
 """By scene the parts of its last translation, in a session with a window: only edited parts are translated again."""
 _hashes: dict[int, dict[int, tuple[Any, str]]] = {}
@@ -69,18 +76,21 @@ def parts_of(scene: Scene) -> dict[str, str]:
     return read_parts(scene).hashes()
 
 
-def read_parts(scene: Scene) -> Parts:
+def read_parts(scene: Scene, seconds: float = math.inf, *, continues: bool = False) -> Parts:
     """Everything that the recording depends on, as the viewport has it now.
 
     Parts that are hidden from renders do not count, whatever the viewport shows; HIDDEN stands for those that only
-    the viewport hides.
+    the viewport hides. ``seconds``: raises Unfinished after about so long; ``continues``: True for a call after that.
     """
     view_layer = scene.view_layers[0] if bpy.context.scene != scene else bpy.context.view_layer
     depsgraph = view_layer.depsgraph
     stage = _stage_of(scene)
-    depsgraph.update()
+    if not continues:
+        depsgraph.update()
     if stage is not None:
-        stage.keep_up(depsgraph)
+        if not continues:
+            stage.keep_up(depsgraph)
+        stage.kept.limit(seconds)
     rendered = {each.session_uid: each for each in _rendered(view_layer.layer_collection)}
     own = {each.session_uid for each in view_layer.objects}
 
@@ -96,6 +106,23 @@ def read_parts(scene: Scene) -> Parts:
         parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
     unseen = [obj for obj in rendered.values() if not obj.visible_get(view_layer=view_layer)]
     return Parts(scene.session_uid, parts, tuple(name for obj in unseen for name in _names(obj)))
+
+
+class Shares:
+    """Reads the parts of a scene in shares, between which Blender's main thread is free. ``parts``: the outcome."""
+
+    def __init__(self) -> None:
+        self.parts: Parts | None = None
+        self._continues = False
+
+    def read(self, scene: Scene) -> bool:
+        """Read one share; True if no share is left. Raises SpectralError."""
+        if self.parts is None:
+            try:
+                self.parts = read_parts(scene, SHARE_SECONDS, continues=self._continues)
+            except Unfinished:
+                self._continues = True
+        return self.parts is not None
 
 
 def _stage_of(scene: Scene) -> Stage | None:
@@ -145,14 +172,17 @@ def recorded_parts(scene: Scene) -> dict[str, str]:
     return parts if isinstance(parts, dict) else {}
 
 
-def compare(scene: Scene) -> str:
-    """Compare the scene with the recorded one, store the differences on the dial and return them; "" for none."""
+def compare(scene: Scene, parts: Parts | None = None) -> str:
+    """Compare the scene with the recorded one, store the differences on the dial and return them; "" for none.
+
+    ``parts``: those of the scene, if they were read already.
+    """
     dial, recorded = scene.spectral.dial, recorded_parts(scene)
     if not dial.scene_hash or not recorded:
         return ""
     began = time.monotonic()
     try:
-        now = parts_of(scene)
+        now = (parts or read_parts(scene)).hashes()
     except SpectralError as error:
         dial.changes = str(error)
         return dial.changes
@@ -172,9 +202,16 @@ def told(recorded: dict[str, str], now: dict[str, str]) -> str:
     return f"{', '.join(found[:NAMED])}{rest}" if found else ""
 
 
-def _compare_and_show(scene: Scene) -> None:
-    compare(scene)
+def _compare_and_show(scene: Scene) -> bool:
+    """Read a share of the scene, and compare after the last one; False if another share is left."""
+    shares = _shares.setdefault(scene.session_uid, Shares())
+    with suppress(SpectralError):  # the comparison reads the parts again, and tells the artist
+        if not shares.read(scene):
+            return False
+    del _shares[scene.session_uid]
+    compare(scene, shares.parts)
     redraw_dial()
+    return True
 
 
 LIVE = Deferred(lambda _scene: None, _compare_and_show, delay_seconds=REST_SECONDS, rest_seconds=REST_SECONDS)
@@ -197,7 +234,7 @@ def _after_update(scene: Scene, depsgraph: Depsgraph) -> None:
 @bpy.app.handlers.persistent
 def _forget(*_: object) -> None:
     """Another file has other scenes: free the parts of the last one's."""
-    for kept in (_slow, _stages, _hashes):
+    for kept in (_slow, _shares, _stages, _hashes):
         kept.clear()
 
 

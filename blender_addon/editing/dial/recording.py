@@ -47,13 +47,18 @@ class Recording:
     stop: bool = False
 
     @classmethod
-    def of(cls, context: Context, scene: SpectralScene, *, only_changed: bool = False) -> Recording:
-        """Find the lights and emissive objects of a scene as rendered, and the state of the viewport's."""
+    def of(
+        cls, context: Context, scene: SpectralScene, *, only_changed: bool = False, parts: changes.Parts | None = None
+    ) -> Recording:
+        """Find the lights and emissive objects of a scene as rendered, and the state of the viewport's.
+
+        ``parts``: that state, if it was read already.
+        """
         dial = context.scene.spectral.dial
         names = {each.name for each in (*scene.lights, *scene.instances)}
         shown = [each for each in bpy.data.objects if each.name_full in names]
         members = members_of(context.scene, shown, dial.one_per_light)
-        parts, view = changes.read_parts(context.scene), view_transform_of(context.scene)
+        parts, view = parts or changes.read_parts(context.scene), view_transform_of(context.scene)
         before = _present(context.scene) if only_changed else None
         return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, before)
 

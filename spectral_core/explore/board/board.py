@@ -87,7 +87,8 @@ class Board:
         return tuple(fader.binding for fader in self._faders.values())
 
     def bind(self, binding: Binding) -> None:
-        """Add a binding; it replaces an earlier one of the control."""
+        """Add a binding after all others; it replaces an earlier one of the control."""
+        self._faders.pop(binding.control, None)  # a dict keeps the position of a key that is written again
         self._faders[binding.control] = _Fader(binding)
 
     def unbind(self, control: Control) -> None:

@@ -31,6 +31,8 @@ INSIDE = 1e-3
 """Initial distance of each unknown from its bounds, relative to its size."""
 FIRST_BARRIER, SHRINK, LAST_BARRIER = 0.1, 0.2, 1e-9
 """All barriers together as a share of the objective: at the start, from one barrier to the next, and at the end."""
+LEAST_FIRST, LEAST_LAST = 1e-24, 1e-32
+"""Least barriers, at the start and at the end. Roughness alone may be 1e-22, and a larger barrier would hide it."""
 CLOSE = 0.3
 """Predicted decrease of a step, as a share of all barriers, at which the barrier is reduced."""
 BACKOFF = 0.995
@@ -90,7 +92,7 @@ class _Descent:
         self._fixed = self._low >= self._high
         self._has_low, self._has_high = np.isfinite(self._low) & ~self._fixed, np.isfinite(self._high) & ~self._fixed
         self._x = self._inside(start / self._size)
-        self._first = max(FIRST_BARRIER * joint.objective(start, EXACT_WEIGHTS[0]) / start.size, 1e-16)
+        self._first = max(FIRST_BARRIER * joint.objective(start, EXACT_WEIGHTS[0]) / start.size, LEAST_FIRST)
         self._barrier, self._damping = self._first, 0.0
         below, above = self._distances(self._x)
         self._lower = np.where(self._has_low, self._barrier / below, 0.0)
@@ -116,7 +118,7 @@ class _Descent:
             if bending is None:
                 bending = weights * left
             step = self._step(gradient * self._size, hessian * np.outer(self._size, self._size))
-            done = self._barrier * x.size <= LAST_BARRIER * total
+            done = self._barrier <= max(LAST_BARRIER * total / x.size, LEAST_LAST)
             close = step.fall <= CLOSE * self._barrier * x.size and self._damping == 0.0
             if close and done:
                 return np.asarray((x + step.reach * step.by_x) * self._size)
@@ -137,7 +139,7 @@ class _Descent:
                 if self._damping > MOST_DAMPING:
                     break
             if close:
-                self._barrier = max(SHRINK * self._barrier, 0.1 * LAST_BARRIER * total / x.size, 1e-24)
+                self._barrier = max(SHRINK * self._barrier, 0.1 * LAST_BARRIER * total / x.size, LEAST_LAST)
         return np.asarray(self._x * self._size)
 
     # -- bounds --------------------------------------------------------------------------------------------------------

@@ -20,8 +20,10 @@ PERCEPTUAL_ROUNDS = 12
 """Rounds with a fixed reflectance or light side after which the linearized metric counts as settled."""
 LAST_ROUNDS, MOST_RESERVED = 2.5, 0.5
 """Time after a descent, in rounds: a round and the joint check; the largest share of the budget for them."""
-SHARPENINGS = 4
+SHARPENINGS = 8
 """Most rounds after a palette is settled."""
+SLOW = 0.5
+"""Share of its gain that a round leaves, above which both sides descend together before the next one."""
 SECONDS = 2.0
 """Time budget of a solve that designs lights and reflectances together."""
 
@@ -47,7 +49,7 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
     both = len(rounds.sides) == 2
     # A single side is one convex problem; in CIELAB a few rounds settle the point of its metric.
     most = problem.rounds if both else (PERCEPTUAL_ROUNDS if perceptual else 1)
-    took = 0.0
+    took, checked = 0.0, False
     for number in range(1, most + 1):
         metric = perceptual and number > (LEAD if both else 1)
         if both and number > LEAD:
@@ -60,10 +62,12 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
         if both and budget.left <= took:  # the joint check takes as long as a round
             break
         if number > (LEAD if both else 1) and rounds.settled(state, perceptual=metric):
+            checked = metric == perceptual
             break
         if number > LEAD and budget.left <= LAST_ROUNDS * took:  # a descent would leave no time for its last round
             break
-    rounds.check(state, perceptual=perceptual)
+    if not checked:
+        rounds.check(state, perceptual=perceptual)
     return _sharpened(rounds, state, budget, took, perceptual=perceptual) if both else state
 
 
@@ -71,19 +75,27 @@ def _sharpened(rounds: Rounds, state: PaletteState, budget: Budget, took: float,
     """A few more rounds where a side of an objective that counts as 0 could still lose a visible share of it.
 
     Targets that are met leave the roughness alone, at 1e-21 or less: no color depends on it, but the shape of the
-    spectra does, and each side is a convex problem that can be solved to more digits. A round that helps neither side
-    is undone.
+    spectra does, and each side is a convex problem that can be solved to more digits. Roughness may move from one side
+    to the other along a valley, and each round along it is short: there both sides descend together before the next
+    round, once. What helps neither side is undone.
     """
-    trace = rounds.trace
+    trace, slow, descends = rounds.trace, False, True
     for _ in range(SHARPENINGS):
         if not trace.settled or not trace.joint.passed or trace.gain <= SETTLED or budget.left <= LAST_ROUNDS * took:
             break
         kept = replace(trace, answers=dict(trace.answers), sides=dict(trace.sides))
-        found = rounds.round(state, perceptual=perceptual)
+        start = state
+        if slow and descends:
+            budget.reserved, descends = min(LAST_ROUNDS * took, MOST_RESERVED * budget.seconds), False
+            start = improved(rounds, state, budget, perceptual=perceptual, race=False)
+            budget.reserved = 0.0
+        found = rounds.round(start, perceptual=perceptual)
         rounds.check(found, perceptual=perceptual)
-        if not trace.settled or not trace.joint.passed or trace.gain >= kept.gain:
-            trace.answers, trace.sides = kept.answers, kept.sides
-            trace.joint, trace.settled, trace.gain = kept.joint, kept.settled, kept.gain
+        if trace.settled and trace.joint.passed and trace.gain < kept.gain:
+            state, slow = found, trace.gain > SLOW * kept.gain
+            continue
+        trace.answers, trace.sides = kept.answers, kept.sides
+        trace.joint, trace.settled, trace.gain = kept.joint, kept.settled, kept.gain
+        if start is state:
             break
-        state = found
     return state

@@ -54,7 +54,6 @@ class Launcher(Accumulator):
         self._frame: Any = None
         self._freeze = drjit.freeze
         self._frozen: dict[str, Any] = {}
-        self._forgotten = 0
         self._kind = ""
         self.is_recorded = True
         """True if launches are recorded and replayed, which saves most of their time."""
@@ -62,14 +61,7 @@ class Launcher(Accumulator):
     @property
     def recordings(self) -> int:
         """Number of recordings so far."""
-        return self._forgotten + sum(int(frozen.n_recordings) for frozen in self._frozen.values())
-
-    def record_again(self) -> None:
-        """Record the next launch: where other scenes were loaded before, a replay reads the contents of images and
-        tables from which it was recorded, and not those that replaced them.
-        """
-        self._forgotten = self.recordings
-        self._frozen.clear()
+        return sum(int(frozen.n_recordings) for frozen in self._frozen.values())
 
     def refresh(self) -> None:
         """Collect the arrays of the scene's objects again; call it after each change of the scene."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from spectral_core.child import make_way
+from spectral_core.child import lower_priority
 from spectral_core.errors import SpectralError
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.messages import AreaName, Frame, Trouble
@@ -208,7 +208,7 @@ def memory_bytes() -> int:
 def main() -> None:
     """Serve until the input closes."""
     faulthandler.enable()
-    make_way()
+    lower_priority()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session handles Ctrl-C
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output of libraries goes to the log, not between the messages

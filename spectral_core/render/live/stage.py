@@ -160,8 +160,7 @@ class Stage:
         assert self._simulated is not None and self._job is not None
         old, loaded = self._simulated, self._job.loaded
         change = difference(replace(old, notes=new.notes), new)
-        tables = loaded.scene.parts.context.tables
-        done, replaced = list[str](), tables.replaced
+        done: list[str] = []
         edit = edits.Edit(loaded, old, new, self._trees)
         steps: list[tuple[str, str, Callable[[Any, Any], bool]]] = [
             ("meshes", "meshes", edit.mesh),
@@ -182,8 +181,6 @@ class Stage:
         edit.finish()
         if done:
             self.launcher.refresh()
-        if tables.replaced != replaced:
-            self.launcher.record_again()
         return ", ".join(dict.fromkeys(done))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.plugins.numbers import table
 from spectral_core.render.plugins.surfaces.sources import Kind, Number, Programmed, Source, Textured, Tint
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, single_precision_spectrum
 from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Program, Scalar, SpectralImage
@@ -223,8 +224,8 @@ def spectral_image(context: Context, paint: SpectralImage, subject: str) -> Any:
     return context.load(
         {
             "type": "spectral_image",
-            "weights": mi.TensorXf(np.ascontiguousarray(weights)),
-            "spectra": mi.TensorXf(np.ascontiguousarray(spectra, dtype=np.float32)),
+            "weights": mi.TensorXf(table(mi.Float, weights), weights.shape),
+            "spectra": mi.TensorXf(table(mi.Float, spectra), spectra.shape),
             "first_nm": float(knots[0]),
             "last_nm": float(knots[-1]),
             "wrap_mode": {"repeat": "repeat", "clip": "clamp", "extend": "clamp", "mirror": "mirror"}[paint.extension],

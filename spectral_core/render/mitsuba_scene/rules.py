@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.plugins.numbers import Rows
+from spectral_core.render.plugins.numbers import Rows, table
 from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
 from spectral_core.render.trace.media.table import Media, MediaAround, MediumRow
 from spectral_core.scene import Rays
@@ -68,9 +68,9 @@ class RayRules:
     def add_shapes(self, shapes: Iterable[Any], bits: int, unlit: int = 0, clear: int = 0) -> None:
         """Add the rules of one object, which may consist of several shapes."""
         for shape in shapes:
-            for table, value in ((self.shapes, bits), (self.unlit, unlit), (self.clear, clear)):
+            for rows, value in ((self.shapes, bits), (self.unlit, unlit), (self.clear, clear)):
                 if value:
-                    table.append((shape, value))
+                    rows.append((shape, value))
 
 
 class Tables:
@@ -107,9 +107,9 @@ class Tables:
             return None
         # lights of our tables have their own numbers, Mitsuba's objects those of its registry
         numbers = [item if isinstance(item, int) else int(self.number(pointer(item))[0]) for item, _ in rows]
-        table = np.zeros(max(numbers) + 1, np.uint32)
-        table[numbers] = [value for _, value in rows]
-        return Rows.of(self._mi.UInt32(table))
+        found = np.zeros(max(numbers) + 1, np.uint32)
+        found[numbers] = [value for _, value in rows]
+        return Rows.of(table(self._mi.UInt32, found))
 
     def number(self, pointer: Any) -> Any:
         """Registry number of a Mitsuba pointer, 0 for none."""

@@ -17,6 +17,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene.rules import Tables
 from spectral_core.render.passes import books
 from spectral_core.render.passes.books import LIGHT_ROWS
+from spectral_core.render.plugins.numbers import table
 from spectral_core.render.trace.lobes import drawn_parts
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.render.trace.scene_path import scene_path_class
@@ -53,7 +54,7 @@ def light_pass_class(variant: str) -> Any:
             super().__init__(settings, tables, lights)
             self.groups = groups
             self.rows = len(LIGHT_ROWS) + len(groups)
-            self.by_light = mi.UInt32(by_light.astype(np.uint32))
+            self.by_light = table(mi.UInt32, by_light)
             self.parts: Any = None
             """Diffuse, glossy and transmitted shares of the path's light at the first surface."""
             self.here: Any = None

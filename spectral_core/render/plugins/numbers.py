@@ -32,10 +32,13 @@ def aligned(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def table(kind: Any, values: Any) -> Any:
-    """A flat array of the renderer from numbers: of 32-bit floats or, from whole numbers, of 32-bit integers."""
-    given = np.asarray(values)
-    wanted = np.float32 if np.issubdtype(given.dtype, np.floating) else np.uint32
-    return kind(aligned(given.astype(wanted)))
+    """A flat array of the renderer: of 32-bit floats or, for a type of whole numbers, of 32-bit integers.
+
+    It is in Dr.Jit's own memory, so that an edit can replace it: see ``own_copy``.
+    """
+    import drjit as dr
+
+    return own_copy(kind, np.asarray(values).astype(np.float32 if dr.is_float_v(kind) else np.uint32, copy=False))
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +75,22 @@ def channel_mean(dr: Any, value: Any) -> Any:
     return dr.sum(value) * (1.0 / len(value))
 
 
+def listed(kind: Any, values: NDArray[Any] | list[Any]) -> Any:
+    """A short ``table`` that may be made while Dr.Jit records a loop, where nothing can be scattered."""
+    return kind(values if isinstance(values, list) else values.ravel().tolist())
+
+
 def own_copy(kind: Any, array: NDArray[Any]) -> Any:
-    """Numbers in Dr.Jit's own memory: mapped NumPy memory would be another type for a recorded launch."""
+    """Numbers in Dr.Jit's own memory.
+
+    Dr.Jit maps the memory of a NumPy array. A recorded launch takes such an array for another type than one of Dr.Jit;
+    and where one mapped array replaces another, a replay may read the old one, or the freed memory of a third.
+    """
     import drjit as dr
 
     values = kind(array.ravel())
+    if dr.width(values) == 0:
+        return values
     result = dr.empty(kind, dr.width(values))
     dr.scatter(result, values, dr.arange(dr.uint32_array_t(kind), dr.width(values)))
     dr.eval(result)

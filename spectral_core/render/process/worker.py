@@ -17,7 +17,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, BinaryIO
 
-from spectral_core.child import make_way
+from spectral_core.child import lower_priority
 from spectral_core.errors import RenderError, SpectralError
 from spectral_core.render.process.messages import receive, send
 
@@ -25,7 +25,7 @@ from spectral_core.render.process.messages import receive, send
 def main() -> None:
     """Serve render requests until the input closes."""
     faulthandler.enable()
-    make_way()
+    lower_priority()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session handles Ctrl-C
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output of libraries goes to the log, not between the messages

@@ -18,7 +18,7 @@ from spectral_core.render.lens.aperture import lens_point
 from spectral_core.render.lens.camera_rays import camera_frame, rays
 from spectral_core.render.lens.panorama import DrJitMath
 from spectral_core.render.lens.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
-from spectral_core.render.plugins.numbers import channel_mean
+from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.measure.spectral_measure import Drawn, SpectralMeasure
 from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
@@ -64,7 +64,7 @@ class Accumulator:
         self._mi, self._dr = mitsuba, drjit
         self.film, self.frame, self._sees_partly = film, camera_frame(camera, film), camera.panorama is not None
         self.samples = 0
-        self._offsets = mitsuba.Float(filter_offsets(film))
+        self._offsets = table(mitsuba.Float, filter_offsets(film))
         self.plan = wavelengths
         self._measuring = None if wavelengths is None else SpectralMeasure(mitsuba, wavelengths)
         width, height = film.size

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.plugins.numbers import opaque_number
+from spectral_core.render.plugins.numbers import opaque_number, table
 
 
 def _vector(values: NDArray[np.float64]) -> list[Any]:
@@ -56,11 +56,10 @@ class Triangles:
         normals = np.cross(second - first, third - first)
         doubled = np.linalg.norm(normals, axis=1)
         self.total = float(doubled.sum() / 2)
-        self.choice = mi.DiscreteDistribution(mi.Float(doubled.astype(np.float32)))
-        table = lambda rows: mi.Float(np.ascontiguousarray(rows, np.float32).ravel())  # noqa: E731
-        self.corners = [table(corner) for corner in (first, second, third)]
-        self.normals = table(normals / np.maximum(doubled, 1e-300)[:, None])
-        self.uvs = None if uvs is None else [table(uvs[triangles[:, k]]) for k in range(3)]
+        self.choice = mi.DiscreteDistribution(table(mi.Float, doubled))
+        self.corners = [table(mi.Float, corner) for corner in (first, second, third)]
+        self.normals = table(mi.Float, normals / np.maximum(doubled, 1e-300)[:, None])
+        self.uvs = None if uvs is None else [table(mi.Float, uvs[triangles[:, k]]) for k in range(3)]
 
     def sample_direction(self, it: Any, sample: Any, active: Any) -> Any:
         import drjit as dr

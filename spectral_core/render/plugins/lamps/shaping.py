@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plugins.lamps.patterns import lamp_place
-from spectral_core.render.plugins.numbers import opaque_number
+from spectral_core.render.plugins.numbers import opaque_number, table
 from spectral_core.scene import Photometry
 from spectral_core.spectra.luminaire import every_degree
 
@@ -56,9 +56,9 @@ class Luminaire:
         import mitsuba as mi
 
         self.axes = _Axes(own_from_world)
-        table = degrees_of(measured)
-        self.wraps = len(table) > 1
-        self.table = mi.Float(table.astype(np.float32).ravel())
+        strengths = degrees_of(measured)
+        self.wraps = len(strengths) > 1
+        self.table = table(mi.Float, strengths)
 
     def __call__(self, toward_receiver: Any) -> Any:
         import drjit as dr

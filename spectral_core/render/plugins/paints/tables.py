@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.numbers import listed, own_copy
+from spectral_core.render.plugins.numbers import table as device_table
 from spectral_core.render.plugins.placing import cofactors, is_regular
 
 ROW = 33
@@ -54,8 +56,6 @@ class SceneTables:
     """A 0 that kernels read from memory: the index of the first of several targets."""
     meshes: Any = None
     """``MeshTables`` of the scene, for programs that send rays."""
-    replaced: int = 0
-    """Number of images and tables that were replaced by others of the same size."""
     _home: Any = None
     _owners: dict[str, int] = field(default_factory=dict)
     _buffer: Any = None
@@ -98,8 +98,7 @@ class SceneTables:
             table = np.tile(plain, (max(self.rows, default=0) + 1, 1))
             for number, row in self.rows.items():
                 table[number, : row.size] = row
-            # a list, not an array: Dr.Jit would map NumPy's memory, which is another type for a recorded launch
-            self._buffer = self.mi.Float(table.ravel().tolist())
+            self._buffer = listed(self.mi.Float, table)
             self._last = self.dr.opaque(self.mi.UInt32, len(table) - 1)
         return self._buffer
 
@@ -159,8 +158,7 @@ class SceneTables:
         self.camera_from_world, self.window = camera_from_world, window
         there = np.asarray(camera_from_world, dtype=np.float64)
         rows = [there[:3].ravel(), np.linalg.pinv(there)[:3].ravel(), np.array([*window, pixel])]
-        # a list, not an array: Dr.Jit would map NumPy's memory, which is another type for a recorded kernel launch
-        self._camera = self.mi.Float([float(value) for value in np.concatenate(rows)])
+        self._camera = listed(self.mi.Float, np.concatenate(rows))
 
     def camera_matrix(self, inverse: bool) -> list[list[Any]]:
         """Rows (3 of 4 numbers) of camera from world, or of world from camera."""
@@ -194,9 +192,9 @@ class SceneTables:
             full[..., 3] = pixels[..., 3] if channels == 4 else (255 if pixels.dtype == np.uint8 else 1)
             is_bytes = pixels.dtype == np.uint8
             stored = (
-                self.mi.UInt32(full.view(np.uint32).ravel())
+                own_copy(self.mi.UInt32, full.view(np.uint32))
                 if is_bytes
-                else self.mi.Float(full.astype(np.float32).ravel())
+                else own_copy(self.mi.Float, full.astype(np.float32, copy=False))
             )
             self._images[id(pixels)] = (stored, self.number(width), self.number(height), is_bytes)
             self._kept.append(pixels)
@@ -218,7 +216,6 @@ class SceneTables:
             self._kept.append(after)
         else:
             self.content(new)
-            self.replaced += 1
         # the same index in the order by which recorded launches identify their arrays
         entries = [(key, value) for key, value in self._images.items() if key != id(after)]
         entries.insert(place, (id(after), self._images[id(after)]))
@@ -227,7 +224,6 @@ class SceneTables:
     def table(self, table: np.ndarray) -> Any:
         """A ramp or curve on the device."""
         if id(table) not in self._images:
-            values = np.ascontiguousarray(table, dtype=np.float32).ravel()
-            self._images[id(table)] = (self.mi.Float(values), self.number(len(table) - 1))
+            self._images[id(table)] = (device_table(self.mi.Float, table), self.number(len(table) - 1))
             self._kept.append(table)
         return self._images[id(table)]

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.numbers import table
+
 
 @cache
 def _file() -> tuple[np.ndarray, np.ndarray]:
@@ -26,9 +28,9 @@ class Upsampling:
 
     def __init__(self, mi: Any, dr: Any) -> None:
         self.mi, self.dr = mi, dr
-        scale, table = _file()
+        scale, coefficients = _file()
         self.size = len(scale)
-        self.scale, self.table = mi.Float(scale), mi.Float(table)
+        self.scale, self.table = table(mi.Float, scale), table(mi.Float, coefficients)
 
     def __call__(self, rgb: Any, wavelengths: Any) -> Any:
         """Spectrum of a color (three arrays) at ``wavelengths``."""

@@ -66,10 +66,10 @@ class SpectralMeasure:
                 start[slot, cell] = pieces[0, band, cell] / density[cell]
                 end[slot, cell] = pieces[2, band, cell] / density[cell]
                 bulge[slot, cell] = bulges[band, cell] / density[cell]
-        self._band_index = [mi.UInt32(row) for row in index]
-        self._band_start = [mi.Float(row) for row in start]
-        self._band_end = [mi.Float(row) for row in end]
-        self._band_bulge = [mi.Float(row) for row in bulge] if np.any(bulge) else None
+        self._band_index = [table(mi.UInt32, row) for row in index]
+        self._band_start = [table(mi.Float, row) for row in start]
+        self._band_end = [table(mi.Float, row) for row in end]
+        self._band_bulge = [table(mi.Float, row) for row in bulge] if np.any(bulge) else None
 
     def draw(self, sampler: Any) -> tuple[Any, Drawn]:
         """Wavelengths of a path, and where they lie."""
