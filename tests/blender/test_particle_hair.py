@@ -42,7 +42,7 @@ def test_particle_hair_is_as_thick_as_the_scale_of_its_object_makes_it(build, tr
     """The radius is a length in the object's space; strands grow along the normal all the same."""
     from blender_addon.translate.strands import SIDES, WIDER
 
-    thing, settings = with_hair(build, radius_scale=0.2, root_radius=1.0, tip_radius=1.0)
+    thing, _ = with_hair(build, radius_scale=0.2, root_radius=1.0, tip_radius=1.0)
     thing.scale = (0.5, 0.5, 2.0)
     _, (places,) = hair_of(translate())
     ring = places[:SIDES]

@@ -17,7 +17,6 @@ from ..shading.materials import TranslatedMaterial
 from ..visibility import hidden_from
 from . import curves_mesh, particle_mesh, points_mesh
 
-
 FLAT = 1e-30
 """Volume of an object's unit cube below which positions in the object are not defined."""
 
