@@ -23,7 +23,7 @@ SIDES = STRAND_SIDES
 WIDER = np.pi / (SIDES * np.sin(np.pi / SIDES))
 """Radius of a tube's vertices over that of its strand: seen from all sides, its mean width is the strand's."""
 GOLDEN = (5**0.5 - 1) / 2
-"""Part of a side by which a tube is turned against the one before, so that the angles of all strands are spread evenly."""
+"""Part of a side by which a tube is turned against the one before, which spreads the angles of all strands evenly."""
 STRAND_READS = (STRAND_TANGENT, STRAND_RANDOM, STRAND_PLACE, STRAND_AXIS)
 """Attributes of strands that materials read."""
 BETWEEN = 3
