@@ -58,7 +58,8 @@ class InstancePoints:
     def _levels_of(self, instance: Any) -> tuple[list[tuple[Level, int]], bool]:
         """Levels around an instance from the outermost on, and its index in each; False if one was not found."""
         numbers = iter([int(k) for k in reversed(list(instance.persistent_id)) if k != NO_LEVEL])
-        owner, found = instance.parent, []
+        owner: Any = instance.parent
+        found: list[tuple[Level, int]] = []
         key: tuple[int, ...] = (owner.as_pointer(),)
         if owner.type == "EMPTY":
             member = next(numbers, -1)
@@ -110,7 +111,7 @@ def _read(owner: Any) -> Level | None:
         has_parts,
         geometry.instance_references(),
         index_of,
-        _integers(points, ".reference_index", count).tolist(),  # type: ignore[union-attr]
+        _integers(points, ".reference_index", count).tolist(),
     )
 
 
