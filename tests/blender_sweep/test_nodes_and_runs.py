@@ -32,9 +32,7 @@ def node_of(folder: Path, *parameters: Parameter, **entries: Any) -> BlendNode:
     return blend_node({"blend": "scene.blend", **entries}, Space(parameters), folder)
 
 
-def test_the_scene_of_a_point_has_its_value_its_seed_and_the_entries_of_the_document(
-    scene: Any, tmp_path: Path
-) -> None:  # noqa: F811
+def test_the_scene_of_a_point_has_its_value_its_seed_and_the_entries(scene: Any, tmp_path: Path) -> None:  # noqa: F811
     node = node_of(tmp_path, HIGH, samples=7, percentage=50)
     for height, seed in ((2.5, 3), (3.5, 4)):
         film = (made := node.scene({"high": height}, seed)).film
@@ -62,9 +60,7 @@ def test_energies_alone_are_re_lit_and_all_else_is_rendered(scene: Any, tmp_path
     assert any("every point is rendered" in line for line in node_of(tmp_path, WATTS, HIGH).describe())
 
 
-def test_a_picture_is_shown_through_the_view_transform_of_the_file(
-    scene: Any, tmp_path: Path, monkeypatch: Any
-) -> None:  # noqa: F811
+def test_a_picture_is_shown_through_the_files_view_transform(scene: Any, tmp_path: Path, monkeypatch: Any) -> None:  # noqa: F811
     picture = np.full((2, 2, 4), 0.25, np.float32)
     monkeypatch.setattr(sweep_node, "rendered", lambda _: Outcome({}, {"": picture}))
     shown = {}
@@ -78,7 +74,9 @@ def test_a_picture_is_shown_through_the_view_transform_of_the_file(
 def test_each_entry_of_the_document_changes_the_fingerprint_of_the_node(scene: Any, tmp_path: Path) -> None:  # noqa: F811
     nodes = [
         node_of(tmp_path, *parameters, **entries)
-        for parameters, entries in (((HIGH,), {}), ((WATTS,), {}), ((HIGH,), {"samples": 9}), ((HIGH,), {"percentage": 50}))
+        for parameters, entries in (
+            ((HIGH,), {}), ((WATTS,), {}), ((HIGH,), {"samples": 9}), ((HIGH,), {"percentage": 50}),
+        )
     ]  # fmt: skip
     assert len({node.fingerprint for node in nodes}) == len(nodes)
 
