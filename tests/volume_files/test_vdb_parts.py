@@ -160,4 +160,4 @@ def test_a_box_of_voxels_keeps_its_position_in_the_world(monkeypatch: pytest.Mon
     first = np.array([10, 19, 28])  # the active box begins here, wherever the leaf does
     np.testing.assert_array_equal(array[0, 0, 0], leaves[0, 2, 3, 4])
     np.testing.assert_allclose(matrix @ [0, 0, 0, 1], world @ [*first, 1])
-    np.testing.assert_allclose(matrix @ [1, 2, 1, 1], world @ [*(first + [1, 2, 1]), 1])
+    np.testing.assert_allclose(matrix @ [1, 2, 1, 1], world @ [*np.add(first, [1, 2, 1]), 1])
