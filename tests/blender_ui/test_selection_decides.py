@@ -16,6 +16,7 @@ import bpy
 from blender_addon.editing.palette import possible
 from blender_addon.editing.palette.alternatives import _show as show_alternative
 from blender_addon.operators.render import store_plan
+from blender_addon.translate.palette import table
 from blender_addon.translate.palette.from_scene import add_light
 from blender_addon.translate.palette.load import require_storable
 from blender_addon.translate.palette.problem import palette_problem
@@ -227,3 +228,17 @@ def test_a_split_view_takes_two_lights_of_the_palette_or_a_sodium_lamp(blender, 
     sides[0].kind, sides[1].kind = "GROUP", "SCENE"
     blender.ops.spectral.look_split()
     assert [each.kind for each in sides] == ["GROUP", "SCENE"]  # a choice of the artist's is kept
+
+
+def test_the_selection_stays_in_the_table_and_moves_only_if_it_must(palette: Any) -> None:
+    palette.active_row, palette.active_column = 1, 0
+    table.remove_material(palette, 2)
+    assert (palette.active_row, palette.active_column) == (1, 0)
+    table.remove_material(palette, 0)
+    assert (palette.active_row, palette.active_column) == (0, 0)
+    palette.active_column = 1
+    table.remove_material(palette, 0)
+    assert (palette.active_row, palette.active_column) == (0, 1)
+    assert table.active_cell(palette) is None
+    table.remove_light(palette, 0)
+    assert palette.active_column == 0
