@@ -154,8 +154,7 @@ def plan_wavelengths(
     # A response over a cell of zero density would be lost: every measured cell keeps some density.
     measured = np.any(pieces != 0, axis=(0, 1))
     probability = in_slots(share, measured)
-    known = (*reflectances, *colors)
-    sets = wavelength_sets(edges, probability, pieces, counted, known) if has_sets else None
+    sets = wavelength_sets(edges, probability, pieces, counted, reflectances, colors) if has_sets else None
     return WavelengthPlan(edges, probability, responses, pieces, 1 if disperses else 4, sets)
 
 

@@ -18,35 +18,45 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.trace.measure.least_variance import least_variance
 from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
 
 TEETH = 4
-STEPS = 32
+STEPS = 64
 """Intervals of equal probability in the range of one tooth."""
 SHIFTS = 16
 """Different shifts of the teeth against each other."""
 _BINS = TEETH * STEPS
-_FARTHEST = 6
-"""Farthest shift of a tooth, in steps."""
+_FARTHEST = 24
+"""Farthest shift of a tooth, in steps. The more different the sets are, the more of them tell narrow peaks of the
+scene's reflectances apart.
+"""
 _POINTS = 8
 """Wavelengths within a bin at which lights and responses are averaged."""
-_GRAY, _SMOOTH, _BUMPY = 3.0, 1.0, 0.05
+_GRAY, _SMOOTH, _BUMPY = 20.0, 1.0, 0.05
 """Expected variances of the parts of a reflectance: equal at all wavelengths, smooth, and with bumps."""
-_UNKNOWN = 2e-4
+_UNKNOWN = 1e-4
 """Variance of light of unknown spectrum, of equal energy and unrelated from one bin to the next, over that of the
 scene's. It bounds the weights, above all in bins in which the scene's lights have little power.
 """
-_KNOWN = 8.0
-"""Second moment of the reflectances of the scene, beside these variances."""
+_COLORS = 30.0
+"""Second moment of the smooth reflectances of the scene's colors, beside these variances."""
+_KNOWN, _KNOWN_TWICE = 1000.0, 30.0
+"""Second moments of the reflectances that are given as spectra, and of the products of two: light that one surface, or
+one after another, have reflected. They are known exactly, while a color may be anything that its texture holds.
+"""
+_MOST_IN_PRODUCTS = 16
+"""Most reflectances whose products are counted."""
 _SMOOTH_NM, _BUMPY_NM = 100.0, 10.0
 """Lengths over which the smooth part and the bumps change."""
-_SINGLE = 1.0
+_SINGLE = 5.0
 """Share of the variance of one sample in what the weights minimize, against that of ``STEPS`` samples times their
 number: the relative variance of a path's brightness.
 """
@@ -69,6 +79,7 @@ def wavelength_sets(
     pieces: Array,
     lights: Sequence[tuple[Spectrum, float]],
     reflectances: Sequence[Spectrum] = (),
+    colors: Sequence[Spectrum] = (),
 ) -> WavelengthSets:
     """Give the sets of a density of wavelengths (cells between ``edges_nm``); ``pieces``: the responses, x̄ ȳ z̄ first.
 
@@ -81,7 +92,7 @@ def wavelength_sets(
     start, _, end = pieces[:, :3]
     response = start[:, cell] * (1 - along) + end[:, cell] * along
     shapes = _shapes(lights, at, probability[cell] / widths[cell])
-    prior = _prior(at.mean(axis=1), reflectances)
+    prior = _prior(at.mean(axis=1), reflectances, colors)
     covariance, expected = np.zeros((_BINS, _BINS)), np.zeros((3, _BINS))
     for shape, share in shapes:
         mean = shape.mean(axis=1)
@@ -91,11 +102,9 @@ def wavelength_sets(
     even = (widths[cell] / probability[cell]).mean(axis=1)
     total = max(float(np.trace(covariance)), 1e-30)
     covariance[np.diag_indices(_BINS)] += _UNKNOWN * total / _BINS * (even / even.mean()) ** 2
-    mean_response = response.mean(axis=2)
-    weights = _least_variance(covariance, expected, mean_response)
-    plain = mean_response[:, _members()] / TEETH
-    corrections = np.moveaxis(weights - plain, 0, -1).reshape(SHIFTS, STEPS, TEETH, 3)
-    return WavelengthSets(_shifts(), corrections)
+    sets, plain = _sets(), response.mean(axis=2) / TEETH
+    weights = least_variance(covariance, expected, plain, sets, _SINGLE)
+    return WavelengthSets(_shifts(), np.moveaxis(weights - plain[:, sets], 0, -1))
 
 
 def _places(probability: Array) -> tuple[NDArray[np.int64], Array]:
@@ -118,7 +127,7 @@ def _shapes(lights: Sequence[tuple[Spectrum, float]], at: Array, density: Array)
     return [(shape, count / total) for shape, count in found] or [(1.0 / density / (1.0 / density).mean(), 1.0)]
 
 
-def _prior(nm: Array, reflectances: Sequence[Spectrum]) -> Array:
+def _prior(nm: Array, reflectances: Sequence[Spectrum], colors: Sequence[Spectrum]) -> Array:
     """Second moments of the reflectances at wavelengths (nm)."""
     apart = np.abs(nm[:, None] - nm)
 
@@ -127,10 +136,16 @@ def _prior(nm: Array, reflectances: Sequence[Spectrum]) -> Array:
         return result
 
     moments = _GRAY + _SMOOTH * correlation(_SMOOTH_NM) + _BUMPY * correlation(_BUMPY_NM)
-    known = [
-        values / size for values in (each.at(nm) for each in reflectances) if (size := np.sqrt(np.mean(values**2)))
-    ]
-    return moments + (_KNOWN * np.array(known).T @ np.array(known) / len(known) if known else 0.0)
+    known = [each.at(nm) for each in reflectances]
+    twice = [one * two for one, two in combinations_with_replacement(known[:_MOST_IN_PRODUCTS], 2)]
+    smooth = _COLORS * _mean_product([each.at(nm) for each in colors])
+    return moments + smooth + _KNOWN * _mean_product(known) + _KNOWN_TWICE * _mean_product(twice)
+
+
+def _mean_product(rows: Sequence[Array]) -> Array | float:
+    """Mean outer product of rows with itself, each row scaled to mean square 1."""
+    unit = np.array([row / size for row in rows if (size := np.sqrt(np.mean(row**2)))])
+    return np.asarray(unit.T @ unit / len(unit)) if len(unit) else 0.0
 
 
 @cache
@@ -150,31 +165,7 @@ def _shifts() -> NDArray[np.int64]:
 
 
 @cache
-def _members() -> NDArray[np.int64]:
-    """(SHIFTS, bins) the bins of the sets of each shift, four by four: a comb at every position. Each occurs once."""
+def _sets() -> NDArray[np.int64]:
+    """(SHIFTS, STEPS, TEETH) the bins of each set: a comb at every position. In a shift each bin occurs once."""
     moved = (np.arange(STEPS)[None, :, None] + _shifts()[:, None]) % STEPS
-    return (moved + STEPS * np.arange(TEETH)).reshape(SHIFTS, _BINS)
-
-
-def _least_variance(covariance: Array, expected: Array, response: Array) -> Array:
-    """Weights (3, SHIFTS, bins) of least expected variance whose mean over the shifts is a quarter of the response.
-
-    ``expected``: covariance of the wanted integrals and the radiance of a bin, (3, bins).
-    """
-    number = np.arange(_BINS) // TEETH
-    in_one_set = number[:, None] == number
-    normal, sums = np.zeros((_BINS, _BINS)), np.zeros((3, _BINS))
-    inverses, free = [], []
-    for members in _members():
-        between = covariance[members[:, None], members]
-        # Variance of one sample and of the mean of all positions: quadratic forms of the weights of this shift.
-        inverse = np.linalg.inv((_SINGLE * np.where(in_one_set, between, 0.0) + between) / STEPS)
-        wanted = (_SINGLE / STEPS + 1.0) * expected[:, members] @ inverse
-        normal[members[:, None], members] += inverse
-        sums[:, members] += wanted
-        inverses.append(inverse)
-        free.append(wanted)
-    # Lagrange's multipliers of the constraints, one per bin and response
-    multipliers = np.linalg.solve(normal, (SHIFTS * response / TEETH - sums).T).T
-    rows = zip(free, inverses, _members(), strict=True)
-    return np.stack([wanted + multipliers[:, members] @ inverse for wanted, inverse, members in rows], axis=1)
+    return np.asarray(moved + STEPS * np.arange(TEETH))

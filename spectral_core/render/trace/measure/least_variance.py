@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Weights of least variance for sets of wavelengths, under the condition that their means are given."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_MOST_COLUMNS = 64
+_MISSING = 1e-6
+"""Part of the trace that the low-rank part of a covariance may miss. The rest counts as unrelated between bins."""
+
+
+def least_variance(
+    covariance: Array, expected: Array, means: Array, sets: NDArray[np.int64], single: float
+) -> NDArray[np.float64]:
+    """Weights (n_responses, shifts, steps, teeth) of least expected variance with the given mean in each bin.
+
+    The variance is that of one sample, times ``single``, plus that of the mean over the steps of a shift, times their
+    number.
+
+    Parameters
+    ----------
+    covariance: (bins, bins), expected second moments of the radiance in bins.
+    expected: (n_responses, bins), expected products of the wanted integrals and the radiance.
+    means: (n_responses, bins), the mean of the weights of each bin over the shifts.
+    sets: (shifts, steps, teeth), bins of each set; each bin occurs once in every shift.
+    single: 0 or more.
+    """
+    shifts, steps, teeth = sets.shape
+    members = sets.reshape(shifts, -1)
+    root = low_rank_root(covariance)
+    rest = np.maximum(np.diag(covariance) - np.square(root).sum(axis=1), 1e-12 * np.trace(covariance) / len(covariance))
+    # The variance is a quadratic form of the weights of a shift: blocks, one per set, plus a matrix of low rank, whose
+    # inverse is that of the blocks minus another of low rank (Woodbury).
+    blocks = single * covariance[sets[..., :, None], sets[..., None, :]]
+    blocks[..., np.arange(teeth), np.arange(teeth)] += rest[sets]
+    inverses = steps * np.linalg.inv(blocks)
+
+    def by_blocks(columns: Array) -> Array:
+        return np.asarray((inverses @ columns.reshape(shifts, steps, teeth, -1)).reshape(shifts, members.shape[1], -1))
+
+    low = root[members]
+    across = by_blocks(low)
+    inner = np.eye(root.shape[1]) + np.swapaxes(low, 1, 2) @ across / steps
+    across = across @ np.swapaxes(np.linalg.inv(np.linalg.cholesky(inner)), 1, 2) / np.sqrt(steps)
+
+    def solved(columns: Array) -> Array:
+        return by_blocks(columns) - across @ (np.swapaxes(across, 1, 2) @ columns)
+
+    free = (single / steps + 1.0) * solved(np.moveaxis(expected[:, members], 0, -1))
+    # Lagrange's multipliers of the condition, one per bin and response
+    normal, scattered = np.zeros_like(covariance), np.empty((shifts, len(covariance), across.shape[2]))
+    np.add.at(normal, (sets[..., :, None], sets[..., None, :]), inverses)
+    sums, numbers = np.zeros((len(covariance), len(expected))), np.arange(shifts)[:, None]
+    np.add.at(sums, members, free)
+    scattered[numbers, members] = across
+    columns = np.moveaxis(scattered, 0, 1).reshape(len(covariance), -1)
+    multipliers = np.linalg.solve(normal - columns @ columns.T, shifts * means.T - sums)
+    weights = free + solved(multipliers[members])
+    return np.moveaxis(weights, -1, 0).reshape(len(expected), shifts, steps, teeth)
+
+
+def low_rank_root(covariance: Array) -> Array:
+    """Columns (bins, n) whose outer products add up to most of ``covariance``: Cholesky's, largest pivots first."""
+    left = np.diag(covariance).copy()
+    total, columns = float(left.sum()), np.zeros((_MOST_COLUMNS, left.size))
+    for number in range(_MOST_COLUMNS):
+        pivot = int(left.argmax())
+        if left.sum() <= _MISSING * total:
+            return columns[:number].T
+        column = covariance[pivot] - columns[:number, pivot] @ columns[:number]
+        columns[number] = column / np.sqrt(left[pivot])
+        left = np.maximum(left - columns[number] ** 2, 0.0)
+    return columns.T
