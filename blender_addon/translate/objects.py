@@ -154,7 +154,7 @@ def _walked(found: Collected, shows: Callable[[Any], bool], begun: Begun | None 
 def _visit(found: Collected, instance: Any, shows: Callable[[Any], bool], culling: Culling) -> None:
     """One instance of the depsgraph."""
     obj = instance.object
-    is_shown = instance.show_self or (instance.is_instance and instance.show_particles)
+    is_shown = instance.show_self
     has_hair = obj.type == "MESH" and instance.show_particles and len(obj.particle_systems) > 0
     if not (shows(instance) and (is_shown or has_hair)) or culling.leaves_out(obj, instance.matrix_world):
         return

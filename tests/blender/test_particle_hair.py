@@ -60,7 +60,9 @@ def test_instances_of_an_object_have_its_particle_hair(build, translate):
         empty = bpy.data.objects.new("Empty", None)
         bpy.context.scene.collection.objects.link(empty)
         empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", group, (x, 0, 0)
-    found, places = hair_of(translate())
+    scene = translate()
+    found, places = hair_of(scene)
+    assert len(scene.instances) == len(found)
     assert [round(float(place[:, 0].mean())) for place in places] == [5, 9] and found[0].mesh == found[1].mesh
 
 
