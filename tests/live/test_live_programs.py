@@ -14,7 +14,7 @@ from spectral_core.render.live.passes import Launcher
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
-from spectral_core.render.plugins.numbers import CACHE_LINE
+from spectral_core.render.plugins.numbers import CACHE_LINE, table
 from spectral_core.scene import (
     Computed,
     Diffuse,
@@ -198,3 +198,15 @@ def test_edits_of_a_material_with_a_spectrum_are_visible(scene: Scene) -> None:
         shown, true = (_pictured(each, seen, 48).mean(axis=(0, 1)) for each in (stage, Stage()))
         np.testing.assert_allclose(shown, true, rtol=0.02)
     assert stage.loads == 1
+
+
+def test_a_table_can_be_made_while_a_loop_is_recorded() -> None:
+    """A view of a scene whose contents were exchanged makes some at their first use, within the loop over a path."""
+    import drjit as dr
+    import mitsuba as mi
+
+    def step(count: mi.UInt32, total: mi.Float) -> tuple[mi.UInt32, mi.Float]:
+        return count + 1, total + dr.gather(mi.Float, table(mi.Float, np.arange(8.0)), count)
+
+    count, total = dr.while_loop((dr.opaque(mi.UInt32, 0), mi.Float(0.0)), lambda count, _: count < 8, step)
+    assert (count[0], total[0]) == (8, 28.0)

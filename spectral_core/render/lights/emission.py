@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.lights.listing import LightList, Source
-from spectral_core.render.plugins.numbers import listed, table
+from spectral_core.render.plugins.numbers import table
 from spectral_core.scene.fluorescent import EXCITED_NM
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -32,7 +32,7 @@ class Emission:
     def _gains(self) -> Any:
         """1 for sources that are on, 0 for others."""
         if self._read != self._lights.changes:
-            self._read, self._switched = self._lights.changes, listed(self._mi.Float, self._lights.gains)
+            self._read, self._switched = self._lights.changes, table(self._mi.Float, self._lights.gains)
         return self._switched
 
     def _load_spectra(self, sources: list[Source], texture_of: Any) -> None:

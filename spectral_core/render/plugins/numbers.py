@@ -75,11 +75,6 @@ def channel_mean(dr: Any, value: Any) -> Any:
     return dr.sum(value) * (1.0 / len(value))
 
 
-def listed(kind: Any, values: NDArray[Any] | list[Any]) -> Any:
-    """A short ``table`` that may be made while Dr.Jit records a loop, where nothing can be scattered."""
-    return kind(values if isinstance(values, list) else values.ravel().tolist())
-
-
 def own_copy(kind: Any, array: NDArray[Any]) -> Any:
     """Numbers in Dr.Jit's own memory.
 
@@ -91,6 +86,8 @@ def own_copy(kind: Any, array: NDArray[Any]) -> Any:
     values = kind(array.ravel())
     if dr.width(values) == 0:
         return values
+    if dr.flag(dr.JitFlag.SymbolicScope):  # within a loop that is recorded nothing can be scattered
+        return kind(array.ravel().tolist())
     result = dr.empty(kind, dr.width(values))
     dr.scatter(result, values, dr.arange(dr.uint32_array_t(kind), dr.width(values)))
     dr.eval(result)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.plugins.numbers import listed, own_copy
+from spectral_core.render.plugins.numbers import own_copy
 from spectral_core.render.plugins.numbers import table as device_table
 from spectral_core.render.plugins.placing import cofactors, is_regular
 
@@ -98,7 +98,7 @@ class SceneTables:
             table = np.tile(plain, (max(self.rows, default=0) + 1, 1))
             for number, row in self.rows.items():
                 table[number, : row.size] = row
-            self._buffer = listed(self.mi.Float, table)
+            self._buffer = device_table(self.mi.Float, table)
             self._last = self.dr.opaque(self.mi.UInt32, len(table) - 1)
         return self._buffer
 
@@ -158,7 +158,7 @@ class SceneTables:
         self.camera_from_world, self.window = camera_from_world, window
         there = np.asarray(camera_from_world, dtype=np.float64)
         rows = [there[:3].ravel(), np.linalg.pinv(there)[:3].ravel(), np.array([*window, pixel])]
-        self._camera = listed(self.mi.Float, np.concatenate(rows))
+        self._camera = device_table(self.mi.Float, np.concatenate(rows))
 
     def camera_matrix(self, inverse: bool) -> list[list[Any]]:
         """Rows (3 of 4 numbers) of camera from world, or of world from camera."""

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.render.plugins.numbers import listed
+from spectral_core.render.plugins.numbers import table
 from spectral_core.render.plugins.paints.interpreter import Interpreter
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.surfaces.kinds import Buffers, ClosureKind
@@ -192,7 +192,7 @@ class SurfaceTables:
         if self._written.get(name) == values:
             return
         is_real = name in ("numbers", "program_numbers", "albedos", "leaf_constant")
-        made = listed(self.mi.Float, values or [0.0]) if is_real else listed(self.mi.UInt32, values or [0])
+        made = table(self.mi.Float, values or [0.0]) if is_real else table(self.mi.UInt32, values or [0])
         setattr(owner, name, made)
         self._written[name] = list(values)
 
