@@ -116,8 +116,10 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
         translation.note(obj.name, "it has no UV map for the images on it; they show their corner pixel")
     undeformed = getattr(obj.original, "data", None)
     count = len(getattr(undeformed, "vertices", ())) if obj.original.type == "MESH" else len(obj.data.vertices)
-    if "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
-        translation.note(obj.name, "its generated coordinates are those of the mesh after its modifiers")
+    in_view = translation.depsgraph.mode == "VIEWPORT"
+    if in_view and "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
+        message = "its generated coordinates are those of the mesh after its modifiers; renders have those before them"
+        translation.note(obj.name, message)
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
         missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups

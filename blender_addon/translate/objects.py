@@ -21,6 +21,7 @@ from .lighting.placed import place_light, relit
 from .meshes.placed import Shared, place_mesh
 from .placed_media import grids_read, in_volume
 from .shading.attributes import random_of
+from .shading.carried.instances import InstancePoints
 from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Begun, Kept, Unfinished, kept_or_made
@@ -45,8 +46,8 @@ class Collected:
     lights: list[Light] = field(default_factory=list)
     volumes: list[VolumeObject] = field(default_factory=list)
     linking: Linking = field(default_factory=Linking)
-    points: dict[int, Any] = field(default_factory=dict)
-    """The instances of each instancer as points, by its address."""
+    points: InstancePoints = field(default_factory=InstancePoints)
+    """The instances of each instancer as points."""
     originals: list[Any] = field(default_factory=list)
     """The original object of each instance."""
     kept: Kept | None = None
@@ -146,8 +147,6 @@ def _walked(found: Collected, shows: Callable[[Any], bool], begun: Begun | None 
             kept.passed()
         found.settle_names()
     found.instances = [_linked(found, item, obj) for item, obj in zip(found.instances, found.originals, strict=True)]
-    for obj in translation.depsgraph.objects:
-        place_hair(found, obj, lambda item: [_translated(found, m) for m in _materials(item)], shows is everything)
     found.settled = tuple(found.instances)
     return found
 
@@ -155,13 +154,17 @@ def _walked(found: Collected, shows: Callable[[Any], bool], begun: Begun | None 
 def _visit(found: Collected, instance: Any, shows: Callable[[Any], bool], culling: Culling) -> None:
     """One instance of the depsgraph."""
     obj = instance.object
-    is_shown = instance.show_self or (instance.is_instance and instance.show_particles)
-    if not (shows(instance) and is_shown) or culling.leaves_out(obj, instance.matrix_world):
+    is_shown = instance.show_self
+    has_hair = obj.type == "MESH" and instance.show_particles and len(obj.particle_systems) > 0
+    if not (shows(instance) and (is_shown or has_hair)) or culling.leaves_out(obj, instance.matrix_world):
         return
     if found.kept is not None:
         found.trace.see(instance)
     try:
-        _collect_one(found, obj, instance)
+        if is_shown:
+            _collect_one(found, obj, instance)
+        if has_hair:
+            place_hair(found, instance, partial(_all_translated, found))
     except InvalidInputError as error:
         found.translation.note(obj.name, f"{error}; the object was left out")
 
@@ -193,12 +196,10 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
         place_light(found, obj, instance)
     elif obj.type == "MESH":
         if translation.depsgraph.view_layer_eval.use_solid:
-            override = overridden(translation.depsgraph, "material_override")
-            place_mesh(found, obj, instance, lambda item: [_translated(found, override or m) for m in _materials(item)])
+            place_mesh(found, obj, instance, partial(_all_translated, found))
     elif obj.type in ("CURVES", "POINTCLOUD"):
         if translation.depsgraph.view_layer_eval.use_strand or obj.type == "POINTCLOUD":
-            materials = [_translated(found, material) for material in _materials(obj)]
-            place_strands(found, obj, instance, materials, random_of(obj, instance))
+            place_strands(found, obj, instance, _all_translated(found, obj), random_of(obj, instance))
     elif obj.type == "VOLUME":
         if translation.depsgraph.view_layer_eval.use_volumes:
             _collect_volume(found, obj, instance)
@@ -221,6 +222,12 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     if placed is not None:
         hidden = hidden_from(obj)
         found.enter(replace(placed, hidden_from=hidden) if hidden else placed, obj.original)
+
+
+def _all_translated(found: Collected, obj: Any) -> list[TranslatedMaterial]:
+    """The materials of an object, or the one that the view layer gives to all."""
+    override = overridden(found.translation.depsgraph, "material_override")
+    return [_translated(found, override or material) for material in _materials(obj)]
 
 
 def _materials(obj: Any) -> list[Any]:

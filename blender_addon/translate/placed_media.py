@@ -151,7 +151,7 @@ def _placed(
     matrix = np.array(instance.matrix_world, dtype=np.float64)
     translation = found.translation
     reads = frozenset(name for name in inputs if name.startswith(PREFIX))
-    facts = dict(object_attributes(obj, instance, reads, translation.scene.frame_current_final, found.points))
+    facts = dict(object_attributes(obj, instance, reads, found))
     facts |= object_info(obj, instance)
     if any(name.startswith("ray:") for name in inputs):
         translation.note(obj.name, "its volume depends on the type of ray; all rays see what the camera sees")

@@ -16,6 +16,9 @@ from spectral_core.palette.given import CellIndex, cell_index_of, number_of, seq
 
 Array = NDArray[np.float64]
 
+LARGEST = 1e30
+"""Largest weight, color and power: the squares of their products fit into double precision."""
+
 
 class CellMode(StrEnum):
     """Types of requests."""
@@ -51,7 +54,9 @@ class Cell:
                 f"a cell of mode {self.mode} with target {self.target}; 'fixed' and only it has one"
             )
         if self.target is not None:
-            object.__setattr__(self, "target", frozen_array("the target color of a cell", self.target, (3,)))
+            target = frozen_array("the target color of a cell", self.target, (3,))
+            require_size("the target color of a cell", target)
+            object.__setattr__(self, "target", target)
         needs_others = self.mode in (CellMode.SAME, CellMode.CONSTANT, CellMode.DISTINCT)
         if bool(self.others) != needs_others or (self.mode is CellMode.SAME and len(self.others) != 1):
             raise InvalidInputError(
@@ -60,7 +65,7 @@ class Cell:
             )
         if self.box is not None:
             self._freeze_box(*self.box)
-        require_range("the weight of a cell", self.weight, 0.0, 1e30)
+        require_range("the weight of a cell", self.weight, 0.0, LARGEST)
 
     def _check_kinds(self) -> None:
         """Raise InvalidInputError for a wrong mode, number or reference, before anything is computed."""
@@ -133,6 +138,11 @@ def _box(box: tuple[ArrayLike, ArrayLike] | None) -> tuple[Array, Array] | None:
     return _raw(ends[0]), _raw(ends[1])
 
 
+def require_size(name: str, values: Array) -> None:
+    """Raise InvalidInputError for numbers whose weighted squares exceed double precision."""
+    require_range(f"the largest number of {name}", float(np.abs(values).max(initial=0.0)), 0.0, LARGEST)
+
+
 def _raw(values: ArrayLike) -> Array:
     """Numbers as given; ``Cell`` checks and freezes them."""
     return values  # type: ignore[return-value]
@@ -147,5 +157,6 @@ def _box_end(name: str, values: ArrayLike) -> Array:
     if end.shape != (3,):
         raise InvalidInputError(f"{name} has shape {end.shape}; expected 3")
     require_finite(name, np.where(np.isinf(end), 0.0, end))
+    require_size(name, np.where(np.isinf(end), 0.0, end))
     end.setflags(write=False)
     return end

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_range, require_text
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.palette.cell import Cell, CellMode
+from spectral_core.palette.cell import LARGEST, Cell, CellMode, require_size
 from spectral_core.palette.given import CellIndex, number_of, require_kind, sequence_of
 from spectral_core.spectra.observer import OBSERVER_NAMES, STANDARD
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
@@ -45,6 +45,8 @@ class PaletteLight:
         for name in ("primaries", "variants"):
             object.__setattr__(self, name, sequence_of(f"{name} of light {self.name!r}", getattr(self, name)))
             require_kind(f"{name} of light {self.name!r}", getattr(self, name), Illuminant, "an Illuminant")
+        for each in (self.spectrum, *self.primaries, *self.variants):
+            require_size(f"light {each.name!r}", each.values)
         requests = {
             "primaries": bool(self.primaries),
             "white_xyz": self.white_xyz is not None,
@@ -100,7 +102,7 @@ class SubspaceCriterion:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "basis", frozen_array("the subspace basis", self.basis, (None, None)))
-        require_range("the weight of the subspace criterion", self.weight, 0.0, 1e30)
+        require_range("the weight of the subspace criterion", self.weight, 0.0, LARGEST)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,8 +190,8 @@ class PaletteProblem:
             object.__setattr__(self, name, number_of(name, getattr(self, name)))
         if not isinstance(self.rounds, int | np.integer):
             raise InvalidInputError(f"rounds is {self.rounds!r}; expected a whole number")
-        require_range("smoothness", self.smoothness, 0.0, 1e30)
-        require_range("robust_weight", self.robust_weight, 0.0, 1e30)
+        require_range("smoothness", self.smoothness, 0.0, LARGEST)
+        require_range("robust_weight", self.robust_weight, 0.0, LARGEST)
         require_range("rounds", self.rounds, 1, 100_000)
         for name, choices in (
             ("smoothness_operator", ("mended", "thesis")),

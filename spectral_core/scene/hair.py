@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from spectral_core.scene.paint import Numbers, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed
 
-STRAND_SIDES = 6
-"""Sides of the tubes that strands are made of, with normals that point away from the strand's axis."""
+STRAND_SIDES = 7
+"""Sides of the tubes that strands are made of, with normals that point away from the strand's axis. An odd number: seen
+from any direction, the width of seven sides differs by at most 1.7 % from its mean, that of six by 9 %.
+"""
 STRAND_TANGENT = "attribute_strand_tangent"
 """Attribute of strands: their direction, in object space."""
 STRAND_RANDOM = "attribute_strand_random"

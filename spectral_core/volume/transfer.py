@@ -16,8 +16,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
+
+LARGEST = 1e30
+"""Largest extinction, emission, weight and color: its product with a step fits into single precision."""
 
 Array = NDArray[np.float64]
 
@@ -52,6 +55,8 @@ class Material:
             key: _not_negative(f"{key} {where}", curve, len(values)) for key, curve in given.items()
         }
         checked["color"] = frozen_array(f"color {where}", self.color, (None,))
+        brightest = float(np.abs(checked["color"]).max(initial=0.0))
+        require_range(f"the largest number of color {where}", brightest, 0.0, LARGEST)
         if (self.gradient_values is None) != (self.gradient_weights is None):
             raise InvalidInputError(f"gradient_values and gradient_weights {where} go together; one is missing")
         if self.gradient_values is not None and self.gradient_weights is not None:
@@ -174,4 +179,5 @@ def _not_negative(name: str, curve: Sequence[float] | Array, length: int) -> Arr
     checked = frozen_array(name, curve, (length,))
     if np.any(checked < 0):
         raise InvalidInputError(f"{name} has the negative entry {checked.min()}; expected none below zero")
+    require_range(f"the largest number of {name}", float(checked.max(initial=0.0)), 0.0, LARGEST)
     return checked

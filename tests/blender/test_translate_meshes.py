@@ -203,6 +203,46 @@ def test_the_uv_map_of_the_material_is_used(build, translate):
     assert [(note.subject, "'Second'" in note.message) for note in scene.notes] == [("No UVs", True)]
 
 
+def test_generated_coordinates_of_renders_are_those_before_all_modifiers(build):
+    """Modifiers that add vertices, and shape keys: Blender carries the positions before them along for renders."""
+    from blender_addon.translate.scene import translate_scene
+
+    found = []
+
+    class Engine(bpy.types.RenderEngine):
+        bl_idname, bl_label = "TRANSLATES", "Translates"
+
+        def render(self, depsgraph):
+            found.append(translate_scene(depsgraph))
+
+    material = build.material()
+    tree = material.node_tree
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(coordinates.outputs["Generated"], tree.nodes["shader"].inputs["Color"])
+    thing = build.plane(material=material)
+    thing.shape_key_add(name="Basis")
+    for point in thing.shape_key_add(name="Large").data:
+        point.co *= 3.0
+    thing.data.shape_keys.key_blocks["Large"].value = 1.0
+    subdivision = thing.modifiers.new("Subdivision", "SUBSURF")
+    subdivision.subdivision_type, subdivision.render_levels = "SIMPLE", 1
+    data = bpy.data.cameras.new("Camera")
+    bpy.context.scene.camera = bpy.data.objects.new("Camera", data)
+    bpy.context.scene.collection.objects.link(bpy.context.scene.camera)
+    bpy.utils.register_class(Engine)
+    try:
+        bpy.context.scene.render.engine = "TRANSLATES"
+        bpy.ops.render.render()
+    finally:
+        bpy.context.scene.render.engine = "SPECTRAL"
+        bpy.utils.unregister_class(Engine)
+    (scene,) = found
+    (mesh,) = scene.meshes
+    (values,) = [each.values for each in mesh.attributes if each.name == "generated"]
+    assert not scene.notes and np.abs(mesh.positions[:, :2]).max() == pytest.approx(3.0)
+    assert values[:, :2] == pytest.approx(mesh.positions[:, :2] / 6.0 + 0.5, abs=1e-6)
+
+
 def test_generated_coordinates_use_the_texture_space_before_modifiers(build, translate):
     material = build.material()
     tree = material.node_tree

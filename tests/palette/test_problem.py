@@ -15,6 +15,7 @@ from spectral_core.palette.cell import CellMode
 from spectral_core.palette.presets import PRESETS, design_grid, split_light
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 D65 = normalized(illuminant("D65"))
 GREY = (0.2, 0.2, 0.2)
@@ -107,3 +108,21 @@ def test_only_cells_with_references_accept_others(mode):
         with pytest.raises(InvalidInputError, match=f"refers to {len(others)} other cells"):
             Cell(mode, target=target, others=others, box=box)
     Cell(mode, target=target, others=((0, 0),) if refers else (), box=box)
+
+
+@pytest.mark.parametrize("size", [1e31, 1e300])
+def test_numbers_whose_squares_overflow_are_refused(size: float) -> None:
+    """A target of 1e300 was called solved."""
+    grid = SpectralGrid.uniform(400, 700, 100)
+    bright = Illuminant("sun", grid, np.full(grid.size, size))
+    with pytest.raises(InvalidInputError, match=r"the target color of a cell is .*expected a value from 0.0 to 1e\+30"):
+        Cell.fixed((0.2, -size, 0.2))
+    with pytest.raises(InvalidInputError, match=r"box's greatest color is .*expected a value from 0.0 to 1e\+30"):
+        Cell.free(((0, 0, 0), (1, size, np.inf)))
+    with pytest.raises(InvalidInputError, match="the largest number of light 'sun' is"):
+        PaletteLight(bright)
+    plain = Illuminant("plain", grid, np.ones(grid.size))
+    with pytest.raises(InvalidInputError, match="the largest number of light 'sun' is"):
+        PaletteLight(plain, variants=(bright,))
+    with pytest.raises(InvalidInputError, match="the largest number of light 'sun' is"):
+        PaletteLight(plain, free=True, primaries=(plain, bright))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import FileFormatError
+from spectral_core.volume.files import openvdb_format
 from spectral_core.volume.files.read import read_volume
 from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
 from spectral_core.volume.files.vdb.read import descriptors, read_grid, transform_of
@@ -144,3 +145,19 @@ def test_entries_of_the_root_begin_at_multiples_of_their_size(tmp_path: Path, ki
     for read in (sound_metadata, read_grid, lambda file, _: read_volume(file)):
         with pytest.raises(FileFormatError, match="multiples of 4096"):
             read(path, "density")
+
+
+def test_a_box_of_voxels_keeps_its_position_in_the_world(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The first voxel that is read has the index 0 from then on."""
+    leaves = np.random.default_rng(2).normal(size=(1, 8, 8, 8)).astype(np.float32)
+    masks = np.zeros(leaves.shape, bool)
+    masks[0, 2:5, 3:6, 4:] = True
+    world = np.array([[2.0, 0, 0, 10], [0, 3, 0, 20], [0.5, 0, 4, 30], [0, 0, 0, 1]])
+    tiles = Tiles(np.empty((0, 3), np.int64), np.empty(0, np.int64), np.empty(0, np.float32), np.empty(0, bool))
+    held = PlainGrid("g", {}, world, np.float32(0), leaves, np.array([[8, 16, 24]]), masks, tiles)
+    monkeypatch.setattr(openvdb_format, "read_grid", lambda path, name: held)
+    array, _, matrix = openvdb_format._read_plainly(tmp_path, "g")
+    first = np.array([10, 19, 28])  # the active box begins here, wherever the leaf does
+    np.testing.assert_array_equal(array[0, 0, 0], leaves[0, 2, 3, 4])
+    np.testing.assert_allclose(matrix @ [0, 0, 0, 1], world @ [*first, 1])
+    np.testing.assert_allclose(matrix @ [1, 2, 1, 1], world @ [*np.add(first, [1, 2, 1]), 1])

@@ -66,9 +66,7 @@ def place_mesh(found: Collected, obj: Any, instance: Any, materials_of: Material
         "name": name,
         "mesh": mesh.name,
         "color": tuple(color_of(obj, instance)),
-        "attributes": object_attributes(
-            obj, instance, reads, found.translation.scene.frame_current_final, found.points
-        ),
+        "attributes": object_attributes(obj, instance, reads, found),
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.trace.places[original.session_uid] = len(found.instances)

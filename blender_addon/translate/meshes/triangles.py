@@ -249,9 +249,14 @@ def _told_apart(values: Array, corners: Array) -> Array:
 
 
 def _generated(source: Any, positions: Array, undeformed: Any) -> Array:
-    """Position (v, 3) of each vertex in the texture space, before modifiers if they kept the vertices."""
-    base = source
-    if undeformed is not None and len(undeformed.vertices) == len(positions):
+    """Position (v, 3) of each vertex in the texture space, before modifiers.
+
+    Blender keeps these positions through modifiers for renders; in a view only modifiers that keep the vertices do.
+    """
+    base, before = source, floats(source.vertices, "undeformed_co", len(positions), 3)
+    if not np.array_equal(before, positions):
+        positions = before
+    elif undeformed is not None and len(undeformed.vertices) == len(positions):
         base = undeformed
         positions = floats(undeformed.attributes["position"].data, "vector", len(positions), 3)
     center, half = (

@@ -13,8 +13,6 @@ UNDISPLACED = "attribute_undisplaced"
 """Input of programs: the position in the object before its displacement."""
 OF_STRANDS = ("HAIR", "POINT")
 """Types of object that alone have these attributes: hair and points."""
-NO_LEVEL = 2**31 - 1
-"""Number in place of a level that an instance does not have."""
 NOTHING = (0.0, 0.0, 0.0, 1.0)
 """Blender's value of what an instance or a particle lacks."""
 MISSING = (0.0, 0.0, 0.0, 0.0)
@@ -30,12 +28,13 @@ def view_layer_attribute(depsgraph: Any, name: str) -> tuple[float, ...]:
 
 
 def object_attributes(
-    obj: Any, instance: Any, reads: frozenset[str], frame: float, points: dict[int, Any]
+    obj: Any, instance: Any, reads: frozenset[str], found: Any
 ) -> tuple[tuple[str, tuple[float, ...]], ...]:
-    """The attributes of an object that its materials read, by their names in programs; ``frame``: the current one;
-    ``points``: the instances of each instancer as points, filled here.
+    """The attributes of an object that its materials read, by their names in programs; ``found``: the walk over the
+    scene, which keeps the instances of each instancer as points.
     """
-    found = []
+    values: list[tuple[str, tuple[float, ...]]] = []
+    frame = found.translation.scene.frame_current_final
     for read in sorted(reads):
         if not read.startswith(PREFIX):
             continue
@@ -45,38 +44,22 @@ def object_attributes(
             continue
         if kind in ("INSTANCE", "PARTICLE"):
             is_place = kind == "INSTANCE"
-            found.append((read, _of_instance(name, instance) if is_place else _of_particle(name, instance, frame)))
+            values.append((read, _of_instance(name, instance) if is_place else _of_particle(name, instance, frame)))
             continue
         owners = [obj.original, getattr(obj.original, "data", None)]
         if kind == "INSTANCER" and instance.is_instance and instance.parent is not None:
             owners = [instance.parent.original, getattr(instance.parent.original, "data", None), *owners]
-            stored = _of_point(name, instance, points)
+            item, is_complete = found.points.value(name, instance)
+            stored = None if item is None else _numbers(item)
+            if stored is None and not is_complete:
+                message = f"attribute {name!r} of instances in each other is not found; its materials read 0"
+                found.translation.note(obj.name, message)
             if stored is not None:
-                found.append((read, (stored[3],) * 3 if is_alpha else stored))
+                values.append((read, (stored[3],) * 3 if is_alpha else stored))
                 continue
         value = _first(owners, name)
-        found.append((read, (value[3],) * 3 if is_alpha else value))
-    return tuple(found)
-
-
-def _of_point(name: str, instance: Any, points: dict[int, Any]) -> tuple[float, ...] | None:
-    """An attribute that geometry nodes stored on an instance; None if there is none."""
-    parent, numbers = instance.parent, [int(k) for k in instance.persistent_id if k != NO_LEVEL]
-    key, index = (
-        parent.as_pointer(),
-        numbers[-1] if numbers else -1,
-    )  # the last number is the index among the instances of this instancer
-    if key not in points:
-        geometry = parent.evaluated_geometry() if hasattr(parent, "evaluated_geometry") else None
-        cloud = None if geometry is None else geometry.instances_pointcloud()
-        points[key] = geometry, cloud  # the points live as long as their geometry
-    cloud = points[key][1]
-    stored = None if cloud is None else cloud.attributes.get(name)
-    if stored is None or not 0 <= index < len(stored.data):
-        return None
-    item = stored.data[index]
-    value = next((getattr(item, field) for field in ("value", "vector", "color") if hasattr(item, field)), None)
-    return _numbers(value)
+        values.append((read, (value[3],) * 3 if is_alpha else value))
+    return tuple(values)
 
 
 def _of_instance(name: str, instance: Any) -> tuple[float, ...]:

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 SIDES = STRAND_SIDES
 WIDER = np.pi / (SIDES * np.sin(np.pi / SIDES))
 """Radius of a tube's vertices over that of its strand: seen from all sides, its mean width is the strand's."""
+GOLDEN = (5**0.5 - 1) / 2
+"""Part of a side by which a tube is turned against the one before, which spreads the angles of all strands evenly."""
 STRAND_READS = (STRAND_TANGENT, STRAND_RANDOM, STRAND_PLACE, STRAND_AXIS)
 """Attributes of strands that materials read."""
 BETWEEN = 3
@@ -51,19 +53,23 @@ def curves_mesh(name: str, curves: Any, reads: frozenset[str] = frozenset()) -> 
 def particle_mesh(
     name: str, obj: Any, system: Any, *, is_render: bool, reads: frozenset[str] = frozenset()
 ) -> Mesh | None:
-    """Tubes of a hair system of an evaluated object, in world space; None if it grows none.
+    """Tubes of a hair system of an evaluated object, in the object's space; None if it grows none.
 
     ``reads``: see ``tubes``. ``is_render``: True if it was evaluated for a render, whose steps differ.
     """
     settings = system.settings
     count = len(system.particles) + len(system.child_particles)
-    first = len(system.particles) if len(system.child_particles) and not settings.use_parent_particles else 0
+    # as in Cycles, parents are never shown beside their children
+    first = len(system.particles) if len(system.child_particles) else 0
     steps = 2 ** int(settings.render_step if is_render else settings.display_step) + 1
+    steps += int(settings.kink_extra_steps) if settings.kink == "SPIRAL" else 0
     found = {number: _strand(system, obj, number, steps) for number in range(first, count)}
     grown = [number for number, strand in found.items() if len(strand) > 1]
     if not grown:
         return None
-    strands = [found[number] for number in grown]
+    # Blender gives positions in the world; radii are in the object's space, where its scale changes them
+    object_from_world = np.linalg.inv(np.array(obj.matrix_world, dtype=np.float64))
+    strands = [found[number] @ object_from_world[:3, :3].T + object_from_world[:3, 3] for number in grown]
     lengths = np.array([len(strand) for strand in strands])
     along = np.concatenate([_ways(strand) for strand in strands])
     radii = _thickness(along, settings)
@@ -75,7 +81,9 @@ def particle_mesh(
 
 
 def _strand(system: Any, obj: Any, number: int, steps: int) -> Array:
+    """Points of a strand. Shortened children end before their last step, beyond which Blender returns zeros."""
     points = np.array([system.co_hair(obj, particle_no=number, step=step) for step in range(steps)], dtype=np.float64)
+    points = points[: np.flatnonzero(points.any(axis=1)).max(initial=0) + 1]
     moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
     return points[np.concatenate([[True], moved])]
 
@@ -119,7 +127,7 @@ def tubes(
         strand, thickness = points[rows], radii[rows]
         if between:
             strand, thickness = smooth(strand, between), smooth(thickness[..., None], between)[..., 0]
-        around = _circles(strand)
+        around = _circles(strand, numbers)
         made = strand[:, :, None] + around * (WIDER * np.maximum(thickness, 0.0))[:, :, None, None]
         count, rings = strand.shape[:2]
         vertices.append(made.reshape(-1, 3))
@@ -170,14 +178,19 @@ def _spread(values: Array, around: Array) -> Array:
     return np.broadcast_to(values[:, :, None], around.shape).reshape(-1, 3)
 
 
-def _circles(strand: Array) -> Array:
-    """Unit vectors (count, k, SIDES, 3) around each point, perpendicular to the strand, transported without twist."""
+def _circles(strand: Array, numbers: NDArray[Any]) -> Array:
+    """Unit vectors (count, k, SIDES, 3) around each point, perpendicular to the strand, transported without twist.
+
+    Each strand (``numbers``: which) begins at another angle: parallel tubes would all be too wide, or too narrow,
+    from one direction, and much more or less light would pass between them.
+    """
     tangent = _tangents(strand)
     start = tangent[:, 0]
     axis = np.where(np.abs(start[:, 2:3]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
     across = _carried(tangent, np.cross(start, axis))[:, :, None]
-    other, angle = np.cross(tangent[:, :, None], across), 2 * np.pi * np.arange(SIDES) / SIDES
-    return np.asarray(across * np.cos(angle)[:, None] + other * np.sin(angle)[:, None])
+    other = np.cross(tangent[:, :, None], across)
+    turn = (np.arange(SIDES) + (numbers * GOLDEN % 1.0)[:, None]) * (2 * np.pi / SIDES)
+    return np.asarray(across * np.cos(turn)[:, None, :, None] + other * np.sin(turn)[:, None, :, None])
 
 
 def _axes(strand: Array) -> Array:

@@ -51,7 +51,7 @@ def on_emitter(
 ) -> Iterator[tuple[str, Array]]:
     """Inputs that the hair of an evaluated object takes from the mesh at its roots, and their values (s, 3).
 
-    ``numbers``: the hairs (s) of the particle system; ``roots``: their first points (s, 3) in the world.
+    ``numbers``: the hairs (s) of the particle system; ``roots``: their first points (s, 3) in the object.
     """
     modifier = next((item for item in obj.modifiers if getattr(item, "particle_system", None) == system), None)
     if modifier is None:
@@ -70,9 +70,8 @@ def on_emitter(
     for read in sorted(reads):
         kind, _, name = read.partition(":")
         if read == "generated":
-            local = np.column_stack([roots, np.ones(len(roots))]) @ np.linalg.inv(np.array(obj.matrix_world)).T
             center, half = (np.array(value[:]) for value in (mesh.texspace_location, mesh.texspace_size))
-            yield read, (local[:, :3] - center) / (2 * np.where(half == 0, 1.0, half)) + 0.5
+            yield read, (roots - center) / (2 * np.where(half == 0, 1.0, half)) + 0.5
             continue
         layer = uv_layer(mesh, name) if kind == "uv" or (kind in OUTPUTS and name in mesh.uv_layers) else None
         if layer is not None:

@@ -12,10 +12,13 @@ import numpy as np
 from spectral_core.scene import STRAND_AXIS, Instance, Mesh
 
 from ..meshes.triangles import READS_UV
-from ..shading.attributes import OF_STRANDS, PREFIX, object_attributes
+from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes, random_of
 from ..shading.materials import TranslatedMaterial
 from ..visibility import hidden_from
 from . import curves_mesh, particle_mesh, points_mesh
+
+FLAT = 1e-30
+"""Volume of an object's unit cube below which positions in the object are not defined."""
 
 
 def place_strands(found: Any, obj: Any, instance: Any, materials: list[TranslatedMaterial], random: float) -> None:
@@ -32,48 +35,57 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
         modes = obj.data.attributes.get("normal_mode")
         if STRAND_AXIS in reads and modes is not None and any(item.value for item in modes.data):
             found.translation.note(obj.name, "its cross-sections follow normals of least twist, not those of its modes")
-        _enter(found, obj, obj.name_full, mesh, materials, np.array(instance.matrix_world, dtype=np.float64))
-        frame = found.translation.scene.frame_current_final
-        attributes = object_attributes(obj, instance, reads, frame, found.points)
+        _enter(found, instance, obj.name_full, mesh, materials)
+        attributes = object_attributes(obj, instance, reads, found)
         found.instances[-1] = _with(found.instances[-1], random, attributes)
 
 
-def place_hair(found: Any, obj: Any, materials_of: Callable[[Any], list[TranslatedMaterial]], is_render: bool) -> None:
-    """Add the particle hair of an object, which is no separate object, at the object's position."""
-    translation = found.translation
-    for system in getattr(obj, "particle_systems", ()):
+def place_hair(found: Any, instance: Any, materials_of: Callable[[Any], list[TranslatedMaterial]]) -> None:
+    """Add the particle hair of an object, which is no separate object, wherever the object or an instance of it is."""
+    translation, obj = found.translation, instance.object
+    for system in obj.particle_systems:
         settings = system.settings
         if settings.type != "HAIR" or settings.render_type != "PATH" or obj.original.hide_render:
             continue
         if not translation.depsgraph.view_layer_eval.use_strand:
             continue
-        if not is_render:
+        if not found.is_render:
             translation.note(obj.name, "particle hair is in renders of F12 and spectral-scene, not in the viewport")
+            continue
+        if abs(obj.matrix_world.determinant()) < FLAT:
+            translation.note(obj.name, "it has no size along one of its axes; its particle hair is left out")
             continue
         name = f"{obj.name_full} {system.name}"
         materials = materials_of(obj)
         material = materials[min(max(settings.material - 1, 0), len(materials) - 1)]
-        in_render = translation.depsgraph.mode == "RENDER"
-        mesh = particle_mesh(found.unique("mesh", name), obj, system, is_render=in_render, reads=material.reads)
+        if name not in found.meshes:
+            in_render = translation.depsgraph.mode == "RENDER"
+            unique = found.unique("mesh", name)
+            found.meshes[name] = particle_mesh(unique, obj, system, is_render=in_render, reads=material.reads)
+        mesh = found.meshes[name]
         if mesh is None:
             continue
-        found.meshes[name] = mesh
+        if settings.kink == "SPIRAL" and len(system.child_particles):
+            translation.note(obj.name, "the spirals at the ends of its hair differ a little from those of Cycles")
         _note_unread(found, obj, material.reads, mesh)
-        _enter(found, obj, name, mesh, [material], np.eye(4))
+        _enter(found, instance, name, mesh, [material])
+        attributes = object_attributes(obj, instance, material.reads, found)
+        found.instances[-1] = _with(found.instances[-1], random_of(obj, instance), attributes)
 
 
-def _enter(found: Any, obj: Any, name: str, mesh: Mesh, materials: list[TranslatedMaterial], matrix: Any) -> None:
-    original, layer = obj.original, found.translation.depsgraph.view_layer
+def _enter(found: Any, instance: Any, name: str, mesh: Mesh, materials: list[TranslatedMaterial]) -> None:
+    obj, layer = instance.object, found.translation.depsgraph.view_layer
+    original = obj.original
     found.enter(
         Instance(
             found.unique("instance", name),
             mesh.name,
-            matrix,
+            np.array(instance.matrix_world, dtype=np.float64),
             tuple(item.material.name for item in materials),
             original.lightgroup,
             hidden_from(obj),
             bool(obj.is_holdout or original.holdout_get(view_layer=layer)),
-            color=tuple(obj.color),
+            color=tuple(color_of(obj, instance)),
             index=int(obj.pass_index),
             is_shadow_catcher=bool(obj.is_shadow_catcher),
         ),

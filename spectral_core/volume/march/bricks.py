@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from spectral_core.volume.field import ScalarVolume
 
-Array = NDArray[np.float32]
+Array = NDArray[Any]
+LARGE = 1e37
+"""Largest number of a field whose differences and gradients fit into single precision, in which bricks are kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +26,8 @@ class BrickStatistics:
     """Per brick, arrays of shape (bz, by, bx): x last, as the renderer reads them.
 
     ``low`` and ``high`` bound the field in the brick, ``slope`` bounds its gradient magnitude in data units per
-    voxel, ``second_difference`` is the greatest second difference along an axis, data units per voxel².
+    voxel, ``second_difference`` is the greatest second difference along an axis, data units per voxel². Single
+    precision, but for fields of numbers above ``LARGE``.
     """
 
     edge: int
@@ -59,7 +62,8 @@ def voxel_statistics(volume: ScalarVolume, window: int) -> BrickStatistics:
     """
     from scipy import ndimage
 
-    data = volume.data.transpose(2, 1, 0).astype(np.float32)
+    data = volume.data.transpose(2, 1, 0)
+    data = data.astype(np.float64 if _is_large(data) else np.float32)
     slope = np.zeros_like(data)
     for axis in range(3):
         if data.shape[axis] > 1:
@@ -77,25 +81,32 @@ def _brick_count(voxels: int, edge: int) -> int:
 def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, Array, Array, Array]:
     """Statistics of the brick layers [first, last) along z."""
     depth = data.shape[0]
-    wide = _wide(data.dtype)
     # Cells share their corners, so a brick of B cells reads B + 1 voxels.
     start, stop = first * edge, min(last * edge + 1, depth)
     part = data[start:stop]
+    is_large = _is_large(part)
+    wide, kept = (np.float64, np.float64) if is_large else (_wide(data.dtype), np.float32)
     # One voxel more on either side, if it exists, for the second differences at the slab's faces.
     before, after = max(start - 1, 0), min(stop + 1, depth)
     padded: NDArray[Any] = data[before:after].astype(wide, copy=False)
     along_axes = [_second_difference(padded, axis)[start - before : stop - before] for axis in range(3)]
     second_difference = _reduce(np.maximum.reduce(along_axes), edge, np.maximum)
-    slope = np.zeros(second_difference.shape, np.float32)
+    slope = np.zeros(second_difference.shape, kept)
     inner = padded[start - before : stop - before]
     for axis in range(3):
         if inner.shape[axis] > 1:
             rise = np.abs(np.diff(inner, axis=axis))
             # Greatest rise along each axis, combined as if all three occurred at one point: an upper bound of the
             # gradient.
-            slope = np.hypot(slope, _reduce(rise, edge, np.maximum, edges_along=axis).astype(np.float32))
-    low, high = _single(_reduce(part, edge, np.minimum), -np.inf), _single(_reduce(part, edge, np.maximum), np.inf)
-    return low, high, slope, second_difference.astype(np.float32)
+            slope = np.hypot(slope, _reduce(rise, edge, np.maximum, edges_along=axis).astype(kept))
+    low, high = _reduce(part, edge, np.minimum), _reduce(part, edge, np.maximum)
+    if not is_large:
+        low, high = _single(low, -np.inf), _single(high, np.inf)
+    return low, high, slope, second_difference.astype(kept)
+
+
+def _is_large(data: NDArray[Any]) -> bool:
+    return data.dtype.kind == "f" and float(max(data.max(), -data.min())) > LARGE
 
 
 def _single(bound: NDArray[Any], outward: float) -> Array:

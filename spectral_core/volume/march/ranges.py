@@ -85,7 +85,9 @@ class RangeTables:
         depth = extinction * self.voxel
         mean = np.where(depth > 1e-6, -np.expm1(-depth) / np.where(depth > 0, depth, 1.0), 1.0)
         saturated = columns[:, :k] * (mean * self.voxel)[:, None]
-        rises: Floats = np.diff(saturated, axis=0) / np.diff(self.edges)[:, None]
+        # Bins of a narrow range far from zero may have less width than the numbers there can have.
+        widths = np.maximum(np.diff(self.edges), np.spacing(np.abs(self.edges).max()))
+        rises: Floats = np.diff(saturated, axis=0) / widths[:, None]
         return rises
 
     @cached_property

@@ -49,13 +49,23 @@ def fiber_at(mi: Any, dr: Any, si: Any, tangent: Any, edge: Any) -> Fiber:
 
     outer = mi.Vector3f(dr.mulsign(si.n, dr.dot(si.n, toward)))
     smooth, flat = angle(mi.Vector3f(si.sh_frame.n)), angle(mi.Vector3f(si.n))
-    # the walls of a tube are flat: the place of a hit across it, over its half width from here
-    sector = 2 * pi / STRAND_SIDES
-    turned = flat - sector * dr.floor(flat / sector + 0.5)
-    apothem = cos(sector / 2)
-    place = dr.sin(smooth) * apothem / dr.maximum(dr.cos(smooth - flat) * dr.cos(turned), 0.1)
+    place = _place_on_tube(dr, smooth, flat)
     height = -dr.clip(dr.select(is_strand, place, dr.dot(outer, across)), -1.0, 1.0)
     return Fiber(along, across, away, height, toward, is_strand)
+
+
+def _place_on_tube(dr: Any, smooth: Any, flat: Any) -> Any:
+    """Place of a hit across a tube of flat walls, -1 to 1 over its width from here, by the angles of both normals."""
+    sector = 2 * pi / STRAND_SIDES
+
+    def reach(direction: float) -> Any:
+        """How far the vertices reach toward an angle; they lie half a sector from the middle of each wall."""
+        off = (direction - flat) / sector - 0.5
+        return dr.cos(sector * (off - dr.floor(off + 0.5)))
+
+    right, left = reach(0.5 * pi), reach(-0.5 * pi)
+    across = dr.sin(smooth) * cos(sector / 2) / dr.maximum(dr.cos(smooth - flat), 0.1)
+    return (2.0 * across - right + left) / (right + left)
 
 
 def log_bessel(dr: Any, x: Any) -> Any:

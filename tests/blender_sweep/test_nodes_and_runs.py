@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every setting of a sweep of a .blend reaches its scene, and the panel shows a run as it is; nothing is rendered."""
+
+from __future__ import annotations
+
+import contextlib
+import pickle
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
+
+import bpy
+
+from blender_addon.editing import sweep as sweeps
+from blender_addon.editing import sweep_node
+from blender_addon.editing.sweep_node import BlendNode, blend_node
+from spectral_core.errors import RenderError
+from spectral_core.explore.sweep.ledger import Row
+from spectral_core.explore.sweep.outcome import Outcome
+from spectral_core.explore.sweep.parameters import Parameter, Space
+from tests.blender_sweep.test_sweep_in_blender import HEIGHT, KEY, scene  # noqa: F401 - a fixture
+
+WATTS, HIGH = Parameter("watts", 10.0, 500.0, path=KEY), Parameter("high", 2.0, 4.0, path=HEIGHT)
+
+
+def node_of(folder: Path, *parameters: Parameter, **entries: Any) -> BlendNode:
+    return blend_node({"blend": "scene.blend", **entries}, Space(parameters), folder)
+
+
+def test_the_scene_of_a_point_has_its_value_its_seed_and_the_entries(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    node = node_of(tmp_path, HIGH, samples=7, percentage=50)
+    for height, seed in ((2.5, 3), (3.5, 4)):
+        film = (made := node.scene({"high": height}, seed)).film
+        assert (film.samples, film.seed, film.width, film.height) == (7, seed, 16, 12)
+        assert made.camera.world_from_camera[2, 3] == pytest.approx(height)
+    plain = node_of(tmp_path, HIGH).scene({"high": 2.5}, 0).film
+    assert (plain.samples, plain.width) == (bpy.context.scene.spectral.render.samples, 32)
+    assert pickle.loads(pickle.dumps(node))._kept == {} != node._kept
+
+
+def test_energies_alone_are_re_lit_and_all_else_is_rendered(scene: Any, tmp_path: Path, monkeypatch: Any) -> None:  # noqa: F811
+    seen: list[Any] = []
+    picture = np.full((2, 2, 4), 0.25, np.float32)
+
+    def outcome(kind: str, made: Any) -> Outcome:
+        seen.append((kind, made.film.seed))
+        return Outcome({}, {"": picture})
+
+    monkeypatch.setattr(sweep_node, "Relighter", lambda: SimpleNamespace(picture=lambda made: outcome("re-lit", made)))
+    monkeypatch.setattr(sweep_node, "rendered", lambda made: outcome("rendered", made))
+    assert node_of(tmp_path, WATTS)({"watts": 20.0}, 5).pictures[""] is picture
+    assert node_of(tmp_path, WATTS, HIGH)({"watts": 20.0, "high": 3.0}, 6).pictures[""] is picture
+    assert seen == [("re-lit", 5), ("rendered", 6)]
+    assert any("re-lights each point" in line for line in node_of(tmp_path, WATTS).describe())
+    assert any("every point is rendered" in line for line in node_of(tmp_path, WATTS, HIGH).describe())
+
+
+def test_a_picture_is_shown_through_the_files_view_transform(scene: Any, tmp_path: Path, monkeypatch: Any) -> None:  # noqa: F811
+    picture = np.full((2, 2, 4), 0.25, np.float32)
+    monkeypatch.setattr(sweep_node, "rendered", lambda _: Outcome({}, {"": picture}))
+    shown = {}
+    for view in ("Standard", "Filmic"):
+        bpy.context.scene.view_settings.view_transform = view
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+        shown[view] = node_of(tmp_path, HIGH)({"high": 3.0}, 0).shown
+    assert not shown["Standard"] and shown["Filmic"][""].startswith(b"\x89PNG")
+
+
+def test_each_entry_of_the_document_changes_the_fingerprint_of_the_node(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    nodes = [
+        node_of(tmp_path, *parameters, **entries)
+        for parameters, entries in (
+            ((HIGH,), {}), ((WATTS,), {}), ((HIGH,), {"samples": 9}), ((HIGH,), {"percentage": 50}),
+        )
+    ]  # fmt: skip
+    assert len({node.fingerprint for node in nodes}) == len(nodes)
+
+
+class Ran:
+    """A run whose process answers what a test says."""
+
+    def __init__(self, code: int | None, done: int, lines: list[str]) -> None:
+        self.process = SimpleNamespace(poll=lambda: code, returncode=code)
+        self.done, self.lines, self.total, self.started = lambda: done, lambda: lines, 8, 0.0
+        self.log = SimpleNamespace(close=lambda: None)
+
+
+@pytest.mark.parametrize(
+    ("code", "done", "lines", "status"),
+    [
+        (None, 0, [], "0 of 8"),
+        (None, 2, [], "2 of 8, about 30 s left"),
+        (0, 8, ["ready"], "8 points done"),
+        (1, 5, ["3 points were set aside", "bye"], "3 points were set aside"),
+        (1, 5, ["first", " the lamp is gone "], "the lamp is gone"),
+        (9, 0, [], "status 9"),
+    ],
+)
+def test_the_panel_shows_how_far_a_run_is_and_how_it_ended(
+    scene: Any, monkeypatch: Any, code: Any, done: int, lines: list[str], status: str  # noqa: F811
+) -> None:  # fmt: skip
+    settings = scene.spectral.sweep
+    settings.done = 99
+    monkeypatch.setattr(sweeps, "_run", Ran(code, done, lines))
+    monkeypatch.setattr(sweeps, "time", SimpleNamespace(monotonic=lambda: 10.0, sleep=lambda _: None))
+    assert sweeps.look(scene) == (code is None)
+    assert (settings.done, settings.status) == (done, status)
+    assert (sweeps._run is None) == (code is not None)
+    if code:
+        sweeps._run = Ran(code, done, lines)
+        with pytest.raises(RenderError, match=status):
+            sweeps.wait(scene)
+
+
+@pytest.fixture
+def rows(scene: Any, monkeypatch: Any) -> list[Row]:  # noqa: F811
+    """Finished rows of a sweep of the camera's height, without a store."""
+    bpy.ops.spectral.sweep_add(target=HEIGHT)
+    entry = scene.spectral.sweep.parameters[0]
+    found = [Row("k", 0, {entry.label: height}, "done", {}, {}, 2.0, None) for height in (2.25, 2.5, 3.75)]
+    ledger = SimpleNamespace(rows=lambda *_: found)
+    store = contextlib.nullcontext(SimpleNamespace(ledger=ledger, close=lambda: None))
+    monkeypatch.setattr(sweeps, "Store", SimpleNamespace(open=lambda _: store))
+    folder = sweeps.folder_of(scene.spectral.sweep)
+    folder.mkdir(parents=True)
+    (folder / "project.json").write_text("{}")
+    return found
+
+
+def test_a_row_of_the_table_is_applied_by_its_number_or_by_the_panels(scene: Any, rows: list[Row]) -> None:  # noqa: F811
+    camera = bpy.data.objects["Camera"]
+    bpy.ops.spectral.sweep_apply(row=3)
+    assert camera.location[2] == pytest.approx(3.75)
+    scene.spectral.sweep.point = 2
+    bpy.ops.spectral.sweep_apply()
+    assert camera.location[2] == pytest.approx(2.5)
+    with pytest.raises(RuntimeError, match="there is no row 4; the table has 3"):
+        bpy.ops.spectral.sweep_apply(row=4)
+
+
+def test_the_estimate_of_finished_rows_counts_budget_and_workers(scene: Any, rows: list[Row]) -> None:  # noqa: F811
+    settings = scene.spectral.sweep
+    for budget, workers, seconds in ((8, 1, 10), (13, 1, 20), (13, 4, 5), (2, 1, 0)):
+        settings.budget, settings.workers = budget, workers
+        assert sweeps.estimate(scene) == (f"2.00 s each; {max(0, budget - 3)} new renders take about {seconds} s")
+    bpy.ops.spectral.sweep_estimate()
+    assert settings.status == sweeps.estimate(scene)
+
+
+def test_points_that_the_page_added_are_computed_with_the_panels_workers(
+    scene: Any, rows: list[Row], monkeypatch: Any  # noqa: F811
+) -> None:  # fmt: skip
+    calls: list[Any] = []
+    monkeypatch.setattr(sweeps, "_run", None)
+    monkeypatch.setattr(sweeps, "Run", lambda command, folder, total: calls.append((command, folder, total)))
+    scene.spectral.sweep.workers = 3
+    sweeps.resume(scene)
+    ((command, folder, total),) = calls
+    words = " ".join(command)
+    assert folder == sweeps.folder_of(scene.spectral.sweep) and total == 3 == scene.spectral.sweep.total
+    assert "--pending" in words and words.split("--workers")[1].split()[0].strip("',") == "3"
+
+
+def test_the_page_applies_points_and_starts_renders_on_the_main_thread(
+    scene: Any, rows: list[Row], monkeypatch: Any  # noqa: F811
+) -> None:  # fmt: skip
+    later: list[Any] = []
+    served: list[Any] = []
+
+    class Server:
+        address = "http://127.0.0.1/"
+
+        def __init__(self, live: Any) -> None:
+            self.live = live
+            served.append(self)
+
+        def serve_forever(self) -> None:
+            pass
+
+        shutdown = server_close = serve_forever
+
+    monkeypatch.setattr(sweeps, "PageServer", Server)
+    monkeypatch.setattr(sweeps, "LiveSweep", lambda store, **given: SimpleNamespace(store=SimpleNamespace(
+        close=lambda: later.append("closed")), **given))  # fmt: skip
+    monkeypatch.setattr(sweeps, "_on_main_thread", lambda name, work: later.append((name, work)))
+    assert sweeps.serve(scene) == Server.address
+    page = served[0].live
+    page.apply(rows[2].parameters)
+    assert "background" in page.render()
+    (name, work), (again, _) = later
+    assert name == again == scene.name
+    with contextlib.suppress(RuntimeError):  # without a window there is no undo
+        work(scene)
+    assert bpy.data.objects["Camera"].location[2] == pytest.approx(3.75)
+    sweeps.stop_serving()
+    assert later[-1] == "closed" and sweeps._server is None
+
+
+def test_an_added_setting_is_the_active_one(scene: Any) -> None:  # noqa: F811
+    settings = scene.spectral.sweep
+    for number, path in enumerate((HEIGHT, KEY)):
+        settings.active = 7
+        bpy.ops.spectral.sweep_add(target=path)
+        assert settings.active == number
+    entry = settings.parameters[HEIGHT]
+    low, high = sweeps.setting_at(HEIGHT).place.range()
+    assert (entry.low, entry.high) == (pytest.approx(low), pytest.approx(high)) and entry.choices == ""
+    assert [each.path for each in sweeps.parameters_of(settings)] == [HEIGHT, KEY]
