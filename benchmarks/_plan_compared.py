@@ -16,7 +16,7 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lumin
 
 BATCHES = 8
 LONGER, TIMED = 8, 4
-"""Samples of a timed launch over those of a batch, as the paths of a batch take no longer than its launch; and launches.
+"""Samples of a timed launch over those of a batch, whose paths take no longer than its launch; and such launches.
 """
 BLOCK, SPLITS = 16, 80
 """Pixels of a block; random halves of the batches that tell the noise."""

@@ -69,7 +69,7 @@ def least_variance(
 
 
 def low_rank_root(covariance: Array) -> Array:
-    """Give columns (bins, n) whose outer products add up to most of ``covariance``: Cholesky's, largest pivots first."""
+    """Give columns (bins, n) whose outer products add up to most of ``covariance``: Cholesky's, largest pivot first."""
     left = np.diag(covariance).copy()
     total, columns = float(left.sum()), np.zeros((_MOST_COLUMNS, left.size))
     for number in range(_MOST_COLUMNS):
