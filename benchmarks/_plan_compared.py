@@ -15,6 +15,9 @@ from spectral_core.scene import Scene
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
 
 BATCHES = 8
+LONGER, TIMED = 8, 4
+"""Samples of a timed launch over those of a batch, whose paths take no longer than its launch; and such launches.
+"""
 BLOCK, SPLITS = 16, 80
 """Pixels of a block; random halves of the batches that tell the noise."""
 Array = NDArray[np.float64]
@@ -23,7 +26,7 @@ Array = NDArray[np.float64]
 class Batches:
     """Independent pictures (batches, pixels, 3), the least time of one, and the cost of an error.
 
-    Launches are short, and whatever disturbs one only adds to its time: the least of several is the most stable.
+    Other programs only add to a time: the least of several is the most stable.
     """
 
     def __init__(self, pictures: Array, seconds: list[float]) -> None:
@@ -50,10 +53,13 @@ def in_turn(scene: Scene, plans: list[EffectPlan], samples: int) -> list[Batches
     for tracer in tracers:
         tracer.trace(numbers, none, none + 1, 99)  # compiles
     for half in range(BATCHES):
-        for tracer, mine, spent in zip(tracers, pictures, seconds, strict=True):
-            start = time.process_time()
+        for tracer, mine in zip(tracers, pictures, strict=True):
             mine.append(tracer.trace(numbers, none, more, half).colors / samples)
-            spent.append(time.process_time() - start)
+    for _ in range(TIMED):
+        for tracer, spent in zip(tracers, seconds, strict=True):
+            start = time.process_time()
+            tracer.trace(numbers, none, LONGER * more, 98)
+            spent.append((time.process_time() - start) / LONGER)
     return [Batches(np.stack(mine), spent) for mine, spent in zip(pictures, seconds, strict=True)]
 
 

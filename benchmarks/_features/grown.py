@@ -40,7 +40,12 @@ def _shortened(stage: Stage) -> None:
 
 def _parents_too(stage: Stage) -> None:
     stage.ball.scale = (0.6, 0.6, 0.6)
-    _hairy(stage, child_type="SIMPLE", rendered_child_count=3, use_parent_particles=True, kink="SPIRAL")
+    _hairy(stage, child_type="SIMPLE", rendered_child_count=3, use_parent_particles=True)
+
+
+def _spirals(stage: Stage) -> None:
+    stage.ball.scale = (0.6, 0.6, 0.6)
+    _hairy(stage, child_type="SIMPLE", rendered_child_count=3, kink="SPIRAL")
 
 
 def _in_instances(stage: Stage) -> None:
@@ -97,7 +102,8 @@ def _carried_along(stage: Stage) -> None:
 
 _SCENES: dict[str, Build] = {
     "hair of a scaled object": _scaled, "hair of shortened children": _shortened,
-    "hair of children, their parents enabled": _parents_too, "hair in instances": _in_instances,
+    "hair of children, their parents enabled": _parents_too, "hair of children with spirals": _spirals,
+    "hair in instances": _in_instances,
     "hair of a view layer's material": _overridden,
     "instances with their colors on random points": lambda stage: _scattered(stage, nested=False),
     "instances in each other with their colors": lambda stage: _scattered(stage, nested=True),

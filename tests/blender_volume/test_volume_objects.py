@@ -188,8 +188,16 @@ def test_swatches_follow_the_lights_of_the_scene(blender, ramp):
 
 def test_materials_are_added_and_removed(blender, ramp):
     data = imported(ramp[0], preset="narrow").data
+    data.spectral.enabled = False
+    assert bpy.ops.spectral.volume_material_add() == {"FINISHED"}
+    assert data.spectral.enabled
     assert bpy.ops.spectral.volume_material_add() == {"FINISHED"}
     assert bpy.ops.spectral.volume_material_add() == {"FINISHED"}
+    for selected, then in ((4, 3), (0, 0)):
+        data.spectral.active = selected
+        if selected:  # the selected one is removed, and the one before it is selected
+            assert bpy.ops.spectral.volume_material_remove() == {"FINISHED"}
+        assert data.spectral.active == then
     assert [m.name for m in data.spectral.materials] == ["outer", "inner", "Material", "Material.001"]
     data.spectral.active = 0
     assert bpy.ops.spectral.volume_material_remove() == {"FINISHED"}

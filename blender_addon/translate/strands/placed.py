@@ -65,6 +65,8 @@ def place_hair(found: Any, instance: Any, materials_of: Callable[[Any], list[Tra
         mesh = found.meshes[name]
         if mesh is None:
             continue
+        if settings.kink == "SPIRAL" and len(system.child_particles):
+            translation.note(obj.name, "the spirals at the ends of its hair differ a little from those of Cycles")
         _note_unread(found, obj, material.reads, mesh)
         _enter(found, instance, name, mesh, [material])
         attributes = object_attributes(obj, instance, material.reads, found)

@@ -49,15 +49,13 @@ def path_sampler_class(variant: str) -> Any:
             first, second = self.next_pair()
             return mi.Point2f(mi.Float(first >> 8) * 2.0**-24, mi.Float(second >> 8) * 2.0**-24)
 
-        def turn(self, samples: int, period: int) -> tuple[Any, Any]:
-            """Two numbers that change after each ``samples``: a whole one, whose rest modulo ``period`` takes each
-            value equally often, and one in [0, 1) that is stratified. Both are random for the pixel.
+        def turn(self, samples: int, period: int) -> Any:
+            """A whole number that changes after each ``samples``, whose rest modulo ``period`` takes each value equally
+            often. It is random for the pixel.
             """
             block = self.index // samples
-            # A period later each rest meets other fractions: block // period moves one against the other.
-            whole = sobol.hashed(self.pixel ^ 0x68BC21EB) + block + block // period
-            fraction = sobol.hashed(self.pixel ^ 0x02E5BE93) + sobol.reversed_bits(block)
-            return whole, mi.Float(fraction >> 8) * 2.0**-24
+            # A period later each rest meets other samples: block // period moves one against the other.
+            return sobol.hashed(self.pixel ^ 0x68BC21EB) + block + block // period
 
         def fork(self) -> Any:
             return PathSampler(self.pixel)

@@ -17,6 +17,9 @@ from spectral_core.render.plugins.surfaces.kinds import ClosureKind, computed_in
 from spectral_core.render.plugins.surfaces.table import FACTOR, SurfaceTables
 from spectral_core.render.plugins.terminator import faded
 
+MOST_KEPT = 6
+"""Most closures of a material whose weights are computed once for a hit."""
+
 
 class SurfaceAt:
     """The surface at a hit, with the interface of Mitsuba's BSDFs."""
@@ -28,11 +31,15 @@ class SurfaceAt:
         self.material = dr.gather(mi.UInt32, tables.material_of_shape, number, number < tables.shape_count)
         self.is_one = tables.most_leaves <= 1
         self._inputs: Any = None
+        self._first: Any = None
+        """First leaf of the hit's material, and the weights of its leaves, once they were computed."""
+        self._weights: tuple[Any, ...] = ()
 
     def compute(self, si: Any, active: Any) -> None:
         """Run the programs of the hit's closure once, for a direction that is drawn and for one that is asked for.
 
-        Only where each material has a single closure; otherwise each use of a closure runs its own.
+        Where materials have several closures, these are the programs of their weights; each use of a closure runs its
+        own.
         """
         mi, dr, tables = self.mi, self.dr, self.tables
         if self.is_one:
@@ -40,6 +47,15 @@ class SurfaceAt:
             row = dr.gather(mi.UInt32, tables.leaf_row, leaf, there)
             kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, there)
             self._inputs = computed_inputs(tables.kinds, tables.buffers, (kind, row), si, there)
+        elif tables.most_factors and tables.most_leaves <= MOST_KEPT:
+            leaves = self._leaves(active)
+
+            def add(leaf: Any, *kept: Any) -> tuple[Any, ...]:
+                mine = self._read_weight(leaf, si, leaves[2])
+                return tuple(dr.select(leaf == leaves[0] + k, mine, old) for k, old in enumerate(kept))
+
+            none = tuple(mi.Float(0.0) for _ in range(tables.most_leaves))
+            self._weights, self._first = self._over_leaves(none, add, leaves), leaves[0]
 
     def flags(self) -> Any:
         """Mitsuba's flags of the material."""
@@ -54,6 +70,14 @@ class SurfaceAt:
 
     def weight(self, leaf: Any, si: Any, active: Any) -> Any:
         """Weight of a leaf."""
+        if self._first is None:
+            return self._read_weight(leaf, si, active)
+        found = self.mi.Float(0.0)
+        for k, kept in enumerate(self._weights):
+            found = self.dr.select(active & (leaf == self._first + k), kept, found)
+        return found
+
+    def _read_weight(self, leaf: Any, si: Any, active: Any) -> Any:
         mi, dr, tables = self.mi, self.dr, self.tables
         result = dr.gather(mi.Float, tables.leaf_constant, leaf, active)
         if tables.most_factors == 0:

@@ -16,18 +16,23 @@ _MISSING = 1e-6
 def least_variance(
     covariance: Array, expected: Array, means: Array, sets: NDArray[np.int64], single: float
 ) -> NDArray[np.float64]:
-    """Weights (n_responses, shifts, steps, teeth) of least expected variance with the given mean in each bin.
+    """Give the weights (n_responses, shifts, steps, teeth) of least variance with the given mean in each bin.
 
     The variance is that of one sample, times ``single``, plus that of the mean over the steps of a shift, times their
     number.
 
     Parameters
     ----------
-    covariance: (bins, bins), expected second moments of the radiance in bins.
-    expected: (n_responses, bins), expected products of the wanted integrals and the radiance.
-    means: (n_responses, bins), the mean of the weights of each bin over the shifts.
-    sets: (shifts, steps, teeth), bins of each set; each bin occurs once in every shift.
-    single: 0 or more.
+    covariance
+        (bins, bins), expected second moments of the radiance in bins.
+    expected
+        (n_responses, bins), expected products of the wanted integrals and the radiance.
+    means
+        (n_responses, bins), the mean of the weights of each bin over the shifts.
+    sets
+        (shifts, steps, teeth), bins of each set; each bin occurs once in every shift.
+    single
+        0 or more.
     """
     shifts, steps, teeth = sets.shape
     members = sets.reshape(shifts, -1)
@@ -64,7 +69,7 @@ def least_variance(
 
 
 def low_rank_root(covariance: Array) -> Array:
-    """Columns (bins, n) whose outer products add up to most of ``covariance``: Cholesky's, largest pivots first."""
+    """Give columns (bins, n) whose outer products add up to most of ``covariance``: Cholesky's, largest pivot first."""
     left = np.diag(covariance).copy()
     total, columns = float(left.sum()), np.zeros((_MOST_COLUMNS, left.size))
     for number in range(_MOST_COLUMNS):

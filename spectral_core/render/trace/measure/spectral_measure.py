@@ -100,9 +100,10 @@ class SpectralMeasure:
         if not self._has_sets:
             slot, rest = self._divided(position, SLOTS // TEETH)
             return [slot + k * (SLOTS // TEETH) for k in range(TEETH)], rest, None
-        step, _ = self._divided(position, STEPS)
-        turn, place = sampler.turn(STEPS, SHIFTS)
-        slot, rest = self._divided(place, SLOTS // (TEETH * STEPS))
+        # within a step by the same number: one place for all steps of a shift would leave its error in their mean
+        step, within = self._divided(position, STEPS)
+        turn = sampler.turn(STEPS, SHIFTS)
+        slot, rest = self._divided(within, SLOTS // (TEETH * STEPS))
         shift, slots = turn % SHIFTS, []
         for k in range(TEETH):
             moved = (step + dr.gather(mi.UInt32, self._shifts, shift * TEETH + k)) % STEPS

@@ -56,7 +56,7 @@ _MOST_IN_PRODUCTS = 16
 """Most reflectances whose products are counted."""
 _SMOOTH_NM, _BUMPY_NM = 100.0, 10.0
 """Lengths over which the smooth part and the bumps change."""
-_SINGLE = 5.0
+_SINGLE = 1.0
 """Share of the variance of one sample in what the weights minimize, against that of ``STEPS`` samples times their
 number: the relative variance of a path's brightness.
 """
