@@ -111,7 +111,7 @@ def scene_path_class(variant: str) -> Any:
                 self.fog = in_media.asks_light(self.flight, ends, self.lights), self.flight.parts
                 unseen &= ~floats
             arrived = self.arrived(si, path, path.active & ~unseen & ~leaves & ~floats)
-            path.light += self.clamped(path.throughput * arrived, path.depth > 1)
+            path.light += mi.Spectrum(self.clamped(path.throughput * arrived, path.depth > 1))
 
             hit = path.active & si.is_valid() & ~unseen & ~floats & ~self.is_hole(shape, path.kind)
             path.seen |= hit | floats
@@ -124,7 +124,7 @@ def scene_path_class(variant: str) -> Any:
             lit = (place, bsdf, shape, (matt, along))
             asks = hit if self.fog is None else hit | self.fog[0]
             direct = self.direct(scene, sampler, lit, path, asks & ~path.last)
-            path.light += self.clamped(self.carried * direct, path.depth > 0)
+            path.light += mi.Spectrum(self.clamped(self.carried * direct, path.depth > 0))
             pick, direction = sampler.next_1d(), sampler.next_2d()
             bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~matt)
             dives = hit & ~matt & ~path.last & ((bs.sampled_type & DIVES) != 0)
