@@ -276,27 +276,3 @@ def test_the_same_name_from_another_folder_is_another_file(blender, tmp_path):
         np.save(tmp_path / folder / "v.npy", np.full((2, 2, 2), value))
         imported(tmp_path / folder / "v.npy")
     assert sorted(float(volume.data.max()) for volume in translated().volumes) == [1.0, 2.0]
-
-
-def test_the_palette_colors_a_volume(blender, ramp):
-    data = imported(ramp[0], preset="wide").data
-    bpy.ops.spectral.palette_preset(preset="HIDDEN_MARK")
-    name = bpy.context.scene.spectral.palette.materials[0].name
-    assert bpy.ops.spectral.volume_color_from_palette(entry=name) == {"FINISHED"}
-    assert data.spectral.materials[0].spectral.source == "DESIGNED"
-    assert translated().volumes[0].transfer.wavelengths_nm is not None
-    with pytest.raises(RuntimeError, match="the palette has no material named 'nothing'"):
-        bpy.ops.spectral.volume_color_from_palette(entry="nothing")
-
-
-def test_lighting_and_edges_reach_the_renderer(blender, ramp):
-    """The type of lighting, and a material that shows edges only."""
-    imported(ramp[0], size=3.0, preset="wide")
-    settings = blender.context.object.data.spectral
-    entry = settings.materials[0]
-    entry.use_gradient, entry.gradient = True, 0.25
-    for lighting in ("even", "scene", "shadows"):
-        settings.lighting = lighting
-        volume = translated().volumes[0]
-        assert volume.lighting == lighting
-        assert volume.transfer.materials[0].gradient_values.max() > 0
