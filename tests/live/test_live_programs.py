@@ -210,3 +210,23 @@ def test_a_table_can_be_made_while_a_loop_is_recorded() -> None:
 
     count, total = dr.while_loop((dr.opaque(mi.UInt32, 0), mi.Float(0.0)), lambda count, _: count < 8, step)
     assert (count[0], total[0]) == (8, 28.0)
+
+
+def test_light_along_a_path_may_come_as_a_plain_array(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Dr.Jit gives some products of spectra the type of four plain numbers; a view was then not traced."""
+    import drjit as dr
+    import mitsuba as mi
+
+    from spectral_core.render.trace import path_limits
+
+    shown = replace(scene, settings=replace(scene.settings, transport="spectral"))
+    before = _pictured(Stage(), shown, 1)
+    seen = []
+
+    def plain(_clamps: object, value: object, _indirect: object) -> object:
+        seen.append(dr.llvm.ad.Array4f(*(value[k] for k in range(4))))  # type: ignore[index]
+        return seen[-1]
+
+    monkeypatch.setattr(path_limits, "clamped", plain)
+    np.testing.assert_allclose(_pictured(Stage(), shown, 1), before, atol=1e-6)
+    assert len(seen) > 1 and mi.Spectrum is not dr.llvm.ad.Array4f
