@@ -181,7 +181,9 @@ def _curves(reader: Reader, output: Output) -> Any:
     settings = (low, high if high > low else low + 1.0, mapping.extend == "EXTRAPOLATED")
     grid = np.linspace(*settings[:2], 257)
     first = [grid] * len(mapping.curves)
-    if kind == "CURVE_RGB":  # each channel's own curve acts on the values of the combined one, in one table as in Cycles
+    if (
+        kind == "CURVE_RGB"
+    ):  # each channel's own curve acts on the values of the combined one, in one table as in Cycles
         first = [np.array([mapping.evaluate(mapping.curves[3], x) for x in grid])] * 3
     tables = [
         np.array([mapping.evaluate(curve, x) for x in places])
