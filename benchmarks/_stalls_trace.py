@@ -30,12 +30,13 @@ def _queue_file():
 
 class Trace:
     """Outermost calls of the extension on the main thread: by function milliseconds on the clock and of processor time,
-    the step, and milliseconds in which no processor was free.
+    the step, and milliseconds in which no processor was free. ``since``: milliseconds and functions since they were
+    cleared.
     """
 
     def __init__(self):
         self.calls = defaultdict(list)
-        self.within = 0.0
+        self.within, self.since = 0.0, []
         self._main, self._depth, self._start = threading.get_ident(), 0, (0.0, 0.0, 0.0)
         self._queue = _queue_file()
         events = sys.monitoring.events
@@ -70,6 +71,7 @@ class Trace:
                 self.within += clock
                 name = f"{code.co_filename.rpartition('blender_addon/')[2]}: {code.co_qualname}"
                 self.calls[name].append((clock, work, step[0], queued))
+                self.since.append((clock, name))
         return None
 
     def _queued(self):
@@ -86,7 +88,9 @@ class Trace:
 
 
 class Ticks:
-    """A timer's trace: for each gap between two calls its milliseconds, those of the extension in it, and the step."""
+    """A timer's trace: for each gap between two calls its milliseconds, those of the extension in it, the step, and the
+    three longest calls of the extension.
+    """
 
     def __init__(self, trace):
         self.gaps, self._trace, self._last, self._within = [], trace, None, 0.0
@@ -95,6 +99,8 @@ class Ticks:
     def tick(self):
         now, within = time.perf_counter(), self._trace.within
         if self._last is not None:
-            self.gaps.append((1e3 * (now - self._last), within - self._within, step[0]))
+            longest = sorted(self._trace.since, reverse=True)[:3]
+            self.gaps.append((1e3 * (now - self._last), within - self._within, step[0], longest))
         self._last, self._within = now, within
+        self._trace.since.clear()
         return TICK_S
