@@ -12,10 +12,12 @@ import sys
 import threading
 import time
 from collections import defaultdict
+from typing import Any
 
 import bpy
 
 TICK_S = 0.01
+monitoring: Any = sys.monitoring  # type: ignore[attr-defined]  # Python 3.12 and later, as in Blender 5
 step = ["start"]
 """What the script does now."""
 
@@ -39,20 +41,20 @@ class Trace:
         self.within, self.since = 0.0, []
         self._main, self._depth, self._start = threading.get_ident(), 0, (0.0, 0.0, 0.0)
         self._queue = _queue_file()
-        events = sys.monitoring.events
+        events = monitoring.events
         pairs = {
             "PY_START": self._enter, "PY_RESUME": self._enter, "PY_RETURN": self._leave, "PY_YIELD": self._leave,
             "PY_UNWIND": self._unwind, "PY_THROW": self._thrown,
         }  # fmt: skip
-        self._tool = sys.monitoring.PROFILER_ID
-        sys.monitoring.use_tool_id(self._tool, "stalls")
+        self._tool = monitoring.PROFILER_ID
+        monitoring.use_tool_id(self._tool, "stalls")
         for name, call in pairs.items():
-            sys.monitoring.register_callback(self._tool, getattr(events, name), call)
-        sys.monitoring.set_events(self._tool, sum(getattr(events, name) for name in pairs))
+            monitoring.register_callback(self._tool, getattr(events, name), call)
+        monitoring.set_events(self._tool, sum(getattr(events, name) for name in pairs))
 
     def _enter(self, code, _place):
         if "blender_addon" not in code.co_filename:
-            return sys.monitoring.DISABLE
+            return monitoring.DISABLE
         if threading.get_ident() == self._main:
             if not self._depth:
                 self._start = time.perf_counter(), time.thread_time(), self._queued()
@@ -61,7 +63,7 @@ class Trace:
 
     def _leave(self, code, _place, _value):
         if "blender_addon" not in code.co_filename:
-            return sys.monitoring.DISABLE
+            return monitoring.DISABLE
         if threading.get_ident() == self._main and self._depth:
             self._depth -= 1
             if not self._depth:
