@@ -144,7 +144,7 @@ class Server:
             self._recover(name, kept, error)
 
     def _recover(self, name: str, kept: _Kept, error: Exception) -> None:
-        """After an unexpected error load the scene anew, once: a fault of an edit in place does not stay in the view."""
+        """After an unexpected error load the scene anew, once: the view must not keep a failed edit in place."""
         traceback.print_exc()
         if kept.is_second:
             self._say_trouble(name, kept, f"{type(error).__name__}: {error}")
