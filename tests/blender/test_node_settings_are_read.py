@@ -120,7 +120,8 @@ THEN: dict[str, Callable[[Bench], None]] = {
 """What settings need that did not count before."""
 KINDS = sorted(
     kind for kind, entry in entries().items()
-    if kind.startswith("ShaderNode") and hasattr(bpy.types, kind) and not entry.stand_in and entry.read | set(entry.noted)
+    if kind.startswith("ShaderNode") and hasattr(bpy.types, kind)
+    and not entry.stand_in and entry.read | set(entry.noted)
 )  # fmt: skip
 
 
