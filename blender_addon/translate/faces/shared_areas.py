@@ -13,7 +13,7 @@ Indices = NDArray[np.intp]
 
 
 def touching(boxes: NDArray[Any], group: Indices, limit: int) -> tuple[Indices, Indices]:
-    """Pairs (one, other) of boxes (n, 2, d) of one group that intersect; beyond ``limit`` compared, some are left out."""
+    """Pairs (one, other) of boxes (n, 2, d) of one group that intersect; some are left out beyond ``limit``."""
     if len(boxes) < 2:
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
     low, high = boxes[:, 0], boxes[:, 1]
