@@ -151,7 +151,7 @@ def _has_twice(points: Array, triangles: NDArray[Any]) -> bool:
         one, other = one[same], other[same]
         folded = np.abs(direction[one] - direction[other]).max(axis=1, initial=0.0) < FOLDED
         twice += [number[one[folded]], number[other[folded]]]
-    lying = np.unique(np.concatenate(twice))
+    lying = np.unique(np.concatenate([number[:0], *twice]))
     if not len(lying):
         return False
     areas = np.linalg.norm(np.cross(*edges(corners)), axis=1)
