@@ -215,32 +215,3 @@ def _bump(reader: Reader, output: Output) -> Any:
     sign = -1.0 if output.node.invert else 1.0
     distance = reader.emit("math", reader.read(output, "Distance", 1.0), sign, 0.0, settings=("MULTIPLY",))
     return reader.emit("bump", normal, reader.read(output, "Strength", 1.0), distance, *heights, *steps[1:])
-
-
-@evaluator("DISPLACEMENT")
-def _displacement(reader: Reader, output: Output) -> Any:
-    raised = reader.emit("math", reader.read(output, "Height"), reader.read(output, "Midlevel", 0.5), 0.0,
-                         settings=("SUBTRACT",))  # fmt: skip
-    raised = reader.emit("math", raised, reader.read(output, "Scale", 1.0), 0.0, settings=("MULTIPLY",))
-    normal = normal_of(reader, output.input("Normal"))
-    return reader.emit("vector_math", normal, raised, 0.0, 0.0, settings=("MULTIPLY",))
-
-
-def raised_normal(reader: Reader, place: Input, *, moved: bool = False) -> Value | None:
-    """The normal of a displaced surface; None if nothing is linked.
-
-    As in Cycles, the surface is displaced by the component along its normal, and where its vertices are ``moved`` too
-    the heights are those of the positions before that.
-    """
-    if linked(place) is None:
-        return None
-    heights, places = [], []
-    for shift in range(3):
-        with reader.shifted(shift), reader.before_displacement(moved):
-            offset = reader.as_value(reader.field(place))
-            places.append(reader.point("position"))
-        heights.append(reader.emit("vector_number", offset, reader.point("normal"), settings=("DOT_PRODUCT",)))
-    steps = [reader.point(f"step_{axis}") for axis in "xy"]
-    if moved:
-        steps = [reader.emit("vector_math", end, places[0], 0.0, 0.0, settings=("SUBTRACT",)) for end in places[1:]]
-    return reader.emit("bump", reader.point("normal"), 1.0, 1.0, *heights, *steps)

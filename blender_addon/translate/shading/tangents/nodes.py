@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tangents, and the nodes that use them: Tangent, Normal Map, Vector Displacement."""
+"""Tangents, and the nodes that use them: Tangent, Normal Map."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def uv_axes(reader: Any, uv_map: str) -> tuple[Any, Any]:
     return tangent, reader.emit("uv_bitangent", *places, *steps, reader.smooth_normal())
 
 
-def _axes_of_object(reader: Reader, normal: Value, uv_map: str) -> tuple[Value, Value, Value]:
+def axes_of_object(reader: Reader, normal: Value, uv_map: str) -> tuple[Value, Value, Value]:
     """Normal, tangent and bitangent in the space of the object, where Cycles applies normal maps and displacement."""
     normal = reader.emit("transformed", normal, settings=("NORMAL", "WORLD", "OBJECT"))
     along, across = (reader.emit("transformed", axis, settings=TO_OBJECT) for axis in uv_axes(reader, uv_map))
@@ -76,7 +76,7 @@ def _normal_map(reader: Reader, output: Output) -> Any:
         color = reader.emit("vector_math", color, np.array((1.0, -1.0, 1.0)), np.array((0.0, 1.0, 0.0)), 0.0,
                             settings=("MULTIPLY_ADD",))  # fmt: skip
     if node.space == "TANGENT":
-        bent = reader.emit("normal_map", color, strength, *_axes_of_object(reader, reader.smooth_normal(), node.uv_map))
+        bent = reader.emit("normal_map", color, strength, *axes_of_object(reader, reader.smooth_normal(), node.uv_map))
         return reader.emit("transformed", bent, settings=("NORMAL", "OBJECT", "WORLD"))
     direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
     if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z have the opposite sign
@@ -84,21 +84,3 @@ def _normal_map(reader: Reader, output: Output) -> Any:
     if node.space.endswith("OBJECT"):
         direction = reader.emit("transformed", direction, settings=("NORMAL", "OBJECT", "WORLD"))
     return reader.emit("normal_blend", direction, strength, reader.point("normal"))
-
-
-@evaluator("VECTOR_DISPLACEMENT")
-def _vector_displacement(reader: Reader, output: Output) -> Any:
-    moved = reader.emit("vector_math", reader.read(output, "Vector"), reader.read(output, "Midlevel"), 0.0, 0.0,
-                        settings=("SUBTRACT",))  # fmt: skip
-    moved = reader.emit("vector_math", moved, reader.read(output, "Scale", 1.0), 0.0, 0.0, settings=("MULTIPLY",))
-    if output.node.space == "WORLD":
-        return moved
-    if output.node.space == "OBJECT":
-        return reader.emit("transformed", moved, settings=("VECTOR", "OBJECT", "WORLD"))
-    total: Any = np.zeros(3)  # of the tangent, the normal and the bitangent, as Cycles orders them
-    normal, tangent, bitangent = _axes_of_object(reader, reader.point("normal"), "")
-    for axis, direction in enumerate((tangent, normal, bitangent)):
-        share = reader.emit("component", moved, settings=(axis,))
-        part = reader.emit("vector_math", direction, share, 0.0, 0.0, settings=("MULTIPLY",))
-        total = reader.emit("vector_math", total, part, 0.0, 0.0, settings=("ADD",))
-    return reader.emit("transformed", total, settings=("VECTOR", "OBJECT", "WORLD"))
