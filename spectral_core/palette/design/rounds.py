@@ -89,6 +89,11 @@ class SolveTrace:
         """The largest share that a side could lose."""
         return max(self.gains.values(), default=0.0)
 
+    @property
+    def optimal(self) -> bool:
+        """True if neither side alone could lower its objective by a millionth, beyond rounding."""
+        return self.settled and self.gain <= SETTLED
+
     def better_than(self, other: SolveTrace) -> bool:
         """True if the last joint check passed, and no side could lose as much as in another."""
         return self.settled and self.joint.passed and self.gain < other.gain
@@ -101,7 +106,7 @@ class SolveTrace:
     def settle(self, side: Side, assembled: Assembled, answer: Answer) -> None:
         """Record an answer of the only side as the joint check: nothing else can improve."""
         self.sides[side] = assembled, answer
-        self.joint, self.settled = answer.check, True
+        self.joint, self.settled, self.gains = answer.check, True, {}
 
 
 class Rounds:
@@ -174,7 +179,7 @@ class Rounds:
             # Each side by its own measure: the roughness of lights must not hide a decrease of the reflectances.
             fall, least = gain(assembled, answer, state)
             settled = settled and is_nothing(fall, least)
-            gains[side] = fall / (fall + least + ROUNDING)
+            gains[side] = max(0.0, fall - _rounding(assembled, state)) / (fall + least + ROUNDING)
             joint = joint | answer.check
             self.trace.answers[side] = answer
             self.trace.sides[side] = assembled, answer
@@ -197,6 +202,12 @@ class Rounds:
 def is_nothing(fall: float, least: float) -> bool:
     """True if a side's objective, now ``least``, has fallen by no more than counts as optimal."""
     return fall <= SETTLED * least + NOTHING
+
+
+def _rounding(assembled: Assembled, state: PaletteState) -> float:
+    values = [getattr(state, assembled.side)[item] for item in assembled.items]
+    quadratic = assembled.quadratic
+    return quadratic.rounding(quadratic.joined(quadratic.best_colors(values), values))
 
 
 def gain(assembled: Assembled, answer: Answer, state: PaletteState) -> tuple[float, float]:
