@@ -209,4 +209,3 @@ def _own_remedy(problem: PaletteProblem, cell: CellIndex) -> str:
             f"the color may be out of reach under {light.name}; brighten or free that light, or choose another color."
         )
     return "the color may be out of reach; choose another one, or lower the smoothness."
-

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 BRIGHTEST = 1e3
 """Largest color that is ordinary, in linear RGB: white is 1."""
 SPREAD = 1e6
-"""Ratio of the colors that two lights give to white, from which the dimmer one is lost in the rounding of the brighter."""
+"""Ratio of the colors of white under two lights, from which the dimmer is lost in the rounding of the brighter."""
 ROUNDING = 1e-14
 """Share of a color that may be rounding of its sum."""
 

@@ -22,7 +22,7 @@ Mask = NDArray[np.bool_]
 RANK = 1e-11
 """Singular value of the exact rows, relative to the largest, below which they depend on each other."""
 NO_LIGHT = 1e-100
-"""Singular value of the exact rows below which they are those of a light without power: its inverse may be no number."""
+"""Singular value of the exact rows below which a light has no power: its inverse may be no number."""
 
 
 @dataclass

@@ -214,11 +214,13 @@ class Quadratic:
         return total / 2
 
     def rounding(self, x: Array) -> float:
-        """Largest error of ``objective`` at a point by the rounding of its rows: a row's sum is known to ε of its size."""
+        """Largest error of ``objective`` at a point by rounding: the sum of a row is known to ε of its terms."""
         colors, values = self.split(x)
         total = 0.0
         for block, value in zip(self.blocks, values, strict=True):
-            size = np.abs(block.rows) @ np.abs(value) + np.abs(block.targets) + np.abs(block.ties) @ np.abs(colors.ravel())
+            size = (
+                np.abs(block.rows) @ np.abs(value) + np.abs(block.targets) + np.abs(block.ties) @ np.abs(colors.ravel())
+            )
             smooth = np.abs(block.roughness) @ np.abs(value)
             for weights, left, error in (
                 (block.soft_weights, block.misses(value, colors.ravel()), EPSILON * size),
