@@ -10,6 +10,7 @@ import numpy as np
 from ..shading.coordinate_nodes import normal_of
 from ..shading.fields import Value
 from ..shading.reader import Reader, evaluator
+from ..shading.tangents.nodes import axes_of_object
 from ..shading.tree import Input, Output, linked
 
 
@@ -35,25 +36,13 @@ def _vector_displacement(reader: Reader, output: Output) -> Any:
         return moved
     if output.node.space == "TANGENT":
         total: Any = np.zeros(3)
-        for number, axis in enumerate(_object_axes(reader)):
+        normal, tangent, bitangent = axes_of_object(reader, reader.point("normal"), "")
+        for number, axis in enumerate((tangent, normal, bitangent)):  # in the order of Cycles
             share = reader.emit("component", moved, settings=(number,))
             part = reader.emit("vector_math", axis, share, 0.0, 0.0, settings=("MULTIPLY",))
             total = reader.emit("vector_math", total, part, 0.0, 0.0, settings=("ADD",))
         moved = total
     return reader.emit("transformed", moved, settings=("VECTOR", "OBJECT", "WORLD"))
-
-
-def _object_axes(reader: Reader) -> tuple[Value, Value, Value]:
-    """Unit tangent, normal and bitangent in the object's space, in the order of Cycles."""
-    across, normal, along = (reader.point(name) for name in ("bitangent", "normal", "tangent"))
-    crossed = reader.emit("vector_math", normal, along, 0.0, 0.0, settings=("CROSS_PRODUCT",))
-    sign = reader.emit("vector_number", crossed, across, settings=("DOT_PRODUCT",))
-    inside = reader.emit("transformed", normal, settings=("NORMAL", "WORLD", "OBJECT"))
-    tangent = reader.emit("transformed", along, settings=("VECTOR", "WORLD", "OBJECT"))
-    tangent = reader.emit("vector_math", tangent, 0.0, 0.0, 0.0, settings=("NORMALIZE",))
-    bitangent = reader.emit("vector_math", inside, tangent, 0.0, 0.0, settings=("CROSS_PRODUCT",))
-    bitangent = reader.emit("vector_math", bitangent, 0.0, 0.0, 0.0, settings=("NORMALIZE",))
-    return tangent, inside, reader.emit("vector_math", bitangent, sign, 0.0, 0.0, settings=("MULTIPLY",))
 
 
 def raised_normal(reader: Reader, place: Input, *, moved: bool = False) -> Value | None:
