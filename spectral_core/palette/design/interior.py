@@ -35,8 +35,6 @@ LEAST_FIRST, LEAST_LAST = 1e-24, 1e-32
 """Least barriers, at the start and at the end. Roughness alone may be 1e-22, and a larger barrier would hide it."""
 CLOSE = 0.3
 """Predicted decrease of a step, as a share of all barriers, at which the barrier is reduced."""
-WAITS = 5
-"""Damped steps of no more decrease than that, after which the barrier is reduced as well."""
 BACKOFF = 0.995
 """Share of the distance to the nearest bound that a step may use."""
 NEAREST = 1e-3
@@ -108,7 +106,7 @@ class _Descent:
     def run(self, out_of_time: Callable[[], bool]) -> Array:
         """Newton steps until the barrier is negligible."""
         joint = self._joint
-        bending, waited = None, 0
+        bending = None
         for _ in range(ITERATIONS):
             if out_of_time():
                 break
@@ -121,9 +119,7 @@ class _Descent:
                 bending = weights * left
             step = self._step(gradient * self._size, hessian * np.outer(self._size, self._size))
             done = self._barrier <= max(LAST_BARRIER * total / x.size, LEAST_LAST)
-            near = step.fall <= CLOSE * self._barrier * x.size
-            waited = waited + 1 if near and self._damping else 0
-            close = near and (self._damping == 0.0 or waited > WAITS)
+            close = step.fall <= CLOSE * self._barrier * x.size and self._damping == 0.0
             if close and done:
                 return np.asarray((x + step.reach * step.by_x) * self._size)
             goal = left + joint.linear(step.by_x * self._size, slopes)
