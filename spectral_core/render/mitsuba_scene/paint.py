@@ -46,10 +46,8 @@ def color(context: Context, paint: Paint, subject: str, *, bright: bool = False)
         return color(context, Color(emitted_rgb(paint)), subject, bright=bright)
     if isinstance(paint, Color):
         return Tint(np.maximum(paint.linear_rgb, 0.0) if bright else _held(context, paint, subject), kind)
-    if isinstance(paint, Spectrum) and not context.spectral:
-        return Tint(np.clip(daylight_rgb(paint), 0.0, 1.0), kind)
-    if isinstance(paint, Spectrum) and spectrum_rows.fits(paint):
-        return Sampled(paint, kind)
+    if isinstance(paint, Spectrum) and (not context.spectral or spectrum_rows.fits(paint)):
+        return Sampled(paint, kind) if context.spectral else Tint(np.clip(daylight_rgb(paint), 0.0, 1.0), kind)
     if isinstance(paint, Computed):
         return Programmed(paint.program, kind)
     return Textured(reflectance(context, paint, subject), kind)

@@ -97,6 +97,7 @@ def wavelength_sets(
     sets, plain = _sets(), response.mean(axis=2) / TEETH
     even = (widths[cell] / probability[cell]).mean(axis=1)
     corrections = []
+    # One path of four wavelengths serves both: only the weights differ, and each of them is exact in the mean.
     for known in _KNOWN:
         prior = _prior(at.mean(axis=1), (reflectances, known), colors)
         covariance, expected = _moments(shapes, response, prior)
@@ -111,6 +112,7 @@ def _moments(shapes: Sequence[tuple[Array, float]], response: Array, prior: Arra
     """Second moments of radiance in the bins, and expected products of the wanted integrals and the radiance."""
     covariance, expected = np.zeros((_BINS, _BINS)), np.zeros((3, _BINS))
     for shape, share in shapes:
+        # light varies within a bin, as lines do; the prior of reflectances is that of the bin's mean wavelength
         mean = shape.mean(axis=1)
         covariance += share * np.outer(mean, mean) * prior
         covariance[np.diag_indices(_BINS)] += share * shape.var(axis=1) * np.diag(prior)
@@ -148,6 +150,7 @@ def _prior(nm: Array, known: tuple[Sequence[Spectrum], Sequence[float]], colors:
 
     moments = _GRAY + _SMOOTH * correlation(_SMOOTH_NM) + _BUMPY * correlation(_BUMPY_NM)
     moments = moments + _COLORS * _mean_product([each.at(nm) for each in colors])
+    # products of reflectances are narrower than each: they need moments of their own
     rows = [each.at(nm) for each in known[0]]
     for order, (moment, most) in enumerate(zip(known[1], _MOST_IN_PRODUCTS, strict=True), 1):
         products = [np.prod(each, axis=0) for each in combinations_with_replacement(rows[:most], order)]
