@@ -161,7 +161,7 @@ class Accumulator:
         has_volumes = bool(integrator.aov_names())  # in front of the first hit; their transmittance comes first
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
-        if not has_volumes and mi.is_spectral:
+        if getattr(integrator, "tells_far", False):
             *extra, r, s, t, u = extra
             far = mi.Spectrum(r, s, t, u)
         if has_volumes:

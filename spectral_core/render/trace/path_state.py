@@ -49,6 +49,9 @@ def path_state_class(variant: str) -> Any:
             "before_kinds": mi.UInt32,  # types of rays along which it scatters light
         }
 
+        light: Any
+        far: Any
+        through: Any
         before: Any
         before_shape: Any
         before_both: Any

@@ -41,7 +41,7 @@ def scene_path_class(variant: str) -> Any:
     class ScenePath(mi.SamplingIntegrator):
         """Radiance along camera rays."""
 
-        State = PathState
+        State, tells_far = PathState, mi.is_spectral
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
         shadow_ray = hit_sides.shadow_ray
         even_lobe, is_hole = reradiation.even_lobe, path_limits.is_hole
