@@ -14,7 +14,7 @@ from typing import Any
 import benchmarks
 from benchmarks import Options
 from spectral_core.cli.shared.terminal import completed
-from spectral_core.errors import UnknownNameError
+from spectral_core.errors import MissingDependencyError, UnknownNameError
 
 
 def known() -> dict[str, str]:
@@ -63,7 +63,7 @@ def main(arguments: list[str] | None = None) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     try:
         figures = module.run(options)
-    except UnknownNameError as error:
+    except (UnknownNameError, MissingDependencyError) as error:
         print(error, file=sys.stderr)
         return 2
     if given.json:

@@ -36,11 +36,11 @@ HABITS = ("one after the other", "one hand: neighbors together", "two hands: all
 
 def five_lamps(size: int, samples: int) -> Scene:
     """The corner of the sweeps' examples under five lamps with different spectra."""
-    from examples.sweeps.scenes import _at, corner
+    from examples.sweeps.scenes import at, corner
 
     scene = corner(size, samples)
     lamps = tuple(
-        PointLight(name=name, world_from_light=_at(place), power_w=140, radius=0.3, color=catalogue.illuminant(name))
+        PointLight(name=name, world_from_light=at(place), power_w=140, radius=0.3, color=catalogue.illuminant(name))
         for name, place in zip(SPECTRA, PLACES, strict=True)
     )
     return replace(scene, lights=lamps, world=World(gray(0.0)))

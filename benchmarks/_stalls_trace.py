@@ -12,10 +12,12 @@ import sys
 import threading
 import time
 from collections import defaultdict
+from typing import Any
 
 import bpy
 
 TICK_S = 0.01
+monitoring: Any = sys.monitoring  # type: ignore[attr-defined]  # Python 3.12 and later, as in Blender 5
 step = ["start"]
 """What the script does now."""
 
@@ -30,28 +32,29 @@ def _queue_file():
 
 class Trace:
     """Outermost calls of the extension on the main thread: by function milliseconds on the clock and of processor time,
-    the step, and milliseconds in which no processor was free.
+    the step, and milliseconds in which no processor was free. ``since``: milliseconds and functions since they were
+    cleared.
     """
 
     def __init__(self):
         self.calls = defaultdict(list)
-        self.within = 0.0
+        self.within, self.since = 0.0, []
         self._main, self._depth, self._start = threading.get_ident(), 0, (0.0, 0.0, 0.0)
         self._queue = _queue_file()
-        events = sys.monitoring.events
+        events = monitoring.events
         pairs = {
             "PY_START": self._enter, "PY_RESUME": self._enter, "PY_RETURN": self._leave, "PY_YIELD": self._leave,
             "PY_UNWIND": self._unwind, "PY_THROW": self._thrown,
         }  # fmt: skip
-        self._tool = sys.monitoring.PROFILER_ID
-        sys.monitoring.use_tool_id(self._tool, "stalls")
+        self._tool = monitoring.PROFILER_ID
+        monitoring.use_tool_id(self._tool, "stalls")
         for name, call in pairs.items():
-            sys.monitoring.register_callback(self._tool, getattr(events, name), call)
-        sys.monitoring.set_events(self._tool, sum(getattr(events, name) for name in pairs))
+            monitoring.register_callback(self._tool, getattr(events, name), call)
+        monitoring.set_events(self._tool, sum(getattr(events, name) for name in pairs))
 
     def _enter(self, code, _place):
         if "blender_addon" not in code.co_filename:
-            return sys.monitoring.DISABLE
+            return monitoring.DISABLE
         if threading.get_ident() == self._main:
             if not self._depth:
                 self._start = time.perf_counter(), time.thread_time(), self._queued()
@@ -60,7 +63,7 @@ class Trace:
 
     def _leave(self, code, _place, _value):
         if "blender_addon" not in code.co_filename:
-            return sys.monitoring.DISABLE
+            return monitoring.DISABLE
         if threading.get_ident() == self._main and self._depth:
             self._depth -= 1
             if not self._depth:
@@ -70,6 +73,7 @@ class Trace:
                 self.within += clock
                 name = f"{code.co_filename.rpartition('blender_addon/')[2]}: {code.co_qualname}"
                 self.calls[name].append((clock, work, step[0], queued))
+                self.since.append((clock, name))
         return None
 
     def _queued(self):
@@ -86,7 +90,9 @@ class Trace:
 
 
 class Ticks:
-    """A timer's trace: for each gap between two calls its milliseconds, those of the extension in it, and the step."""
+    """A timer's trace: for each gap between two calls its milliseconds, those of the extension in it, the step, and the
+    three longest calls of the extension.
+    """
 
     def __init__(self, trace):
         self.gaps, self._trace, self._last, self._within = [], trace, None, 0.0
@@ -95,6 +101,8 @@ class Ticks:
     def tick(self):
         now, within = time.perf_counter(), self._trace.within
         if self._last is not None:
-            self.gaps.append((1e3 * (now - self._last), within - self._within, step[0]))
+            longest = sorted(self._trace.since, reverse=True)[:3]
+            self.gaps.append((1e3 * (now - self._last), within - self._within, step[0], longest))
         self._last, self._within = now, within
+        self._trace.since.clear()
         return TICK_S

@@ -67,6 +67,7 @@ def _osc(seconds: float) -> dict[str, Any]:
     board, numbers = _board(controls)
     link = OscLink(board.receive, port=0)
     try:
+        client: Any  # of python-osc, whose ``__enter__`` promises less than it returns
         with SimpleUDPClient("127.0.0.1", link.port) as client:
             return _drive(
                 seconds, controls, lambda c, p: client.send_message(c.address, p), board, numbers, lambda: None

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import time
 import tracemalloc
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -197,7 +198,7 @@ def _hard_cases() -> dict[str, str]:
     """Each case with its answer or its error, and how long that took."""
     cube, one = lattice.unit_cube, lattice.make_lattice
     far = lattice.box(np.full(6, 1e9), np.full(6, 1e9 + 1.0))
-    cases = {
+    cases: dict[str, Callable[[], Any]] = {
         "m = 0": lambda: lattice.progressive_fill(cube(6), 0),
         "m = 1": lambda: lattice.progressive_fill(cube(6), 1),
         "m = 2": lambda: lattice.progressive_fill(cube(6), 2),

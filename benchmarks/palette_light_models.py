@@ -30,6 +30,7 @@ from spectral_core.light_models import (
     representative_spectra,
 )
 from spectral_core.light_models.factor import optimized_edges
+from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import delta_e_2000, lab_from_xyz
 from spectral_core.spectra.observer import xyz_from_product
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
@@ -73,17 +74,15 @@ def nanoseconds(model: LightModel, light: Illuminant, pixels: int) -> float:
     matrix = model.xyz_from_coefficients(light).T
     second = first[0].copy()
     # One surface reflects the whole image, so R of Eq. 5.7 is formed once and applied to every pixel.
-    reflection = model.illumination_matrix(second).T if _is_full(model) else None
+    reflection = None
+    if isinstance(model, BasisModel) and not isinstance(model, FactorModel):
+        reflection = model.illumination_matrix(second).T
     times = []
     for _ in range(20):
         start = time.perf_counter()
         (first @ reflection if reflection is not None else first * second) @ matrix
         times.append(time.perf_counter() - start)
     return min(times) / pixels * 1e9
-
-
-def _is_full(model: LightModel) -> bool:
-    return isinstance(model, BasisModel) and not isinstance(model, FactorModel)
 
 
 def row(label: str, model: LightModel, catalogue: Catalogue, pixels: int) -> dict[str, Any]:
@@ -124,7 +123,7 @@ def table(catalogue: Catalogue, sizes: tuple[int, ...], pixels: int) -> list[dic
     print(f"\n{len(catalogue.lights)} lights × {len(catalogue.reflectances)} reflectances")
     print(f"{'model':34} {'m':>3} {'mean':>9} {'p95':>8} {'max':>8} {'2 bounces':>9} {'multipl.':>9} {'ns/pixel':>8}")
     grid = catalogue.grid
-    rows = [row("RGB of D65", RgbModel(grid, catalogue.illuminant("D65")), catalogue, pixels)]
+    rows = [row("RGB of D65", RgbModel(grid, illuminant("D65")), catalogue, pixels)]
     for size in sizes:
         rows += [row(label, model, catalogue, pixels) for label, model in learned_models(size, catalogue)]
         if size in NATURAL_NODES_NM:

@@ -42,16 +42,17 @@ def run(options: Options) -> dict[str, Any]:
     if ticks:
         print(f"a timer every 10 ms: {ticks['number']} gaps, median {ticks['median_ms']:.0f} ms, 99th "
               f"{ticks['p99_ms']:.0f} ms; from so many ms on: {ticks['histogram']}")  # fmt: skip
-        for gap, own, step in ticks["longest"]:
+        for gap, own, step, _ in ticks["longest"]:
             print(f"  gap of {gap:.0f} ms at {step!r}, {own:.0f} ms of it within the extension")
-        for gap, own, step in ticks["own"]:
-            print(f"  {own:.0f} ms within the extension at {step!r}, in a gap of {gap:.0f} ms")
+        for gap, own, step, calls in ticks["own"]:
+            parts = ", ".join(f"{name} {took:.0f} ms" for took, name in calls)
+            print(f"  {own:.0f} ms within the extension at {step!r}, in a gap of {gap:.0f} ms: {parts}")
     for text, count in told["refused"].items():
         print(f"refused {count} times: {text}")
     work = max((found["work_ms"] for found in functions.values()), default=float("nan"))
     clock = max((found["clock_ms"] for found in functions.values()), default=float("nan"))
     apart = max((found["apart_ms"] for found in functions.values()), default=float("nan"))
-    together = max((own for _, own, _ in ticks.get("own", ())), default=float("nan"))
+    together = max((own for _, own, *_ in ticks.get("own", ())), default=float("nan"))
     holds = {
         f"no call of the extension takes more than {LIMIT_MS:g} ms of processor time": work <= LIMIT_MS,
         f"no call takes more than {LIMIT_MS:g} ms apart from waiting for a free processor": apart <= LIMIT_MS,

@@ -11,6 +11,8 @@ from collections.abc import Callable
 
 import bpy
 
+from .pauses import pause
+
 RENDER_SECONDS = 0.5
 """Time between two checks whether a render has ended."""
 CONTINUE_SECONDS = 0.01
@@ -64,6 +66,10 @@ class Deferred:
         """Handle pending edits first; after a pause, finish their scenes. Blender's timer calls this."""
         if bpy.app.is_job_running("RENDER"):
             return RENDER_SECONDS
+        with pause(of_timer=True):
+            return self._handle()
+
+    def _handle(self) -> float | None:
         if self._edited:
             for scene in _taken(self._edited):
                 self._follow(scene)

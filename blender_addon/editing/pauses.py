@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Waits of the interface within one round of Blender's event loop: for the artist they are one pause.
+"""Work and waits of the interface within one round of Blender's event loop: for the artist they are one pause.
 
-A wanted color may wait for its solver, and the redraw of each view for its picture, before Blender takes the next
-event. While a thread of the extension computes, Python lets the main thread wait for it, too, after each wait and each
-large operation of NumPy: 5 ms by default.
+A wanted color may wait for its solver, an operator reads the scene, and the redraw of each view waits for its picture,
+before Blender takes the next event. While a thread of the extension computes, Python lets the main thread wait for it,
+too, after each wait and each large operation of NumPy: 5 ms by default.
 """
 
 from __future__ import annotations
@@ -18,34 +18,46 @@ import bpy
 SWITCH_S = 0.001
 """Longest time for which a thread that runs Python keeps the main thread waiting."""
 _paused = [0.0]
+_by_timers = [0.0]
+"""Time of pauses by timers which the end of the round before must not take away."""
+_open: list[float] = []
+"""Time on the clock at which each open pause began, the outermost first."""
 _usual: list[float] = []
 
 
 def paused_seconds() -> float:
-    """Time of all pauses of this round."""
-    return _paused[0]
+    """Time of all pauses of this round, of one that is not over, too."""
+    return _paused[0] + (time.monotonic() - _open[0] if _open else 0.0)
 
 
 @contextmanager
-def pause() -> Iterator[None]:
-    """Add the time of a block to the pauses of this round. One pause is not within another."""
-    began = time.monotonic()
+def pause(*, of_timer: bool = False) -> Iterator[None]:
+    """Add the time of a block to the pauses of this round; a pause within another one counts once.
+
+    ``of_timer``: True if a timer runs the block. Blender calls its timers one after another at the beginning of a
+    round, and the one that ends the round before may be the last of them.
+    """
+    _open.append(time.monotonic())
     try:
         yield
     finally:
-        if not bpy.app.background:  # otherwise there are no rounds
-            _paused[0] += time.monotonic() - began
-            _end_with_round()
+        began = _open.pop()
+        if not _open and not bpy.app.background:  # in the background there are no rounds
+            _add(time.monotonic() - began, of_timer)
 
 
-def _end_with_round() -> None:
+def _add(seconds: float, of_timer: bool) -> None:
+    _paused[0] += seconds
     if not bpy.app.timers.is_registered(_next_round):
         bpy.app.timers.register(_next_round, persistent=True)
+    elif of_timer:
+        _by_timers[0] += seconds
 
 
-def _next_round() -> None:
+def _next_round() -> float | None:
     """Blender calls its timers at the beginning of each round."""
-    _paused[0] = 0.0
+    _paused[0], _by_timers[0] = _by_timers[0], 0.0
+    return 0.0 if _paused[0] else None
 
 
 def register() -> None:

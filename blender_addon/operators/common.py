@@ -13,6 +13,7 @@ from bpy.types import Context, Event, Operator, PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError, SpectralError
 
 from ..editing.board.paths import full_path
+from ..editing.pauses import pause
 
 Execute = Callable[[Any, Context], set[str] | None]
 """``execute`` of an operator; returns None if it finished."""
@@ -158,9 +159,10 @@ class Waiting:
         """Start the work on a thread as soon as it is prepared."""
         self._answers, self._scene = [], context.scene.session_uid
         try:
-            self.prepare(context, at_once=False)
-            if self.is_prepared():
-                self._begin_on_thread(context)
+            with pause():
+                self.prepare(context, at_once=False)
+                if self.is_prepared():
+                    self._begin_on_thread(context)
         except (SpectralError, OSError) as error:
             self.leave()
             return self.refused(error)
@@ -177,7 +179,13 @@ class Waiting:
 
     def modal(self, context: Context, event: Event) -> set[str]:
         """Begin when all is prepared, and store the answer when the thread has it."""
-        if event.type != "TIMER" or not self.is_prepared():
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        with pause():
+            return self._look(context)
+
+    def _look(self, context: Context) -> set[str]:
+        if not self.is_prepared():
             return {"PASS_THROUGH"}
         scene = next((each for each in bpy.data.scenes if each.session_uid == self._scene), None)
         if self._thread is None:

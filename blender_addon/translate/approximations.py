@@ -22,8 +22,9 @@ from spectral_core.scene import (
     leaves,
 )
 
-from .coincident import coincident, doubled, edges
 from .context import Translation
+from .faces.coincident import coincident, doubled, edges
+from .faces.overlapping import overlapping
 from .meshes.triangles import OUTPUTS, uv_layer
 
 Array = NDArray[np.float64]
@@ -51,19 +52,7 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
             translation.note(instance.name, message)
     if compares_faces:
         passes = enters | {name for name, surface in surfaces.items() if _refracts(surface)}
-        for name, other in coincident(scene, meshes, passes):
-            message = (
-                f"faces of it coincide with faces of {other!r}: Cycles loses light between them, and here it is kept; "
-                "move it by a thousandth of its size"
-            )
-            translation.note(name, message)
-        for name, other in doubled(scene, meshes):
-            place = "each other" if other == name else f"faces of {other!r}"
-            message = (
-                f"faces of it are the same as {place}: Cycles darkens them by chance, and here they are as bright as "
-                "one; remove one of the two, as with Mesh > Merge by Distance"
-            )
-            translation.note(name, message)
+        _note_faces(translation, scene, meshes, passes)
     film = scene.film
     if film.transparent and film.transparent_glass:
         for name, surface in surfaces.items():
@@ -76,6 +65,27 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
     if not (limits.reflective_caustics and limits.refractive_caustics):
         message = "caustics are off: a surface that is partly diffuse keeps the caustics of its glossy part"
         translation.note(translation.scene.name, message)
+
+
+def _note_faces(translation: Translation, scene: Scene, meshes: dict[str, Mesh], passes: set[str]) -> None:
+    """Note faces that lie on each other; ``passes``: names of the materials that light passes through."""
+    for name, other in coincident(scene, meshes, passes):
+        message = (
+            f"faces of it coincide with faces of {other!r}: Cycles loses light between them, and here it is kept; "
+            "move it by a thousandth of its size"
+        )
+        translation.note(name, message)
+    darkens = "Cycles darkens them by chance, and here they are as bright as one"
+    twice = dict(doubled(scene, meshes))
+    for name, other in twice.items():
+        place = "each other" if other == name else f"faces of {other!r}"
+        remedy = "remove one of the two, as with Mesh > Merge by Distance"
+        translation.note(name, f"faces of it are the same as {place}: {darkens}; {remedy}")
+    for name, other in overlapping(scene, meshes):
+        if name not in twice:
+            place = "each other" if other == name else f"faces of {other!r}"
+            remedy = "move one of the two by a ten-thousandth of its size"
+            translation.note(name, f"faces of it overlap {place} in one plane: {darkens}; {remedy}")
 
 
 def _refracts(surface: Surface | None) -> bool:

@@ -134,8 +134,9 @@ def test_a_number_that_is_not_finite_gets_a_note_and_the_object_is_kept(build, t
 def test_thousands_of_glass_instances_are_compared_up_to_a_limit(blender, monkeypatch):
     import numpy as np
 
-    from blender_addon.translate import approximations, coincident
+    from blender_addon.translate import approximations
     from blender_addon.translate.context import Translation
+    from blender_addon.translate.faces import coincident
     from spectral_core.scene import Camera, Film, Glass, Instance, Material, Mesh, Scene
 
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
@@ -159,13 +160,15 @@ def test_thousands_of_glass_instances_are_compared_up_to_a_limit(blender, monkey
 def test_faces_that_are_there_twice_get_a_note(build, translate):
     """Opaque ones as well: a copy in the same position, and a mirrored half that lies on the other one."""
     build.plane(name="Ground", size=10.0)
+    from mathutils import Vector
+
     cube = smooth_cube()
     cube.location.z = 3.0
     assert not translate().notes
     copy = cube.copy()
     bpy.context.scene.collection.objects.link(copy)
     assert f"are the same as faces of '{cube.name}'" in messages(translate())
-    copy.location.x = 0.01
+    copy.location += Vector((0.01, 0.013, 0.017))
     assert not translate().notes
     bpy.data.objects.remove(copy)
     # the diagonals of the mirrored squares cross those of the first ones

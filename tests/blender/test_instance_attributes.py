@@ -74,7 +74,7 @@ def test_instances_of_points_with_an_id_have_their_own_values(build, translate):
     tree.show(tree.on_points(spread(tree), cube, "at"))
     scene = translate()
     positions, values = found(scene)
-    assert len(values) > 10 and not scene.notes
+    assert len(values) > 10 and all("in one plane" in note.message for note in scene.notes)  # random ones overlap
     np.testing.assert_allclose(values, positions, atol=1e-5)
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 pytest.importorskip("bpy")
@@ -62,3 +63,63 @@ def test_a_normal_map_turns_the_smooth_normal_of_a_displaced_surface(build, tran
     assert "bump" not in {step.operation for step in found.program.instructions}
     tree.links.new(tree.nodes.new("ShaderNodeNewGeometry").outputs["Normal"], tree.nodes["shader"].inputs["Normal"])
     assert "bump" in {step.operation for step in normal().program.instructions}
+
+
+SCALES = [(1.0, 1.0, 1.0), (1.0, 0.25, 2.0), (-1.0, 0.5, 1.0)]
+
+
+def _direction(surface_normal, matrix):
+    """What a program of directions gives on a plane whose UV map grows along x and y of its object."""
+    inverse = np.linalg.inv(matrix)
+    inputs = {name: matrix @ axis / np.linalg.norm(matrix @ axis) for name, axis in zip(AXES, np.eye(3), strict=True)}
+    inputs["normal"] = inverse[2] / np.linalg.norm(inverse[2])
+
+    def transform(vector, kind, space, back):
+        chosen = matrix if back else inverse
+        return tuple(np.linalg.inv(chosen).T @ vector if kind == "NORMAL" else chosen @ vector)
+
+    return np.ravel(surface_normal.program.evaluate(lambda name, shift: tuple(inputs[name]), transform=transform))
+
+
+AXES = ("tangent", "bitangent", "normal")
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_a_normal_map_applies_in_the_space_of_the_object(build, translate, scale):
+    """As in Cycles: on a stretched object its normals turn as those of the mesh do."""
+    from blender_addon import compat
+
+    material = build.material(shader="ShaderNodeBsdfDiffuse")
+    plane = build.plane(material=material)
+    tree = compat.use_nodes(material)
+    node = tree.nodes.new("ShaderNodeNormalMap")
+    stored = np.array([0.4, 0.3, np.sqrt(0.75)])
+    node.inputs["Color"].default_value = (*(0.5 + 0.5 * stored), 1)
+    tree.links.new(node.outputs[0], tree.nodes["shader"].inputs["Normal"])
+    plane.rotation_euler, plane.scale = (0.3, 0.5, 0.2), scale
+    scene = translate()
+    matrix = scene.instances[0].world_from_object[:3, :3]
+    expected = np.linalg.inv(matrix).T @ stored
+    (surface,) = (item.surface for item in scene.materials)
+    np.testing.assert_allclose(_direction(surface.normal, matrix), expected / np.linalg.norm(expected), atol=1e-6)
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_vector_displacement_follows_the_tangents_of_stretched_and_mirrored_objects(build, translate, scale):
+    from blender_addon import compat
+
+    material = build.material(shader="ShaderNodeBsdfDiffuse")
+    plane = build.plane(size=2.0, material=material)
+    tree = compat.use_nodes(material)
+    node = tree.nodes.new("ShaderNodeVectorDisplacement")
+    node.space, node.inputs["Midlevel"].default_value, node.inputs["Scale"].default_value = "TANGENT", 0.0, 1.0
+    node.inputs["Vector"].default_value[:3] = 0.2, 0.3, 0.1  # along the tangent, the normal, the bitangent
+    output = next(each for each in tree.nodes if each.type == "OUTPUT_MATERIAL")
+    tree.links.new(node.outputs[0], output.inputs["Displacement"])
+    material.displacement_method = "DISPLACEMENT"
+    before = np.array([vertex.co[:] for vertex in plane.data.vertices])
+    plane.scale = scale
+    scene = translate()
+    mesh = next(each for each in scene.meshes if each.name == scene.instances[0].mesh)
+    found = np.unique(mesh.positions.round(5), axis=0)
+    np.testing.assert_allclose(found, np.unique((before + np.array((0.2, 0.1, 0.3))).round(5), axis=0), atol=2e-5)

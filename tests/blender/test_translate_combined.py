@@ -57,6 +57,7 @@ def test_means_of_whole_numbers_are_rounded_and_a_vertex_of_a_true_edge_is_true(
     ("FLOAT2", "vector", (0.25, 0.75), 0.25),
     ("FLOAT_VECTOR", "vector", (0.3, 0.6, 0.9), 0.6),
     ("FLOAT_COLOR", "color", (0.3, 0.6, 0.9, 0.2), 0.6),
+    ("QUATERNION", "value", (0.3, 0.6, 0.9, 0.2), 0.6),
 ])  # fmt: skip
 def test_the_factor_of_an_attribute_is_that_of_cycles(build, translate, kind, field, stored, factor):
     material = build.material()

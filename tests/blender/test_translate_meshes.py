@@ -194,7 +194,7 @@ def test_the_uv_map_of_the_material_is_used(build, translate):
     plane = build.plane(material=material)
     second = plane.data.uv_layers.new(name="Second")
     second.uv.foreach_set("vector", np.full(8, 0.25, dtype=np.float32))
-    lonely = build.mesh("No UVs", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], material)
+    lonely = build.mesh("No UVs", [(0, 0, 1), (1, 0, 1), (0, 1, 1)], [(0, 1, 2)], material)
     scene = translate()
     by_name = {mesh.name: mesh for mesh in scene.meshes}
     (moved,) = by_name["Plane"].attributes

@@ -23,6 +23,7 @@ def window(monkeypatch):
     monkeypatch.setattr(pauses, "bpy", SimpleNamespace(app=app))
     monkeypatch.setattr(pauses, "time", SimpleNamespace(monotonic=lambda: clock.now))
     monkeypatch.setattr(pauses, "_paused", [0.0])
+    monkeypatch.setattr(pauses, "_by_timers", [0.0])
     return SimpleNamespace(pauses=pauses, clock=clock, timers=timers, app=app)
 
 
@@ -52,3 +53,20 @@ def test_without_a_window_nothing_is_counted(window):
     window.app.background = True
     waited(window, 0.5)
     assert window.pauses.paused_seconds() == 0.0 and not window.timers
+
+
+def test_a_pause_within_another_counts_once(window):
+    with window.pauses.pause():
+        window.clock.now += 0.25
+        waited(window, 0.5)
+        assert window.pauses.paused_seconds() == 0.75
+    assert window.pauses.paused_seconds() == 0.75
+
+
+def test_the_pause_of_a_timer_counts_in_the_round_that_it_begins(window):
+    waited(window, 0.5)
+    (next_round,) = window.timers
+    with window.pauses.pause(of_timer=True):  # Blender calls it before the timer that ends the round before
+        window.clock.now += 0.25
+    assert next_round() == 0.0 and window.pauses.paused_seconds() == 0.25
+    assert next_round() is None and window.pauses.paused_seconds() == 0.0

@@ -94,6 +94,45 @@ def test_the_first_picture_is_as_coarse_as_its_launch_is_slow(
         area.remove()
 
 
+@pytest.mark.parametrize("faults", [1, 2])
+def test_after_an_unexpected_error_the_scene_is_loaded_anew_once(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, faults: int
+) -> None:
+    """An edit in place that fails must not leave the view without a picture; a scene that cannot be traced is told."""
+    step, left = ViewPicture.step, [0]
+
+    def stepped(self: ViewPicture) -> bool:
+        if left[0]:
+            left[0] -= 1
+            raise RuntimeError("drawn by a test")
+        return step(self)
+
+    monkeypatch.setattr(ViewPicture, "step", stepped)
+    told: list[tuple[str, object]] = []
+    server = Server(told.append)
+    area = PixelArea.make((WIDTH + 8) * (HEIGHT + 8))
+    request = ViewRequest("stage", Viewpoint.of_camera(scene.camera, scene.film), WIDTH, HEIGHT, 4, 1)
+    try:
+        server.hear("scene", ("stage", scene))
+        server.hear("view", ("view", request, _name(area)))
+        server.work()
+        left[0] = faults
+        edited = with_surface(scene, "red", color=Color([0.1, 0.9, 0.1]))
+        server.hear("change", ("stage", difference(scene, edited)))
+        server.hear("view", ("view", replace(request, generation=2), _name(area)))
+        server.work()
+        assert [kind for kind, _ in told] == ["frame"] and not server.is_idle
+        server.work()
+        assert told[-1][0] == ("frame" if faults == 1 else "trouble") and told[-1][1].generation == 2
+        assert server.is_idle == (faults == 2)
+        server.hear("change", ("stage", difference(edited, scene)))
+        server.hear("view", ("view", replace(request, generation=3), _name(area)))
+        server.work()
+        assert told[-1][0] == "frame" and told[-1][1].generation == 3
+    finally:
+        area.remove()
+
+
 def _name(area: PixelArea) -> AreaName:
     return AreaName(area.path, area.pixels)
 

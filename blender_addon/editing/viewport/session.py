@@ -33,12 +33,12 @@ from . import stages
 from .patience import Patience
 from .stages import Stage
 
-REDRAW_S = 0.09
+REDRAW_S = 0.08
 """Longest pause of the interface in one round of Blender's events, the time of a change, of its solver and of the
-drawing included: Blender must not stop for 100 ms. What is left is the wait for the first picture of a change; a later
-picture needs another redraw.
+drawing included: Blender must not stop for 100 ms, and panels are drawn in the same round. What is left is the wait for
+the first picture of a change; a later picture needs another redraw.
 """
-BUSY_REDRAW_S = 0.07
+BUSY_REDRAW_S = 0.06
 """The same while a picture is rendered or recorded: both processors are at work, and a wait ends some 20 ms late."""
 UPDATE_S = 0.06
 """Time of one update after which it begins no further mesh, material or lamp; the next redraw continues."""

@@ -206,7 +206,8 @@ class _Reading:
         tangent = sums[self._places] @ self._matrix[:3, :3].T
         tangent = tangent - self._normal * np.sum(tangent * self._normal, axis=1, keepdims=True)
         tangent = _unit(tangent, np.zeros_like(tangent))
-        across = np.cross(self._normal, tangent) * np.where(signs[self._places] < 0, -1.0, 1.0)
+        mirrored = np.linalg.det(self._matrix[:3, :3]) < 0
+        across = np.cross(self._normal, tangent) * np.where((signs[self._places] < 0) != mirrored, -1.0, 1.0)
         return tangent if name == "tangent" else across
 
 

@@ -187,6 +187,7 @@ def _weights(source: Any, group: int, corners: Array) -> Array:
 COMPONENTS = {
     "FLOAT": ("value", 1), "INT": ("value", 1), "BOOLEAN": ("value", 1), "INT8": ("value", 1), "FLOAT2": ("vector", 2),
     "FLOAT_VECTOR": ("vector", 3), "FLOAT_COLOR": ("color", 4), "BYTE_COLOR": ("color", 4),
+    "QUATERNION": ("value", 4),
 }  # fmt: skip
 
 

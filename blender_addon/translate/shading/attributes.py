@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import bpy
 import numpy as np
 
 PREFIX = "object_attribute:"
@@ -172,22 +171,3 @@ def hashed_pair(first: int, second: int) -> int:
 
 def _rotated(word: int, bits: int) -> int:
     return ((word << bits) | (word >> (32 - bits))) & 0xFFFFFFFF
-
-
-def _is_what_renders(uv_map: str, material: str) -> bool:
-    """True if the UV map for rendering has this name on every mesh with the material."""
-    users = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
-    return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in users)
-
-
-def uv_axes(reader: Any, uv_map: str) -> tuple[Any, Any]:
-    """Tangent and bitangent of a UV map, "" for the one that renders."""
-    if not uv_map or _is_what_renders(uv_map, reader.owner):
-        return reader.point("tangent"), reader.point("bitangent")
-    places = []
-    for shift in range(3):
-        with reader.shifted(shift):
-            places.append(reader.point(f"attribute:{uv_map}"))
-    steps = reader.point("step_x"), reader.point("step_y")
-    tangent = reader.emit("uv_tangent", *places, *steps, reader.smooth_normal())
-    return tangent, reader.emit("uv_bitangent", *places, *steps, reader.smooth_normal())

@@ -176,21 +176,24 @@ def _curves(reader: Reader, output: Output) -> Any:
     kind = output.node.type
     mapping = output.node.mapping
     mapping.update()
-    low, high = (-1.0, 1.0) if kind == "CURVE_VEC" else (0.0, 1.0)
-    grid = np.linspace(low, high, 257)
-    tables = [np.array([mapping.evaluate(curve, x) for x in grid]) for curve in mapping.curves]
+    ends = [point.location[0] for curve in mapping.curves for point in (curve.points[0], curve.points[-1])]
+    low, high = min(ends), max(ends)
+    settings = (low, high if high > low else low + 1.0, mapping.extend == "EXTRAPOLATED")
+    grid = np.linspace(*settings[:2], 257)
+    first = [grid] * len(mapping.curves)
+    if (
+        kind == "CURVE_RGB"
+    ):  # each channel's own curve acts on the values of the combined one, in one table as in Cycles
+        first = [np.array([mapping.evaluate(mapping.curves[3], x) for x in grid])] * 3
+    tables = [
+        np.array([mapping.evaluate(curve, x) for x in places])
+        for curve, places in zip(mapping.curves, first, strict=False)
+    ]
     factor = reader.read(output, "Fac" if output.input("Fac") is not None else "Factor", 1.0)
     if kind == "CURVE_FLOAT":
-        return reader.emit("curve", factor, reader.read(output, "Value"), settings=(0.0, 1.0), data=tables[0][:, None])
-    if kind == "CURVE_VEC":
-        data = np.stack(tables[:3], axis=1)
-        return reader.emit("curves", factor, reader.read(output, "Vector"), settings=(low, high), data=data)
-    # the combined curve goes first, then each channel's own: as two tables, so that neither is sampled twice
-    color = reader.read(output, "Color")
-    combined = np.repeat(tables[3][:, None], 3, axis=1)
-    bent = reader.emit("curves", 1.0, color, settings=(low, high), data=combined)
-    bent = reader.emit("curves", 1.0, bent, settings=(low, high), data=np.stack(tables[:3], axis=1))
-    return reader.emit("blend", factor, color, bent, settings=("MIX",))
+        return reader.emit("curve", factor, reader.read(output, "Value"), settings=settings, data=tables[0][:, None])
+    color = reader.read(output, "Vector" if kind == "CURVE_VEC" else "Color")
+    return reader.emit("curves", factor, color, settings=settings, data=np.stack(tables[:3], axis=1))
 
 
 @evaluator("RGBTOBW")

@@ -10,9 +10,10 @@ import numpy as np
 from spectral_core.scene.shading.geometry import FILTER_WIDTH, shifted_by
 
 from ..meshes.measures import READ
-from .attributes import ALPHA, uv_axes, view_layer_attribute
+from .attributes import ALPHA, view_layer_attribute
 from .fields import Value
 from .reader import NEUTRAL, Reader, evaluator
+from .tangents.nodes import is_meshless, round_tangent
 from .tree import Input, Output, linked
 
 MOST_PROBES = 16
@@ -24,19 +25,6 @@ def normal_of(reader: Reader, place: Input | None) -> Value:
     if place is None or linked(place) is None:
         return reader.point("normal")
     return reader.as_value(reader.field(place))
-
-
-def _is_meshless(reader: Reader) -> bool:
-    """True in the nodes of a lamp or a world."""
-    return reader.in_world or hasattr(reader, "lamp")
-
-
-def round_tangent(reader: Reader, axis: str = "Z") -> Value:
-    """The tangential direction around an axis of the object (Cycles' radial tangent)."""
-    place = reader.point("position" if _is_meshless(reader) else "generated")
-    around = reader.emit("around_axis", place, settings=(axis,))
-    around = reader.emit("transformed", around, settings=("NORMAL", "OBJECT", "WORLD"))
-    return reader.emit("along_surface", around, reader.point("normal"))
 
 
 @evaluator("TEX_COORD")
@@ -80,7 +68,7 @@ def _geometry(reader: Reader, output: Output) -> Any:
     if name in ("Position", "Normal", "True Normal", "Incoming"):
         return reader.point(name.lower().replace(" ", "_"))
     if name == "Tangent":
-        return np.zeros(3) if _is_meshless(reader) else round_tangent(reader)
+        return np.zeros(3) if is_meshless(reader) else round_tangent(reader)
     if name == "Backfacing":
         return reader.point("backfacing", 1)
     if name == "Parametric":
@@ -196,13 +184,6 @@ def _volume_info(reader: Reader, output: Output) -> Any:
     return value if output.socket.type == "RGBA" else reader.emit("component", value, settings=(0,))
 
 
-@evaluator("TANGENT")
-def _tangent(reader: Reader, output: Output) -> Any:
-    if output.node.direction_type == "UV_MAP":
-        return uv_axes(reader, output.node.uv_map)[0]
-    return round_tangent(reader, output.node.axis)
-
-
 @evaluator("FRESNEL")
 def _fresnel(reader: Reader, output: Output) -> Any:
     normal = normal_of(reader, output.input("Normal"))
@@ -234,66 +215,3 @@ def _bump(reader: Reader, output: Output) -> Any:
     sign = -1.0 if output.node.invert else 1.0
     distance = reader.emit("math", reader.read(output, "Distance", 1.0), sign, 0.0, settings=("MULTIPLY",))
     return reader.emit("bump", normal, reader.read(output, "Strength", 1.0), distance, *heights, *steps[1:])
-
-
-@evaluator("NORMAL_MAP")
-def _normal_map(reader: Reader, output: Output) -> Any:
-    node = output.node
-    color, strength = reader.read(output, "Color"), reader.read(output, "Strength", 1.0)
-    if getattr(node, "convention", "OPENGL") == "DIRECTX":  # from Blender 5.2 on: green points down
-        color = reader.emit("vector_math", color, np.array((1.0, -1.0, 1.0)), np.array((0.0, 1.0, 0.0)), 0.0,
-                            settings=("MULTIPLY_ADD",))  # fmt: skip
-    if node.space == "TANGENT":
-        return reader.emit("normal_map", color, strength, reader.smooth_normal(), *uv_axes(reader, node.uv_map))
-    direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
-    if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z have the opposite sign
-        direction = reader.emit("vector_math", direction, np.array((1.0, -1, -1)), 0.0, 0.0, settings=("MULTIPLY",))
-    if node.space.endswith("OBJECT"):
-        direction = reader.emit("transformed", direction, settings=("NORMAL", "OBJECT", "WORLD"))
-    return reader.emit("normal_blend", direction, strength, reader.point("normal"))
-
-
-@evaluator("DISPLACEMENT")
-def _displacement(reader: Reader, output: Output) -> Any:
-    raised = reader.emit("math", reader.read(output, "Height"), reader.read(output, "Midlevel", 0.5), 0.0,
-                         settings=("SUBTRACT",))  # fmt: skip
-    raised = reader.emit("math", raised, reader.read(output, "Scale", 1.0), 0.0, settings=("MULTIPLY",))
-    normal = normal_of(reader, output.input("Normal"))
-    return reader.emit("vector_math", normal, raised, 0.0, 0.0, settings=("MULTIPLY",))
-
-
-@evaluator("VECTOR_DISPLACEMENT")
-def _vector_displacement(reader: Reader, output: Output) -> Any:
-    moved = reader.emit("vector_math", reader.read(output, "Vector"), reader.read(output, "Midlevel"), 0.0, 0.0,
-                        settings=("SUBTRACT",))  # fmt: skip
-    moved = reader.emit("vector_math", moved, reader.read(output, "Scale", 1.0), 0.0, 0.0, settings=("MULTIPLY",))
-    if output.node.space == "WORLD":
-        return moved
-    if output.node.space == "OBJECT":
-        return reader.emit("transformed", moved, settings=("VECTOR", "OBJECT", "WORLD"))
-    total: Any = np.zeros(3)  # of the tangent, the normal and the bitangent, as Cycles orders them
-    for axis, name in enumerate(("tangent", "normal", "bitangent")):
-        share = reader.emit("component", moved, settings=(axis,))
-        part = reader.emit("vector_math", reader.point(name), share, 0.0, 0.0, settings=("MULTIPLY",))
-        total = reader.emit("vector_math", total, part, 0.0, 0.0, settings=("ADD",))
-    return total
-
-
-def raised_normal(reader: Reader, place: Input, *, moved: bool = False) -> Value | None:
-    """The normal of a displaced surface; None if nothing is linked.
-
-    As in Cycles, the surface is displaced by the component along its normal, and where its vertices are ``moved`` too
-    the heights are those of the positions before that.
-    """
-    if linked(place) is None:
-        return None
-    heights, places = [], []
-    for shift in range(3):
-        with reader.shifted(shift), reader.before_displacement(moved):
-            offset = reader.as_value(reader.field(place))
-            places.append(reader.point("position"))
-        heights.append(reader.emit("vector_number", offset, reader.point("normal"), settings=("DOT_PRODUCT",)))
-    steps = [reader.point(f"step_{axis}") for axis in "xy"]
-    if moved:
-        steps = [reader.emit("vector_math", end, places[0], 0.0, 0.0, settings=("SUBTRACT",)) for end in places[1:]]
-    return reader.emit("bump", reader.point("normal"), 1.0, 1.0, *heights, *steps)

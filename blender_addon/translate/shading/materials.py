@@ -25,12 +25,12 @@ from spectral_core.scene.leaves import inputs_of
 from ... import compat
 from .. import spectra
 from ..context import Translation
+from ..displacement.nodes import raised_normal
 from ..displacement.offset import Displacement
 from . import media
 from .aovs import aov_outputs
 from .carried.dyes import with_dyes
 from .carried.spectrum import covers_texture, with_spectrum
-from .coordinate_nodes import raised_normal
 from .reader import Reader
 from .surfaces import surface_of
 from .tree import Input, linked, surface_output

@@ -9,9 +9,9 @@ from spectral_core.scene import FILM_THICKNESS_NM, IOR, Color, Computed, Paint, 
 from spectral_core.scene.shading import OnRaised, Raised
 
 from .. import spectra
-from .coordinate_nodes import round_tangent
 from .fields import mean_color
 from .reader import Reader
+from .tangents.nodes import round_tangent
 from .tree import Input, Output, linked
 
 

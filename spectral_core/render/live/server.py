@@ -36,13 +36,16 @@ SLOWER = 1.1
 
 @dataclass
 class _Kept:
-    """A stage and its pending views. ``seconds``: time of a launch per pixel of its grid; None before the first."""
+    """A stage and its pending views. ``seconds``: time of a launch per pixel of its grid; None before the first.
+    ``is_second``: True if an unexpected error has had the present scene loaded anew.
+    """
 
     stage: Stage = field(default_factory=Stage)
     scene: Scene | None = None
     is_pending: bool = False
     seconds: float | None = None
     trouble: str = ""
+    is_second: bool = False
 
 
 @dataclass
@@ -72,12 +75,12 @@ class Server:
         if kind == "scene":
             name, scene = content
             kept = self._stages.setdefault(name, _Kept())
-            kept.scene, kept.is_pending = scene, True
+            kept.scene, kept.is_pending, kept.is_second = scene, True, False
         elif kind == "change":
             name, change = content
             kept = self._stages[name]
             assert kept.scene is not None
-            kept.scene, kept.is_pending = change.applied_to(kept.scene), True
+            kept.scene, kept.is_pending, kept.is_second = change.applied_to(kept.scene), True, False
         elif kind == "view":
             name, request, area = content
             self._hear_view(name, request, area)
@@ -120,8 +123,7 @@ class Server:
         except SpectralError as error:
             self._say_trouble(view.request.stage, kept, str(error))
         except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
-            traceback.print_exc()
-            self._say_trouble(view.request.stage, kept, f"{type(error).__name__}: {error}")
+            self._recover(view.request.stage, kept, error)
 
     def _bring_up(self, name: str, kept: _Kept) -> None:
         for view in self._views.values():  # they refer to the scene before the change
@@ -139,9 +141,16 @@ class Server:
         except SpectralError as error:
             self._say_trouble(name, kept, str(error))
         except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
-            traceback.print_exc()
-            kept.stage.forget()
+            self._recover(name, kept, error)
+
+    def _recover(self, name: str, kept: _Kept, error: Exception) -> None:
+        """After an unexpected error load the scene anew, once: the view must not keep a failed edit in place."""
+        traceback.print_exc()
+        if kept.is_second:
             self._say_trouble(name, kept, f"{type(error).__name__}: {error}")
+            return
+        kept.stage.forget()
+        kept.is_pending, kept.is_second = True, True
 
     def _say_trouble(self, name: str, kept: _Kept, text: str) -> None:
         kept.trouble = text

@@ -191,21 +191,25 @@ def ramp_number(xp: Any, factor: Any, table: Any) -> Any:
 
 
 @operation("1 3", 3)
-def curves(xp: Any, factor: Any, color: Any, table: Any, low: float, high: float) -> Any:
-    """RGB or Vector Curves: a table (rows, 3) over ``low`` to ``high``; beyond it the slopes of the ends continue."""
-    parts = [_beyond(xp, table, part, column, low, high) for column, part in enumerate(color)]
+def curves(xp: Any, factor: Any, color: Any, table: Any, low: float, high: float, continues: bool = True) -> Any:
+    """RGB or Vector Curves: a table (rows, 3) over ``low`` to ``high``; beyond it the slopes of the ends continue, or
+    the ends stay.
+    """
+    parts = [_beyond(xp, table, part, column, low, high, continues) for column, part in enumerate(color)]
     return mix(color, tuple(parts), factor)
 
 
 @operation("1 1", 1)
-def curve(xp: Any, factor: Any, value: Any, table: Any, low: float, high: float) -> Any:
+def curve(xp: Any, factor: Any, value: Any, table: Any, low: float, high: float, continues: bool = True) -> Any:
     """Float Curve."""
-    return mix(value, _beyond(xp, table, value, 0, low, high), factor)
+    return mix(value, _beyond(xp, table, value, 0, low, high, continues), factor)
 
 
-def _beyond(xp: Any, table: Any, value: Any, column: int, low: float, high: float) -> Any:
-    """Entry of a table over a range, its last slope continued outside, as Cycles extrapolates curves."""
+def _beyond(xp: Any, table: Any, value: Any, column: int, low: float, high: float, continues: bool) -> Any:
+    """Entry of a table over a range; outside its last slope, if it ``continues``, as Cycles extrapolates curves."""
     place = (value - low) / (high - low)
+    if not continues:
+        return look_up(xp, table, place, column)
     last = xp.last_row(table)
     inside = look_up(xp, table, place, column)
     first, second = xp.entry(table, 0.0 * place, column), xp.entry(table, 0.0 * place + 1.0, column)

@@ -252,3 +252,10 @@ def luminaire(xp: Any, direction: Any, table: Any) -> Any:
     share = down - column
     found = mix(mix(low, high, share), mix(low_next, high_next, share), around - row)
     return xp.where((x != 0.0) | (y != 0.0) | (z != 0.0), found, 0.0)  # nothing without a direction
+
+
+@operation("3 3 3", 3)
+def across_surface(xp: Any, vector: Any, tangent: Any, normal: Any) -> Any:
+    """The direction at right angles to a tangent and the normal, on the side of a vector."""
+    across = cross(normal, tangent)
+    return multiply(across, xp.where(dot(across, vector) < 0.0, -1.0, 1.0))

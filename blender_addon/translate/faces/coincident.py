@@ -31,6 +31,8 @@ MOST_DOUBLED = 300_000
 """Triangles of one scene among which doubled ones are looked for."""
 FOLDED = 1e-4
 """Largest difference of directions of two faces from their edge at which one lies on the other."""
+MOST_AT_EDGE = 8
+"""Faces at an edge that are compared with each other."""
 MULTIPLES = np.array([6364136223846793005, 1442695040888963407, 3935559000370003845], np.int64)
 """Odd numbers without a pattern."""
 NORMAL_STEP = 1e-3
@@ -124,29 +126,36 @@ def doubled(scene: Scene, meshes: dict[str, Mesh]) -> Iterator[tuple[str, str]]:
 def _has_twice(points: Array, triangles: NDArray[Any]) -> bool:
     """True if triangles (t, 3) of points with a large share of the area lie on others that share an edge with them."""
     step = 0.1 * RAY_STEP * (1.0 + np.abs(points).max())
-    # one number for each position: multiples that wrap around at 64 bits
-    cells = (np.round(points / step).astype(np.int64) * MULTIPLES).sum(axis=1)
-    places = np.unique(cells, return_inverse=True)[1].reshape(-1)
+    # one number for each position, and the sum of two for an edge: multiples that wrap around at 64 bits
+    cells = np.round(points / step).astype(np.int64) @ MULTIPLES
     corners = points[triangles]
-    areas = np.linalg.norm(np.cross(*edges(corners)), axis=1)
     found, keys, inward = [], [], []
     for first, second, third in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        ends = np.sort(places[triangles[:, (first, second)]], axis=1)
         along = corners[:, second] - corners[:, first]
         side = corners[:, third] - corners[:, first]
-        share = (side * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-300)
-        side = side - share[:, None] * along
-        length = np.linalg.norm(side, axis=1)
-        used = length > 10.0 * step  # of thinner triangles the direction is unknown
-        found.append(np.flatnonzero(used))
-        keys.append((ends[:, 0].astype(np.int64) * len(points) + ends[:, 1])[used])
-        inward.append((side / np.maximum(length, 1e-300)[:, None])[used])
+        share = np.einsum("ti,ti->t", side, along) / np.maximum(np.einsum("ti,ti->t", along, along), 1e-300)
+        side -= share[:, None] * along
+        length = np.sqrt(np.einsum("ti,ti->t", side, side))
+        used = np.flatnonzero(length > 10.0 * step)  # of thinner triangles the direction is unknown
+        found.append(used)
+        keys.append((cells[triangles[:, first]] + cells[triangles[:, second]])[used])
+        inward.append(side[used] / length[used, None])
     number, edge, direction = np.concatenate(found), np.concatenate(keys), np.concatenate(inward)
-    order = np.lexsort((direction @ (0.61, 0.53, 0.59), edge))  # equal directions from an edge are neighbors
-    one, other = order[:-1], order[1:]
-    folded = (edge[one] == edge[other]) & (np.abs(direction[one] - direction[other]).max(axis=1) < FOLDED)
-    twice = np.unique(np.concatenate([number[one[folded]], number[other[folded]]]))
-    return float(areas[twice].sum()) > LARGE_SHARE * float(areas.sum())
+    order = np.argsort(edge)
+    twice = []
+    for apart in range(1, MOST_AT_EDGE):
+        one, other = order[:-apart], order[apart:]
+        same = edge[one] == edge[other]
+        if not same.any():
+            break
+        one, other = one[same], other[same]
+        folded = np.abs(direction[one] - direction[other]).max(axis=1, initial=0.0) < FOLDED
+        twice += [number[one[folded]], number[other[folded]]]
+    lying = np.unique(np.concatenate([number[:0], *twice]))
+    if not len(lying):
+        return False
+    areas = np.linalg.norm(np.cross(*edges(corners)), axis=1)
+    return float(areas[lying].sum()) > LARGE_SHARE * float(areas.sum())
 
 
 def edges(triangles: Array) -> tuple[Array, Array]:

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Faces that overlap in one plane: at each point Cycles meets one of them by chance, and darkens both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import Mesh, Scene
+from spectral_core.scene.geometry import placed
+
+from .shared_areas import Array, Indices, shared_areas, touching
+
+LARGE_SHARE = 0.01
+"""Least share of an instance's area in one plane, and of the smaller one's area that overlaps."""
+MOST_TRIANGLES = 300_000
+"""Triangles of one scene that are compared, those of small meshes first."""
+MOST_IN_PLANE = 1000
+"""Triangles of an instance in one plane that are compared; of more, as many stand for all."""
+MOST_PAIRS = 300_000
+"""Pairs of triangles that are compared."""
+MOST_LIT = 200
+"""Pairs of instances of which is found whether light reaches what overlaps."""
+STEP = 1e-6
+"""Distance of two faces, relative to the largest coordinate, at which Cycles still meets one of them by chance."""
+BUCKETS = 1 << 18
+"""Planes are told apart by a number below this; those of little area that share one do not matter."""
+MULTIPLES = np.array([73856093, 19349663, 83492791, 49979687], np.int64)
+"""Odd numbers without a pattern."""
+NORMAL_STEP, OFFSET_STEP = 1.0317e-3, 1.0171e-4
+"""Coordinates of normals, and offsets relative to the largest coordinate, are rounded to these: no round numbers."""
+SLANT = np.array([0.0831, 0.0573, 0.0711])
+"""Added to the normal for the direction of a ray, so that it meets no edge of faces along the axes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Faces:
+    """Triangles (t, 3, 3) in the world, with the ``owner`` (t,), an instance, unit normals and areas."""
+
+    corners: NDArray[np.float32]
+    owner: Indices
+    normals: NDArray[np.float32]
+    areas: NDArray[np.float32]
+
+    def only(self, chosen: Any) -> _Faces:
+        """Some of the faces."""
+        return _Faces(self.corners[chosen], self.owner[chosen], self.normals[chosen], self.areas[chosen])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Overlap:
+    """The ``area`` that faces of two instances share; two of the faces, and a point in what those share."""
+
+    area: float
+    faces: tuple[int, int]
+    middle: Array
+
+
+def overlapping(scene: Scene, meshes: dict[str, Mesh]) -> Iterator[tuple[str, str]]:
+    """Names of instances with faces that overlap others in one plane, each with the other one, or itself.
+
+    Faces that look to opposite sides touch, as a box does its floor, unless light reaches both sides. Instances of
+    media alone have no faces that could be darkened.
+    """
+    every = _faces(scene, meshes)
+    if every is None:
+        return
+    whole: Array = np.bincount(every.owner, every.areas, len(scene.instances)).astype(np.float64)
+    found, planes = _in_large_planes(every, whole)
+    scale = float(np.abs(every.corners).max())
+    named, left = set[int](), MOST_LIT
+    for overlap in _overlaps(found, planes, STEP * scale):
+        first, second = sorted(int(found.owner[number]) for number in overlap.faces)
+        if second in named or overlap.area < LARGE_SHARE * min(whole[first], whole[second]):
+            continue
+        if left == 0:
+            return
+        left -= 1
+        around = every.corners[(every.owner == first) | (every.owner == second)].astype(np.float64)
+        sides = [found.normals[number].astype(np.float64) for number in overlap.faces]
+        if all(_crossings(around, overlap.middle, side, 10.0 * STEP * scale) % 2 == 0 for side in sides):
+            named.add(second)
+            yield scene.instances[second].name, scene.instances[first].name
+
+
+def _faces(scene: Scene, meshes: dict[str, Mesh]) -> _Faces | None:
+    """Faces of the instances with the smallest meshes, up to a limit; None if there are none."""
+    media = {material.name for material in scene.materials if material.surface is None}
+    counts = np.array([len(meshes[item.mesh].triangles) for item in scene.instances], np.intp)
+    order = np.argsort(counts, kind="stable")
+    parts, owners = [], list[int]()
+    for number in order[(np.cumsum(counts[order]) <= MOST_TRIANGLES) & (counts[order] > 0)].tolist():
+        item = scene.instances[number]
+        if not item.materials or not media.issuperset(item.materials):
+            mesh = meshes[item.mesh]
+            parts.append(placed(mesh.positions, item.world_from_object).astype(np.float32)[mesh.triangles])
+            owners.append(number)
+    if not parts:
+        return None
+    corners = np.concatenate(parts)
+    cross = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    doubled = np.sqrt(np.einsum("ti,ti->t", cross, cross))
+    normals = cross / np.maximum(doubled, np.finfo(np.float32).tiny)[:, None]
+    return _Faces(corners, np.repeat(owners, [len(part) for part in parts]), normals, doubled / 2)
+
+
+def _cross(one: NDArray[Any], other: NDArray[Any]) -> NDArray[Any]:
+    """Cross products (t, 3), several times as fast as NumPy's own."""
+    (x, y, z), (u, v, w) = one.T, other.T
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)
+
+
+def _in_large_planes(every: _Faces, whole: Array) -> tuple[_Faces, Indices]:
+    """Faces in planes with much of the area of their instance, and a number (t,) of each one's plane."""
+    sign = np.where(every.normals @ SLANT.astype(np.float32) < 0.0, np.float32(-1), np.float32(1))
+    scale = max(1e-30, float(np.abs(every.corners).max()))
+    offsets = np.einsum("ti,ti->t", every.normals, every.corners[:, 0]) / (scale * OFFSET_STEP)
+    keys = np.round(every.normals * (sign / NORMAL_STEP)[:, None]).astype(np.int64) @ MULTIPLES[:3]
+    keys += np.round(offsets * sign).astype(np.int64) * MULTIPLES[3]
+    buckets = (keys + every.owner * 7368787) % BUCKETS
+    sums = np.bincount(buckets, every.areas, BUCKETS)
+    large = np.flatnonzero((sums[buckets] > LARGE_SHARE * whole[every.owner]) & (every.areas > 0.0))
+    # of a fine grid, some faces stand for all, with its area
+    order = large[np.argsort(buckets[large], kind="stable")]
+    _, start, count = np.unique(buckets[order], return_index=True, return_counts=True)
+    stride = -(-np.repeat(count, count) // MOST_IN_PLANE)
+    kept = (np.arange(len(order)) - np.repeat(start, count)) % stride == 0
+    order, stride = order[kept], stride[kept]
+    found = every.only(order)
+    return (
+        _Faces(found.corners, found.owner, found.normals, found.areas * stride),
+        np.unique(keys[order], return_inverse=True)[1].ravel(),
+    )
+
+
+def _overlaps(found: _Faces, planes: Indices, step: float) -> list[_Overlap]:
+    """What pairs of instances share in all planes, of faces of one side and of opposite sides, the largest first."""
+    boxes = np.stack([found.corners.min(axis=1) - step, found.corners.max(axis=1) + step], axis=1)
+    one, other = touching(boxes, planes, MOST_PAIRS)
+    larger = np.where(found.areas[one] < found.areas[other], other, one)  # its normal is the more exact one
+    corners = found.corners.astype(np.float64)
+    centers = corners.mean(axis=1)
+    normals = found.normals[larger].astype(np.float64)
+    level = np.abs(np.einsum("pi,pi->p", normals, centers[one] - centers[other])) < step
+    one, other, normals = one[level], other[level], normals[level]
+    # areas of projections along the axis that is nearest to the normal
+    axis = np.abs(normals).argmax(axis=1)[:, None]
+    kept = np.array([[1, 2], [0, 2], [0, 1]])[axis[:, 0]]
+    flat = [np.take_along_axis(corners[side], kept[:, None, :], axis=2) for side in (one, other)]
+    shared, middles = shared_areas(flat[0], flat[1], step)
+    stands_for = [found.areas[side] / np.maximum(_area(corners[side]), 1e-300) for side in (one, other)]
+    shared *= np.maximum(*stands_for) / np.abs(np.take_along_axis(normals, axis, 1)[:, 0])
+    sums: dict[tuple[int, int, bool], float] = {}
+    largest: dict[tuple[int, int, bool], int] = {}
+    opposite = np.einsum("pi,pi->p", found.normals[one], found.normals[other]) < 0.0
+    for pair in np.flatnonzero(shared > 0.0)[np.argsort(-shared[shared > 0.0])].tolist():
+        ends = sorted((int(found.owner[one[pair]]), int(found.owner[other[pair]])))
+        key = ends[0], ends[1], bool(opposite[pair])
+        sums[key] = sums.get(key, 0.0) + float(shared[pair])
+        largest.setdefault(key, pair)
+    made = []
+    for key, pair in largest.items():
+        middle, normal, third = centers[one[pair]].copy(), normals[pair], axis[pair, 0]
+        middle[kept[pair]] = middles[pair]
+        middle[third] -= normal @ (middle - centers[one[pair]]) / normal[third]
+        made.append(_Overlap(sums[key], (int(one[pair]), int(other[pair])), middle))
+    return sorted(made, key=lambda overlap: -overlap.area)
+
+
+def _area(corners: Array) -> Array:
+    cross = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(np.sqrt(np.einsum("ti,ti->t", cross, cross)) / 2)
+
+
+def _crossings(triangles: Array, origin: Array, normal: Array, step: float) -> int:
+    """Number of triangles (t, 3, 3) that a ray meets which leaves a plane near its normal."""
+    direction = normal + SLANT
+    base, one, other = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    across = _cross(np.broadcast_to(direction, other.shape), other)
+    scale = np.einsum("ti,ti->t", one, across)
+    inverse = 1.0 / np.where(scale == 0.0, np.inf, scale)
+    away = origin - base
+    u = np.einsum("ti,ti->t", away, across) * inverse
+    turned = _cross(away, one)
+    v = turned @ direction * inverse
+    distance = np.einsum("ti,ti->t", other, turned) * inverse
+    return int(np.count_nonzero((u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (distance > step)))
