@@ -40,6 +40,23 @@ def test_dyes_of_a_material_reach_its_diffuse_and_principled_shaders(build, tran
     assert any("reduced to" in note.message for note in scene.notes if note.subject == "Glossy")
 
 
+def test_every_number_of_a_dye_changes_its_bells(build):
+    from blender_addon.translate.shading.carried.dyes import dyes_of
+
+    material = build.material("Paint")
+    dye(material)
+    own = material.spectral.dyes[0]
+
+    def peaks():
+        (found,), _ = dyes_of(material)
+        return [each.grid.wavelengths_nm[np.argmax(each.values)] for each in (found.excitation, found.emission)]
+
+    assert peaks() == pytest.approx([405.0, 530.0], abs=2.0)
+    own.excitation_nm, own.emission_nm, own.amount = 425.0, 570.0, 0.2
+    assert peaks() == pytest.approx([425.0, 570.0], abs=2.0)
+    assert dyes_of(material)[1] == (pytest.approx(0.2),)
+
+
 def test_impossible_dyes_get_a_note(build, translate):
     backwards = build.material("Backwards")
     dye(backwards, 600.0, 450.0)

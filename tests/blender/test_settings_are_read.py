@@ -81,6 +81,48 @@ def _words(text: str, reason: str) -> dict[str, str]:
     return dict.fromkeys(text.split(), reason)
 
 
+def _world(of: str | None = None) -> Callable[[Any], Any]:
+    def made(build: Any) -> Any:
+        from blender_addon import compat
+
+        world = bpy.context.scene.world = bpy.data.worlds.new("World")
+        compat.use_nodes(world)
+        return world if of is None else getattr(world, of)
+
+    return made
+
+
+def _material(of: str | None = None) -> Callable[[Any], Any]:
+    """A half transparent, displaced material of a plane."""
+
+    def made(build: Any) -> Any:
+        material = build.material(shader="ShaderNodeBsdfPrincipled", Alpha=0.5)
+        tree = material.node_tree
+        moved = tree.nodes.new("ShaderNodeDisplacement")
+        moved.inputs["Scale"].default_value = 0.3
+        tree.links.new(
+            moved.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Displacement"]
+        )
+        build.plane(material=material)
+        return material if of is None else getattr(material, of)
+
+    return made
+
+
+def _layer(of: str | None = None) -> Callable[[Any], Any]:
+    def made(build: Any) -> Any:
+        _world()(build)
+        collection = bpy.data.collections.new("Own")
+        bpy.context.scene.collection.children.link(collection)
+        plane = build.plane(material=build.material())
+        bpy.context.scene.collection.objects.unlink(plane)
+        collection.objects.link(plane)
+        layer = bpy.context.view_layer
+        return layer.layer_collection.children["Own"] if of == "collection" else layer if of is None else layer.cycles
+
+    return made
+
+
 WARM = {"use_temperature": True}
 PANORAMA = _words(
     "panorama_type fisheye_fov fisheye_lens latitude_min latitude_max longitude_min longitude_max "
@@ -121,6 +163,26 @@ CASES = {
         _words(INSTANCES, "makes other objects") | _words(POSE, "Blender's own matrices")
         | {"hide_render": "Blender's own depsgraph leaves it out of renders", "dimensions": "another word for scale"},
     ),
+    "world": Case("World", _world(), {}, {"lightgroup": "another"}, {**NODES, "color": "of a world without nodes"}),
+    "world in Cycles": Case("CyclesWorldSettings", _world("cycles"), {}, {"max_bounces": 3}),
+    "rays of a world": Case("CyclesVisibilitySettings", _world("cycles_visibility")),
+    "material": Case("Material", _material(), besides={**NODES, "diffuse_color": "of a material without nodes"}),
+    "material in Cycles": Case("CyclesMaterialSettings", _material("cycles")),
+    "layer collection": Case("LayerCollection", _layer("collection")),
+    "view layer": Case(
+        "ViewLayer", _layer(), {}, {},
+        {
+            **_words(" ".join(n for n in entries()["ViewLayer"].read if n.startswith(("use_pass", "pass_"))),
+                     "the engine's passes: tests/blender_ui/test_passes_panel.py"),
+            **_words("use use_motion_blur", "the engine's"),
+            **_words("material_override world_override", "pointers: tests/blender/test_translate_combined.py"),
+            "use_volumes": "of media", "use_solid": "named by the engine",
+        },
+    ),
+    "view layer in Cycles": Case(
+        "CyclesRenderLayerSettings", _layer("cycles"), {}, {},
+        _words(" ".join(entries()["CyclesRenderLayerSettings"].read), "the engine's passes"),
+    ),
     "output": Case(
         "RenderSettings", _scene("render"), BORDER, {"engine": "BLENDER_EEVEE", "resolution_percentage": 50},
         {
@@ -150,7 +212,8 @@ def test_every_setting_listed_as_read_changes_the_translation(build, translate, 
     for first, value in case.first.items():
         setattr(owner, first, value)
     declared = {each.identifier for each in owner.bl_rna.properties if not each.is_readonly}
-    names = sorted((entries()[case.kind].read & declared) - set(case.besides))
+    listed = entries()[case.kind].read | set(entries()[case.kind].noted)
+    names = sorted((listed & declared) - set(case.besides))
     assert names
 
     def write(setting: str, value: Any) -> None:

@@ -37,6 +37,23 @@ def linked(blender, tmp_path):
     return blender.data.materials["Glaze"]
 
 
+@pytest.mark.parametrize("name", ["HP1", "D65", "led 450"])
+def test_a_lamp_gets_the_color_of_its_spectrum(blender, name):
+    from blender_addon.translate.palette.apply import store_colors
+    from spectral_core.palette.texture.lights import led
+    from spectral_core.spectra.catalogue import illuminant
+
+    lamp = blender.data.lights.new("lamp", "POINT")
+    store_spectrum(lamp.spectral, led(450, 20) if name == "led 450" else illuminant(name))
+    lamp.color = (0.2, 0.9, 0.4)
+    store_colors(lamp)
+    red, green, blue = lamp.color
+    if name == "D65":
+        assert (red, green, blue) == pytest.approx((1.0, 1.0, 1.0), abs=0.02)
+    else:  # sodium: orange, and no blue; a blue diode
+        assert red > 2 * green > 10 * blue if name == "HP1" else blue > 5 * max(red, green)
+
+
 def test_apply_keeps_the_power_of_lamps_and_sets_the_exposure_of_the_view(blender, scene):
     palette = scene.spectral.palette
     palette.brightness = 5.0

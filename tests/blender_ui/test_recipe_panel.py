@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -67,6 +68,37 @@ def test_paints_for_a_named_surface_and_for_a_material_of_the_palette(blender, r
     with pytest.raises(RuntimeError, match="select an object with a material"):
         blender.context.view_layer.objects.active = None
         blender.ops.spectral.recipe_give()
+
+
+def test_what_is_wanted_is_the_named_surface_or_the_selected_material(blender, recipe, monkeypatch) -> None:
+    from blender_addon.editing import recipe as editing
+    from blender_addon.translate.spectra.stored import store_spectrum
+    from spectral_core.spectra.catalogue import reflectance
+
+    asked = []
+    found = SimpleNamespace(text=lambda *_: "", reflectance=None, met=True)
+    monkeypatch.setattr(editing, "material_recipe", lambda _, wanted, *__, **___: asked.append(wanted) or found)
+    recipe.kind, recipe.wanted, recipe.surface = "PAINTS", "NAMED", "orange"
+    editing.search(blender.context.scene)()
+    assert asked[-1].name == "orange"
+    palette = blender.context.scene.spectral.palette
+    palette.live = False
+    for _ in range(3):
+        blender.ops.spectral.palette_add(side="MATERIAL")
+    for row, name in zip(palette.materials, ("red", "foliage", "blue"), strict=True):
+        store_spectrum(row.result, reflectance(name))
+    recipe.wanted = "PALETTE"
+    for row, name in ((2, "blue"), (1, "foliage")):
+        palette.active_row = row
+        editing.search(blender.context.scene)()
+        values, grid = asked[-1].values, asked[-1].grid
+        np.testing.assert_allclose(values, reflectance(name).at(grid.wavelengths_nm), atol=1e-5)
+    recipe.library, recipe.filepath = "FILE", "/nowhere.csv"
+    with pytest.raises(InvalidInputError, match="^no file of spectra is chosen"):
+        editing.search(blender.context.scene)()
+    recipe.kind, recipe.library = "FILTERS", "BUILTIN"
+    with pytest.raises(InvalidInputError, match="^filters differ from maker to maker"):
+        editing.search(blender.context.scene)()
 
 
 def test_channels_from_a_file_and_missing_inks(blender, recipe, tmp_path) -> None:

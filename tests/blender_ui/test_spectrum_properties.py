@@ -54,6 +54,14 @@ def test_materials_worlds_and_nodes_have_the_right_type_of_spectrum(blender):
     assert_same(properties.spectrum_of(emission), catalogue.illuminant("HP1"))
 
 
+@pytest.mark.parametrize("interpolation", ["linear", "sampled"])
+def test_the_interpolation_of_a_spectrum_is_kept(blender, interpolation):
+    grid = SpectralGrid(np.linspace(400, 700, 7), interpolation)
+    lamp = blender.data.lights.new("lamp", "POINT")
+    properties.store_spectrum(lamp.spectral, Illuminant("mine", grid, np.linspace(0.1, 0.7, 7)))
+    assert properties.spectrum_of(lamp).grid.interpolation == interpolation
+
+
 def test_strength_counts_only_with_a_spectrum_and_is_reset_with_another(blender):
     light = blender.data.lights.new("key", "POINT")
     light.spectral.strength = 3.0

@@ -89,6 +89,18 @@ def test_picture_features_of_known_pictures() -> None:
     assert difference_features(gray, gray)["delta_e_mean"] == 0
 
 
+def test_the_channels_of_a_picture_are_features_of_their_own() -> None:
+    orange = np.broadcast_to((0.6, 0.3, 0.05), (20, 20, 3)).copy()
+    orange[:2, :10] = (0.0, 0.9, 0.5)  # 5 % of the pixels
+    features = image_features(orange)
+    means = [features[f"mean_{name}"] for name in ("red", "green", "blue")]
+    assert means == pytest.approx([0.57, 0.33, 0.0725])
+    assert features["luminance_p99"] == pytest.approx(0.7152 * 0.9 + 0.0722 * 0.5, abs=1e-3)
+    assert features["lab_a"] > 5 and features["lab_b"] > 30  # orange: red and yellow
+    green, blue = (image_features(np.broadcast_to(color, (4, 4, 3))) for color in ((0.1, 0.6, 0.1), (0.1, 0.1, 0.6)))
+    assert green["lab_a"] < -30 and green["lab_b"] > 30 and blue["lab_b"] < -30
+
+
 def test_a_program_is_swept_without_a_shell(tmp_path: Path) -> None:
     script = tmp_path / "sim.py"
     script.write_text(

@@ -30,8 +30,8 @@ def media_at(mitsuba: Any, scene: Any, filled: list[tuple[Any, int]], point: Arr
     boxes = [shape.bbox() for shape, _ in filled]
     if not any(np.all(point >= np.array(box.min)) and np.all(point <= np.array(box.max)) for box in boxes):
         return around, around
-    number_of = lambda shape: int(dr.reinterpret_array(mitsuba.UInt32, mitsuba.ShapePtr(shape))[0])  # noqa: E731
-    inside = {number_of(shape): medium & (ONLY_BORDER - 1) for shape, medium in filled}
+    numbers_of = lambda shape: dr.reinterpret_array(mitsuba.UInt32, mitsuba.ShapePtr(shape))  # noqa: E731
+    inside = {int(numbers_of(shape)[0]): medium & (ONLY_BORDER - 1) for shape, medium in filled}
     # read from memory, so that another point needs no new kernel
     position = mitsuba.Point3f(*(dr.opaque(mitsuba.Float, float(value)) for value in point))
     direction = dr.normalize(mitsuba.Vector3f(0.3, 0.9, -0.33))  # any direction, but along no edge of a box
@@ -40,17 +40,20 @@ def media_at(mitsuba: Any, scene: Any, filled: list[tuple[Any, int]], point: Arr
     found: list[int] = []
     for _ in range(MOST_SURFACES):
         hit = scene.ray_intersect(ray)
-        if not np.any(hit.is_valid()):
+        is_hit, shape = hit.is_valid(), numbers_of(hit.shape)
+        enters, ray = dr.dot(hit.n, direction) < 0, hit.spawn_ray(direction)
+        # one kernel for all surfaces: otherwise each would trace the ray from its origin again, by a kernel of its own
+        dr.eval(is_hit, shape, enters, ray)
+        if not np.any(is_hit):
             break
-        number = int(np.array(dr.reinterpret_array(mitsuba.UInt32, hit.shape))[0])
+        number = int(np.array(shape)[0])
         if number in inside:
-            if np.all(dr.dot(hit.n, direction) < 0):
+            if np.all(enters):
                 entered.append(number)
             elif number in entered:
                 entered.remove(number)
             else:
                 found.append(inside[number])
-        ray = hit.spawn_ray(direction)
     inner, outer, *_ = (*found, around, around)
     return inner, outer
 
