@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faces that overlap in one plane, and directions on stretched and mirrored objects: found wrong without a note."""
+"""Overlapping faces, directions on stretched objects, settings of instancers: all were wrong without a note."""
 
 from __future__ import annotations
 
@@ -67,6 +67,16 @@ def _quaternions(stage: Stage) -> None:
     stage.into_color(stage.node("ShaderNodeAttribute", attribute_name="Turn").outputs["Color"])
 
 
+def _shown_by(stage: Stage, setting: str, *, value: bool) -> None:
+    """A ball in a collection that an empty shows; a setting of the empty."""
+    stage.ball.location = (0, 0, 0)
+    stage.instance_at(stage.ball, (0.3,))
+    empty = stage.scene.objects["Empty 0.3"]
+    empty.location.z, empty.scale = 1.0, (0.8, 0.8, 0.8)
+    setattr(empty, setting, value)
+    stage.scene.render.film_transparent = setting in ("is_holdout", "is_shadow_catcher")
+
+
 _SCENES: dict[str, Build] = {
     "poster in the plane of the floor": _poster,
     "boxes that overlap in part": _boxes,
@@ -76,6 +86,10 @@ _SCENES: dict[str, Build] = {
     "vector displacement of a squeezed ball": lambda stage: _displaced(stage, SQUEEZED),
     "vector displacement of a mirrored ball": lambda stage: _displaced(stage, MIRRORED),
     "attribute of quaternions": _quaternions,
+    "empty that is a holdout": lambda stage: _shown_by(stage, "is_holdout", value=True),
+    "empty that is a shadow catcher": lambda stage: _shown_by(stage, "is_shadow_catcher", value=True),
+    "empty that the camera does not see": lambda stage: _shown_by(stage, "visible_camera", value=False),
+    "empty that casts no shadow": lambda stage: _shown_by(stage, "visible_shadow", value=False),
 }  # fmt: skip
 for _name, _build in _SCENES.items():
     feature(f"placed/{_name}", _build)

@@ -26,7 +26,7 @@ from .shading.materials import TranslatedMaterial, default_volume, translate_mat
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Begun, Kept, Unfinished, kept_or_made
 from .viewport.walk import RepeatWalk, Trace, walk_of
-from .visibility import Culling, Linking, hidden_from
+from .visibility import Culling, Linking, seen_as, shown_by
 from .volumes import GridFile, has_transfer, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
@@ -49,6 +49,8 @@ class Collected:
     points: InstancePoints = field(default_factory=InstancePoints)
     """The instances of each instancer as points."""
     originals: list[Any] = field(default_factory=list)
+    shown_by: list[Any] = field(default_factory=list)
+    """What shows each instance, None for objects that show themselves."""
     """The original object of each instance."""
     kept: Kept | None = None
     is_render: bool = True
@@ -73,10 +75,11 @@ class Collected:
         made = {item.material.name: item for item in self.translated.values()}
         return tuple(item.material for name, item in made.items() if item.filling is None or name in used)
 
-    def enter(self, instance: Instance, original: Any) -> None:
-        """Add an instance of an original object."""
+    def enter(self, instance: Instance, original: Any, shown_by: Any = None) -> None:
+        """Add an instance of an original object, ``shown_by`` another one if it does not show itself."""
         self.instances.append(instance if self.kept is None else self.kept.same(instance))
         self.originals.append(original)
+        self.shown_by.append(shown_by)
 
     def unique(self, kind: str, name: str) -> str:
         """``name`` for its first use, with a number after that."""
@@ -146,7 +149,9 @@ def _walked(found: Collected, shows: Callable[[Any], bool], begun: Begun | None 
             begun.place += 1
             kept.passed()
         found.settle_names()
-    found.instances = [_linked(found, item, obj) for item, obj in zip(found.instances, found.originals, strict=True)]
+    found.instances = [
+        _linked(found, *each) for each in zip(found.instances, found.originals, found.shown_by, strict=True)
+    ]
     found.settled = tuple(found.instances)
     return found
 
@@ -177,11 +182,11 @@ def _remade(found: Collected, material: Any) -> TranslatedMaterial:
     )
 
 
-def _linked(found: Collected, item: Instance, obj: Any) -> Instance:
+def _linked(found: Collected, item: Instance, obj: Any, shown_by: Any) -> Instance:
     """The instance with its light linking; the same object if a kept one has that already."""
     if not found.linking.is_used:
         return item
-    rules = found.linking.unlit_by(obj), found.linking.clear_for(obj)
+    rules = found.linking.unlit_by(obj, shown_by), found.linking.clear_for(obj, shown_by)
     if rules == ((), ()):
         return item
     return kept_or_made(
@@ -220,8 +225,8 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
         return
     placed = in_volume(found, obj, instance, item, GridFile.of(obj.data, grids_read(item.filling.inputs)))
     if placed is not None:
-        hidden = hidden_from(obj)
-        found.enter(replace(placed, hidden_from=hidden) if hidden else placed, obj.original)
+        hidden = seen_as(instance, found.translation.depsgraph.view_layer)["hidden_from"]
+        found.enter(replace(placed, hidden_from=hidden) if hidden else placed, obj.original, shown_by(instance))
 
 
 def _all_translated(found: Collected, obj: Any) -> list[TranslatedMaterial]:

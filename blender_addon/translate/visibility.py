@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -47,6 +46,29 @@ def terminator_of(obj: Any) -> dict[str, float]:
 def hidden_from(obj: Any) -> Rays:
     """Types of rays that an object's ray visibility switches off."""
     return _bits(obj, FLAGS)
+
+
+def shown_by(instance: Any) -> Any:
+    """What shows an instance of the depsgraph, as an empty with a collection; None for an object that shows itself."""
+    return instance.parent if instance.is_instance else None
+
+
+def seen_as(instance: Any, layer: Any) -> dict[str, Any]:
+    """Fields of an instance: the rays that it is hidden from, and whether it is a holdout or a shadow catcher.
+
+    As in Cycles, an instance is a holdout or only indirect if what shows it (an empty with a collection, say) is one,
+    is hidden from the rays that either of the two is hidden from, and is a shadow catcher if either is.
+    """
+    obj, parent = instance.object, shown_by(instance)
+    owner = obj if parent is None else parent
+    hidden, original = hidden_from(obj) | hidden_from(owner), owner.original
+    if original.indirect_only_get(view_layer=layer):
+        hidden |= Rays.CAMERA
+    return {
+        "hidden_from": hidden,
+        "is_holdout": bool(owner.is_holdout or original.holdout_get(view_layer=layer)),
+        "is_shadow_catcher": bool(obj.is_shadow_catcher or owner.is_shadow_catcher),
+    }
 
 
 def world_hidden_from(world: Any) -> Rays:
@@ -149,13 +171,13 @@ class Linking:
             if collection is not None:
                 table[light] = _members(collection)
 
-    def unlit_by(self, obj: Any) -> tuple[str, ...]:
-        """Names of the lights that do not illuminate an object (an original one)."""
-        return _outside(self._receivers.items(), obj)
+    def unlit_by(self, obj: Any, shown_by: Any = None) -> tuple[str, ...]:
+        """Names of the lights that do not illuminate an object (an original one), or an instance ``shown_by`` one."""
+        return _outside(self._receivers, obj, shown_by)
 
-    def clear_for(self, obj: Any) -> tuple[str, ...]:
-        """Names of the lights for which an object casts no shadow."""
-        return _outside(self._blockers.items(), obj)
+    def clear_for(self, obj: Any, shown_by: Any = None) -> tuple[str, ...]:
+        """Names of the lights for which an object, or an instance ``shown_by`` another, casts no shadow."""
+        return _outside(self._blockers, obj, shown_by)
 
 
 def _members(collection: Any) -> tuple[set[Any], set[Any]]:
@@ -171,8 +193,13 @@ def _members(collection: Any) -> tuple[set[Any], set[Any]]:
     return included, excluded
 
 
-def _outside(linked: Iterable[tuple[str, tuple[set[Any], set[Any]]]], obj: Any) -> tuple[str, ...]:
+def _outside(linked: dict[str, tuple[set[Any], set[Any]]], obj: Any, shown_by: Any) -> tuple[str, ...]:
+    """Lights that leave an object out; of an instance whose object no light names, what shows it counts."""
     number = obj.original.session_uid
+    if shown_by is not None and not any(number in side for sides in linked.values() for side in sides):
+        number = shown_by.original.session_uid
     return tuple(
-        light for light, (included, excluded) in linked if number in excluded or (included and number not in included)
+        light
+        for light, (included, excluded) in linked.items()
+        if number in excluded or (included and number not in included)
     )

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.inaccurate import cell_name
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.feasibility import smallest_conflict
@@ -59,7 +60,7 @@ def with_conflicts(solution: PaletteSolution) -> PaletteSolution:
     together = conflicting_cells(solution)
     texts = [conflicts[0].text] if conflicts else []
     if len(together) > 1:
-        names = [_name(solution.problem, cell) for cell in together]
+        names = [cell_name(solution.problem, cell) for cell in together]
         texts.append(f"{', '.join(names[:-1])} and {names[-1]} cannot all be exact.")
     if not texts:
         return solution
@@ -187,11 +188,11 @@ def _references(problem: PaletteProblem, cell: CellIndex, group: Iterable[CellIn
 def _explained(solution: PaletteSolution, cell: CellIndex, error: float, relief: dict[CellIndex, float]) -> Conflict:
     problem = solution.problem
     helpful = sorted((after, other) for other, after in relief.items() if after < HELPS * max(error, LEAST_HELP))
-    name = _name(problem, cell)
+    name = cell_name(problem, cell)
     text = f"{name} misses its color by ΔE {error:.1f}."
     if helpful:
         after, best = helpful[0]
-        without = f"without {_name(problem, best)} it would be about {after:.1f}"
+        without = f"without {cell_name(problem, best)} it would be about {after:.1f}"
         text = f"{name} misses its color by ΔE {error:.1f}; {without}."
     elif relief:
         text = (
@@ -208,13 +209,3 @@ def _own_remedy(problem: PaletteProblem, cell: CellIndex) -> str:
             f"the color may be out of reach under {light.name}; brighten or free that light, or choose another color."
         )
     return "the color may be out of reach; choose another one, or lower the smoothness."
-
-
-def _name(problem: PaletteProblem, cell: CellIndex) -> str:
-    rows, columns = [item.name for item in problem.reflectances], [light.name for light in problem.lights]
-    return f"{_told_apart(rows, cell[0])} under {_told_apart(columns, cell[1])}"
-
-
-def _told_apart(names: list[str], index: int) -> str:
-    """A name in quotes, with its number if another item has the same name."""
-    return f"“{names[index]}”" + (f" ({index + 1})" if names.count(names[index]) > 1 else "")

@@ -14,9 +14,10 @@ from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.cell_errors import CellErrors, cell_errors
+from spectral_core.palette.inaccurate import excluded_pair, extreme_number
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.optimality import Check
-from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
+from spectral_core.palette.solution import REMEDIES, UNRELIABLE, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
 from spectral_core.spectra.color import XYZ_FROM_RGB
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
@@ -44,6 +45,7 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
     status = _status(builder, state, trace, bounds, errors)
     if whites:
         status = PaletteStatus.EXACT_CONFLICT
+    status, remedy = (status, _white_remedy(problem, whites)) if whites else _named_cause(problem, state, status)
     if status is PaletteStatus.INVISIBLE:
         trace.notes.extend(f"light {problem.lights[j].name!r} gives no color" for j in invisible_lights(builder, state))
     return PaletteSolution(
@@ -59,7 +61,7 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
         kkt_residual=trace.joint.kkt,
         bound_violation=bounds,
         status=status,
-        remedy=_white_remedy(problem, whites) if whites else REMEDIES[status],
+        remedy=remedy,
         rounds=trace.rounds,
         engines=tuple(name for name, _ in trace.engines.most_common()),
         notes=tuple(trace.notes),
@@ -70,6 +72,19 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
         ),
         state=replace(state, record=dict(trace.sides)),
     )
+
+
+def _named_cause(problem: PaletteProblem, state: PaletteState, status: PaletteStatus) -> tuple[PaletteStatus, str]:
+    """The status and the remedy of a palette that was not solved, with the cells or lights that are the cause."""
+    excluded = ""
+    if status in (PaletteStatus.INACCURATE, PaletteStatus.EXACT_CONFLICT):
+        excluded = excluded_pair(problem, state)
+    if excluded:
+        return PaletteStatus.EXACT_CONFLICT, f"{excluded} The closest compromise is shown."
+    extreme = ""
+    if status in (PaletteStatus.INACCURATE, PaletteStatus.IMPROVING):
+        extreme = extreme_number(problem, state)
+    return status, f"{UNRELIABLE} {extreme}" if extreme else REMEDIES[status]
 
 
 def _worst_case_left(trace: SolveTrace) -> dict[str, float]:
@@ -157,7 +172,7 @@ def _status(
         return PaletteStatus.INACCURATE
     if invisible_lights(builder, state):
         return PaletteStatus.INVISIBLE
-    if not trace.settled:
+    if not trace.optimal:
         return PaletteStatus.IMPROVING
     return PaletteStatus.COMPROMISE if errors.largest > VISIBLE_DELTA_E else PaletteStatus.SOLVED
 

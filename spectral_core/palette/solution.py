@@ -40,6 +40,7 @@ class PaletteStatus(StrEnum):
         return self.trusted or self is PaletteStatus.IMPROVING
 
 
+UNRELIABLE = "No solver's solution passed the check; the best one is shown, but it is not reliable."
 REMEDIES = {
     PaletteStatus.SOLVED: "",
     PaletteStatus.COMPROMISE: (
@@ -55,11 +56,10 @@ REMEDIES = {
         "780 nm, or widen the grid."
     ),
     PaletteStatus.INACCURATE: (
-        "No solver's solution passed the check; the best one is shown, but it is not reliable. Bring weights and "
-        "light intensities nearer to each other, or add a little smoothness."
+        f"{UNRELIABLE} Bring weights and light intensities nearer to each other, or add a little smoothness."
     ),
     PaletteStatus.IMPROVING: (
-        "The time or the rounds ended while the lights were still improving. Solve again to continue from here."
+        "The time or the rounds ended while the spectra were still improving. Solve again to continue from here."
     ),
 }
 """Remedy for each status."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spectral_core.scene import Instance, Mesh, Rays
+from spectral_core.scene import Instance, Mesh
 
 from ..approximations import note_missing
 from ..displacement.moved import displaced
@@ -20,7 +20,7 @@ from ..ledger import note_changed
 from ..placed_media import in_mesh
 from ..shading.attributes import color_of, object_attributes, random_of, root_of
 from ..viewport.kept import kept_or_made
-from ..visibility import hidden_from, terminator_of
+from ..visibility import seen_as, shown_by, terminator_of
 from .triangles import READS_UV, object_mesh
 
 if TYPE_CHECKING:
@@ -67,12 +67,13 @@ def place_mesh(found: Collected, obj: Any, instance: Any, materials_of: Material
         "mesh": mesh.name,
         "color": tuple(color_of(obj, instance)),
         "attributes": object_attributes(obj, instance, reads, found),
+        **seen_as(instance, found.translation.depsgraph.view_layer),
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.trace.places[original.session_uid] = len(found.instances)
     found.linking.add(name, original)
     if instance.is_instance:
-        found.enter(make(), original)
+        found.enter(make(), original, shown_by(instance))
         return
     names = tuple(item.material.name for item in materials)
     state = (rows, names, reads, tuple(fields.values()), mesh)
@@ -89,18 +90,11 @@ def _shared(found: Collected, obj: Any, instance: Any, materials_of: MaterialsOf
     mesh = _mesh(found, obj, reads | shows_uv, instance)
     if mesh is None:
         return None
-    original, layer = obj.original, found.translation.depsgraph.view_layer
-    hidden = hidden_from(obj)
-    if original.indirect_only_get(view_layer=layer):
-        hidden |= Rays.CAMERA
     fields = {
-        "group": original.lightgroup,  # Blender does not notify the evaluated copy of a change
-        "hidden_from": hidden,
-        "is_holdout": bool(obj.is_holdout or original.holdout_get(view_layer=layer)),
+        "group": obj.original.lightgroup,  # Blender does not notify the evaluated copy of a change
         "index": int(obj.pass_index),
         "shown_as": obj.name,
-        "asset": root_of(original).name,
-        "is_shadow_catcher": obj.is_shadow_catcher,
+        "asset": root_of(obj.original).name,
         **terminator_of(obj),
     }
     varies = any(item.displacement or item.filling is not None for item in materials)

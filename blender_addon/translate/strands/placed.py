@@ -14,7 +14,7 @@ from spectral_core.scene import STRAND_AXIS, Instance, Mesh
 from ..meshes.triangles import READS_UV
 from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes, random_of
 from ..shading.materials import TranslatedMaterial
-from ..visibility import hidden_from
+from ..visibility import seen_as, shown_by
 from . import curves_mesh, particle_mesh, points_mesh
 
 FLAT = 1e-30
@@ -74,22 +74,20 @@ def place_hair(found: Any, instance: Any, materials_of: Callable[[Any], list[Tra
 
 
 def _enter(found: Any, instance: Any, name: str, mesh: Mesh, materials: list[TranslatedMaterial]) -> None:
-    obj, layer = instance.object, found.translation.depsgraph.view_layer
-    original = obj.original
+    obj = instance.object
     found.enter(
         Instance(
             found.unique("instance", name),
             mesh.name,
             np.array(instance.matrix_world, dtype=np.float64),
             tuple(item.material.name for item in materials),
-            original.lightgroup,
-            hidden_from(obj),
-            bool(obj.is_holdout or original.holdout_get(view_layer=layer)),
+            obj.original.lightgroup,
             color=tuple(color_of(obj, instance)),
             index=int(obj.pass_index),
-            is_shadow_catcher=bool(obj.is_shadow_catcher),
+            **seen_as(instance, found.translation.depsgraph.view_layer),
         ),
-        original,
+        obj.original,
+        shown_by(instance),
     )
 
 

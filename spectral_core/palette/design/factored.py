@@ -21,6 +21,8 @@ Mask = NDArray[np.bool_]
 
 RANK = 1e-11
 """Singular value of the exact rows, relative to the largest, below which they depend on each other."""
+NO_LIGHT = 1e-100
+"""Singular value of the exact rows below which a light has no power: its inverse may be no number."""
 
 
 @dataclass
@@ -96,6 +98,14 @@ class FactoredRows:
             begin += len(own)
         return np.concatenate([colors, *values])
 
+    def sizes(self, x: Array) -> Array:
+        """Sizes of the sums in ``left``: their rounding is a share of these."""
+        colors, values = np.abs(x[: self.problem.offsets[0]]), self.problem.split(np.abs(x))[1]
+        found = [np.abs(self._known) @ colors]
+        for part, value in zip(self._parts, values, strict=True):
+            found.append(np.abs(part.rows) @ value + np.abs(part.ties) @ colors)
+        return np.concatenate(found) + np.abs(self.right)
+
     def equalities(self) -> Array:
         """The exact rows of all spectra, dense."""
         count = self.problem.offsets[0]
@@ -155,12 +165,12 @@ class FactoredRows:
         own, spare = np.zeros((rows.shape[1], 0)), np.zeros((0, 0))
         if part.wanted.size:
             outer, values, inner = np.linalg.svd(part.exact[:, free], full_matrices=True)
-            rank = int((values > RANK * values.max(initial=0.0)).sum())
+            rank = int((values > max(RANK * values.max(initial=0.0), NO_LIGHT)).sum())
             own = inner[:rank].T @ (outer.T[:rank] / values[:rank, None])
             spare, across = outer.T[rank:], inner[rank:].T
             by_colors = by_colors + rows @ (own @ part.exact_ties)
             rows = rows @ across
-        self._kept[k] = found = _Factors(free.copy(), own, spare, across, *_factorized(rows), by_colors)
+        self._kept[k] = found = _Factors(free.copy(), own, spare, across, *_factorized(rows, part.least), by_colors)
         return found
 
 
@@ -174,32 +184,44 @@ class _Part:
     exact: Array
     exact_ties: Array
     wanted: Array
+    least: float
+    """Size of the smaller kind of rows, those of colors or those of roughness, of which no digit may be lost."""
 
     @classmethod
     def of(cls, block: Block) -> _Part:
         exact, soft = block.exact, ~block.exact
         root = np.sqrt(block.weights[soft])
         smooth = len(block.roughness)
+        colored = root[:, None] * block.rows[soft]
+        kinds = [float(np.abs(rows).max(initial=0.0)) for rows in (colored, block.roughness)]
         return cls(
-            np.concatenate([root[:, None] * block.rows[soft], block.roughness]),
+            np.concatenate([colored, block.roughness]),
             np.concatenate([-root[:, None] * block.ties[soft], np.zeros((smooth, block.ties.shape[1]))]),
             np.concatenate([root * block.targets[soft], np.zeros(smooth)]),
             block.rows[exact],
             block.ties[exact],
             block.targets[exact],
+            min((kind for kind in kinds if kind > 0), default=0.0),
         )
 
 
-def _factorized(rows: Array) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Q (m, r), a triangle (r, z) and an order of its columns: Q · triangle = rows[:, order] up to rounding."""
+def _factorized(rows: Array, least: float) -> tuple[Array, Array, NDArray[np.intp]]:
+    """Q (m, r), a triangle (r, z) and an order of its columns: Q · triangle = rows[:, order] up to rounding.
+
+    ``least``: size of the least rows that count.
+    """
     from scipy.linalg import qr
 
     if not rows.size:
         return np.zeros((len(rows), 0)), np.zeros((0, rows.shape[1])), np.arange(rows.shape[1])
-    orthogonal, triangle, order = qr(rows, mode="economic", pivoting=True, check_finite=False)
+    # Householder's factors keep the digits of every row only if large rows come first (Cox and Higham 1998).
+    first = np.argsort(-np.abs(rows).max(axis=1), kind="stable")
+    sorted_rows, triangle, order = qr(rows[first], mode="economic", pivoting=True, check_finite=False)
     size = np.abs(np.diagonal(triangle))
-    rank = int((size > np.finfo(float).eps * max(rows.shape) * size.max(initial=0.0)).sum())
-    return np.ascontiguousarray(orthogonal[:, :rank]), triangle[:rank], order
+    rank = int((size > np.finfo(float).eps * max(rows.shape) * least).sum())
+    orthogonal = np.empty((len(rows), rank))
+    orthogonal[first] = sorted_rows[:, :rank]
+    return orthogonal, triangle[:rank], order
 
 
 def _outside(orthogonal: Array, values: Array) -> Array:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.design.factored import FactoredRows, least_squares
 from spectral_core.palette.qp.answer import Answer, answer_at
+from spectral_core.palette.qp.backends import change_by_piqp
 from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
@@ -23,6 +24,10 @@ LIVE = 320
 """Most unknowns in all of a side that is solved at interactive speed."""
 CHANGES, THOROUGH = 30, 400
 """Most changes of bounds in a round of two sides, which the next one continues; and for an answer that is returned."""
+MANY = 100
+"""Samples of a spectrum above which piqp finds the active bounds, before the factorizations."""
+UNITS = 1e-2, 1e-4, 1e-6
+"""Units of the changes that piqp tries, of spectra near 1: an objective near rounding needs small ones."""
 WORK = 4e9
 """Cubes of the samples of a spectrum, times changes of bounds, in one answer: a second or two."""
 ROUNDING = 1e-13
@@ -50,8 +55,9 @@ def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH, most: i
     if is_large or not answer.check.passed or answer.infeasible:
         return answer
     x = problem.joined(answer.colors, answer.values)
+    start = _nearer(problem, x) if samples > MANY else x
     changes = min(changes, int(WORK / max(samples, 1) ** 3))
-    found, multipliers = (_descended if problem.color_lower.size else _each)(problem, x, changes)
+    found, multipliers = (_descended if problem.color_lower.size else _each)(problem, start, changes)
     if not problem.objective(found) < problem.objective(x):
         return answer
     better = answer_at(problem, found, problem.forces(found, multipliers), answer.engines[0])
@@ -59,6 +65,23 @@ def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH, most: i
     if better.check.equality > max(answer.check.equality, HELD):
         return answer
     return better if better.check.passed else answer
+
+
+def _nearer(problem: Quadratic, x: Array) -> Array:
+    """A lower point by piqp, whose time grows with the samples and not with their cube; ``x`` if there is none."""
+    best, least = x, problem.objective(x)
+    allowed = max(_off(problem, x), HELD)
+    for unit in UNITS:
+        found = change_by_piqp(problem, x, unit)
+        if found is not None and problem.objective(found) < least and _off(problem, found) <= allowed:
+            best, least = found, problem.objective(found)
+    return best
+
+
+def _off(problem: Quadratic, x: Array) -> float:
+    """Largest error of an exact row."""
+    misses = zip(problem.blocks, problem.all_misses(x), strict=True)
+    return max((float(np.abs(left[block.exact]).max(initial=0.0)) for block, left in misses), default=0.0)
 
 
 def _each(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
@@ -74,27 +97,30 @@ def _each(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array
 def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
     """Primal active-set steps for ½ ||rows · x − right||² within bounds, from a point within them.
 
-    ``exact`` · x = ``wanted`` holds throughout. Also the multipliers of these rows, by block.
+    ``exact`` · x = ``wanted`` holds throughout. Also the multipliers of these rows, by block. Many bounds change at
+    once while that lowers the objective, else one at a time.
     """
     rows = FactoredRows(problem)
     lower, upper = problem.lower, problem.upper
-    largest, exact = ROUNDING * _largest(rows.right), rows.equalities()
+    exact = rows.equalities()
     x = x.copy()
     free = (x > lower) & (x < upper)
     multipliers = np.zeros(len(exact))
+    before, many = np.inf, True
     for _ in range(changes):
         step = rows.step(free, *rows.left(x))
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # steps of 1e-320
-            room = np.where(step < 0, (lower - x) / step, np.where(step > 0, (upper - x) / step, np.inf))
-        first = int(np.argmin(room))
-        if room[first] < 1:
-            x = np.clip(x + room[first] * step, lower, upper)
-            x[first] = lower[first] if step[first] < 0 else upper[first]
-            free[first] = False
+        moved = np.clip(x + step, lower, upper)
+        outside = free & (moved != x + step)
+        if outside.any():
+            if many and not len(exact) and problem.objective(moved) < problem.objective(x):
+                x, free = moved, free & ~outside
+            else:
+                x = _to_the_first_bound(x, step, lower, upper)
+                free &= (x > lower) & (x < upper)
             continue
-        x = np.clip(x + step, lower, upper)
+        x = moved
         left = rows.settled(free, x)
-        if _largest(left) <= largest:
+        if (np.abs(left) <= ROUNDING * rows.sizes(x)).all():
             break  # all rows are met
         slack = ROUNDING * rows.back(np.abs(left), sizes=True)
         gradient = -rows.back(left)
@@ -104,13 +130,20 @@ def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[
             gradient = gradient + exact.T @ multipliers
         inward = np.where(x <= lower, -gradient, gradient) - slack
         inward[free | (lower >= upper)] = 0.0
-        worst = int(np.argmax(inward))
-        if inward[worst] <= 0:
+        if inward.max(initial=0.0) <= 0:
             break
-        free[worst] = True
+        here = problem.objective(x)
+        many = many and here < before
+        before = here
+        free[inward > 0 if many else np.argmax(inward)] = True
     ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
     return x, np.split(multipliers, ends)
 
 
-def _largest(values: Array) -> float:
-    return float(np.abs(values).max(initial=0.0))
+def _to_the_first_bound(x: Array, step: Array, lower: Array, upper: Array) -> Array:
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # steps of 1e-320
+        room = np.where(step < 0, (lower - x) / step, np.where(step > 0, (upper - x) / step, np.inf))
+    first = int(np.argmin(room))
+    x = np.clip(x + room[first] * step, lower, upper)
+    x[first] = lower[first] if step[first] < 0 else upper[first]
+    return x

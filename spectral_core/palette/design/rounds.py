@@ -70,8 +70,8 @@ class SolveTrace:
     """The joint check's own solves, at the returned point."""
     settled: bool = True
     """True if neither side alone could still lower the objective."""
-    gain: float = 0.0
-    """Largest share of a side's objective by which solving it again lowers it, however small the objective is."""
+    gains: dict[Side, float] = field(default_factory=dict)
+    """Share of each side's objective by which solving it again lowers it, however small the objective is."""
     joint: Check = PERFECT
     """The KKT check of both sides at the returned point."""
     worst_case_left: float | None = None
@@ -84,10 +84,29 @@ class SolveTrace:
         self.engines.update(answer.engines)
         self.timings[side] = self.timings.get(side, 0.0) + seconds
 
+    @property
+    def gain(self) -> float:
+        """The largest share that a side could lose."""
+        return max(self.gains.values(), default=0.0)
+
+    @property
+    def optimal(self) -> bool:
+        """True if neither side alone could lower its objective by a millionth, beyond rounding."""
+        return self.settled and self.gain <= SETTLED
+
+    def better_than(self, other: SolveTrace) -> bool:
+        """True if the last joint check passed, and no side could lose as much as in another."""
+        return self.settled and self.joint.passed and self.gain < other.gain
+
+    def restore(self, other: SolveTrace) -> None:
+        """Take the joint check of another trace."""
+        self.answers, self.sides, self.gains = other.answers, other.sides, other.gains
+        self.joint, self.settled = other.joint, other.settled
+
     def settle(self, side: Side, assembled: Assembled, answer: Answer) -> None:
         """Record an answer of the only side as the joint check: nothing else can improve."""
         self.sides[side] = assembled, answer
-        self.joint, self.settled = answer.check, True
+        self.joint, self.settled, self.gains = answer.check, True, {}
 
 
 class Rounds:
@@ -153,17 +172,24 @@ class Rounds:
         Reflectances and lights are each optimal for the other exactly where neither solve lowers its objective. The KKT
         residual of both is taken at ``state`` itself, with the multipliers of those solves.
         """
-        joint, settled, largest = PERFECT, True, 0.0
+        joint, settled = PERFECT, True
+        gains: dict[Side, float] = {}
         for side in self.sides:
             assembled, answer = self._answered(side, state, perceptual=perceptual, returned=True)
             # Each side by its own measure: the roughness of lights must not hide a decrease of the reflectances.
             fall, least = gain(assembled, answer, state)
             settled = settled and is_nothing(fall, least)
-            largest = max(largest, fall / (fall + least + ROUNDING))
+            gains[side] = max(0.0, fall - _rounding(assembled, state)) / (fall + least + ROUNDING)
             joint = joint | answer.check
             self.trace.answers[side] = answer
             self.trace.sides[side] = assembled, answer
-        self.trace.joint, self.trace.settled, self.trace.gain = joint, settled, largest
+        self.trace.joint, self.trace.settled, self.trace.gains = joint, settled, gains
+
+    def answered(self, state: PaletteState) -> PaletteState:
+        """The state with the last joint check's answer for the side that could lose the larger share."""
+        side = max(self.trace.gains, key=lambda each: self.trace.gains[each])
+        assembled, answer = self.trace.sides[side]
+        return state.with_values(side, dict(zip(assembled.items, answer.values, strict=True)))
 
     def settled(self, state: PaletteState, *, perceptual: bool = False) -> bool:
         """True if the last round changed nothing, and the joint check agrees."""
@@ -176,6 +202,12 @@ class Rounds:
 def is_nothing(fall: float, least: float) -> bool:
     """True if a side's objective, now ``least``, has fallen by no more than counts as optimal."""
     return fall <= SETTLED * least + NOTHING
+
+
+def _rounding(assembled: Assembled, state: PaletteState) -> float:
+    values = [getattr(state, assembled.side)[item] for item in assembled.items]
+    quadratic = assembled.quadratic
+    return quadratic.rounding(quadratic.joined(quadratic.best_colors(values), values))
 
 
 def gain(assembled: Assembled, answer: Answer, state: PaletteState) -> tuple[float, float]:

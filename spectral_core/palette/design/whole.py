@@ -20,8 +20,8 @@ PERCEPTUAL_ROUNDS = 12
 """Rounds with a fixed reflectance or light side after which the linearized metric counts as settled."""
 LAST_ROUNDS, MOST_RESERVED = 2.5, 0.5
 """Time after a descent, in rounds: a round and the joint check; the largest share of the budget for them."""
-SHARPENINGS = 8
-"""Most rounds after a palette is settled."""
+SHARPENINGS = 16
+"""Most steps after a palette is settled."""
 SLOW = 0.5
 """Share of its gain that a round leaves, above which both sides descend together before the next one."""
 SECONDS = 2.0
@@ -72,30 +72,40 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
 
 
 def _sharpened(rounds: Rounds, state: PaletteState, budget: Budget, took: float, *, perceptual: bool) -> PaletteState:
-    """A few more rounds where a side of an objective that counts as 0 could still lose a visible share of it.
+    """Last steps where a side of an objective that counts as 0 could still lose a visible share of it.
 
     Targets that are met leave the roughness alone, at 1e-21 or less: no color depends on it, but the shape of the
-    spectra does, and each side is a convex problem that can be solved to more digits. Roughness may move from one side
-    to the other along a valley, and each round along it is short: there both sides descend together before the next
-    round, once. What helps neither side is undone.
+    spectra does, and each side is a convex problem that can be solved to more digits. The side that could lose the
+    larger share takes the answer that the joint check found for it, which may leave the other side as good as it was:
+    the roughness of lights is often a million times that of reflectances. Roughness may also move from one side to the
+    other along a valley, and each such step along it is short: there both sides descend together, once, before they are
+    solved again. What helps neither side is undone.
     """
-    trace, slow, descends = rounds.trace, False, True
+    trace, descends = rounds.trace, True
     for _ in range(SHARPENINGS):
         if not trace.settled or not trace.joint.passed or trace.gain <= SETTLED or budget.left <= LAST_ROUNDS * took:
             break
         kept = replace(trace, answers=dict(trace.answers), sides=dict(trace.sides))
+        found = rounds.answered(state)
+        rounds.check(found, perceptual=perceptual)
+        if trace.better_than(kept):
+            state = found
+            if trace.gain <= SLOW * kept.gain:
+                continue
+            kept = replace(trace, answers=dict(trace.answers), sides=dict(trace.sides))
+        else:
+            trace.restore(kept)
         start = state
-        if slow and descends:
+        if descends:
             budget.reserved, descends = min(LAST_ROUNDS * took, MOST_RESERVED * budget.seconds), False
             start = improved(rounds, state, budget, perceptual=perceptual, race=False)
             budget.reserved = 0.0
         found = rounds.round(start, perceptual=perceptual)
         rounds.check(found, perceptual=perceptual)
-        if trace.settled and trace.joint.passed and trace.gain < kept.gain:
-            state, slow = found, trace.gain > SLOW * kept.gain
+        if trace.better_than(kept):
+            state = found
             continue
-        trace.answers, trace.sides = kept.answers, kept.sides
-        trace.joint, trace.settled, trace.gain = kept.joint, kept.settled, kept.gain
+        trace.restore(kept)
         if start is state:
             break
     return state

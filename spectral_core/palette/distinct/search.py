@@ -113,7 +113,8 @@ def distinct_solutions(
         own = copy(trace)
         _, blocks = phase.quadratic.split(each.x)
         kept = Answer(tuple(blocks), np.zeros((0, 3)), (), each.check, (engine,) * len(found))
-        own.answers, own.joint, own.settled, own.sides = {"reflectances": kept}, each.check, True, {}
+        own.answers, own.joint, own.settled = {"reflectances": kept}, each.check, True
+        own.sides, own.gains = {}, {}
         own.engines = Counter(kept.engines)
         which = "the best" if rank == 0 else f"number {rank + 1}"
         own.notes = [

@@ -143,12 +143,37 @@ def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
 
 def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
     """All unknowns and the multipliers of exact rows by block, from piqp in least-squares form; None if it fails."""
+    found = _least_squares(problem, np.zeros(problem.size), 1.0, 1.0)
+    if found is None:
+        return None
+    ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
+    # piqp returns the equality multipliers in the order of the rows: block after block.
+    return found[0], np.split(found[1], ends)
+
+
+def change_by_piqp(problem: Quadratic, start: Array, unit: float) -> Array | None:
+    """A better point, from a start within bounds; unknowns that piqp finds at bounds lie on them. None if it fails.
+
+    piqp's tolerances are absolute, and hide an optimum of tiny objective. The unknowns are therefore the change from
+    the start, in some unit, and the objective at the start is 1 (iterative refinement, Gleixner et al. 2016).
+    """
+    here = problem.objective(start)
+    found = _least_squares(problem, start, unit, 1.0 / np.sqrt(2.0 * here)) if here > 0 else None
+    if found is None:
+        return None
+    nearer = np.where(found[0] - problem.lower < problem.upper - found[0], problem.lower, problem.upper)
+    return np.where(found[2], nearer, found[0])
+
+
+def _least_squares(problem: Quadratic, start: Array, unit: float, scale: float) -> tuple[Array, Array, Mask] | None:
+    """All unknowns, the multipliers of exact rows, and which unknowns are at bounds."""
     import piqp
     from scipy import sparse
 
     matrix, target = problem.least_squares()
     equality, equality_target = problem.equalities()
     count, n = matrix.shape
+    matrix, target = matrix * (scale * unit), scale * (target - matrix @ start)
     solver = piqp.SparseSolver()
     solver.settings.eps_abs, solver.settings.eps_rel = 1e-11, 1e-11
     solver.settings.eps_duality_gap_abs, solver.settings.eps_duality_gap_rel = 1e-12, 1e-12
@@ -157,21 +182,20 @@ def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
     # Unknowns x and the residual r = M x − y: the objective is then the square of r alone, and M is not squared.
     squares = sparse.diags(np.concatenate([np.zeros(n), np.ones(count)]), format="csc")
     left = sparse.bmat([[matrix, -sparse.identity(count)], [equality, None]], format="csc")
-    lower = np.concatenate([problem.lower, np.full(count, -np.inf)])
-    upper = np.concatenate([problem.upper, np.full(count, np.inf)])
+    right = np.concatenate([target, (equality_target - equality @ start) / unit])
+    lower = np.concatenate([(problem.lower - start) / unit, np.full(count, -np.inf)])
+    upper = np.concatenate([(problem.upper - start) / unit, np.full(count, np.inf)])
     try:
-        solver.setup(
-            squares, np.zeros(n + count), left, np.concatenate([target, equality_target]), x_l=lower, x_u=upper
-        )
+        solver.setup(squares, np.zeros(n + count), left, right, x_l=lower, x_u=upper)
         solver.solve()
     except (RuntimeError, ValueError):
         return None
-    x, duals = np.array(solver.result.x[:n]), np.array(solver.result.y[count:])
+    result = solver.result
+    x = start + unit * np.array(result.x[:n])
     if not np.all(np.isfinite(x)):
         return None
-    ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
-    # piqp returns the equality multipliers in the order of the rows: block after block.
-    return np.clip(x, problem.lower, problem.upper), np.split(duals, ends)
+    at_bounds = np.array(result.z_bl[:n] > result.s_bl[:n]) | np.array(result.z_bu[:n] > result.s_bu[:n])
+    return np.clip(x, problem.lower, problem.upper), np.array(result.y[count:]), at_bounds
 
 
 def nearest_miss(problem: Quadratic) -> float:

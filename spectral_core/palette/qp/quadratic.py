@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from scipy import sparse
 
 Array = NDArray[np.float64]
+EPSILON = float(np.finfo(float).eps)
 FAR = 1e30
 """Large number in place of infinity for solvers that need one."""
 
@@ -210,6 +211,22 @@ class Quadratic:
             # of its square.
             rough = block.roughness @ value
             total += float(block.soft_weights @ block.misses(value, colors.ravel()) ** 2 + rough @ rough)
+        return total / 2
+
+    def rounding(self, x: Array) -> float:
+        """Largest error of ``objective`` at a point by rounding: the sum of a row is known to ε of its terms."""
+        colors, values = self.split(x)
+        total = 0.0
+        for block, value in zip(self.blocks, values, strict=True):
+            size = (
+                np.abs(block.rows) @ np.abs(value) + np.abs(block.targets) + np.abs(block.ties) @ np.abs(colors.ravel())
+            )
+            smooth = np.abs(block.roughness) @ np.abs(value)
+            for weights, left, error in (
+                (block.soft_weights, block.misses(value, colors.ravel()), EPSILON * size),
+                (1.0, block.roughness @ value, EPSILON * smooth),
+            ):
+                total += float(np.sum(weights * error * (2 * np.abs(left) + error)))
         return total / 2
 
     def least_squares(self) -> tuple[sparse.csr_matrix, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from spectral_core.render.lights.listing import LightList, Source
 from spectral_core.render.plugins.numbers import table
-from spectral_core.scene.fluorescent import EXCITED_NM
+from spectral_core.render.plugins.paints import spectrum_rows
 from spectral_core.spectra.spectrum import Spectrum
 
 
@@ -49,22 +49,19 @@ class Emission:
             scales[number] = size
             unit = source.emitted.scaled(1.0 / size)
             knots = unit.grid.wavelengths_nm
-            exact = np.array_equal(knots, np.round(knots))
+            exact = spectrum_rows.fits(unit)
             key = bytes([exact]) + knots.tobytes() + unit.values.astype(np.float32).tobytes()
             if key not in rows:
                 if exact:
                     rows[key] = len(spectra)
-                    spectra.append(unit.at(EXCITED_NM))
+                    spectra.append(spectrum_rows.row(unit))
                 else:
                     rows[key] = -1 - len(textures)
                     textures.append(texture_of(unit))
             index[number] = rows[key] if rows[key] >= 0 else (1 << 24) - rows[key] - 1
         self._index, self._scales = table(mi.UInt32, index), table(mi.Float, scales)
         self._has_rows, self._kept = bool(spectra), textures
-        values = np.array(spectra, np.float32) if spectra else np.zeros((1, EXCITED_NM.size), np.float32)
-        # pairs of an entry and the next one, which are read at once; zeros before the first and after the last
-        padded = np.pad(values, ((0, 0), (1, 2)))
-        self._table = table(mi.Float, np.stack([padded[:, :-1], padded[:, 1:]], axis=2))
+        self._table = table(mi.Float, spectra or np.zeros((1, spectrum_rows.WIDTH)))
         if textures:
             self._pointers = mi.TexturePtr(textures)
 
@@ -81,7 +78,7 @@ class Emission:
         sampled = row >= (1 << 24)
         value = mi.Spectrum(0.0)
         if self._has_rows:
-            value = self._at(row, wavelengths, active & ~sampled)
+            value = spectrum_rows.look_up(self._table, row, wavelengths, active & ~sampled)
         if self._pointers is not None:
             # one texture of a hundred: its pointer is read from a table, and the kernel branches on its type only
             pointer = dr.gather(mi.TexturePtr, self._pointers, row - (1 << 24), active & sampled)
@@ -89,22 +86,6 @@ class Emission:
             si.wavelengths = wavelengths
             value = dr.select(sampled, pointer.eval(si, active & sampled), value)
         return value * gain
-
-    def _at(self, row: Any, wavelengths: Any, active: Any) -> Any:
-        import drjit as dr
-
-        mi = self._mi
-        size = EXCITED_NM.size + 2
-        first = row * size
-        values = []
-        for k in range(4):
-            # outside the table its first pair, of which the first number, 0, is read
-            place = wavelengths[k] - float(EXCITED_NM[0] - 1)
-            place = dr.select((place >= 1.0) & (place <= size - 2.0), place, 0.0)
-            low = mi.UInt32(place)
-            pair = dr.gather(mi.Vector2f, self._table, first + low, active)
-            values.append(dr.lerp(pair.x, pair.y, place - mi.Float(low)))
-        return mi.Spectrum(*values)
 
     def gain(self, source: Any, active: Any) -> Any:
         """1 for a source that is on, 0 for one whose group is off."""

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.numbers import table
-from spectral_core.render.plugins.surfaces.sources import Kind, Number, Programmed, Source, Textured, Tint
+from spectral_core.render.plugins.paints import spectrum_rows
+from spectral_core.render.plugins.surfaces.sources import Kind, Number, Programmed, Sampled, Source, Textured, Tint
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, single_precision_spectrum
 from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Program, Scalar, SpectralImage
 from spectral_core.spectra import catalogue
@@ -45,8 +46,8 @@ def color(context: Context, paint: Paint, subject: str, *, bright: bool = False)
         return color(context, Color(emitted_rgb(paint)), subject, bright=bright)
     if isinstance(paint, Color):
         return Tint(np.maximum(paint.linear_rgb, 0.0) if bright else _held(context, paint, subject), kind)
-    if isinstance(paint, Spectrum) and not context.spectral:
-        return Tint(np.clip(daylight_rgb(paint), 0.0, 1.0), kind)
+    if isinstance(paint, Spectrum) and (not context.spectral or spectrum_rows.fits(paint)):
+        return Sampled(paint, kind) if context.spectral else Tint(np.clip(daylight_rgb(paint), 0.0, 1.0), kind)
     if isinstance(paint, Computed):
         return Programmed(paint.program, kind)
     return Textured(reflectance(context, paint, subject), kind)

@@ -21,8 +21,8 @@ def light_group_names(groups: tuple[str, ...]) -> dict[str, int]:
 
 
 def book_into(path: Any, sums: Any, lane: Any, measured: Any) -> None:
-    """Set the target of accumulation: sums (pixels · rows · 3), each lane's pixel, and the conversion of radiance to
-    color; or None.
+    """Set the target of accumulation: sums (pixels · rows · 3), each lane's pixel, and the conversion of radiance
+    (with its part ``far``) to color; or None.
     """
     path.sums, path.lane, path.measured = sums, lane, measured
 
@@ -32,7 +32,8 @@ def book(path: Any, row: int | Any, light: Any, active: Any) -> None:
     import drjit as dr
 
     finite = dr.all(dr.isfinite(light))
-    color = path.measured(dr.select(finite, light, 0.0))
+    light = dr.select(finite, light, 0.0)
+    color = path.measured(light, dr.select(path.far, light, 0.0))
     at = (path.lane * path.rows + row) * 3
     for k in range(3):
         wanted = active & (color[k] != 0.0)

@@ -22,6 +22,7 @@ def path_state_class(variant: str) -> Any:
             "ray": mi.Ray3f,
             "active": mi.Bool,
             "light": mi.Spectrum,  # radiance so far
+            **({"far": mi.Spectrum} if mi.is_spectral else {}),  # its part after several diffuse reflections
             "throughput": mi.Spectrum,  # throughput to the camera
             "eta": mi.Float,  # product of the indices of refraction on the path
             "seen": mi.Bool,  # True if anything was hit
@@ -48,6 +49,9 @@ def path_state_class(variant: str) -> Any:
             "before_kinds": mi.UInt32,  # types of rays along which it scatters light
         }
 
+        light: Any
+        far: Any
+        through: Any
         before: Any
         before_shape: Any
         before_both: Any
@@ -79,6 +83,16 @@ def path_state_class(variant: str) -> Any:
             self.before_delta = dr.select(scatters, delta, self.before_delta)
             self.before_shape = dr.select(scatters, shape, self.before_shape)
             self.spread(bs.pdf, scatters & ~delta)
+
+        def add(self, light: Any, is_far: Any) -> None:
+            """Add light; ``is_far``: True if more than one surface has reflected it diffusely."""
+            self.light += light
+            if mi.is_spectral:
+                self.far += dr.select(is_far, light, 0.0)
+
+        def extra(self, clear_glass: bool) -> list[Any]:
+            """What is returned beside the light: the share behind glass, and in spectral transport ``far``."""
+            return [*([self.through] if clear_glass else []), *(self.far if mi.is_spectral else [])]
 
         def spread(self, density: Any, scatters: Any) -> None:
             """Store the least density of a bounce, by which Filter Glossy blurs lobes."""

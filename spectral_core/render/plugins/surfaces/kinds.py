@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.plugins.closures.lobe import classes
+from spectral_core.render.plugins.paints import spectrum_rows
 from spectral_core.render.plugins.paints.loaded import numbers_of
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.surfaces.slots import FIRST_TEXTURE, WIDTHS, Slot
-from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number, Programmed, Source, Tint
+from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number, Programmed, Sampled, Source, Tint
 
 
 @dataclass
 class Buffers:
-    """Data of slots on the device. ``program_values``: the numbers of all programs, one after another.
+    """Data of slots on the device. ``program_values``: the numbers of all programs, one after another;
+    ``spectrum_rows``: those of all sampled spectra.
 
     ``upsampling``: conversion of computed colors to spectra, None in RGB transport.
     """
@@ -27,11 +29,13 @@ class Buffers:
     upsampling: Any
     program_values: list[float] = field(default_factory=list)
     albedo_values: list[float] = field(default_factory=list)
+    spectrum_rows: list[np.ndarray] = field(default_factory=list)
     interpreter: Any = None
     numbers: Any = None
     codes: Any = None
     program_numbers: Any = None
     albedos: Any = None
+    spectra: Any = None
     _albedo_places: dict[bytes, int] = field(default_factory=dict)
 
     def plain(self, source: Source) -> tuple[list[float], list[int]]:
@@ -63,8 +67,16 @@ class Buffers:
             self.albedo_values += values.ravel().tolist()
         return self._albedo_places[key]
 
-    def program_start(self, source: Source, place: int | None) -> int:
-        """Index of a program's first number; the numbers are written at ``place`` or, for None, appended."""
+    def start_of(self, source: Source, place: int | None) -> int:
+        """Index of a program's first number or of a spectrum's row; they are written at ``place`` or, for None,
+        appended.
+        """
+        if isinstance(source, Sampled):
+            if place is None:
+                place = len(self.spectrum_rows)
+                self.spectrum_rows.append(np.zeros(0))
+            self.spectrum_rows[place] = spectrum_rows.row(source.spectrum)
+            return place
         if not isinstance(source, Programmed):
             return 0
         values = numbers_of(source.program)

@@ -6,13 +6,16 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.albedo import LAYERS, SIZE
+from spectral_core.render.plugins.paints import spectrum_rows
 from spectral_core.render.plugins.paints.interpreter import Interpreter
 from spectral_core.render.plugins.paints.loaded import TracedProgram
 from spectral_core.render.plugins.paints.tables import SceneTables
-from spectral_core.render.plugins.surfaces.sources import Programmed, Source, Textured
+from spectral_core.render.plugins.surfaces.sources import Programmed, Sampled, Source, Textured
 
 FIRST_TEXTURE = 1 << 16
 """Number of the first texture among the readers of an input; programs count from 1."""
+SPECTRUM = 1 << 30
+"""Number of the reader of sampled spectra."""
 MOST_PROGRAMS = 6
 """Most programs of an input that have code of their own; if there are more, the interpreter runs them."""
 WIDTHS = {"number": 2, "color": 3, "bright": 4, "vector": 2, "table": 1}
@@ -89,7 +92,7 @@ class Slot:
         self.textures: list[Any] = []
         self.places: dict[Any, int] = {}
         """By build of a source: the entry of its program or texture in a row."""
-        self.has_numbers = False
+        self.has_numbers = self.has_spectra = False
         self.first_program: int | None = None
         """Number of the first of its programs in the interpreter; None if each has its own code."""
         self.value: Any = None
@@ -109,6 +112,8 @@ class Slot:
             elif isinstance(source, Textured):
                 self.places[build] = FIRST_TEXTURE + len(self.textures)
                 self.textures.append(source.texture)
+            elif isinstance(source, Sampled):
+                self.places[build], self.has_spectra = SPECTRUM, True
         return self.places[build]
 
     def knows(self, source: Source) -> bool:
@@ -161,11 +166,15 @@ class Slot:
             return
         code = dr.gather(mi.UInt32, buffers.codes, at, active)
         start = dr.gather(mi.UInt32, buffers.codes, at + 1, active)
+        if self.has_spectra:
+            mine = active & (code == SPECTRUM)
+            value = spectrum_rows.look_up(buffers.spectra, start, si.wavelengths, mine)
+            found = value if found is None else dr.select(mine, value, found)
         if self.programs:
             mine = active & (code > 0) & (code < FIRST_TEXTURE)
             found = self._chosen(found, mine, self._program_values, (buffers, code - 1, start, si))
         if self.textures:
-            mine = active & (code >= FIRST_TEXTURE)
+            mine = active & (code >= FIRST_TEXTURE) & (code < SPECTRUM)
             found = self._chosen(found, mine, self._texture_values, (buffers, code - FIRST_TEXTURE, start, si))
         self.value = found
 
@@ -245,4 +254,6 @@ def build_of(source: Source) -> Any:
     """Key that is equal for sources with the same reader; None for plain numbers."""
     if isinstance(source, Programmed):
         return (source.program.shape, *(id(i.data) for i in source.program.instructions))
+    if isinstance(source, Sampled):
+        return "spectrum"
     return ("texture", id(source.texture)) if isinstance(source, Textured) else None

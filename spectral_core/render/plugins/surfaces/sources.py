@@ -10,6 +10,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.spectra.spectrum import Spectrum
+
 Kind = Literal["number", "color", "bright", "vector", "table"]
 """Type of an input: ``eval_1``, ``eval`` of a reflectance in [0, 1] or of any color, ``eval_3``, or a table of albedos.
 """
@@ -48,6 +50,14 @@ class Programmed:
 
 
 @dataclass(frozen=True, eq=False)
+class Sampled:
+    """A spectrum with its knots at whole nm, in spectral transport."""
+
+    spectrum: Spectrum
+    kind: Kind
+
+
+@dataclass(frozen=True, eq=False)
 class Textured:
     """Value of a texture of Mitsuba or of a plugin."""
 
@@ -55,7 +65,7 @@ class Textured:
     kind: Kind
 
 
-Source = Number | Tint | Albedos | Programmed | Textured
+Source = Number | Tint | Albedos | Programmed | Sampled | Textured
 
 
 @dataclass(frozen=True, eq=False)

@@ -112,7 +112,7 @@ class SurfaceTables:
         numbers, codes = self.buffers.plain(source)
         place = slot.places.get(build_of(source), 0)
         if place:
-            start = self.buffers.program_start(source, self._codes[at + 1] if is_there else None)
+            start = self.buffers.start_of(source, self._codes[at + 1] if is_there else None)
             codes = [place, start, *codes[2:]]
         self._numbers[at : at + len(numbers)] = numbers
         self._codes[at : at + len(codes)] = codes
@@ -166,6 +166,7 @@ class SurfaceTables:
         self._put(buffers, "codes", self._codes)
         self._put(buffers, "program_numbers", buffers.program_values)
         self._put(buffers, "albedos", buffers.albedo_values)
+        self._put(buffers, "spectra", buffers.spectrum_rows)
         self._put(self, "leaf_kind", [entry.kind for entry in entries])
         self._put(self, "leaf_row", [entry.row for entry in entries])
         self._put(self, "leaf_constant", [float(entry.leaf.constant) for entry in entries])
@@ -189,12 +190,13 @@ class SurfaceTables:
         return found
 
     def _put(self, owner: Any, name: str, values: list[Any]) -> None:
-        if self._written.get(name) == values:
+        key = [each.tobytes() for each in values] if name == "spectra" else list(values)
+        if self._written.get(name) == key:
             return
-        is_real = name in ("numbers", "program_numbers", "albedos", "leaf_constant")
-        made = table(self.mi.Float, values or [0.0]) if is_real else table(self.mi.UInt32, values or [0])
+        is_real = name in ("numbers", "program_numbers", "albedos", "leaf_constant", "spectra")
+        made = table(self.mi.Float, values or [0.0, 0.0]) if is_real else table(self.mi.UInt32, values or [0])
         setattr(owner, name, made)
-        self._written[name] = list(values)
+        self._written[name] = key
 
     def take(self, name: str, leaves: Sequence[Leaf], carry: Callable[[Any, Any], bool]) -> bool:
         """Change the numbers of a material if that needs no new kernel. ``carry``: copies one texture into another.

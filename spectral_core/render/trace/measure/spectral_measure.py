@@ -45,8 +45,9 @@ class SpectralMeasure:
         self._has_sets = plan.sets is not None
         if plan.sets is not None:
             self._shifts = table(mi.UInt32, plan.sets.shifts % STEPS)
-            padded = np.pad(plan.sets.corrections, ((0, 0), (0, 0), (0, 0), (0, 1)))
+            padded = np.pad(plan.sets.corrections, ((0, 0), (0, 0), (0, 0), (0, 0), (0, 1)))
             self._corrections = table(mi.Float, padded)
+            self._far = SHIFTS * STEPS * TEETH
         if self.band_count:
             self._band_tables(plan.pieces[:, 3:], density)
 
@@ -118,8 +119,8 @@ class SpectralMeasure:
         part = dr.minimum(self._mi.UInt32(scaled), count - 1)
         return part, scaled - self._mi.Float(part)
 
-    def color(self, radiance: Any, drawn: Drawn) -> Any:
-        """XYZ of one sample."""
+    def color(self, radiance: Any, drawn: Drawn, far: Any = None) -> Any:
+        """XYZ of one sample; ``far``: the part of its radiance that several surfaces have reflected diffusely."""
         import drjit as dr
 
         mi = self._mi
@@ -128,9 +129,15 @@ class SpectralMeasure:
             weight = dr.lerp(
                 dr.gather(mi.Vector4f, self._starts, cell), dr.gather(mi.Vector4f, self._ends, cell), within
             )
-            if drawn.number is not None:
-                weight += dr.gather(mi.Vector4f, self._corrections, drawn.number * TEETH + k) * weight.w
-            total += radiance[k] * mi.Color3f(weight.x, weight.y, weight.z)
+            if drawn.number is None:
+                total += radiance[k] * mi.Color3f(weight.x, weight.y, weight.z)
+                continue
+            at, near = drawn.number * TEETH + k, radiance[k] if far is None else radiance[k] - far[k]
+            added = near * dr.gather(mi.Vector4f, self._corrections, at)
+            if far is not None:
+                added += far[k] * dr.gather(mi.Vector4f, self._corrections, at + self._far)
+            own = radiance[k] * weight + added * weight.w
+            total += mi.Color3f(own.x, own.y, own.z)
         return total
 
     def scatter_bands(self, bands: Any, lane: Any, radiance: Any, drawn: Drawn) -> None:

@@ -48,12 +48,13 @@ scene's. It bounds the weights, above all in bins in which the scene's lights ha
 """
 _COLORS = 30.0
 """Second moment of the smooth reflectances of the scene's colors, beside these variances."""
-_KNOWN, _KNOWN_TWICE = 1000.0, 30.0
-"""Second moments of the reflectances that are given as spectra, and of the products of two: light that one surface, or
-one after another, have reflected. They are known exactly, while a color may be anything that its texture holds.
+_KNOWN = ((1000.0, 10.0, 0.0), (100.0, 1000.0, 30.0))
+"""Second moments of the reflectances that are given as spectra, of the products of two, and of three: in light that one
+surface has reflected, and in light that more have. They are known exactly, while a color may be anything that its
+texture holds. Four wavelengths tell few spectra apart, hence the two types of light have weights of their own.
 """
-_MOST_IN_PRODUCTS = 16
-"""Most reflectances whose products are counted."""
+_MOST_IN_PRODUCTS = (64, 16, 6)
+"""Most reflectances that are counted, alone and in products of two and of three."""
 _SMOOTH_NM, _BUMPY_NM = 100.0, 10.0
 """Lengths over which the smooth part and the bumps change."""
 _SINGLE = 1.0
@@ -66,7 +67,8 @@ _MOST_LIGHTS = 64
 @dataclass(frozen=True, slots=True, eq=False)
 class WavelengthSets:
     """``shifts``: (SHIFTS, 4) steps that each tooth is moved by, cyclically within its quarter of the probability.
-    ``corrections``: (SHIFTS, STEPS, 4, 3), added to a quarter of the responses x̄ ȳ z̄ at the wavelengths of a set.
+    ``corrections``: (2, SHIFTS, STEPS, 4, 3), added to a quarter of the responses x̄ ȳ z̄ at the wavelengths of a set:
+    for light that at most one surface has reflected diffusely, and for light that more have.
     """
 
     shifts: NDArray[np.int64]
@@ -92,19 +94,30 @@ def wavelength_sets(
     start, _, end = pieces[:, :3]
     response = start[:, cell] * (1 - along) + end[:, cell] * along
     shapes = _shapes(lights, at, probability[cell] / widths[cell])
-    prior = _prior(at.mean(axis=1), reflectances, colors)
+    sets, plain = _sets(), response.mean(axis=2) / TEETH
+    even = (widths[cell] / probability[cell]).mean(axis=1)
+    corrections = []
+    # One path of four wavelengths serves both: only the weights differ, and each of them is exact in the mean.
+    for known in _KNOWN:
+        prior = _prior(at.mean(axis=1), (reflectances, known), colors)
+        covariance, expected = _moments(shapes, response, prior)
+        total = max(float(np.trace(covariance)), 1e-30)
+        covariance[np.diag_indices(_BINS)] += _UNKNOWN * total / _BINS * (even / even.mean()) ** 2
+        weights = least_variance(covariance, expected, plain, sets, _SINGLE)
+        corrections.append(np.moveaxis(weights - plain[:, sets], 0, -1))
+    return WavelengthSets(_shifts(), np.stack(corrections))
+
+
+def _moments(shapes: Sequence[tuple[Array, float]], response: Array, prior: Array) -> tuple[Array, Array]:
+    """Second moments of radiance in the bins, and expected products of the wanted integrals and the radiance."""
     covariance, expected = np.zeros((_BINS, _BINS)), np.zeros((3, _BINS))
     for shape, share in shapes:
+        # light varies within a bin, as lines do; the prior of reflectances is that of the bin's mean wavelength
         mean = shape.mean(axis=1)
         covariance += share * np.outer(mean, mean) * prior
         covariance[np.diag_indices(_BINS)] += share * shape.var(axis=1) * np.diag(prior)
         expected += share * ((response * shape).mean(axis=2) @ prior) * mean / _BINS
-    even = (widths[cell] / probability[cell]).mean(axis=1)
-    total = max(float(np.trace(covariance)), 1e-30)
-    covariance[np.diag_indices(_BINS)] += _UNKNOWN * total / _BINS * (even / even.mean()) ** 2
-    sets, plain = _sets(), response.mean(axis=2) / TEETH
-    weights = least_variance(covariance, expected, plain, sets, _SINGLE)
-    return WavelengthSets(_shifts(), np.moveaxis(weights - plain[:, sets], 0, -1))
+    return covariance, expected
 
 
 def _places(probability: Array) -> tuple[NDArray[np.int64], Array]:
@@ -127,8 +140,8 @@ def _shapes(lights: Sequence[tuple[Spectrum, float]], at: Array, density: Array)
     return [(shape, count / total) for shape, count in found] or [(1.0 / density / (1.0 / density).mean(), 1.0)]
 
 
-def _prior(nm: Array, reflectances: Sequence[Spectrum], colors: Sequence[Spectrum]) -> Array:
-    """Second moments of the reflectances at wavelengths (nm)."""
+def _prior(nm: Array, known: tuple[Sequence[Spectrum], Sequence[float]], colors: Sequence[Spectrum]) -> Array:
+    """Second moments of the reflectances at wavelengths (nm); ``known``: spectra, and the moments of ``_KNOWN``."""
     apart = np.abs(nm[:, None] - nm)
 
     def correlation(length: float) -> Array:  # Matérn's, of functions with one derivative
@@ -136,10 +149,13 @@ def _prior(nm: Array, reflectances: Sequence[Spectrum], colors: Sequence[Spectru
         return result
 
     moments = _GRAY + _SMOOTH * correlation(_SMOOTH_NM) + _BUMPY * correlation(_BUMPY_NM)
-    known = [each.at(nm) for each in reflectances]
-    twice = [one * two for one, two in combinations_with_replacement(known[:_MOST_IN_PRODUCTS], 2)]
-    smooth = _COLORS * _mean_product([each.at(nm) for each in colors])
-    return moments + smooth + _KNOWN * _mean_product(known) + _KNOWN_TWICE * _mean_product(twice)
+    moments = moments + _COLORS * _mean_product([each.at(nm) for each in colors])
+    # products of reflectances are narrower than each: they need moments of their own
+    rows = [each.at(nm) for each in known[0]]
+    for order, (moment, most) in enumerate(zip(known[1], _MOST_IN_PRODUCTS, strict=True), 1):
+        products = [np.prod(each, axis=0) for each in combinations_with_replacement(rows[:most], order)]
+        moments = moments + moment * _mean_product(products)
+    return np.asarray(moments)
 
 
 def _mean_product(rows: Sequence[Array]) -> Array | float:

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What in a palette no solver can answer accurately: pairs of exact cells that exclude each other, and extreme numbers.
+
+Texts name the cells, the numbers that were given, those that were expected, and the remedy.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
+
+Array = NDArray[np.float64]
+
+BRIGHTEST = 1e3
+"""Largest color that is ordinary, in linear RGB: white is 1."""
+SPREAD = 1e6
+"""Ratio of the colors of white under two lights, from which the dimmer is lost in the rounding of the brighter."""
+ROUNDING = 1e-14
+"""Share of a color that may be rounding of its sum."""
+
+
+def excluded_pair(problem: PaletteProblem, state: PaletteState) -> str:
+    """Two exact cells of one reflectance whose lights cannot show such different colors; "" if none is found.
+
+    No reflectance within its bounds changes the color by more than the sum of the lights' differences. A pair may
+    exclude each other by less than any test of feasibility tells from rounding, and yet leave no solver an answer.
+    """
+    matrices = state.light_matrices()[0]
+    limit = max(abs(end) for end in problem.reflectance_bounds)
+    for i, surface in enumerate(problem.reflectances):
+        cells = [j for j in range(len(problem.lights)) if surface.free and _exact_color(problem, (i, j)) is not None]
+        for one, two in combinations(cells, 2):
+            if problem.lights[one].free or problem.lights[two].free or not np.isfinite(limit):
+                continue
+            first, second = _exact_color(problem, (i, one)), _exact_color(problem, (i, two))
+            assert first is not None
+            assert second is not None
+            asked = np.abs(first - second)
+            most = np.abs(matrices[one] - matrices[two]).sum(axis=1) * limit
+            worst = int(np.argmax(asked - most))
+            if asked[worst] > most[worst] + ROUNDING * float(np.abs(matrices[one]).sum(axis=1).max()) * limit:
+                return (
+                    f"{cell_name(problem, (i, one))} and {cell_name(problem, (i, two))} must be exact and differ by "
+                    f"{asked[worst]:.2g} in linear RGB, but these lights show any surface in colors that differ by "
+                    f"{most[worst]:.2g} at most. Give both cells one color, or make one of them not exact."
+                )
+    return ""
+
+
+def extreme_number(problem: PaletteProblem, state: PaletteState) -> str:
+    """The most extreme number of a palette that no solver answered accurately; "" if all are ordinary."""
+    bright = [(float(np.abs(color).max()), at) for at, color in _colors(problem)]
+    most, cell = max(bright, default=(0.0, (0, 0)))
+    if most > BRIGHTEST:
+        return (
+            f"{cell_name(problem, cell)} has the color {most:.3g} in linear RGB, where white is 1: beside it, errors "
+            f"of other colors are lost in rounding. Expected are colors up to {BRIGHTEST:g}. Divide the colors under "
+            "that light by a number that brings them near 1, and multiply the power of the light in the scene, or the "
+            "exposure, by it."
+        )
+    white = np.abs(state.light_matrices()[0].sum(axis=2)).max(axis=1)
+    seen = [j for j in np.argsort(white, kind="stable").tolist() if white[j] > 0]
+    if seen and white[seen[-1]] > SPREAD * white[seen[0]]:
+        names = [light.name for light in problem.lights]
+        return (
+            f"A white surface shows {white[seen[-1]]:.3g} in linear RGB under {told_apart(names, seen[-1])} and "
+            f"{white[seen[0]]:.3g} under {told_apart(names, seen[0])}; a ratio up to {SPREAD:g} is expected. Bring the "
+            "powers of the two lights nearer to each other."
+        )
+    return ""
+
+
+def cell_name(problem: PaletteProblem, cell: CellIndex) -> str:
+    """“Red” under “D65”."""
+    rows, columns = [item.name for item in problem.reflectances], [light.name for light in problem.lights]
+    return f"{told_apart(rows, cell[0])} under {told_apart(columns, cell[1])}"
+
+
+def told_apart(names: list[str], index: int) -> str:
+    """A name in quotes, with its number if another item has the same name."""
+    return f"“{names[index]}”" + (f" ({index + 1})" if names.count(names[index]) > 1 else "")
+
+
+def _colors(problem: PaletteProblem) -> list[tuple[CellIndex, Array]]:
+    return [
+        ((i, j), np.asarray(cell.target))
+        for i, row in enumerate(problem.cells)
+        for j, cell in enumerate(row)
+        if cell.mode is CellMode.FIXED and cell.target is not None and (cell.weight > 0 or cell.exact)
+    ]
+
+
+def _exact_color(problem: PaletteProblem, at: CellIndex) -> Array | None:
+    cell = problem.cells[at[0]][at[1]]
+    if not cell.exact or cell.mode not in (CellMode.FIXED, CellMode.BLACK):
+        return None
+    return np.zeros(3) if cell.target is None else np.asarray(cell.target)

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings of the object that shows an instance: visibility, holdout, shadow catcher, collections, light linking."""
+
+from __future__ import annotations
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+@pytest.fixture
+def shown(build):
+    """A plane in a collection, and the empty that shows it."""
+    plane = build.plane()
+    group = bpy.data.collections.new("Group")
+    bpy.context.scene.collection.objects.unlink(plane)
+    group.objects.link(plane)
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", group
+    bpy.context.scene.collection.objects.link(empty)
+    return plane, empty
+
+
+def test_an_instance_is_a_holdout_if_what_shows_it_is_one(shown, translate):
+    """Not if its own object is one: Cycles reads the instancer's alone."""
+    plane, empty = shown
+    plane.is_holdout = True
+    assert not translate().instances[0].is_holdout
+    empty.is_holdout, plane.is_holdout = True, False
+    assert translate().instances[0].is_holdout
+
+
+def test_an_instance_is_hidden_or_a_catcher_if_either_is(shown, translate):
+    from spectral_core.scene import Rays
+
+    plane, empty = shown
+    assert translate().instances[0].hidden_from is Rays.NONE
+    plane.visible_diffuse = empty.visible_camera = False
+    assert translate().instances[0].hidden_from == Rays.DIFFUSE | Rays.CAMERA
+    for each in shown:
+        each.is_shadow_catcher = True
+        assert translate().instances[0].is_shadow_catcher
+        each.is_shadow_catcher = False
+    assert not translate().instances[0].is_shadow_catcher
+
+
+@pytest.mark.parametrize("setting", ["holdout", "indirect_only"])
+def test_an_instance_follows_the_collection_of_what_shows_it(shown, translate, setting):
+    from spectral_core.scene import Rays
+
+    collection = bpy.data.collections.new("Of the empty")
+    bpy.context.scene.collection.children.link(collection)
+    bpy.context.scene.collection.objects.unlink(shown[1])
+    collection.objects.link(shown[1])
+    bpy.context.view_layer.update()
+    setattr(bpy.context.view_layer.layer_collection.children[collection.name], setting, True)
+    (found,) = translate().instances
+    assert found.is_holdout == (setting == "holdout")
+    assert (found.hidden_from == Rays.CAMERA) == (setting == "indirect_only")
+
+
+def test_an_instance_is_lit_by_the_lights_of_what_shows_it(shown, build, translate):
+    """Unless a light's collection names the object itself."""
+    plane, empty = shown
+    lamp = build.light("POINT")
+    lamp.light_linking.receiver_collection = linked = bpy.data.collections.new("Lit")
+    linked.objects.link(empty)
+    assert translate().instances[0].unlit_by == ()
+    linked.objects.unlink(empty)
+    linked.objects.link(plane)
+    assert translate().instances[0].unlit_by == ()
+    linked.objects.unlink(plane)
+    linked.objects.link(lamp)
+    assert translate().instances[0].unlit_by == (lamp.name,)

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Palettes with extreme numbers: the remedy names the cells or lights, what was given, what is expected, what to do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, PaletteStatus, solve_palette
+from spectral_core.palette.assemble.state import initial_state
+from spectral_core.palette.inaccurate import excluded_pair, extreme_number
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+GRID = SpectralGrid(np.linspace(400.0, 700.0, 31))
+LAMP = Illuminant("lamp", GRID, np.full(31, 0.01))
+
+
+def palette(*cells: Cell, lights: tuple[PaletteLight, ...] = ()) -> PaletteProblem:
+    """One material under as many lamps as cells."""
+    return PaletteProblem(
+        GRID, lights or (PaletteLight(LAMP),) * len(cells), (PaletteReflectance("paint"),), (tuple(cells),)
+    )
+
+
+@pytest.mark.parametrize("gap", [1e-5, 1e-7, 1e-8])
+def test_exact_cells_that_exclude_each_other_are_named_however_near_they_are(gap: float) -> None:
+    """A difference of 1e-7 had been called inaccurate, with advice about weights."""
+    color = np.array([0.3, 0.3, 0.3])
+    solution = solve_palette(palette(Cell.fixed(color, exact=True), Cell.fixed(color + gap, exact=True)))
+    assert solution.status is PaletteStatus.EXACT_CONFLICT
+    assert "“paint” under “lamp” (1) and “paint” under “lamp” (2) must be exact" in solution.remedy
+    assert f"differ by {gap:.2g} in linear RGB" in solution.remedy
+    assert "differ by 0 at most" in solution.remedy
+    assert "Give both cells one color" in solution.remedy
+
+
+def test_pairs_that_lights_can_show_exclude_nothing() -> None:
+    other = Illuminant("other", GRID, np.linspace(0.005, 0.015, 31))
+    cells = Cell.fixed([0.3] * 3, exact=True), Cell.fixed([0.31] * 3, exact=True)
+    near = palette(*cells, lights=(PaletteLight(LAMP), PaletteLight(other)))
+    assert excluded_pair(near, initial_state(near)) == ""
+    free = palette(*cells, lights=(PaletteLight(LAMP), PaletteLight(LAMP, free=True)))
+    assert excluded_pair(free, initial_state(free)) == ""
+    soft = palette(cells[0], Cell.fixed([0.5] * 3))
+    assert excluded_pair(soft, initial_state(soft)) == ""
+
+
+def test_a_color_of_a_trillion_is_named_with_what_is_expected() -> None:
+    solution = solve_palette(palette(Cell.fixed([1e12] * 3), lights=(PaletteLight(LAMP, free=True),)))
+    assert not solution.status.trusted
+    assert "“paint” under “lamp” has the color 1e+12 in linear RGB, where white is 1" in solution.remedy
+    assert "Expected are colors up to 1000" in solution.remedy
+    assert "multiply the power of the light" in solution.remedy
+
+
+def test_lights_of_far_apart_power_are_named() -> None:
+    dim = Illuminant("dim", GRID, np.full(31, 1e-9))
+    given = palette(Cell.fixed([0.1] * 3), Cell.fixed([0.2] * 3), lights=(PaletteLight(LAMP), PaletteLight(dim)))
+    text = extreme_number(given, initial_state(given))
+    assert "under “lamp” and " in text
+    assert "under “dim”; a ratio up to 1e+06 is expected" in text
+    ordinary = palette(Cell.fixed([0.1] * 3))
+    assert extreme_number(ordinary, initial_state(ordinary)) == ""
