@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.palette.qp.answer import Answer, is_sharp
-from spectral_core.palette.qp.arrow import squared
+from spectral_core.palette.qp.arrow import squared, symmetric_solve
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.elimination import Elimination
 from spectral_core.palette.qp.optimality import Check
@@ -118,3 +118,10 @@ def test_a_light_without_visible_power_does_not_set_the_scale_of_the_check(rng):
         rows[:3] = total / SIZE
         found = replace(seen, rows=rows, weights=np.ones(3 * CELLS))
         assert (found.scale < 1e-7) is counts
+
+
+def test_a_system_without_numbers_prints_nothing_on_the_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+    """LAPACK prints of itself that an argument had an illegal value; the engine tries another method instead."""
+    with pytest.raises(np.linalg.LinAlgError, match="beyond all numbers"):
+        symmetric_solve(np.array([[-1.0, np.nan], [np.nan, 1.0]]), np.ones(2))
+    assert capfd.readouterr() == ("", "")

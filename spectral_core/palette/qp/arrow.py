@@ -194,6 +194,8 @@ def symmetric_solve(matrix: Array, right: Array) -> Array:
     factor, failed = dpotrf(matrix, lower=1)
     if not failed:
         return np.asarray(dpotrs(factor, right, lower=1)[0])
+    if not np.isfinite(matrix).all():  # LAPACK would print a line of its own to the terminal
+        raise np.linalg.LinAlgError("a system of equations has grown beyond all numbers")
     # Not positive definite by rounding: the least-squares solution ignores directions without curvature.
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-14)[0])
 
