@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from spectral_core.render.cost import adaptive, asked, probe
+from spectral_core.render.cost import adaptive, asked, probe, rounds
 from spectral_core.render.cost.errors import Wide
 from spectral_core.render.cost.work import Spent
 from spectral_core.render.steps import FEW_PATHS, pass_sizes
@@ -48,6 +48,7 @@ class Tracer:
 def _traced_until(monkeypatch, speed, budget=10.0):
     clock = Clock(speed)
     monkeypatch.setattr(adaptive, "time", clock)
+    monkeypatch.setattr(rounds, "time", clock)
     tracer = Tracer(clock)
     job = SimpleNamespace(chosen_pixels=lambda: tracer, scene=SimpleNamespace(film=Film(64, 48)))
     fixed = SimpleNamespace(
@@ -59,7 +60,7 @@ def _traced_until(monkeypatch, speed, budget=10.0):
         rarity=lambda *_, **__: 1.0,
     )
     picture = adaptive.AdaptivePicture(job, fixed)
-    adaptive.until_time(picture, clock.now + budget, 8, lambda _: False)
+    rounds.until_time(picture, clock.now + budget, 8, lambda _: False)
     return picture, tracer, clock.now - 100.0
 
 

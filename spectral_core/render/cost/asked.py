@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.render.cost.adaptive import AIM, AdaptivePicture, Outcome, until_error, until_time
+from spectral_core.render.cost.adaptive import AdaptivePicture, Outcome
 from spectral_core.render.cost.allocate import Laws
 from spectral_core.render.cost.errors import Estimate, Wide, expected_errors, pixel_errors
 from spectral_core.render.cost.model import DRAWN, LATER, CostModel, Prediction, RareLight, measured_model
 from spectral_core.render.cost.probe import Probe
 from spectral_core.render.cost.rare import find_rare_light
+from spectral_core.render.cost.rounds import AIM, until_error, until_time
 from spectral_core.render.cost.work import Meter, Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Note, RenderSettings, Scene

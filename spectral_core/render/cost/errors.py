@@ -92,6 +92,16 @@ def expected_errors(halves: Array, pools: Numbers, wide: Wide | None = None, *, 
     return with_missed(own, pooled, pools)
 
 
+def most_expected(halves: Array, blocks: Numbers, some: NDArray[np.int64]) -> float:
+    """Mean ΔE2000 at the pixels ``some`` that the difference of the halves (2, n, 3) permits.
+
+    Pooled noise exaggerates where neighbors differ in noise. The halves' own difference does not, and pictures drawn
+    from the pooled noise show by what factor such a difference misses the true error.
+    """
+    own = float(np.mean(pixel_errors(halves[0, some], halves[1, some])))
+    return own * PooledNoise(halves, blocks).true_over_told(some)
+
+
 def repetition(early: Array, late: Array, counts: tuple[float, float], pools: Numbers, blocks: Numbers) -> Any:
     """Correlations (2,) of the errors of early samples and of those after them: of pixels within pools, of pools within
     blocks. ``early``, ``late``: (2, n, 3) means of the halves after ``counts`` samples; each pool is in one block.
