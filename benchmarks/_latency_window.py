@@ -2,6 +2,7 @@
 # ruff: noqa: E402
 """Runs inside a Blender with a window, for ``viewport-latency``: from a change to the end of the draw that shows it."""
 
+import itertools
 import os
 import sys
 import time
@@ -182,16 +183,23 @@ def added():
     bpy.ops.mesh.primitive_cube_add(location=(*rng.uniform(-3, 3, 2), 2.5), size=0.5)
 
 
+PAINTS, TEXTURES = 9, ("ShaderNodeTexNoise", "ShaderNodeTexWave", "ShaderNodeTexMagic")
+nodes_added = itertools.count()
+
+
 def with_node():
-    """Another texture in a material, at a socket that no other change sets."""
-    tree = bpy.data.materials[one("Paint")].node_tree
-    node = tree.nodes.new(str(rng.choice(["ShaderNodeTexNoise", "ShaderNodeTexWave", "ShaderNodeTexMagic"])))
+    """Another texture in a material, at a socket that no other change sets: never the one that is there, which would
+    change no picture.
+    """
+    number = next(nodes_added)
+    tree = bpy.data.materials[f"Paint {number % PAINTS}"].node_tree
+    node = tree.nodes.new(TEXTURES[number // PAINTS % len(TEXTURES)])
     tree.links.new(node.outputs[0], next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Specular Tint"])
 
 
 def numbered(name, *values):
     # the last material shows the palette's spectrum, whatever its color
-    shader(f"Paint {int(rng.integers(9))}")[name].default_value = values if len(values) > 1 else values[0]
+    shader(f"Paint {int(rng.integers(PAINTS))}")[name].default_value = values if len(values) > 1 else values[0]
 
 
 KINDS = {
