@@ -41,6 +41,8 @@ _FEW = 16.0
 """Samples of each half up to which a tile has a power of two."""
 _ENOUGH = 12.0
 """Samples of each half from which on most pixels have met most of their light, so that their halves limit the error."""
+_MANY = 1000
+"""Pixels from which on this limit is known well enough: the smaller of two uncertain numbers is too small."""
 LONGEST_LAUNCH_S = 4.0
 
 
@@ -142,7 +144,7 @@ class AdaptivePicture:
         if self._errors is None:
             halves = self.halves()
             self._errors = expected_errors(halves, self._pools, self._wide)
-            if self.counts.mean() >= _ENOUGH:
+            if self.counts.mean() >= _ENOUGH and len(self._watched) >= _MANY:
                 most = most_expected(halves, self._wide.blocks, self._watched)
                 self._errors *= min(1.0, most / max(float(self._errors[self._watched].mean()), 1e-12))
         return self._errors
