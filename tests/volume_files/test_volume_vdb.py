@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import struct
 from io import BytesIO
 from pathlib import Path
 
@@ -184,3 +185,24 @@ def test_an_error_names_the_type_of_an_unsupported_tree(tree):
 
     with pytest.raises(FileFormatError, match=f"is a {tree}; expected numbers in a tree 5-4-3"):
         GridReader(BytesIO(b""), Path("strange.vdb"), tree)
+
+
+@pytest.mark.parametrize("size", [20, 120])  # the list of leaves is plain, and packed
+def test_a_list_of_leaves_that_is_too_long_is_refused_before_openvdb_reads_it(tmp_path, openvdb, size):
+    """OpenVDB reads a file of 10 KB for minutes if it states eight million leaves."""
+    path = tmp_path / "v.vdb"
+    values = np.random.default_rng(size).random((size, size, size), np.float32)
+    grid = openvdb.FloatGrid(0.0)
+    grid.copyFromArray(values)
+    openvdb.write(str(path), grids=[grid])
+    np.testing.assert_array_equal(read_volume(path).data, values)
+    held = bytearray(path.read_bytes())
+    begin = held.index(b"__delayedload") + len("__delayedload") + 4
+    leaves, packed = struct.unpack_from("<II", held, begin)
+    assert leaves == (-(-size // 8)) ** 3
+    for place, damaged in ((begin, 0x7F0000 + leaves), (begin + 4, 0x7F0000 + packed)):
+        broken = held.copy()
+        struct.pack_into("<I", broken, place, damaged)
+        path.write_bytes(broken)
+        with pytest.raises(FileFormatError, match="truncated or invalid"):
+            read_volume(path)

@@ -26,6 +26,10 @@ FIRST_VERSION = 222
 LEAF_BYTES = LEAF**3 // 8 + 1
 """Least number of bytes for the values of a leaf: a mask and a mark."""
 TILE_BYTES, MOST_TILE_BYTES = 41, 512 << 20
+LEAF_LIST = "file_delayed_load"
+"""Name of the metadata with the list of leaves, of which ``read_metadata`` keeps the number."""
+_NO_SIZES = 0xFFFFFFFF
+"""In place of the number of bytes of sizes, where a list of leaves has none."""
 _TYPES = {
     "float": "<f4",
     "double": "<f8",
@@ -244,11 +248,28 @@ def read_metadata(stream: BinaryIO) -> dict[str, Any]:
     for _ in itertools.repeat(None, read_word(stream)):
         key, kind = _text(stream), _text(stream)
         value = _exactly(stream, read_word(stream))
+        if kind == "__delayedload" and value:
+            found[LEAF_LIST] = _listed_leaves(value)
         if kind == "string":
             found[key] = value.decode("utf-8", "replace")
         elif kind in _SCALARS:
             found[key] = struct.unpack(_SCALARS[kind], value)[0]
     return found
+
+
+def _listed_leaves(value: bytes) -> int:
+    """Number of leaves in the list that OpenVDB keeps to load them later; struct.error if the list is not whole.
+
+    For each leaf a mark of one byte and a size of eight; both parts may be packed, after the number of their bytes.
+    OpenVDB trusts them, and reads a damaged list for minutes.
+    """
+    leaves, packed = struct.unpack_from("<II", value)
+    end = 8 + (packed or leaves)
+    (packed,) = struct.unpack_from("<I", value, end)
+    end += 4 if packed == _NO_SIZES else 4 + (packed or 8 * leaves)
+    if end > len(value):
+        raise struct.error(f"a list of {leaves} leaves takes {end} bytes of {len(value)}")
+    return int(leaves)
 
 
 def _doubles(stream: BinaryIO, count: int) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from spectral_core.errors import FileFormatError
 from spectral_core.volume.files.vdb.read import (
     ACTIVE_MASK,
     BLOSC,
+    LEAF_LIST,
     GridReader,
     descriptors,
     read_metadata,
@@ -62,6 +63,10 @@ class _Walk(GridReader):
                 below = self._children(NODE_LEAVES**3)
                 self.take(below * (LEAF**3 // 8))
                 leaves += below
+        if metadata.get(LEAF_LIST, leaves) != leaves:
+            raise FileFormatError(
+                f"{self.path.name} is truncated or invalid: it lists {metadata[LEAF_LIST]} leaves and holds {leaves}"
+            )
         self._leaves(leaves)
         if self.stream.tell() != end:
             raise FileFormatError(f"{self.path.name} is invalid: a grid ends at byte {self.stream.tell()}, not {end}")
