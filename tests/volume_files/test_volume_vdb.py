@@ -206,3 +206,18 @@ def test_a_list_of_leaves_that_is_too_long_is_refused_before_openvdb_reads_it(tm
         path.write_bytes(broken)
         with pytest.raises(FileFormatError, match="truncated or invalid"):
             read_volume(path)
+
+
+@pytest.mark.parametrize("far", [2**29, -(2**29), 2**30, 2**31 - 4096, -(2**31)])
+def test_voxels_at_the_ends_of_32_bits_are_refused(tmp_path, openvdb, far):
+    """OpenVDB ended the process when it copied them."""
+    path = tmp_path / "v.vdb"
+    values = fixture_values("float32") + 100
+    grid = openvdb.FloatGrid(0.0)
+    grid.copyFromArray(values, ijk=(0, far, 0))
+    openvdb.write(str(path), grids=[grid])
+    if abs(far) == 2**29:
+        np.testing.assert_array_equal(read_volume(path).data, values)
+    else:
+        with pytest.raises(FileFormatError, match=r"expected multiples of 4096 within 536,870,912 of 0"):
+            read_volume(path)

@@ -26,6 +26,8 @@ FIRST_VERSION = 222
 LEAF_BYTES = LEAF**3 // 8 + 1
 """Least number of bytes for the values of a leaf: a mask and a mark."""
 TILE_BYTES, MOST_TILE_BYTES = 41, 512 << 20
+FARTHEST = 1 << 29
+"""Greatest index of a node of the root, of either sign."""
 LEAF_LIST = "file_delayed_load"
 """Name of the metadata with the list of leaves, of which ``read_metadata`` keeps the number."""
 _NO_SIZES = 0xFFFFFFFF
@@ -170,15 +172,16 @@ class GridReader:
     def corners(self, stored: bytes) -> NDArray[np.int64]:
         """First indices (n, 3) of entries of the root, each a node or tile of 4096³ voxels. Raises FileFormatError.
 
-        OpenVDB trusts them. Voxels of an entry elsewhere may have indices beyond its 32 bits, and end the process.
+        OpenVDB trusts them. Voxels of an entry elsewhere may have indices beyond its 32 bits, and end the process; so do
+        voxels near the ends of these 32 bits when they are copied.
         """
         found = np.frombuffer(stored, "<i4").astype(np.int64).reshape(-1, 3)
         width = ROOT_NODES * NODE_LEAVES * LEAF
-        wrong = np.flatnonzero((found % width).any(axis=1))
+        wrong = np.flatnonzero((found % width).any(axis=1) | (np.abs(found) > FARTHEST).any(axis=1))
         if wrong.size:
             raise FileFormatError(
                 f"{self.path.name} is invalid: a node of the root begins at voxel {tuple(found[wrong[0]].tolist())}; "
-                f"expected multiples of {width}"
+                f"expected multiples of {width} within {FARTHEST:,} of 0"
             )
         return found
 
