@@ -172,8 +172,8 @@ class GridReader:
     def corners(self, stored: bytes) -> NDArray[np.int64]:
         """First indices (n, 3) of entries of the root, each a node or tile of 4096³ voxels. Raises FileFormatError.
 
-        OpenVDB trusts them. Voxels of an entry elsewhere may have indices beyond its 32 bits, and end the process; so do
-        voxels near the ends of these 32 bits when they are copied.
+        OpenVDB trusts them. Voxels of an entry elsewhere may have indices beyond its 32 bits, and end the process; so
+        do voxels near the ends of these 32 bits when they are copied.
         """
         found = np.frombuffer(stored, "<i4").astype(np.int64).reshape(-1, 3)
         width = ROOT_NODES * NODE_LEAVES * LEAF
