@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What in a palette no solver can answer accurately: pairs of exact cells that exclude each other, and extreme numbers.
+"""Palettes that no solver answers accurately: with exact cells that exclude each other, or with extreme numbers.
 
 Texts name the cells, the numbers that were given, those that were expected, and the remedy.
 """

@@ -24,7 +24,7 @@ MOST_IN_PLANE = 1000
 MOST_PAIRS = 300_000
 """Pairs of triangles that are compared."""
 MOST_LIT = 200
-"""Pairs of instances of which is found whether light reaches what overlaps."""
+"""Pairs of instances for which rays test whether light reaches the faces that overlap."""
 STEP = 1e-6
 """Distance of two faces, relative to the largest coordinate, at which Cycles still meets one of them by chance."""
 BUCKETS = 1 << 18

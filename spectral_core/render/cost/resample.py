@@ -67,7 +67,7 @@ class PooledNoise:
     def true_over_told(self, some: NDArray[np.int64]) -> float:
         """Mean ΔE2000 of drawn pictures of two halves over the error that their halves tell, at the pixels ``some``.
 
-        Unlike the errors themselves, the ratio does not depend on how well the noise of neighbors fits a pixel.
+        The ratio depends less than the errors themselves on how well the noise of neighbors fits a pixel.
         """
         rng = np.random.default_rng(2)
         mean, limit, scale = self._mean[some], self._limit[some], self._scale[some]
