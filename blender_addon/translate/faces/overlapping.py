@@ -29,7 +29,7 @@ MOST_LIT = 200
 STEP = 1e-6
 """Distance of two faces, relative to the largest coordinate, at which Cycles still meets one of them by chance."""
 BUCKETS = 1 << 18
-"""Planes are told apart by a number below this; those of little area that share one do not matter."""
+"""Planes are told apart by a number below this power of two; those of little area that share one do not matter."""
 MULTIPLES = np.array([73856093, 19349663, 83492791, 49979687], np.int64)
 """Odd numbers without a pattern."""
 NORMAL_STEP, OFFSET_STEP = 1.0317e-3, 1.0171e-4
@@ -40,7 +40,7 @@ SLANT = np.array([0.0831, 0.0573, 0.0711])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Faces:
-    """Triangles (t, 3) of ``points`` (3, n) in the world, with the ``owner`` (t,), an instance, in blocks; unit normals
+    """Triangles (3, t) of ``points`` (3, n) in the world, with the ``owner`` (t,), an instance, in blocks; unit normals
     (3, t) and areas.
     """
 
@@ -55,7 +55,7 @@ class _Faces:
         """Some of the faces."""
         return _Faces(
             self.points,
-            self.triangles[chosen],
+            self.triangles[:, chosen],
             self.owner[chosen],
             self.normals[:, chosen],
             self.areas[chosen],
@@ -64,7 +64,7 @@ class _Faces:
 
     def corners(self, chosen: Any = slice(None)) -> Array:
         """Corners (t, 3, 3) of some of the faces."""
-        return np.moveaxis(self.points[:, self.triangles[chosen]], 0, 2).astype(np.float64)
+        return np.take(self.points, self.triangles[:, chosen], axis=1).astype(np.float64).T
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,16 +117,16 @@ def _faces(scene: Scene, meshes: dict[str, Mesh]) -> _Faces | None:
     for name, (places, matrices) in placed_by_mesh(scene.instances[n] for n in numbers).items():
         mesh, count = meshes[name], len(meshes[name].positions)
         points.append(placed(mesh.positions, matrices).reshape(-1, 3).T.astype(np.float32))
-        begins = start + count * np.arange(len(places))
-        triangles.append((mesh.triangles.astype(np.intp) + begins[:, None, None]).reshape(-1, 3))
+        begins = np.arange(start, start + count * len(places), count)
+        triangles.append((mesh.triangles.T[:, None] + begins[:, None]).reshape(3, -1))
         owners.append(np.repeat([numbers[place] for place in places], len(mesh.triangles)))
         start += count * len(places)
-    return _measured(np.concatenate(points, axis=1), np.concatenate(triangles), np.concatenate(owners))
+    return _measured(np.concatenate(points, axis=1), np.concatenate(triangles, axis=1), np.concatenate(owners))
 
 
 def _measured(points: NDArray[np.float32], triangles: Indices, owners: Indices) -> _Faces:
     """Faces with their normals and areas."""
-    first, *others = (points[:, triangles[:, corner]] for corner in range(3))
+    first, *others = (np.take(points, corner, axis=1) for corner in triangles)
     (x, y, z), (u, v, w) = (other - first for other in others)
     normals = np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
     doubled = np.sqrt(np.einsum("it,it->t", normals, normals))
@@ -144,12 +144,12 @@ def _cross(one: NDArray[Any], other: NDArray[Any]) -> NDArray[Any]:
 def _in_large_planes(every: _Faces, whole: Array) -> tuple[_Faces, Indices]:
     """Faces in planes with much of the area of their instance, and a number (t,) of each one's plane."""
     sign = np.where(SLANT.astype(np.float32) @ every.normals < 0.0, np.float32(-1), np.float32(1))
-    offsets = np.einsum("it,it->t", every.normals, every.points[:, every.triangles[:, 0]])
+    offsets = np.einsum("it,it->t", every.normals, np.take(every.points, every.triangles[0], axis=1))
     offsets /= max(1e-30, every.scale) * OFFSET_STEP
     keys = np.rint(offsets * sign).astype(np.int64) * MULTIPLES[3]
     for axis in range(3):
         keys += np.rint(every.normals[axis] * (sign / NORMAL_STEP)).astype(np.int64) * MULTIPLES[axis]
-    buckets = (keys + every.owner * 7368787) % BUCKETS
+    buckets = (keys + every.owner * 7368787) & (BUCKETS - 1)
     sums = np.bincount(buckets, every.areas, BUCKETS)
     large = np.flatnonzero((sums[buckets] > LARGE_SHARE * whole[every.owner]) & (every.areas > 0.0))
     # of a fine grid, some faces stand for all, with its area
@@ -200,7 +200,7 @@ def _overlaps(found: _Faces, planes: Indices, step: float) -> list[_Overlap]:
 
 def _not_adjacent(found: _Faces, one: Indices, other: Indices) -> tuple[Indices, Indices]:
     """The pairs but those on the two sides of a common edge, as the halves of a square: they share nothing."""
-    first, second = found.triangles[one].T, found.triangles[other].T
+    first, second = found.triangles[:, one], found.triangles[:, other]
     adjacent = np.zeros(len(one), bool)
     for a, b in itertools.product(range(3), repeat=2):
         adjacent |= (first[a] == second[b - 2]) & (first[a - 2] == second[b])
