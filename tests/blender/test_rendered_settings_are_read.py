@@ -16,6 +16,7 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon.translate.ledger import entries
+from tests.blender import own_cases
 from tests.blender import test_settings_are_read as objects
 from tests.blender.handed_over import handed_over
 from tests.blender.rendered_cases import CASES, POINTERS
@@ -42,11 +43,21 @@ def made(case: Any, build: Any, folder: Any) -> Any:
 
 @pytest.mark.parametrize("name", CASES)
 def test_every_setting_listed_as_read_changes_what_is_rendered(build, press, tmp_path, name):
-    case = CASES[name]
+    listed = entries()[CASES[name].kind].read | set(entries()[CASES[name].kind].noted)
+    assert set(CASES[name].names.split()) <= listed
+    walk(CASES[name], build, press, tmp_path)
+
+
+@pytest.mark.parametrize("name", own_cases.CASES)
+def test_every_setting_of_the_extension_changes_what_is_rendered(build, press, tmp_path, name):
+    walk(own_cases.CASES[name], build, press, tmp_path)
+
+
+def walk(case: Any, build: Any, press: Any, tmp_path: Any) -> None:
+    """Change each setting of a case in turn."""
     owner = made(case, build, tmp_path)
-    listed = entries()[case.kind].read | set(entries()[case.kind].noted)
     names = [each for each in case.names.split() if hasattr(owner, each)]
-    assert names and set(case.names.split()) <= listed
+    assert names
 
     def write(setting: str, value: Any) -> None:
         setattr(owner, setting, value)
