@@ -76,8 +76,8 @@ def channel_mean(dr: Any, value: Any) -> Any:
 
 
 def lightness(mi: Any, dr: Any, value: Any, wavelengths: Any) -> Any:
-    """Luminance of a linear color. Of a spectrum, about the same by the few wavelengths of a path, which are drawn where
-    the observer's three functions are large.
+    """Luminance of a linear color. Of a spectrum, about the same by the few wavelengths of a path, which are drawn
+    where the observer's three functions are large.
     """
     if not mi.is_spectral:
         return mi.luminance(mi.Color3f(value))
