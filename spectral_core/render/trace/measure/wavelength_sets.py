@@ -34,8 +34,8 @@ STEPS = 128
 the steps' own width is most of the noise of their colors.
 """
 SAMPLES = 64
-"""Successive samples of a pixel that have one shift of the teeth against each other; in them, each two neighboring steps
-occur once.
+"""Successive samples of a pixel that have one shift of the teeth against each other; in them, one of each two
+neighboring steps occurs.
 """
 SHIFTS = 16
 """Different shifts of the teeth against each other."""
