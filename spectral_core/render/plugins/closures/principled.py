@@ -187,7 +187,9 @@ def register(mi: Any, dr: Any) -> None:
             return self.below.normal_below(si, active) * self.share_below(si, active)
 
         def tint_below(self, si: Any, active: Any) -> Any:
-            below_coat = self.coat.at(mi, dr, si, active).below if self.tints_below else mi.Spectrum(1.0)
+            if self.coat is None:
+                return mi.Spectrum(1.0)
+            below_coat = self.coat.at(mi, dr, si, active).below
             return below_coat / dr.maximum(channel_mean(dr, below_coat), 1e-9)
 
         def share_below(self, si: Any, active: Any) -> Any:
