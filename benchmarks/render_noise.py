@@ -2,12 +2,12 @@
 """Cost of spectral transport against RGB at equal noise: a room under smooth and line lamps, and with palettes.
 
 The palettes are those of ``examples``, solved: one of their lights, and two reflectances. ``--fresh COUNT``: as many
-palettes drawn at random (from ``--seed N`` on) instead, with the last of their lights, which is designed. Each room is rendered in both
-transports: RGB transport sees the colors of lamp and surfaces. The noise is the variance between seeds of linear sRGB,
-relative to the squared mean of the picture. It falls as one over time, so the ratio of times at equal noise is the
-ratio of variances times that of work. Work is seconds of the processor while paths are traced, which neither other
-programs nor the loading of a scene change much; its median over the repetitions is taken. Renders are interleaved,
-after a first of each that compiles.
+palettes drawn at random (from ``--seed N`` on) instead, with the last of their lights, which is designed. Each room is
+rendered in both transports: RGB transport sees the colors of lamp and surfaces. The noise is the variance between seeds
+of linear sRGB, relative to the squared mean of the picture. It falls as one over time, so the ratio of times at equal
+noise is the ratio of variances times that of work. Work is seconds of the processor while paths are traced, which
+neither other programs nor the loading of a scene change much; its median over the repetitions is taken. Renders are
+interleaved, after a first of each that compiles.
 """
 
 from __future__ import annotations
