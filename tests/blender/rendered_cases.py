@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from blender_addon.translate.ledger import entries
-from tests.blender import stages
+from tests.blender import image_stages, stages
 
 MOVED = {"use_motion_blur": True, "motion_blur_shutter": 1.0}
 
@@ -23,7 +23,7 @@ class Case:
 
     ``kind``: its name in the ledger. ``made``: makes the scene and gives the struct. ``first``: values that must be set
     before others count. ``others``: values to change to, where not any other will do.
-    ``stays``: True if Blender itself does not return to the former state.
+    ``stays``: True if Blender itself does not return to the former state. ``part``: of the scene, that must change.
     """
 
     kind: str
@@ -32,6 +32,7 @@ class Case:
     first: dict[str, Any] = field(default_factory=dict)
     others: dict[str, Any] = field(default_factory=dict)
     stays: bool = False
+    part: str = ""
 
 
 def _of(made: Callable[[Any, Path], Any], *path: str) -> Callable[[Any, Path], Any]:
@@ -76,6 +77,10 @@ CASES = {
         "central_cylindrical_range_u_min central_cylindrical_range_u_max central_cylindrical_range_v_min "
         "central_cylindrical_range_v_max central_cylindrical_radius", panorama_type="CENTRAL_CYLINDRICAL",
     ),
+    "picture of a panorama": Case("RenderSettings", stages.panoramic_output,
+                                  "resolution_x resolution_y pixel_aspect_x pixel_aspect_y", part="camera"),
+    "tall panorama": Case("Camera", stages.tall_panorama, "sensor_fit", others={"sensor_fit": "HORIZONTAL"},
+                          part="camera"),
     "custom": _panorama("panorama_type", panorama_type="EQUIANGULAR_CUBEMAP_FACE"),
     "blades": Case("CameraDOFSettings", _of(stages.lens, "dof"),
                    "use_dof focus_object focus_distance aperture_fstop aperture_blades aperture_ratio "
@@ -84,6 +89,8 @@ CASES = {
     "motion": Case("RenderSettings", stages.moving_output,
                    "use_motion_blur motion_blur_shutter motion_blur_position resolution_x resolution_y frame_map_old "
                    "frame_map_new", MOVED),
+    "moment": Case("Scene", stages.later, "frame_subframe frame_current", others={"frame_subframe": 0.5,
+                   "frame_current": 4}, part="moments"),
     "moving object": Case("CyclesObjectSettings", _of(stages.flight, "cycles"),
                           "use_motion_blur use_deform_motion motion_steps"),
     "moving camera": Case("CyclesObjectSettings", _of(stages.moving_camera, "cycles"), "use_motion_blur motion_steps"),
@@ -93,15 +100,18 @@ CASES = {
     "stereo output": Case("RenderSettings", stages.views, "use_multiview views_format"),
     "view": Case("SceneRenderView", _of(stages.views, "views", "right"), "camera_suffix use",
                  others={"camera_suffix": "_T"}),
-    "image": Case("Image", stages.image_file, "filepath source alpha_mode",
+    "image": Case("Image", image_stages.image_file, "filepath source alpha_mode",
                   others={"filepath": "other.png", "source": "SEQUENCE", "alpha_mode": "NONE"}),
-    "generated": Case("Image", stages.generated,
+    **{f"alpha {mode} of {kind}": Case("Image", made, "alpha_mode", {"alpha_mode": mode}, {"alpha_mode": other})
+       for kind, made in (("bytes", image_stages.image_file), ("a read alpha", image_stages.image_with_alpha))
+       for mode, other in (("STRAIGHT", "PREMUL"), ("CHANNEL_PACKED", "STRAIGHT"), ("NONE", "STRAIGHT"))},
+    "generated": Case("Image", image_stages.generated,
                       "generated_type generated_width generated_height generated_color use_generated_float",
                       others={"generated_type": "UV_GRID", "generated_width": 8, "generated_height": 8,
                               "generated_color": (0.2, 0.4, 0.8, 0.5)}),
-    "color space": Case("ColorManagedInputColorspaceSettings", _of(stages.image_file, "colorspace_settings"), "name",
-                        others={"name": "Linear Rec.709"}),
-    "sequence": Case("ImageUser", stages.sequence,
+    "color space": Case("ColorManagedInputColorspaceSettings", _of(image_stages.image_file, "colorspace_settings"),
+                        "name", others={"name": "Linear Rec.709"}),
+    "sequence": Case("ImageUser", image_stages.sequence,
                      "frame_duration frame_offset frame_start use_cyclic",
                      others={"frame_start": 3, "frame_duration": 3}),
     "texture space": Case("Mesh", stages.coordinates, "texspace_location texspace_size",
@@ -152,6 +162,11 @@ CASES = {
                   {"parent": "Other", "rotation_mode": "ZYX", "data": "Parent"}),
     "placed child": Case("Object", stages.child, "matrix_world",
                          others={"matrix_world": np.diag((2.0, 3.0, 4.0, 1.0)).tolist()}, stays=True),
+    "picture that culls": Case(
+        "RenderSettings", stages.culling_output,
+        "resolution_x resolution_y pixel_aspect_x pixel_aspect_y use_multiview",
+        others={"resolution_x": 4, "resolution_y": 64, "pixel_aspect_x": 20.0, "pixel_aspect_y": 20.0},
+        part="instances"),
     "camera that culls": Case("Camera", stages.culling_camera,
                               "clip_start clip_end"),
 }  # fmt: skip

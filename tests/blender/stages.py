@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-import numpy as np
 
 
 def lens(build: Any, _: Path) -> Any:
@@ -68,49 +67,6 @@ def views(build: Any, folder: Path) -> Any:
         build.camera((x, 0, 5)).name = f"Camera{suffix}"
     bpy.context.scene.camera = bpy.data.objects["Camera_L"]
     return output()
-
-
-def saved(folder: Path, name: str, alpha: float = 0.5) -> str:
-    """Path of a file with a picture of its own."""
-    made = bpy.data.images.new("saved", 4, 4, alpha=True)
-    pixels = np.random.default_rng(len(name) + ord(name[-5])).random((16, 4)).astype(np.float32)
-    pixels[:, 3] = alpha
-    made.pixels.foreach_set(pixels.ravel())
-    made.filepath_raw, made.file_format = str(folder / name), "PNG"
-    made.save()
-    bpy.data.images.remove(made)
-    return str(folder / name)
-
-
-def textured(build: Any, image: Any) -> Any:
-    """A plane that emits an image."""
-    material = build.material(shader="ShaderNodeEmission")
-    node = material.node_tree.nodes.new("ShaderNodeTexImage")
-    node.image = image
-    material.node_tree.links.new(node.outputs["Color"], material.node_tree.nodes["shader"].inputs["Color"])
-    build.plane(material=material)
-    return node
-
-
-def image_file(build: Any, folder: Path) -> Any:
-    saved(folder, "other.png")
-    return textured(build, bpy.data.images.load(saved(folder, "image.png"))).image
-
-
-def generated(build: Any, _: Path) -> Any:
-    return textured(build, bpy.data.images.new("made", 4, 4)).image
-
-
-def sequence(build: Any, folder: Path) -> Any:
-    for number in range(12):
-        saved(folder, f"walk_{chr(97 + number)}.png")
-        Path(folder / f"walk_{chr(97 + number)}.png").rename(folder / f"walk_{number:04d}.png")
-    image = bpy.data.images.load(str(folder / "walk_0003.png"))
-    image.source = "SEQUENCE"
-    bpy.context.scene.frame_set(5)
-    user = textured(build, image).image_user
-    user.frame_duration, user.use_auto_refresh, user.frame_current = 4, True, 9
-    return user
 
 
 def coordinates(build: Any, _: Path) -> Any:
@@ -278,3 +234,32 @@ def child(build: Any, _: Path) -> Any:
 def culling_camera(build: Any, folder: Path) -> Any:
     culled(build, folder)
     return build.camera().data
+
+
+def panoramic_output(build: Any, folder: Path) -> Any:
+    found = lens(build, folder)
+    found.type, found.panorama_type = "PANO", "FISHEYE_EQUISOLID"
+    return output()
+
+
+def tall_panorama(build: Any, folder: Path) -> Any:
+    panoramic_output(build, folder).resolution_y = 64
+    return bpy.data.cameras[0]
+
+
+def culling_output(build: Any, _: Path) -> Any:
+    """Planes at the sides of the picture, one of them in a wider picture, one in a higher one."""
+    cycles = bpy.context.scene.cycles
+    output().use_simplify = cycles.use_camera_cull = True
+    cycles.camera_cull_margin = 0.0
+    for x, y in ((1.3, 0.0), (0.0, 1.3), (0.0, 0.5)):
+        thing = build.plane(f"Plane {x} {y}", size=0.2)
+        thing.location, thing.cycles.use_camera_cull = (x, y, 0.0), True
+    build.camera()
+    return output()
+
+
+def later(build: Any, folder: Path) -> Any:
+    flight(build, folder)
+    bpy.context.scene.frame_set(2, subframe=0.25)
+    return bpy.context.scene
