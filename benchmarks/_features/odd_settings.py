@@ -63,3 +63,13 @@ for _weight, _ior in ((0.5, 3.0), (1.0, 1.5)):
             lambda stage, weight=_weight, ior=_ior: _coat(stage, weight, ior), 2)  # fmt: skip
 for _output in ("Position", "Radius", "Random"):
     feature(f"odd_settings/points by Point Info {_output}", lambda stage, output=_output: _points(stage, output))
+
+
+def _by_rays(stage: Stage) -> None:
+    """A ball that only diffuse rays see, as the one light."""
+    stage.glow(stage.node("ShaderNodeLightPath").outputs["Is Diffuse Ray"])
+    stage.lamp.hide_render = True
+    stage.set_world((0, 0, 0))
+
+
+feature("odd_settings/emission for diffuse rays alone", _by_rays, 2)
