@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cost of spectral transport against RGB at equal noise: a room under smooth and line lamps, and with palettes.
 
-The palettes are those of ``examples``, solved: one of their lights, and two reflectances. Each room is rendered in both
-transports: RGB transport sees the colors of lamp and surfaces. The noise is the variance between seeds of linear sRGB,
-relative to the squared mean of the picture. It falls as one over time, so the ratio of times at equal noise is the
-ratio of variances times that of work. Work is seconds of the processor while paths are traced, which neither other
-programs nor the loading of a scene change much; its median over the repetitions is taken. Renders are interleaved,
-after a first of each that compiles.
+The palettes are those of ``examples``, solved: one of their lights, and two reflectances. ``--fresh COUNT``: as many
+palettes drawn at random (from ``--seed N`` on) instead, with the last of their lights, which is designed. Each room is
+rendered in both transports: RGB transport sees the colors of lamp and surfaces. The noise is the variance between seeds
+of linear sRGB, relative to the squared mean of the picture. It falls as one over time, so the ratio of times at equal
+noise is the ratio of variances times that of work. Work is seconds of the processor while paths are traced, which
+neither other programs nor the loading of a scene change much; its median over the repetitions is taken. Renders are
+interleaved, after a first of each that compiles.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
-from spectral_core.palette import solve_palette
+from benchmarks.palette_joint import generated_palette
+from spectral_core.palette import PaletteProblem, solve_palette
 from spectral_core.palette.files import read_palette
 from spectral_core.render.cost.work import Meter
 from spectral_core.render.job import RenderJob
@@ -38,6 +40,7 @@ from spectral_core.scene import (
 )
 from spectral_core.spectra import catalogue
 
+OPTIONS = ("--fresh", "--seed")
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SMOOTH, LINES = ("D65", "A", "E"), ("HP1", "FL11", "FL2")
 """Lamps of the catalogue by the type of their spectra."""
@@ -48,9 +51,15 @@ DESIGNED = (("hidden_mark", 0), ("hidden_mark", 1), ("gallery_lights", 1), ("spl
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
     size, samples, repeats = (64, 16, 6) if options.quick else (128, 64, 4)
+    fresh, options = options.number("--fresh", 0)
+    seed, options = options.number("--seed", 1)
     scenes: dict[tuple[str, str], Scene] = {}
     rooms = {name: _room(size, catalogue.illuminant(name)) for name in (*SMOOTH, *LINES)}
-    rooms |= {f"{name} {number + 1}": _designed(size, name, number) for name, number in DESIGNED}
+    if fresh:
+        palettes = {f"palette {k}": (generated_palette(k), -1) for k in range(int(seed), int(seed + fresh))}
+    else:
+        palettes = {f"{name} {k + 1}": (read_palette(EXAMPLES / f"{name}.toml"), k) for name, k in DESIGNED}
+    rooms |= {name: _designed(size, *palette) for name, palette in palettes.items()}
     for name, scene in rooms.items():
         for transport in ("rgb", "spectral"):
             scenes[name, transport] = replace(scene, settings=replace(scene.settings, transport=transport))
@@ -100,9 +109,9 @@ def _traced(scene: Scene, samples: int, seed: int) -> tuple[np.ndarray, float]:
     return job.picture()[..., :3].astype(np.float64), meter.read().work
 
 
-def _designed(size: int, name: str, number: int) -> Scene:
+def _designed(size: int, problem: PaletteProblem, number: int) -> Scene:
     """The room under a light of a palette, with the first and the last of its reflectances."""
-    solution = solve_palette(read_palette(EXAMPLES / f"{name}.toml"))
+    solution = solve_palette(problem)
     scene = _room(size, solution.illuminants[number])
     looks = (solution.reflectances[0], solution.reflectances[-1])
     materials = zip(scene.materials, looks, strict=True)

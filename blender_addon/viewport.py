@@ -63,9 +63,10 @@ class Viewport:
         settings, scale = scene.spectral.viewport, bpy.context.preferences.system.ui_scale
         middle = round(settings.divider * region.width) if len(pictures) > 1 else region.width
         clips = [(0, 0, middle, region.height), (middle, 0, region.width - middle, region.height)]
+        is_new, transparent = False, scene.render.film_transparent
         for picture, canvas, clip in zip(pictures, self._canvases, clips, strict=False):
             if picture.shown is not None:
-                canvas.show(picture.shown, shown_from_rgb(picture.matrix), transparent=scene.render.film_transparent)
+                is_new |= canvas.show(picture.shown, shown_from_rgb(picture.matrix), transparent=transparent)
                 canvas.draw(engine, scene, clip if len(pictures) > 1 else None)
         if len(pictures) > 1:
             draw_divider(middle, region, (look_words(settings.look), look_words(settings.other)), scale)
@@ -73,7 +74,8 @@ class Viewport:
         trouble = next((picture.trouble for picture in pictures if picture.trouble), "")
         if trouble:
             draw_message(trouble, region, scale)
-        self._session.drawing_seconds = time.monotonic() - began
+        if is_new:  # a picture that is there already takes a part of the time
+            self._session.drawings.append(time.monotonic() - began)
 
 
 def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:

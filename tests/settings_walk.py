@@ -83,12 +83,15 @@ def settings_of(owner: Any, base: Any = None) -> list[str]:
 def read_rna(owner: Any, name: str) -> Any:
     """The value of a Blender property, as a copy."""
     value = getattr(owner, name)
-    return tuple(value) if owner.bl_rna.properties[name].type == "FLOAT" and np.ndim(value) else value
+    is_numbers = owner.bl_rna.properties[name].type in ("FLOAT", "INT", "BOOLEAN")
+    return np.array(value).tolist() if is_numbers and np.ndim(value) else value
 
 
 def other_rna(owner: Any, name: str) -> Any:
     """A value of a Blender property that differs from the present one, within its range."""
     declared, value = owner.bl_rna.properties[name], getattr(owner, name)
+    if getattr(declared, "is_array", False) and declared.type != "FLOAT":
+        return [not each if declared.type == "BOOLEAN" else each + 1 for each in value]
     if declared.type == "BOOLEAN":
         return not value
     if declared.type == "ENUM":

@@ -14,7 +14,7 @@ FAMILIES = ("lamps", "world", "closures", "closure_sockets", "color_nodes", "tex
             "further", "further_inputs", "lamp_trees", "shown", "world_trees", "unusual_objects", "unusual_nodes",
             "unusual_light", "unusual_more", "unusual_settings",
             "unusual_instances",
-            "extremes", "strange", "drawn", "grown", "placed")  # fmt: skip
+            "extremes", "strange", "drawn", "grown", "placed", "odd_settings")  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -25,13 +25,13 @@ class Canvas:
         self._corner, self._size = (0, 0), (1, 1)
         self._pixels = np.empty((0, 0, 4), np.float32)
 
-    def show(self, shown: Shown, working_from_rgb: NDArray[np.float64] | None, *, transparent: bool) -> None:
-        """Copy a picture to the graphics card."""
+    def show(self, shown: Shown, working_from_rgb: NDArray[np.float64] | None, *, transparent: bool) -> bool:
+        """Copy a picture to the graphics card; False if it is there already."""
         import gpu
 
         key = (shown, None if working_from_rgb is None else working_from_rgb.tobytes())
         if self._shown is not None and self._shown[0] is shown and self._shown[1] == key[1]:
-            return
+            return False
         if self._pixels.shape != shown.pixels.shape:
             self._pixels = np.empty(shown.pixels.shape, np.float32)
         pixels = self._pixels  # memory that was touched before: new pages take longer than the copy
@@ -43,6 +43,7 @@ class Canvas:
         self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=data)
         self._shown, self._size = key, (width * shown.frame.level, height * shown.frame.level)
         self._corner = shown.frame.corner
+        return True
 
     def draw(self, engine: Any, scene: Any, clip: tuple[int, int, int, int] | None = None) -> None:
         """Draw the picture over the region. ``clip``: left, bottom, width, height of what is drawn, None for all."""

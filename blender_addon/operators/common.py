@@ -13,13 +13,15 @@ from bpy.types import Context, Event, Operator, PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError, SpectralError
 
 from ..editing.board.paths import full_path
-from ..editing.pauses import pause
+from ..editing.pauses import pause, paused_seconds
 
 Execute = Callable[[Any, Context], set[str] | None]
 """``execute`` of an operator; returns None if it finished."""
 UNDOABLE = {"REGISTER", "UNDO"}
 LOOK_AGAIN_S = 0.1
 """Time between two looks whether the work of an operator is done."""
+LONG_PAUSE_S = 0.03
+"""Pauses of a round of Blender's events after which the next look begins no work."""
 
 
 def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:
@@ -179,7 +181,8 @@ class Waiting:
 
     def modal(self, context: Context, event: Event) -> set[str]:
         """Begin when all is prepared, and store the answer when the thread has it."""
-        if event.type != "TIMER":
+        # Blender may hand on several of its timer's events at once; what they start would be one long pause.
+        if event.type != "TIMER" or paused_seconds() >= LONG_PAUSE_S:
             return {"PASS_THROUGH"}
         with pause():
             return self._look(context)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
@@ -155,8 +155,9 @@ class Bench:
             values = _other_values(self.node, name, [self.given[name]])
         else:
             values = _other_values(STRUCTS[struct][1](self.node) if struct else self.node, setting)
-        changed = [self.translated() != before for _ in values]  # to the end, which resets the value
-        return True in changed
+        changed = any(self.translated() != before for _ in values)
+        values.close()  # which resets the value
+        return changed
 
     def configurations(self) -> Iterator[tuple[str, str]]:
         """Each option of the node's lists in turn."""
@@ -176,25 +177,29 @@ class Bench:
             yield first
 
 
-def _other_input(bench: Bench, socket: Any) -> Iterator[None]:
+def _other_input(bench: Bench, socket: Any) -> Generator[None]:
     """Another value of an input, or a link to it if its own value is not used."""
     value = getattr(socket, "default_value", None)
     if value is None or socket.hide_value:
         tree = bench.owner.node_tree
         link = tree.links.new(bench.shader if socket.type == "SHADER" else bench.source, socket)
-        yield
-        tree.links.remove(link)
+        try:
+            yield
+        finally:
+            tree.links.remove(link)
         return
     is_array = hasattr(value, "__len__") and not isinstance(value, str)
     kept = value[:] if is_array else value
-    socket.default_value = tuple(0.37 + 0.1 * i for i in range(len(value))) if is_array else other_rna(
-        socket, "default_value"
-    )  # fmt: skip
-    yield
-    socket.default_value = kept
+    try:
+        for other in [0.37, 3.7] if is_array else [other_rna(socket, "default_value"), 3.7, -3.7]:
+            with contextlib.suppress(TypeError):  # a text or a whole number has one other value
+                socket.default_value = tuple(other + 0.1 * i for i in range(len(value))) if is_array else other
+            yield
+    finally:
+        socket.default_value = kept
 
 
-def _other_values(owner: Any, name: str, given: list[Any] | None = None) -> Iterator[None]:
+def _other_values(owner: Any, name: str, given: list[Any] | None = None) -> Generator[None]:
     """Other values of a property: those given, each option of a list, else one value."""
     declared = owner.bl_rna.properties[name]
     kept = read_rna(owner, name)
@@ -205,8 +210,10 @@ def _other_values(owner: Any, name: str, given: list[Any] | None = None) -> Iter
             setattr(owner, name, other_rna(owner, name) if option is None else option)
         except TypeError:
             continue
-        yield
-        setattr(owner, name, kept)
+        try:
+            yield
+        finally:
+            setattr(owner, name, kept)
 
 
 def ignored(bench: Bench, names: set[str]) -> set[str]:

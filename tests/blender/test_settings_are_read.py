@@ -176,7 +176,7 @@ CASES = {
                      "the engine's passes: tests/blender_ui/test_passes_panel.py"),
             **_words("use use_motion_blur", "the engine's"),
             **_words("material_override world_override", "pointers: tests/blender/test_translate_combined.py"),
-            "use_volumes": "of media", "use_solid": "named by the engine",
+            **_words("use_solid use_strand use_volumes", "of kinds of objects: rendered_cases.py"),
         },
     ),
     "view layer in Cycles": Case(
@@ -191,13 +191,13 @@ CASES = {
                      "act on meshes before the translation"),
             "engine": "chooses this engine",
             **_words("motion_blur_shutter motion_blur_position", "of motion blur, which is named as a whole"),
+            **_words("frame_map_old frame_map_new", "of time: rendered_cases.py"),
             **_words("use_crop_to_border use_multiview views_format", "the engine's: tests/blender/test_engine.py"),
         },
     ),
     "light paths": Case(
         "CyclesRenderSettings", _scene("cycles"),
         besides={
-            "volume_bounces": "of media",
             **_words("use_camera_cull use_distance_cull camera_cull_margin distance_cull_margin",
                      "of Simplify and of objects that it may cull: tests/blender/test_translate_rays.py"),
         },

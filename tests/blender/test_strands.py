@@ -117,6 +117,22 @@ def test_a_point_cloud_has_its_balls_and_attributes(build, translate):
     thing.modifiers.new("G", "NODES").node_group = tree
     mesh = translate().meshes[0]
     assert volume_of(mesh) == pytest.approx(4 * 4 / 3 * np.pi * 0.25**3, rel=0.02)
+    assert mesh.attributes == ()
+
+    material = build.material(shader="ShaderNodeEmission")
+    told, chosen = material.node_tree.nodes.new("ShaderNodePointInfo"), tree.nodes.new("GeometryNodeSetMaterial")
+    for output, name in (("Position", "Color"), ("Radius", "Strength")):
+        material.node_tree.links.new(told.outputs[output], material.node_tree.nodes["shader"].inputs[name])
+    chosen.inputs["Material"].default_value = material
+    tree.links.new(points.outputs[0], chosen.inputs[0])
+    tree.links.new(chosen.outputs[0], end.inputs[0])
+    scene = translate()
+    found = {attribute.name: attribute.values for attribute in scene.meshes[0].attributes}
+    assert not scene.notes and set(found) == {"attribute_point_place", "attribute_point_size"}
+    assert len(np.unique(found["attribute_point_place"], axis=0)) == 4
+    away = scene.meshes[0].positions - found["attribute_point_place"]
+    np.testing.assert_allclose(np.linalg.norm(away, axis=1), found["attribute_point_size"][:, 0], atol=1e-6)
+    assert len(np.unique(found["attribute_point_size"][:, 1])) == 4 and np.all(found["attribute_point_size"][:, 2] == 1)
 
 
 def test_strands_have_the_attributes_that_materials_read():

@@ -88,6 +88,23 @@ def test_simplify_culls_by_view_and_distance(build, translate, kind):
     assert "Beside" in {item.name for item in translate().instances}
 
 
+@pytest.mark.parametrize(
+    ("output", "noted"), [("Is Diffuse Ray", True), ("Is Camera Ray", False), ("Ray Depth", False)]
+)
+@pytest.mark.parametrize("place", ["Strength", "Factor"])
+def test_emission_by_rays_that_meet_it_by_chance_has_a_note(build, translate, output, noted, place):
+    material = build.material(shader="ShaderNodeEmission")
+    tree = material.node_tree
+    rays, mix = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMixShader")
+    shader = tree.nodes["shader"]
+    end = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
+    tree.links.new(rays.outputs[output], mix.inputs[0] if place == "Factor" else shader.inputs[place])
+    tree.links.new(shader.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], end.inputs["Surface"])
+    build.plane(material=material)
+    assert [note.subject for note in translate().notes if output in note.message] == [material.name] * noted
+
+
 @pytest.mark.parametrize("flag", ["holdout", "indirect_only"])
 def test_collections_of_the_view_layer(build, translate, flag):
     thing = build.plane()

@@ -133,12 +133,12 @@ def test_an_answer_on_possible_colors_keeps_each_of_its_parts(blender) -> None:
     blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
     scene = blender.context.scene
     palette = scene.spectral.palette
-    palette.active_row, palette.active_column = 0, 1
-    cell = palette.materials[0].cells[1]
+    palette.active_row, palette.active_column = 1, 1
+    cell = palette.materials[1].cells[1]
     cell.mode, cell.target = "FIXED", (0.1, 0.8, 0.3)
     question = possible.question_of(palette)
-    assert question.place == (0, 1) and question.lights == tuple(palette.lights.keys())
-    assert question.uids == (palette.materials[0].uid, palette.lights[1].uid)
+    assert question.place == (1, 1) and question.lights == tuple(palette.lights.keys())
+    assert question.uids == (palette.materials[1].uid, palette.lights[1].uid)
     np.testing.assert_allclose(display_rgb_from_linear(question.wanted), (0.1, 0.8, 0.3), atol=1e-6)
     for reachable in (True, False):
         found = SimpleNamespace(color=np.array([0.2, 0.5, 1.4]), reachable=reachable)

@@ -103,6 +103,18 @@ def test_work_begins_when_it_is_prepared(operator, context):
     assert operator.left == 1
 
 
+def test_no_work_begins_in_a_round_that_has_paused_long(operator, context, monkeypatch):
+    from blender_addon.operators import common
+
+    monkeypatch.setattr(common, "paused_seconds", lambda: 0.05)
+    operator.start(context)
+    operator.is_ready = True
+    assert operator.modal(context, TIMER) == {"PASS_THROUGH"}
+    assert operator._thread is None
+    monkeypatch.setattr(common, "paused_seconds", lambda: 0.0)
+    assert finished(operator, context) == {"FINISHED"}
+
+
 @pytest.mark.parametrize("error", [InvalidInputError("no lights"), OSError("disk full")])
 def test_an_error_of_the_work_is_reported_once(operator, context, error):
     def work():

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -74,3 +75,26 @@ def test_pictures_that_the_next_change_replaces_were_late(changes):
     for _ in range(4):
         changes(MESH, 0.0, comes=False)
     assert changes(MESH, 0.05) == 0.0
+
+
+def test_a_wait_leaves_time_for_the_longest_of_the_latest_drawings(blender, monkeypatch):
+    """A redraw without a new picture is short, and tells nothing of the next one with a picture."""
+    from blender_addon.editing.viewport import session as sessions
+
+    link = SimpleNamespace(look=lambda *_: 1)
+    monkeypatch.setattr(sessions.jobs, "live", lambda: link)
+    monkeypatch.setattr(sessions, "viewpoint_of", lambda *_: SimpleNamespace(same_as=lambda _other: True))
+    monkeypatch.setattr(sessions, "border_of", lambda *_: None)
+    scene = blender.context.scene
+    region, space = SimpleNamespace(width=64, height=48), SimpleNamespace(use_local_camera=False, camera=None)
+    context = SimpleNamespace(space_data=space, region=region, region_data=None)
+    depsgraph = SimpleNamespace(scene=scene, scene_eval=scene)
+    monkeypatch.setattr(scene, "camera", None, raising=False)
+    session = sessions.ViewSession(lambda: None)
+    side = sessions._Side("view")
+    asked = session._ask(side, time.monotonic(), context, depsgraph)
+    assert asked == sessions.REDRAW_S
+    for seconds in (0.01, 0.05, 0.02):
+        session.drawings.append(seconds)
+    side.changed = NUMBER
+    assert session._ask(side, time.monotonic(), context, depsgraph) == pytest.approx(sessions.REDRAW_S - 0.05)

@@ -170,6 +170,40 @@ def test_no_array_of_a_view_lies_in_the_memory_of_numpy(scene: Scene) -> None:
         assert [len(array) for array in arrays if dr.detach(array).numpy().ctypes.data % CACHE_LINE] == []
 
 
+def test_the_search_for_arrays_finds_all_of_them(scene: Scene) -> None:
+    """It passes over data that hold none: a search of every plain object finds the same arrays."""
+    import drjit as dr
+
+    from spectral_core.render.live.held import held
+
+    def reached(item: object, seen: dict[int, object]) -> None:
+        if id(item) in seen or isinstance(item, (np.ndarray, str, bytes, mitsuba.Object, type)):
+            return
+        seen[id(item)] = item
+        if dr.is_array_v(item) or type(item).__module__.startswith(("drjit", "mitsuba")):
+            return
+        slots = [name for kind in type(item).__mro__ for name in getattr(kind, "__slots__", ()) if hasattr(item, name)]
+        for value in [*getattr(item, "__dict__", {}).values(), *(getattr(item, name) for name in slots)]:
+            reached(value, seen)
+        if isinstance(item, (dict, list, tuple)):
+            for value in item.values() if isinstance(item, dict) else item:
+                reached(value, seen)
+
+    stage, count = Stage(), 0
+    for shown in _with_contents(_generated(scene), np.random.default_rng(9)):
+        _pictured(stage, shown, 1)
+        mitsuba = stage.launcher._mi
+        for plugin in stage.launcher._loaded.scene.parts.context.made:
+            roots = [value for name, value in getattr(plugin, "__dict__", {}).items() if name != "held_numbers"]
+            seen: dict[int, object] = {}
+            for root in roots:
+                reached(root, seen)
+            arrays = {key for key, item in seen.items() if dr.is_array_v(item)} - {id(root) for root in roots}
+            assert {id(item) for item in held(roots, mitsuba) if dr.is_array_v(item)} == arrays
+            count += len(arrays)
+    assert count > 100
+
+
 def test_an_edit_in_place_of_an_attribute_is_visible(scene: Scene) -> None:
     seen, stage = _generated(scene), Stage()
     before = _pictured(stage, seen)

@@ -11,13 +11,15 @@ from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.live.session import PaletteSession
+from spectral_core.palette.presets import metamer_pair
 from spectral_core.palette.problem import Cell, PaletteProblem
 from spectral_core.palette.qp import color_newton
+from spectral_core.palette.qp.active_set import ActiveSet
 from spectral_core.palette.qp.arrow import Spectrum, squared
 from spectral_core.palette.qp.backends import KeptSpectrum
 from spectral_core.palette.qp.block import Block
-from spectral_core.palette.qp.color_newton import NEWTON_STEPS
-from spectral_core.palette.qp.engine import solve
+from spectral_core.palette.qp.color_newton import CONFLICT_STEPS, NEWTON_STEPS
+from spectral_core.palette.qp.engine import ELASTIC_STEPS, GUESS_STEPS, solve
 from spectral_core.palette.qp.quadratic import Quadratic
 
 MANY = (10, 4, 31)
@@ -152,3 +154,25 @@ def test_exact_rows_that_cannot_hold_give_no_answer_and_later_ones_do(rng):
     impossible = retargeted(spectrum, block.with_targets(block.targets + 100.0))
     assert kept.at(impossible, np.zeros(3)) is None
     assert kept.at(spectrum, np.zeros(3)) is not None
+
+
+def test_jumps_beside_exact_cells_cost_few_breakpoints(monkeypatch):
+    """Where a walk does not arrive, the exact rows may conflict or not; neither way is walked to its end."""
+    exchanges = [0]
+    exchange = ActiveSet._exchange
+
+    def counted(active, number):
+        exchanges[0] += 1
+        exchange(active, number)
+
+    monkeypatch.setattr(ActiveSet, "_exchange", counted)
+    rng = np.random.default_rng(7)
+    session = PaletteSession(metamer_pair())
+    most = arrived = 0
+    for _ in range(120):
+        exchanges[0] = 0
+        session.edit((0, 0), Cell.fixed(rng.uniform(0.03, 0.6, 3)))
+        most = max(most, exchanges[0])
+        arrived += session.solution().status.trusted
+    assert 100 <= most <= CONFLICT_STEPS + 2 * ELASTIC_STEPS + 2 * GUESS_STEPS
+    assert arrived == 120

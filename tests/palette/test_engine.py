@@ -287,7 +287,8 @@ def test_the_interior_point_by_itself_ends_near_the_optimum(rng):
     problem = coupled_palette(SIZE, rng)
     bright = {(0, 1): Cell.fixed((4.0, 4.0, 0.0)), (1, 2): Cell.fixed((0.0, 3.0, 5.0)), (2, 1): Cell.fixed((0, 0, 5))}
     quadratic = side_of(problem.with_cells(bright)).quadratic
-    x, free = interior_point(Arrow(quadratic))
+    x, free, arrived = interior_point(Arrow(quadratic))
+    assert arrived
     right = solve(quadratic)
     best = quadratic.joined(right.colors, right.values)
     low, high = best <= quadratic.lower + 1e-9, best >= quadratic.upper - 1e-9

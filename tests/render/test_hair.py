@@ -120,6 +120,21 @@ def test_absorption_is_per_channel_and_wavelength(transport: str) -> None:
     assert twice.mean(axis=(0, 1)) == pytest.approx(means, abs=0.04)
 
 
+@pytest.mark.parametrize(("transport", "within"), [("rgb", 0.004), ("spectral", 0.04)])
+def test_a_coat_changes_no_luminance_in_even_light(transport: str, within: float) -> None:
+    """As in Cycles, a coat is drawn with another roughness than it has: luminance decides how often each lobe is.
+
+    It is known for three channels, and about for the four wavelengths of a path.
+    """
+    color, of_rgb = Color(np.array([0.9, 0.1, 0.05])), np.array([0.2126, 0.7152, 0.0722])
+    plain, coated = (
+        shown(Hair(color, False, 1.0, 0.9, 0.4, coat, tangent=tangent()), transport=transport) @ of_rgb
+        for coat in (0.0, 0.95)
+    )
+    assert plain.mean() < 0.9
+    assert coated.mean() == pytest.approx(plain.mean(), rel=within)
+
+
 def test_lobes_reflect_or_pass() -> None:
     """Either lobe alone gives back no more than it gets; light of the transmitted lobe passes the strand's own wall."""
     for transmits in (False, True):

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from spectral_core.scene import (
     Film,
     Instance,
     Material,
+    MixSurface,
     Principled,
     RenderSettings,
     Scene,
@@ -86,6 +89,21 @@ def test_transports_agree_and_principled_has_its_share():
     plain = _ball(Principled(color))
     assert np.all(whole["rgb"] > 0.85 * plain)
     assert np.all(whole["rgb"] < 1.02 * plain)
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_a_coat_colors_light_that_enters_below_it(transport):
+    """Light of a short radius has the color of the diffuse part below the same coat, alone and mixed."""
+    coated = Principled(gray(0.7), coat_weight=1.0, coat_tint=Color([0.2, 0.6, 0.9]))
+    values = {"subsurface_weight": 1.0, "subsurface_radius": (1.0, 1.0, 1.0), "subsurface_scale": 0.01}
+    matt, below = _ball(coated, transport), replace(coated, **values)
+    assert matt[0] < 0.7 * matt[2]
+    share = _ball(below, transport) / matt
+    np.testing.assert_allclose(share, share.mean(), rtol=0.02)
+    assert 0.85 < share.mean() < 1.02
+    white = replace(below, coat_tint=gray(1.0))
+    mixed = (_ball(below, transport) + _ball(white, transport)) / 2
+    np.testing.assert_allclose(_ball(MixSurface(0.5, below, white), transport), mixed, rtol=0.03)
 
 
 def _through(model, thickness, anisotropy, seed):

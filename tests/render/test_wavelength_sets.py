@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from spectral_core.render.trace.measure.least_variance import least_variance, low_rank_root
-from spectral_core.render.trace.measure.wavelength_sets import SHIFTS, STEPS, TEETH
+from spectral_core.render.trace.measure.wavelength_sets import SAMPLES, SHIFTS, STEPS, TEETH
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, WavelengthPlan, plan_wavelengths
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -105,10 +105,11 @@ def test_colors_of_the_scene_are_quieter_than_with_equal_weights(name: str) -> N
 
 
 def test_the_samples_of_one_shift_spread_evenly() -> None:
-    """The mean over all steps of a shift is quiet for a rough spectrum too: its wavelengths fill the spectrum."""
+    """The mean over every second step is quiet for a rough spectrum too: its wavelengths fill the spectrum."""
     light = catalogue.illuminant("D65")
     found = colors(plan_wavelengths([light]), light, ROUGH)
-    assert variance(found.mean(axis=1)) < 0.8 * variance(found) / STEPS
+    for first in (0, 1):
+        assert variance(found[:, first::2].mean(axis=1)) < 0.9 * variance(found) / SAMPLES
 
 
 def test_light_without_power_and_light_of_a_line_have_finite_weights() -> None:
@@ -128,14 +129,14 @@ def bands(*peaks_nm: float) -> Spectrum:
 
 @pytest.mark.parametrize("name", ["D65", "FL11"])
 def test_narrow_bands_of_known_reflectances_have_little_noise(name: str) -> None:
-    """0.002 to 0.007 for one reflectance; 0.2 to 0.5 with equal weights."""
+    """0.001 to 0.004 for one reflectance; 0.1 to 0.7 with equal weights."""
     light, first, second = catalogue.illuminant(name), bands(470, 560), bands(440, 520, 640)
     plan = plan_wavelengths([light], reflectances=[first, second])
     for surface in (first, second):
         expected = exact(plan, light, surface)
         found = colors(plan, light, surface)
         np.testing.assert_allclose(found.mean(axis=(0, 1, 2)), expected, atol=2e-3 * expected.max())
-        assert variance(found) < 0.012
+        assert variance(found) < 0.005
         assert variance(found) < 0.06 * variance(colors(plan, light, surface, equal=True))
 
 

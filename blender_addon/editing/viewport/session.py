@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -44,6 +45,8 @@ UPDATE_S = 0.06
 """Time of one update after which it begins no further mesh, material or lamp; the next redraw continues."""
 FINE_LEVEL, FINE_WAIT_S = 4, 0.035
 """Distance of pixels of a picture that a redraw prefers to a coarser one, and its wait for it: 30 redraws a second."""
+DRAWINGS = 5
+"""Redraws whose longest drawing a wait leaves time for: where both processors are at work, these times vary much."""
 _names = itertools.count(1)
 
 
@@ -87,8 +90,8 @@ class ViewSession:
         self._sides: list[_Side] = []
         self._trouble = ""
         self._is_unfinished = False
-        self.drawing_seconds = 0.0
-        """Time of the latest redraw without its wait."""
+        self.drawings: deque[float] = deque(maxlen=DRAWINGS)
+        """Seconds of the latest redraws with a new picture, without their waits."""
 
     @property
     def link(self) -> LiveLink:
@@ -219,7 +222,7 @@ class ViewSession:
         request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
         longest = BUSY_REDRAW_S if jobs.process.is_busy else REDRAW_S
-        wait_s = side.patience.wait_s(side.generation, side.changed, began, longest - self.drawing_seconds)
+        wait_s = side.patience.wait_s(side.generation, side.changed, began, longest - max(self.drawings, default=0.0))
         side.key, side.viewpoint, side.changed = key, viewpoint, frozenset()
         return wait_s
 

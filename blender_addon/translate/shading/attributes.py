@@ -10,8 +10,12 @@ import numpy as np
 PREFIX = "object_attribute:"
 UNDISPLACED = "attribute_undisplaced"
 """Input of programs: the position in the object before its displacement."""
-OF_STRANDS = ("HAIR", "POINT")
-"""Types of object that alone have these attributes: hair and points."""
+OF_STRANDS = "HAIR"
+"""Type of object that alone has these attributes: hair."""
+POINT_PLACE = "attribute_point_place"
+"""Attribute of the balls of a point cloud: the position of the point, in object space."""
+POINT_SIZE = "attribute_point_size"
+"""Attribute of the balls of a point cloud: the point's radius in object space, its random number in [0, 1], and 1."""
 NOTHING = (0.0, 0.0, 0.0, 1.0)
 """Blender's value of what an instance or a particle lacks."""
 MISSING = (0.0, 0.0, 0.0, 0.0)
@@ -39,7 +43,7 @@ def object_attributes(
             continue
         kind, _, name = read[len(PREFIX) :].partition(":")
         is_alpha, kind = kind.endswith(ALPHA), kind.removesuffix(ALPHA)
-        if kind in OF_STRANDS:  # a mesh has no strands and no points: 0, as in Cycles
+        if kind == OF_STRANDS:  # a mesh has no strands: 0, as in Cycles
             continue
         if kind in ("INSTANCE", "PARTICLE"):
             is_place = kind == "INSTANCE"

@@ -10,7 +10,7 @@ import numpy as np
 from spectral_core.scene.shading.geometry import FILTER_WIDTH, shifted_by
 
 from ..meshes.measures import READ
-from .attributes import ALPHA, view_layer_attribute
+from .attributes import ALPHA, POINT_PLACE, POINT_SIZE, view_layer_attribute
 from .fields import Value
 from .reader import NEUTRAL, Reader, evaluator
 from .tangents.nodes import is_meshless, round_tangent
@@ -171,7 +171,22 @@ def _wireframe(reader: Reader, output: Output) -> Any:
     return reader.emit("wireframe", reader.read(output, "Size", 0.01), settings=settings)
 
 
-@evaluator("PARTICLE_INFO", "POINT_INFO")
+@evaluator("POINT_INFO")
+def _point_info(reader: Reader, output: Output) -> Any:
+    """Outputs of a point cloud's points; 0 on what is none."""
+    radius, random, is_point = (reader.emit("component", reader.point(POINT_SIZE), settings=(k,)) for k in range(3))
+    name = output.socket.name
+    if name == "Random":
+        return random
+    if name == "Radius":  # of a stretched object, that of the diagonal
+        part = reader.emit("math", radius, 3**-0.5, 0.0, settings=("MULTIPLY",))
+        across = reader.emit("transformed", part, settings=("VECTOR", "OBJECT", "WORLD"))
+        return reader.emit("vector_number", across, across, settings=("LENGTH",))
+    place = reader.emit("transformed", reader.point(POINT_PLACE), settings=("POINT", "OBJECT", "WORLD"))
+    return reader.emit("vector_math", place, is_point, 0.0, 0.0, settings=("MULTIPLY",))
+
+
+@evaluator("PARTICLE_INFO")
 def info(reader: Reader, output: Output) -> Any:
     kind = output.node.type.partition("_")[0]
     value = reader.point(f"object_attribute:{kind}:{output.socket.name}")

@@ -12,15 +12,17 @@ from spectral_core.scene import (
     Color,
     Computed,
     Diffuse,
+    Emission,
     Material,
     MixSurface,
+    Principled,
     Surface,
     Transparent,
     gray,
     leaves,
     mesh_inputs_of,
 )
-from spectral_core.scene.leaves import inputs_of
+from spectral_core.scene.leaves import inputs_of, weighted_leaves
 
 from ... import compat
 from .. import spectra
@@ -58,6 +60,8 @@ def default_volume() -> TranslatedMaterial:
     return TranslatedMaterial(Material("No volume material", None), frozenset(), media.default_filling())
 
 
+CHANCE_RAYS = frozenset(f"ray:Is {kind} Ray" for kind in ("Diffuse", "Glossy", "Reflection", "Transmission"))
+"""Types of rays to which light that is sampled does not belong, but the same light does that such a ray hits."""
 MOST_FRAMES = 50_000
 """Python's limit on nested calls while a material is read: a chain of a thousand nodes needs more than its default."""
 
@@ -95,6 +99,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         surface = None if filling is not None and linked(place) is None else surface_of(reader, place)
     if any(angle > 0 for _, _, angle, _ in reader.skies.values()):
         reader.note("a sky on a surface has no disk of the sun")
+    _note_rays(reader, surface)
     spectrum = spectra.spectrum_of(translation, material)
     if spectrum is not None and surface is not None:
         if covers_texture(surface, spectrum):
@@ -123,6 +128,23 @@ def _displacement(reader: Reader, place: Input, method: str) -> Displacement | N
     if method != "DISPLACEMENT":
         reader.raised = raised_normal(reader, place, moved=method == "BOTH")
     return None if offset is None else Displacement(offset, bends=method == "DISPLACEMENT")
+
+
+def _note_rays(reader: Reader, surface: Surface | None) -> None:
+    """Note emission by types of rays that light has only where a ray hits the surface by chance."""
+    for weight, leaf in weighted_leaves(surface):
+        values: list[Any] = [value for value, _ in weight.varying]
+        if isinstance(leaf, Emission):
+            values += [leaf.color, leaf.strength]
+        elif isinstance(leaf, Principled) and leaf.emission_strength != 0:
+            values += [leaf.emission_color, leaf.emission_strength]
+        else:
+            continue
+        for name in sorted(inputs_of(values) & CHANCE_RAYS):
+            reader.note(
+                f"its emission depends on {name[4:]!r}, which is 0 where a renderer samples its light: how much "
+                "arrives depends on how often it does, and differs from Cycles"
+            )
 
 
 def _opaque_in_shadows(reader: Reader, surface: Surface) -> Surface:

@@ -257,7 +257,8 @@ def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> M
         triangles[finite].reshape(-1, 3).astype(np.uint32),
         normals=normals.reshape(-1, 3).astype(np.float32),
         attributes=tuple(
-            Attribute(read, np.repeat(values, len(directions), axis=0)) for read, values in of_points(cloud, reads)
+            Attribute(read, np.repeat(values, len(directions), axis=0))
+            for read, values in of_points(cloud, reads, places, radii)
         ),
     )
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from spectral_core.spectra.color import linear_from_display_rgb
 
 from ..meshes.triangles import OUTPUTS, output_of, uv_layer, values_of
+from ..shading.attributes import POINT_PLACE, POINT_SIZE, hashed_pair
 
 Array = NDArray[np.float64]
 
@@ -19,8 +20,15 @@ ROOT_UV = "surface_uv_coordinate"
 """Attribute of hair curves with the UV of each root on the surface that they grow on; Cycles reads it as their UV."""
 
 
-def of_points(cloud: Any, reads: frozenset[str]) -> Iterator[tuple[str, Array]]:
+def of_points(
+    cloud: Any, reads: frozenset[str], places: NDArray[Any], radii: NDArray[Any]
+) -> Iterator[tuple[str, Array]]:
     """Inputs that are attributes of a point cloud, and their values (n, 3)."""
+    if POINT_PLACE in reads:
+        yield POINT_PLACE, places.reshape(-1, 3)
+    if POINT_SIZE in reads:
+        random = [hashed_pair(number, 0) / 0xFFFFFFFF for number in range(len(radii))]
+        yield POINT_SIZE, np.column_stack([radii, random, np.ones(len(radii))])
     for read in sorted(reads):
         kind, _, name = read.partition(":")
         found = cloud.attributes.get(name) if kind in OUTPUTS else None

@@ -99,6 +99,6 @@ def _note_unread(found: Any, obj: Any, reads: frozenset[str], mesh: Mesh) -> Non
     """Note the attributes that materials read but hair or points do not have."""
     there = {attribute.name for attribute in mesh.attributes} | ({"uv"} if mesh.uvs is not None else set())
     for read in sorted(reads - there):
-        if read in READS_UV or read.startswith(("generated", "attribute", *(PREFIX + kind for kind in OF_STRANDS))):
+        if read in READS_UV or read.startswith(("generated", "attribute", PREFIX + OF_STRANDS)):
             what = read.partition(":")[2] or read
             found.translation.note(obj.name, f"{what!r} of its hair or points is not translated; its materials read 0")

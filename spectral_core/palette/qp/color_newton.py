@@ -32,7 +32,7 @@ OVERSHOT = 0.5
 """Slope of the objective after a step, relative to its slope before, from which the step was too long."""
 NEWTON_STEPS = 6
 """Most steps; one or two are usual."""
-CONFLICT_STEPS = 150
+CONFLICT_STEPS = 100
 """Most breakpoints of a walk beside exact rows: a longer one shows that these conflict."""
 
 
@@ -55,7 +55,7 @@ class ColorNewton(ActiveSet):
         """Most breakpoints of a walk."""
         return DENSE_STEPS if self.is_dense else WALK_STEPS
 
-    def descend(self, begin: Array, free: Mask, changed: list[int] | None) -> bool:
+    def descend(self, begin: Array, free: Mask, changed: list[int] | None, most: int | None = None) -> bool:
         """From the last answer to the new one; True if an optimum was reached.
 
         Parameters
@@ -66,6 +66,8 @@ class ColorNewton(ActiveSet):
             Which of them were off their bounds.
         changed
             Blocks that differ from the last problem; None for all.
+        most
+            Breakpoints of the walk, if fewer than usual.
         """
         if begin is not self.x or free is not self.free:
             self.begin(begin, free)
@@ -88,7 +90,8 @@ class ColorNewton(ActiveSet):
             values = self._at_colors(colors)
             self.x = np.where(self.free, np.minimum(np.maximum(values, self.lower), self.upper), self.x)
         in_doubt = self.arrow.problem.has_equalities
-        return self.walk(self.x, self.free, CONFLICT_STEPS if in_doubt else self.longest_walk)
+        longest = CONFLICT_STEPS if in_doubt else self.longest_walk
+        return self.walk(self.x, self.free, longest if most is None else min(most, longest))
 
     def _step(self, goal: Array, past: NDArray[np.intp], colors: Array) -> bool:
         """Move to the optimum of the present piece, or stay where that is too far; False if the walk is to go on.

@@ -10,7 +10,6 @@ together, they get large weights instead, and the answer states it.
 from __future__ import annotations
 
 from dataclasses import replace
-from operator import is_
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, nearest_miss
 from spectral_core.palette.qp.color_newton import ColorNewton, is_dense
 from spectral_core.palette.qp.elastic import Elastic, softened
-from spectral_core.palette.qp.feasibility import can_hold
+from spectral_core.palette.qp.feasibility import ImpossibleBlocks
 from spectral_core.palette.qp.interior_point import interior_point
 from spectral_core.palette.qp.optimality import FAILED, PERFECT
 from spectral_core.palette.qp.quadratic import Quadratic
@@ -32,6 +31,13 @@ COLD_SHARP = 1e-9
 """KKT residual past which the answer to a cold start is refined."""
 FINE_STEPS = 12
 """Active-set steps that a refinement may take."""
+ELASTIC_STEPS = 20
+"""Most breakpoints of the walk to an elastic answer, and of the one from it: a cold solve costs less than longer ones.
+"""
+GUESS_STEPS = 60
+"""Most breakpoints of the walk from the guess of an interior point, of small spectra. Where it needs more, bounds are
+active whose multipliers are 0, and the walk may exchange them without end.
+"""
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
 NEAR = 1e-7
@@ -44,11 +50,11 @@ class Engine:
     def __init__(self) -> None:
         self._active: ColorNewton | None = None
         self._arrow: Arrow | None = None
-        self._impossible: set[int] = set()
-        self._tested: dict[int, tuple[tuple[Array, ...], Mask, NDArray[np.intp], Array, bool]] = {}
-        """The exact rows of each block when they were last tested, and True if they can hold together."""
+        self._impossible = ImpossibleBlocks()
         self._elastic, self._yielding = Elastic(), Elastic()
         """The last problem with large weights in place of all exact rows, and with those of the impossible blocks."""
+        self._arrived = False
+        """True if the last walk reached its end."""
         self._conflict = False
         """True if exact rows of several spectra conflicted in the last problem."""
         self.steps = 0
@@ -67,9 +73,9 @@ class Engine:
             return Answer((), problem.color_lower.clip(0.0), (), PERFECT, ())
         # Conflicting rows of one spectrum are found by daqp's phase one in microseconds; the methods below would need
         # many steps to fail on them.
-        changed = self._weighed(problem, changed)
-        if self._impossible:
-            problem, changed = self._yielding.of(problem, self._impossible, changed)
+        changed = self._impossible.tested(problem, changed)
+        if self._impossible.numbers:
+            problem, changed = self._yielding.of(problem, self._impossible.numbers, changed)
         else:
             self._yielding.forget()
         # A method that diverges overflows; its answer is no number, and the check refuses it.
@@ -83,7 +89,7 @@ class Engine:
                 answer = self._solve(problem, changed)
             if is_strained(problem, answer):
                 answer = self._with_slack(problem, answer)
-        if self._impossible and not answer.infeasible:
+        if self._impossible.numbers and not answer.infeasible:
             return Answer(answer.values, answer.colors, answer.forces, answer.check, answer.engines, infeasible=True)
         return answer
 
@@ -99,7 +105,7 @@ class Engine:
     def _still_conflicting(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
         """The elastic answer to a problem like one whose exact rows conflicted; None where they may hold now."""
         elastic, changed = self._elastic.of(problem, None, changed)
-        answer = self._warm(elastic, changed)
+        answer = self._warm(elastic, changed, ELASTIC_STEPS)
         if answer is None or not answer.check.passed:
             return None
         misses = [
@@ -108,30 +114,6 @@ class Engine:
         ]
         # A row that could hold misses by its multiplier over the elastic weight, which is far less.
         return replace(answer, infeasible=True) if max(misses) > CONFLICTING else None
-
-    def _weighed(self, problem: Quadratic, changed: list[int] | None) -> list[int] | None:
-        """Find the blocks whose exact rows cannot hold, before any method runs on them; returns the changed blocks."""
-        before = self._impossible
-        asked = range(len(problem.blocks)) if changed is None else changed
-        tested = {k for k in asked if problem.blocks[k].any_exact and not self._can_hold(problem, k)}
-        self._impossible = tested if changed is None else (before - set(changed)) | tested
-        # A block whose rows begin or cease to conflict has other weights, so it changed as well.
-        return None if changed is None else sorted(set(changed) | (before ^ self._impossible))
-
-    def _can_hold(self, problem: Quadratic, k: int) -> bool:
-        """``can_hold``, tested again only where an exact row of the block changed."""
-        block = problem.blocks[k]
-        asked = (block.rows, block.ties, block.lower, block.upper, problem.color_lower, problem.color_upper)
-        before = self._tested.get(k)
-        same = before is not None and all(map(is_, asked, before[0]))
-        if before is not None and same:
-            # Most edits leave the same rows exact, and often the same array that says so.
-            same = block.exact is before[1] or bool((block.exact == before[1]).all())
-            same = same and bool((block.targets[before[2]] == before[3]).all())
-        if before is None or not same:
-            at = block.exact.nonzero()[0]
-            before = self._tested[k] = asked, block.exact, at, block.targets[at], can_hold(problem, k)
-        return before[4]
 
     def _solve(self, problem: Quadratic, changed: list[int] | None) -> Answer:
         warm = self._warm(problem, changed)
@@ -143,8 +125,9 @@ class Engine:
             if elastic is not None:
                 self._conflict = True
                 return elastic
-            # They can hold, and the elastic answer is near the exact one.
-            warm = self._warm(problem, None)
+            if self._arrived:
+                # They can hold, and the elastic answer is near the exact one.
+                warm = self._warm(problem, None, ELASTIC_STEPS)
         answer = warm if warm is not None and warm.check.passed else self._cold(problem)
         if not answer.check.passed:
             # A failed answer is no start for the next solve.
@@ -153,8 +136,11 @@ class Engine:
 
     # -- methods ---------------------------------------------------------------------------------------------------
 
-    def _warm(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
-        """Answer computed from the last one: by the active set, else by the walk; None if there is no last answer."""
+    def _warm(self, problem: Quadratic, changed: list[int] | None, most: int | None = None) -> Answer | None:
+        """Answer computed from the last one: by the active set, else by the walk; None if there is no last answer.
+
+        ``most``: breakpoints of the walk, if fewer than usual.
+        """
         active, arrow = self._active, self._arrow
         if active is None or arrow is None or not _alike(arrow.problem, problem):
             return None
@@ -178,10 +164,10 @@ class Engine:
         active.steps = 0
         try:
             # After an edit of one spectrum its many changes of bounds are left to daqp first, see ``color_newton``.
-            arrived = (changed is None and active.settle()) or active.descend(begin, free, changed)
+            arrived = (changed is None and active.settle()) or active.descend(begin, free, changed, most)
         except np.linalg.LinAlgError:
             return None
-        self.steps = active.steps
+        self.steps, self._arrived = active.steps, arrived
         if not arrived:
             return None
         answer = self._read(problem, active, "active set")
@@ -214,9 +200,13 @@ class Engine:
         """daqp or the interior point for the active bounds, then the active set for the accuracy."""
         arrow = Arrow(problem)
         guess = lone_spectra(arrow)
-        engine = "daqp" if guess is not None else "interior point"
-        begin, free = guess if guess is not None else interior_point(arrow)
-        return self._sharpened(problem, arrow, begin, free, engine)
+        if guess is not None:
+            return self._sharpened(problem, arrow, *guess, "daqp")
+        begin, free, arrived = interior_point(arrow)
+        # Its multipliers grow without limit where exact rows conflict: no method can pass then.
+        if not arrived and problem.has_equalities and nearest_miss(problem) > REACHED:
+            return self._compromise(problem)
+        return self._sharpened(problem, arrow, begin, free, "interior point")
 
     def _from_piqp(self, problem: Quadratic) -> Answer | None:
         """piqp's answer, refined by the active set if that helps."""
@@ -243,7 +233,8 @@ class Engine:
         active.begin(held, free)
         self._arrow, self._active = arrow, active
         # The walk begins at the guess itself, not at the end of the first method.
-        arrived = active.settle() or active.walk(held, free, active.longest_walk)
+        longest = active.longest_walk if active.is_dense else GUESS_STEPS
+        arrived = active.settle() or active.walk(held, free, longest)
         self.steps = active.steps
         answer = self._read(problem, active, engine)
         # Refinement costs a residual per row; it is made only where the first digits are not enough.

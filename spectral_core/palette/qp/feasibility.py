@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import is_
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from spectral_core.palette.qp.block import RowKey
 from spectral_core.palette.qp.quadratic import FAR, Quadratic
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 REACHED = 1e-8
 """Linear RGB within which a row counts as held."""
@@ -47,6 +49,39 @@ def can_hold(problem: Quadratic, block: int, *, cells: bool = True) -> bool:
     chosen = problem.blocks[block]
     keys = [(block, r) for r in range(len(chosen.keys)) if chosen.exact[3 * r]] if cells else []
     return _possible(problem, [block], keys)
+
+
+class ImpossibleBlocks:
+    """The blocks of the latest problem whose exact rows cannot hold, kept from one edit to the next."""
+
+    def __init__(self) -> None:
+        self.numbers: set[int] = set()
+        self._tested: dict[int, tuple[tuple[Array, ...], Mask, NDArray[np.intp], Array, bool]] = {}
+        """The exact rows of each block when they were last tested, and True if they can hold together."""
+
+    def tested(self, problem: Quadratic, changed: list[int] | None) -> list[int] | None:
+        """Find these blocks before any method runs on them; returns the changed blocks, None if all are."""
+        before = self.numbers
+        asked = range(len(problem.blocks)) if changed is None else changed
+        found = {k for k in asked if problem.blocks[k].any_exact and not self._can_hold(problem, k)}
+        self.numbers = found if changed is None else (before - set(changed)) | found
+        # A block whose rows begin or cease to conflict has other weights, so it changed as well.
+        return None if changed is None else sorted(set(changed) | (before ^ self.numbers))
+
+    def _can_hold(self, problem: Quadratic, k: int) -> bool:
+        """``can_hold``, tested again only where an exact row of the block changed."""
+        block = problem.blocks[k]
+        asked = (block.rows, block.ties, block.lower, block.upper, problem.color_lower, problem.color_upper)
+        before = self._tested.get(k)
+        same = before is not None and all(map(is_, asked, before[0]))
+        if before is not None and same:
+            # Most edits leave the same rows exact, and often the same array that says so.
+            same = block.exact is before[1] or bool((block.exact == before[1]).all())
+            same = same and bool((block.targets[before[2]] == before[3]).all())
+        if before is None or not same:
+            at = block.exact.nonzero()[0]
+            before = self._tested[k] = asked, block.exact, at, block.targets[at], can_hold(problem, k)
+        return before[4]
 
 
 def _filtered(problem: Quadratic, blocks: list[int], keys: list[tuple[int, int]]) -> list[tuple[int, int]]:

@@ -36,8 +36,8 @@ class Point:
     upper: Array
 
 
-def interior_point(arrow: Arrow) -> tuple[Array, Mask]:
-    """All unknowns near the optimum, and those that seem to be off their bounds."""
+def interior_point(arrow: Arrow) -> tuple[Array, Mask, bool]:
+    """All unknowns near the optimum, those that seem to be off their bounds, and True if the tolerance was reached."""
     # If exact rows cannot hold together, the iterates grow without limit; the last finite one is returned.
     with np.errstate(all="ignore"):
         return _InteriorPoint(arrow).run()
@@ -55,9 +55,9 @@ class _InteriorPoint:
         self._has_low = np.isfinite(self._low) & ~self._fixed
         self._has_high = np.isfinite(self._high) & ~self._fixed
 
-    def run(self) -> tuple[Array, Mask]:
+    def run(self) -> tuple[Array, Mask, bool]:
         point = self._start()
-        free = np.ones(point.x.size, dtype=bool)
+        free, arrived = np.ones(point.x.size, dtype=bool), False
         for _ in range(ITERATIONS):
             # The predictor aims at complementarity 0 (no centering). It costs one back substitution and determines the
             # centering of the corrector.
@@ -75,6 +75,7 @@ class _InteriorPoint:
                 float(np.abs(residual).max(initial=0.0)) / size, *(np.abs(b).max(initial=0.0) for b in border), 0
             )
             if worst < TOLERANCE and gap < TOLERANCE:
+                arrived = True
                 break
             reach = self._reach(point, affine[0], *moved)
             after = self._gap_after(point, affine[0], *moved, reach)
@@ -98,7 +99,7 @@ class _InteriorPoint:
             if not (np.all(np.isfinite(stepped.x)) and max(map(_largest, stepped.y), default=0.0) < DIVERGED):
                 break
             point = stepped
-        return np.clip(point.x, self._low, self._high), free
+        return np.clip(point.x, self._low, self._high), free, arrived
 
     def _start(self) -> Point:
         """The middle of the bounds, or 1 above a single one."""

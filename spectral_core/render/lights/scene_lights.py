@@ -23,6 +23,7 @@ from spectral_core.render.lights.panels import Panels, Suns
 from spectral_core.render.lights.results import LightSample, Met, Rule, either
 from spectral_core.render.plugins.lamps.patterns import Patterns
 from spectral_core.render.plugins.numbers import table
+from spectral_core.render.plugins.vertex_normals import with_shading
 
 
 class SceneLights:
@@ -106,7 +107,7 @@ class SceneLights:
         uv, item, probability = sampler.next_2d(), chosen.item, chosen.probability
         active = active & (probability > 0.0)
         source = dr.gather(mi.UInt32, self.sources, item, active)
-        drawn, value = self._drawn(si, item, source, uv, active)
+        drawn, value = self._drawn(si, (item, source), uv, tables, active)
         told = probability
         if to.stretch is not None:
             # the weight of a ray that hits the light uses the probability at its point, so this one does, too
@@ -118,11 +119,11 @@ class SceneLights:
         far = dr.minimum(drawn.distance, self._reach)
         return LightSample(drawn.direction, si.p + drawn.direction * far, value, pdf, drawn.delta, source + 1)
 
-    def _drawn(self, si: Any, item: Any, source: Any, uv: Any, active: Any) -> tuple[Drawn, Any]:
-        """A direction to an item, and its light over the density."""
+    def _drawn(self, si: Any, which: tuple[Any, Any], uv: Any, tables: Any, active: Any) -> tuple[Drawn, Any]:
+        """A direction to an item, and its light over the density; ``which``: the item and its source."""
         import drjit as dr
 
-        mi = self._mi
+        mi, (item, source) = self._mi, which
         result: Any = None
         value = mi.Spectrum(0.0)
         for kind in self.kinds:
@@ -137,19 +138,19 @@ class SceneLights:
             else:
                 draws = {BALL: self.balls, PANEL: self.panels, TRIANGLE: self.emissive, SUN: self.suns}[kind]
                 drawn = draws.draw(slot, si.p, uv, of_kind)
-                light = self._emitted(si, drawn, (source, slot), of_kind, kind) * drawn.factor
+                light = self._emitted(si, drawn, (source, slot, tables.meshes), of_kind, kind) * drawn.factor
             if alone:
                 return drawn, light
             value = dr.select(of_kind, light, value)
             result = drawn if result is None else either(of_kind, drawn, result)
         return result, value
 
-    def _emitted(self, si: Any, drawn: Drawn, which: tuple[Any, Any], active: Any, kind: int) -> Any:
-        """Emission at a drawn point; ``which``: the source, and the number of the item among those of its type."""
+    def _emitted(self, si: Any, drawn: Drawn, which: tuple[Any, Any, Any], active: Any, kind: int) -> Any:
+        """Emission at a drawn point; ``which``: the source, the item's number among those of its type, the meshes."""
         import drjit as dr
 
         mi = self._mi
-        source, slot = which
+        source, slot, meshes = which
         light = self.emission.of(source, si.wavelengths, active)
         if kind != TRIANGLE:
             bounces = si.dn_dv.y + 1.0 if hasattr(si, "dn_dv") else mi.Float(1.0)
@@ -165,7 +166,7 @@ class SceneLights:
         place.wi, place.wavelengths = place.sh_frame.to_local(-drawn.direction), si.wavelengths
         place.shape = dr.gather(mi.ShapePtr, self._shapes, source, varied)
         place.prim_index = slot - dr.gather(mi.UInt32, self._first_triangles, source, varied)
-        shown = emitter.eval(place, varied) * self.emission.gain(source, varied)
+        shown = emitter.eval(with_shading(meshes, place, varied), varied) * self.emission.gain(source, varied)
         return dr.select(varied, shown, light)
 
     # hits by rays

@@ -16,6 +16,13 @@ _LEAVES = (str, bytes, bool, int, float, complex, type(None), type, np.ndarray, 
 
 _PLAIN = frozenset({str, bytes, bool, int, float, type(None)})
 
+_DATA = ("spectral_core.scene", "spectral_core.spectra", "spectral_core.render.plugins.surfaces.sources")
+"""Modules whose objects hold no arrays of Dr.Jit except in Mitsuba's textures; those of many materials are long to
+search.
+"""
+
+_ARRAY, _LEAF, _DICT, _SEQUENCE, _OBJECT = range(5)
+
 
 def lay_open(plugins: Iterable[Any], mitsuba: Any) -> None:
     """Give each of our plugins the list ``held_numbers``; call it again after helpers got new arrays."""
@@ -32,23 +39,40 @@ def held(roots: list[Any], mitsuba: Any) -> list[Any]:
 
     found: list[Any] = []
     seen: set[int] = set()
+    known: dict[type, tuple[int, list[str]]] = {}
     waiting = [root for root in roots if not dr.is_array_v(root)]
     while waiting:
         item = waiting.pop()
-        if isinstance(item, _LEAVES) or id(item) in seen:
+        of = type(item)
+        if of not in known:
+            known[of] = _kind_of(of, mitsuba, dr)
+        kind, slots = known[of]
+        if kind == _LEAF or id(item) in seen:
             continue
         seen.add(id(item))
-        if isinstance(item, mitsuba.Object):
-            continue
-        if dr.is_array_v(item) or type(item).__module__.startswith(("drjit", "mitsuba")):
+        if kind == _ARRAY:
             found.append(item)
-        elif isinstance(item, dict):
-            waiting += list(item.values())
-        elif isinstance(item, (list, tuple)):
+        elif kind == _DICT:
+            waiting += item.values()
+        elif kind == _SEQUENCE:
             if not _PLAIN.issuperset(map(type, item)):  # tables of numbers are long
-                waiting += list(item)
-        elif type(item).__module__.startswith("spectral_core"):
-            waiting += list(getattr(item, "__dict__", {}).values())
-            slots = [name for kind in type(item).__mro__ for name in getattr(kind, "__slots__", ())]
+                waiting += item
+        else:
+            waiting += getattr(item, "__dict__", {}).values()
             waiting += [getattr(item, name) for name in slots if hasattr(item, name)]
     return found
+
+
+def _kind_of(of: type, mitsuba: Any, dr: Any) -> tuple[int, list[str]]:
+    """How an object of a type is searched, and the names of its slots."""
+    if issubclass(of, _LEAVES) or issubclass(of, mitsuba.Object):
+        return _LEAF, []
+    if dr.is_array_v(of) or of.__module__.startswith(("drjit", "mitsuba")):
+        return _ARRAY, []
+    if issubclass(of, dict):
+        return _DICT, []
+    if issubclass(of, (list, tuple)):
+        return _SEQUENCE, []
+    if not of.__module__.startswith("spectral_core") or of.__module__.startswith(_DATA):
+        return _LEAF, []
+    return _OBJECT, [name for base in of.__mro__ for name in getattr(base, "__slots__", ())]

@@ -165,7 +165,7 @@ class MeshTables:
         si.shape = dr.reinterpret_array(mi.ShapePtr, own)
         si.t, si.prim_index = dr.select(valid, found.t, dr.inf), found.prim_index
         si.time, si.wavelengths = ray.time, ray.wavelengths
-        self._triangle(si, own, found.prim_uv, valid)
+        self.triangle(si, own, found.prim_uv, valid)
         if self._balls:
             self._ball(si, own, ray, valid)
         if self._parts:
@@ -222,7 +222,7 @@ class MeshTables:
             ]
         return corners, known
 
-    def _triangle(self, si: Any, number: Any, place: Any, valid: Any) -> None:
+    def triangle(self, si: Any, number: Any, place: Any, valid: Any) -> None:
         """Position, normals, UV coordinates and tangents at a point of a triangle, in the mesh's space."""
         mi, dr = self.mi, self.dr
         face, vertex, normal, uv = (dr.gather(mi.UInt32, self.rows, number * COLUMNS + k, valid) for k in range(4))

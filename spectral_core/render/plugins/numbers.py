@@ -75,6 +75,17 @@ def channel_mean(dr: Any, value: Any) -> Any:
     return dr.sum(value) * (1.0 / len(value))
 
 
+def lightness(mi: Any, dr: Any, value: Any, wavelengths: Any) -> Any:
+    """Luminance of a linear color. Of a spectrum, about the same by the few wavelengths of a path, which are drawn
+    where the observer's three functions are large.
+    """
+    if not mi.is_spectral:
+        return mi.luminance(mi.Color3f(value))
+    responses = [mi.cie1931_xyz(wavelength) for wavelength in wavelengths]
+    share = mi.Spectrum(*(xyz[1] / dr.maximum(xyz[0] + xyz[1] + xyz[2], 1e-3) + 1e-3 for xyz in responses))
+    return channel_mean(dr, value * share) / channel_mean(dr, share)
+
+
 def own_copy(kind: Any, array: NDArray[Any]) -> Any:
     """Numbers in Dr.Jit's own memory.
 

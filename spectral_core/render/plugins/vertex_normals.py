@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The normals of the triangle that was hit, in the world."""
+"""Normals and tangents of a triangle, in the world."""
 
 from __future__ import annotations
 
@@ -33,3 +33,16 @@ def normal_at(meshes: MeshTables, si: Any, place: Any, active: Any) -> Any:
     mean = sum((n * share for n, share in zip(normals, shares, strict=True)), mi.Vector3f(0.0))
     size = dr.norm(mean)
     return dr.select(known & (size > 1e-12), mean / dr.maximum(size, 1e-12), mi.Vector3f(si.sh_frame.n))
+
+
+def with_shading(meshes: MeshTables, place: Any, active: Any) -> Any:
+    """A point of a triangle of a mesh that no instances share, with the normal and tangents that a hit has there."""
+    mi, dr = meshes.mi, meshes.dr
+    _, corners, known = meshes.own_corners(place, active)
+    _, second, third = barycentric(dr, corners, place.p)
+    shaded = mi.SurfaceInteraction3f(place)
+    meshes.triangle(shaded, dr.reinterpret_array(mi.UInt32, place.shape), mi.Point2f(second, third), known)
+    normal = mi.Vector3f(dr.select(known, shaded.sh_frame.n, place.sh_frame.n))
+    shaded.p, shaded.n, shaded.uv, shaded.sh_frame = place.p, place.n, place.uv, mi.Frame3f(normal)
+    shaded.wi = shaded.sh_frame.to_local(place.to_world(place.wi))
+    return shaded

@@ -162,7 +162,7 @@ def scene_path_class(variant: str) -> Any:
                 onward, bounces = onward | turns, scatters | turns
             path.leaves &= unseen
             if self.tables.subsurface:
-                start = (si, shape, bs, weight, dives, path.diffuse > 0)
+                start = (si, shape, bs, weight, dives, path.diffuse > 0, bsdf, pick)
                 below, factor, surfaces, sampler = dive(mi, dr, scene, self.tables, start, sampler)
                 dives &= surfaces
                 path.ray = dr.select(dives, below, path.ray)

@@ -33,8 +33,10 @@ class Closure:
     turns_normal = False
     """True if a bent normal that leans away is turned until it mirrors the viewer outward, for all of the closure."""
 
-    dives = bends_below = False
-    """True if light enters the surface in some of it, and if it leaves about another normal than that of the shape."""
+    dives = bends_below = tints_below = False
+    """True if light enters the surface in some of it, if it leaves about another normal than that of the shape, and if
+    layers above color it where it enters.
+    """
 
     def __init__(self, inputs: Any) -> None:
         del inputs
@@ -58,6 +60,12 @@ class Closure:
         import mitsuba as mi
 
         return mi.Vector3f(0.0)
+
+    def tint_below(self, si: Any, active: Any) -> Any:
+        """Color of the layers above light that enters the surface, over its mean."""
+        import mitsuba as mi
+
+        return mi.Spectrum(1.0)
 
     def exit_of(self, si: Any, active: Any) -> Any:
         """Where a ray through a portal goes on; 0 without one."""

@@ -103,6 +103,7 @@ def register(mi: Any, dr: Any) -> None:
             self.below = inputs.get("subsurface", None)
             self.below_weight = inputs.get("subsurface_weight", None)
             self.dives, self.film = self.below is not None, film_of(inputs)
+            self.tints_below = self.dives and "coat_tint" in inputs
             if self.film is not None:
                 self.halves = inputs["small_half"], inputs["large_half"]
 
@@ -184,6 +185,12 @@ def register(mi: Any, dr: Any) -> None:
             if self.below is None:
                 return mi.Vector3f(0.0)
             return self.below.normal_below(si, active) * self.share_below(si, active)
+
+        def tint_below(self, si: Any, active: Any) -> Any:
+            if self.coat is None:
+                return mi.Spectrum(1.0)
+            below_coat = self.coat.at(mi, dr, si, active).below
+            return below_coat / dr.maximum(channel_mean(dr, below_coat), 1e-9)
 
         def share_below(self, si: Any, active: Any) -> Any:
             """Share of the diffuse light that goes below the surface."""

@@ -255,15 +255,15 @@ class SurfaceAt:
 
         return self._over_leaves((self.mi.Vector3f(0.0),), add, leaves)[0]
 
-    def exit_of(self, si: Any, sample1: Any, active: Any) -> Any:
-        """Where a ray goes on that a portal has drawn with ``sample1``."""
+    def of_drawn(self, name: str, si: Any, sample1: Any, active: Any) -> Any:
+        """Result of a method ``name`` of the closure that was drawn with ``sample1``."""
         leaf, _, active = leaves = self._leaves(active)
         if not self.is_one:
             mark = self.dr.minimum(sample1, 1.0 - 1e-6) * self._total(si, leaves)
             leaf, _, _ = self._chosen(si, mark, leaves)
 
         def call(closure: Any, si: Any, rest: tuple[Any, ...], active: Any) -> Any:
-            return closure.exit_of(si, active)
+            return getattr(closure, name)(si, active)
 
         return self._by_kind(leaf, call, si, (), active)
 

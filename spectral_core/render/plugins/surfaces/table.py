@@ -54,6 +54,8 @@ class SurfaceTables:
         self._numbers: list[float] = []
         self._codes: list[int] = []
         self._entries: list[_Entry] = []
+        self.most_factors = 0
+        """Largest number of varying factors of a weight."""
         self._materials: dict[str, tuple[int, int]] = {}
         self._assigned: dict[int, str] = {}
         self._written: dict[str, list[Any]] = {}
@@ -67,6 +69,7 @@ class SurfaceTables:
             kind = self._kind_of(leaf.lobe)
             self._enter_sources(leaf)
             self._entries.append(_Entry(leaf, kind, 0, 0))
+            self.most_factors = max(self.most_factors, len(leaf.factors))
 
     def _kind_of(self, lobe: Lobe) -> int:
         build = lobe.build()
@@ -137,11 +140,6 @@ class SurfaceTables:
     def most_leaves(self) -> int:
         """Largest number of leaves of a material."""
         return max((count for _, count in self._materials.values()), default=0)
-
-    @property
-    def most_factors(self) -> int:
-        """Largest number of varying factors of a weight."""
-        return max((len(entry.leaf.factors) for entry in self._entries), default=0)
 
     @property
     def flags(self) -> int:

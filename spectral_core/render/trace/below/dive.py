@@ -13,12 +13,12 @@ from spectral_core.render.trace.below.walk import walk
 
 def dive(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) -> tuple[Any, Any, Any, Any]:
     """Find the exit of light that enters at ``start``: hit, its number, drawn sample, seen color, True where light
-    enters, and True where the path was diffuse before.
+    enters, True where the path was diffuse before, the BSDF, and the number in [0, 1) that it drew a closure with.
 
     Returns the ray that hits the surface from inside at the exit, the factor on the throughput, True if the light
     leaves at all, and the sampler.
     """
-    si, own, bs, color, active, was_diffuse = start
+    si, own, bs, color, active, was_diffuse, bsdf, pick = start
     entry = entry_of(mi, dr, bs)
     # after a diffuse bounce a disk would not be seen: Cycles shows the surface as diffuse
     radius = dr.select(entry.is_disk & was_diffuse, 0.0, per_wavelength(mi, dr, bs.wo, si.wavelengths))
@@ -28,4 +28,6 @@ def dive(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
         other, moved, found, sampler = across(mi, dr, scene, tables, (*known, active & entry.is_disk), sampler)
         ray, factor = dr.select(entry.is_disk, other, ray), dr.select(entry.is_disk, moved, factor)
         left |= found
+    if any(kind.closure.tints_below for kind in bsdf.tables.kinds):
+        factor *= bsdf.of_drawn("tint_below", si, pick, active)
     return ray, mi.Spectrum(factor), left, sampler

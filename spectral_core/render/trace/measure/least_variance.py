@@ -42,7 +42,7 @@ def least_variance(
     # inverse is that of the blocks minus another of low rank (Woodbury).
     blocks = single * covariance[sets[..., :, None], sets[..., None, :]]
     blocks[..., np.arange(teeth), np.arange(teeth)] += rest[sets]
-    inverses = steps * np.linalg.inv(blocks)
+    inverses = steps * _inverses(blocks)
 
     def by_blocks(columns: Array) -> Array:
         return np.asarray((inverses @ columns.reshape(shifts, steps, teeth, -1)).reshape(shifts, members.shape[1], -1))
@@ -66,6 +66,22 @@ def least_variance(
     multipliers = np.linalg.solve(normal - columns @ columns.T, shifts * means.T - sums)
     weights = free + solved(multipliers[members])
     return np.moveaxis(weights, -1, 0).reshape(len(expected), shifts, steps, teeth)
+
+
+def _inverses(blocks: Array) -> Array:
+    """Give the inverses of small positive definite matrices (..., n, n), all at once: NumPy inverts one after another.
+
+    Gauss and Jordan's elimination in place; positive definite matrices need no pivoting.
+    """
+    found = blocks.copy()
+    for k in range(found.shape[-1]):
+        pivot = 1.0 / found[..., k, k]
+        row, column = found[..., k, :] * pivot[..., None], found[..., :, k].copy()
+        row[..., k], column[..., k] = pivot, 0.0
+        found[..., :, k] = 0.0
+        found[..., k, :] = row
+        found -= column[..., :, None] * row[..., None, :]
+    return found
 
 
 def low_rank_root(covariance: Array) -> Array:

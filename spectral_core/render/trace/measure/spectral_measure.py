@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.plugins.numbers import table
 from spectral_core.render.trace.measure.slots import SLOTS
-from spectral_core.render.trace.measure.wavelength_sets import SHIFTS, STEPS, TEETH
+from spectral_core.render.trace.measure.wavelength_sets import SAMPLES, SHIFTS, STEPS, TEETH
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 
 
@@ -103,7 +103,7 @@ class SpectralMeasure:
             return [slot + k * (SLOTS // TEETH) for k in range(TEETH)], rest, None
         # within a step by the same number: one place for all steps of a shift would leave its error in their mean
         step, within = self._divided(position, STEPS)
-        turn = sampler.turn(STEPS, SHIFTS)
+        turn = sampler.turn(SAMPLES, SHIFTS)
         slot, rest = self._divided(within, SLOTS // (TEETH * STEPS))
         shift, slots = turn % SHIFTS, []
         for k in range(TEETH):

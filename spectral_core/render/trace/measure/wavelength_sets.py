@@ -6,7 +6,7 @@ Four wavelengths a quarter apart in probability, a comb, measure even a gray sur
 the unbiased linear estimate of least variance for reflectances that are smooth, under the spectra of the scene's
 lights. The mean weight of each wavelength equals the response there, which makes the estimate exact in expectation for
 any spectrum; the expected covariance of reflectances affects the noise only. A single comb would leave no freedom, as
-each wavelength belongs to one set of it: hence the teeth are moved against each other in ``SHIFTS`` ways. ``STEPS``
+each wavelength belongs to one set of it: hence the teeth are moved against each other in ``SHIFTS`` ways. ``SAMPLES``
 successive samples of a pixel have one shift, so that their wavelengths are spread evenly, and the variance of their
 mean is part of what the weights minimize.
 
@@ -29,16 +29,22 @@ from spectral_core.spectra.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 TEETH = 4
-STEPS = 64
-"""Intervals of equal probability in the range of one tooth."""
+STEPS = 128
+"""Intervals of equal probability in the range of one tooth. Designed spectra change within a few nm: with half as many,
+the steps' own width is most of the noise of their colors.
+"""
+SAMPLES = 64
+"""Successive samples of a pixel that have one shift of the teeth against each other; in them, one of each two
+neighboring steps occurs.
+"""
 SHIFTS = 16
 """Different shifts of the teeth against each other."""
 _BINS = TEETH * STEPS
-_FARTHEST = 24
+_FARTHEST = 48
 """Farthest shift of a tooth, in steps. The more different the sets are, the more of them tell narrow peaks of the
 scene's reflectances apart.
 """
-_POINTS = 8
+_POINTS = 4
 """Wavelengths within a bin at which lights and responses are averaged."""
 _GRAY, _SMOOTH, _BUMPY = 20.0, 1.0, 0.05
 """Expected variances of the parts of a reflectance: equal at all wavelengths, smooth, and with bumps."""
@@ -98,8 +104,10 @@ def wavelength_sets(
     even = (widths[cell] / probability[cell]).mean(axis=1)
     corrections = []
     # One path of four wavelengths serves both: only the weights differ, and each of them is exact in the mean.
+    nm = at.mean(axis=1)
+    unknown = _unknown(nm) + _COLORS * _mean_product([each.at(nm) for each in colors])
     for known in _KNOWN:
-        prior = _prior(at.mean(axis=1), (reflectances, known), colors)
+        prior = unknown + _prior(nm, reflectances, known)
         covariance, expected = _moments(shapes, response, prior)
         total = max(float(np.trace(covariance)), 1e-30)
         covariance[np.diag_indices(_BINS)] += _UNKNOWN * total / _BINS * (even / even.mean()) ** 2
@@ -140,22 +148,26 @@ def _shapes(lights: Sequence[tuple[Spectrum, float]], at: Array, density: Array)
     return [(shape, count / total) for shape, count in found] or [(1.0 / density / (1.0 / density).mean(), 1.0)]
 
 
-def _prior(nm: Array, known: tuple[Sequence[Spectrum], Sequence[float]], colors: Sequence[Spectrum]) -> Array:
-    """Second moments of the reflectances at wavelengths (nm); ``known``: spectra, and the moments of ``_KNOWN``."""
+def _unknown(nm: Array) -> Array:
+    """Second moments of any reflectance at wavelengths (nm)."""
     apart = np.abs(nm[:, None] - nm)
 
     def correlation(length: float) -> Array:  # Matérn's, of functions with one derivative
         result: Array = (1 + apart / length) * np.exp(-apart / length)
         return result
 
-    moments = _GRAY + _SMOOTH * correlation(_SMOOTH_NM) + _BUMPY * correlation(_BUMPY_NM)
-    moments = moments + _COLORS * _mean_product([each.at(nm) for each in colors])
+    return np.asarray(_GRAY + _SMOOTH * correlation(_SMOOTH_NM) + _BUMPY * correlation(_BUMPY_NM))
+
+
+def _prior(nm: Array, reflectances: Sequence[Spectrum], known: Sequence[float]) -> Array:
+    """Second moments of the scene's reflectances at wavelengths (nm), by the moments of ``_KNOWN``."""
+    moments = np.zeros((nm.size, nm.size))
     # products of reflectances are narrower than each: they need moments of their own
-    rows = [each.at(nm) for each in known[0]]
-    for order, (moment, most) in enumerate(zip(known[1], _MOST_IN_PRODUCTS, strict=True), 1):
+    rows = [each.at(nm) for each in reflectances]
+    for order, (moment, most) in enumerate(zip(known, _MOST_IN_PRODUCTS, strict=True), 1):
         products = [np.prod(each, axis=0) for each in combinations_with_replacement(rows[:most], order)]
         moments = moments + moment * _mean_product(products)
-    return np.asarray(moments)
+    return moments
 
 
 def _mean_product(rows: Sequence[Array]) -> Array | float:

@@ -24,7 +24,7 @@ from spectral_core.render.plugins.closures.strands.fiber import (
     wrapped,
 )
 from spectral_core.render.plugins.closures.upright import is_sampled
-from spectral_core.render.plugins.numbers import channel_mean
+from spectral_core.render.plugins.numbers import lightness
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -71,7 +71,7 @@ def register(mi: Any, dr: Any) -> None:
             twice = once * passed * reflected
             rest = twice * passed * reflected / dr.maximum(1.0 - passed * reflected, 1e-6)
             shares = [mi.Spectrum(reflected), once, twice, rest]
-            weights = [channel_mean(dr, share) for share in shares]
+            weights = [lightness(mi, dr, share, si.wavelengths) for share in shares]
             total = dr.maximum(sum(weights), 1e-20)
             tilt = self.number("offset_rad", si, active)
             tilted = [turned(dr, (sine, cosine), angle) for angle in (2.0 * tilt, -tilt, -4.0 * tilt)]

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What F12 gives to the renderer: the scene of each view with its moments, passes and notes, without a picture."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import bpy
+import numpy as np
+
+from blender_addon import engine, jobs
+
+
+def handed_over(monkeypatch: Any) -> Any:
+    """Function that presses F12 and returns what reaches the renderer, and how its result would be written."""
+    given: list[Any] = []
+
+    def render(scene: Any, **options: Any) -> Any:
+        given.append((scene, sorted(options.keys() - {"on_progress", "should_stop"})))
+        film = scene.film
+        width, height = (film.width, film.height) if film.crop is None else film.crop[2:]
+        return SimpleNamespace(
+            pixels=np.zeros((height, width, 4), np.float32), passes={}, header={}, status="done", notes=scene.notes,
+            samples=film.samples, seconds=0.0,
+        )  # fmt: skip
+
+    def write(_engine: Any, _pixels: Any, place: Any, *_: Any) -> None:
+        given.append(place)
+
+    monkeypatch.setattr(jobs, "render", render)
+    monkeypatch.setattr(engine.SpectralRenderEngine, "_write", write)
+
+    def press() -> Any:
+        given.clear()
+        count = len(jobs.records)
+        bpy.ops.render.render()
+        made = jobs.records[count:]
+        assert all(each.status == "done" for each in made), made[-1].message
+        return tuple(given)
+
+    return press
