@@ -105,6 +105,8 @@ CASES = {
     **{f"alpha {mode} of {kind}": Case("Image", made, "alpha_mode", {"alpha_mode": mode}, {"alpha_mode": other})
        for kind, made in (("bytes", image_stages.image_file), ("a read alpha", image_stages.image_with_alpha))
        for mode, other in (("STRAIGHT", "PREMUL"), ("CHANNEL_PACKED", "STRAIGHT"), ("NONE", "STRAIGHT"))},
+    "alpha of a sequence": Case("Image", _beside(image_stages.sequence, lambda: bpy.data.images["walk_0003.png"]),
+                                "alpha_mode", others={"alpha_mode": "CHANNEL_PACKED"}),
     "generated": Case("Image", image_stages.generated,
                       "generated_type generated_width generated_height generated_color use_generated_float",
                       others={"generated_type": "UV_GRID", "generated_width": 8, "generated_height": 8,
