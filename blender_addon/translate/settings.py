@@ -28,8 +28,7 @@ def sampling_of(scene: Any) -> Sampling:
 def settings_of(scene: Any) -> RenderSettings:
     """The artist's fixed settings; automatic ones are decided by the plan."""
     settings = scene.spectral.render
-    chosen = overrides_of(settings)
-    chosen.pop("transport", None)
+    chosen = {each.name: each.value for each in settings.overrides if each.name != "transport"}
     cycles = getattr(scene, "cycles", None)
     stated = _stated(settings, RenderSettings)
     for name, goal in (("target_error", "ERROR"), ("time_budget_s", "TIME")):

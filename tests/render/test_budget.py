@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from spectral_core.render.cost import adaptive, asked, probe, rounds
-from spectral_core.render.cost.errors import Wide
+from spectral_core.render.cost.errors import Wide, expected_errors
 from spectral_core.render.cost.work import Spent
 from spectral_core.render.steps import FEW_PATHS, pass_sizes
 from spectral_core.render.trace.chosen_pixels import Sums
 from spectral_core.scene import Camera, Film, Scene
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
 LAUNCH_S = 0.02
 
@@ -28,21 +29,39 @@ class Clock:
         return self.now
 
 
+HALF_NOISY = np.where(np.arange(64 * 48) < 1536, 0.02, 0.2)
+
+
 class Tracer:
     """Stands for ``ChosenPixels``: independent noise on gray, half of the picture with ten times as much."""
 
     band_count = 0
 
-    def __init__(self, clock):
-        self.clock, self.rng, self.launches = clock, np.random.default_rng(1), []
+    def __init__(self, clock, deviations=HALF_NOISY, seed=1):
+        self.clock, self.rng, self.launches = clock, np.random.default_rng(seed), []
+        self.deviations = deviations
 
-    def trace_halves(self, pixels, done, more):
-        pixels, more = np.tile(pixels, 2), np.tile(more, 2)
+    def trace_halves(self, pixels, done, more, parts=1):
+        pixels, more = np.tile(pixels, 2 * parts), np.tile(more, 2 * parts)
         self.launches.append(int(more.sum()))
         self.clock.now += LAUNCH_S + self.clock.speed(self.clock.now) * more.sum()
-        spread = np.where(pixels < 1536, 0.02, 0.2) * np.sqrt(more)
+        spread = self.deviations[pixels] * np.sqrt(more)
         gray = 0.4 * more + spread * self.rng.normal(size=len(pixels))
         return Sums(gray[:, None] * np.ones(3), np.zeros(len(pixels)), 0)
+
+
+def _picture(tracer, size=(64, 48)):
+    job = SimpleNamespace(chosen_pixels=lambda: tracer, scene=SimpleNamespace(film=Film(*size)))
+    fixed = SimpleNamespace(
+        launch_s=LAUNCH_S,
+        seconds_per_path=tracer.clock.speed(0.0),
+        slowness=1.0,
+        wide=lambda: Wide(np.zeros(1, np.int64)),
+        compared=lambda *_: None,
+        seen=lambda *_, **__: None,
+        rarity=lambda *_, **__: 1.0,
+    )
+    return adaptive.AdaptivePicture(job, fixed)
 
 
 def _traced_until(monkeypatch, speed, budget=10.0):
@@ -50,16 +69,7 @@ def _traced_until(monkeypatch, speed, budget=10.0):
     monkeypatch.setattr(adaptive, "time", clock)
     monkeypatch.setattr(rounds, "time", clock)
     tracer = Tracer(clock)
-    job = SimpleNamespace(chosen_pixels=lambda: tracer, scene=SimpleNamespace(film=Film(64, 48)))
-    fixed = SimpleNamespace(
-        launch_s=LAUNCH_S,
-        seconds_per_path=speed(0.0),
-        slowness=1.0,
-        wide=lambda: Wide(np.zeros(1, np.int64)),
-        compared=lambda *_: None,
-        rarity=lambda *_, **__: 1.0,
-    )
-    picture = adaptive.AdaptivePicture(job, fixed)
+    picture = _picture(tracer)
     rounds.until_time(picture, clock.now + budget, 8, lambda _: False)
     return picture, tracer, clock.now - 100.0
 
@@ -81,6 +91,44 @@ def test_a_time_budget_is_kept_whatever_other_programs_do(monkeypatch, what, spe
     assert bright.mean() == pytest.approx(0.4, abs=0.01)
     counts = picture.counts.reshape(48, 64)
     assert counts[24:].mean() > 2 * counts[:24].mean()  # the noisy half has more samples
+
+
+def _traced(monkeypatch, samples, size, deviations, seed=1):
+    """A picture of ``samples`` of each half."""
+    clock = Clock(lambda now: 1e-5)
+    monkeypatch.setattr(adaptive, "time", clock)
+    picture = _picture(Tracer(clock, deviations, seed), size)
+    picture.divide(samples)
+    picture.add(np.full(size[0] * size[1], samples))
+    return picture
+
+
+def _error(pixels):
+    lab = [lab_from_linear_rgb(np.maximum(each, 0)) for each in (pixels, np.full(3, 0.4))]
+    return float(delta_e_2000(*lab).mean())
+
+
+@pytest.mark.parametrize(("samples", "told_well"), [(11, False), (16, True)])
+def test_later_samples_tell_the_error_of_a_picture_from_a_few_on(monkeypatch, samples, told_well):
+    """Columns of little and of much noise in turn: neighbors lend theirs to the quiet ones."""
+    deviations = np.where(np.arange(64 * 48) % 2, 0.4, 0.004)
+    picture = _traced(monkeypatch, samples // 4, (64, 48), deviations)
+    picture.remember()
+    picture.add(np.full(64 * 48, samples - samples // 4))
+    true = _error(picture.halves().mean(axis=0))
+    assert expected_errors(picture.halves(), picture._pools, picture._wide).mean() > 1.25 * true
+    assert (0.93 * true < picture.estimate().delta_e < 1.1 * true) == told_well
+
+
+def test_the_parts_of_a_small_picture_tell_its_error(monkeypatch):
+    """A hundred pixels in two halves tell the error to a tenth, eight parts of each half to a thirtieth."""
+    noise = np.random.default_rng(0).normal(size=(20000, 1)) * np.ones(3)
+    expected = _error(0.4 + 0.3 / np.sqrt(128) * noise)
+    pictures = [_traced(monkeypatch, 64, (12, 9), np.full(108, 0.3), seed) for seed in range(12)]
+    assert all(len(picture._sums) == 8 and np.all(picture.counts == 64) for picture in pictures)
+    ratios = [picture.errors().mean() / expected for picture in pictures]
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.05) and np.std(ratios) < 0.05
+    assert pictures[0].picture()[..., 0].mean() == pytest.approx(0.4, abs=0.02)
 
 
 def test_a_launch_without_paths_is_told_from_long_paths(monkeypatch):

@@ -14,7 +14,18 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render import Bands, cost_curve, render_scene
 from spectral_core.render.cost.allocate import Laws, for_error, for_samples
 from spectral_core.render.cost.curve import table
-from spectral_core.render.cost.errors import estimated, expected_errors, pixel_errors, rarity
+from spectral_core.render.cost.errors import (
+    Told,
+    Wide,
+    estimated,
+    expected_errors,
+    pixel_errors,
+    rarity,
+    scatter,
+    seen_later,
+    splits,
+    told_by_later,
+)
 from spectral_core.render.cost.figure import write_figure
 from spectral_core.render.cost.model import CostModel
 from spectral_core.render.cost.probe import probe_pixels
@@ -153,6 +164,56 @@ def test_light_that_whole_pools_have_not_met_is_told_by_later_samples(rng):
     common = 0.2 + rng.normal(0, 0.05, (2, 64, 4096, 1)) * np.ones(3)
     early, late = common[:, :4].mean(axis=1), common.mean(axis=1)
     assert 1.0 <= rarity(early, late, *counts, expected_errors(early, POOLS)) < 1.08 < rare
+
+
+def _told(drawn, limit):
+    """Pooled errors and all that is told of a picture, over its true error; ``drawn``: (2, samples, 4096, 3)."""
+    late, early, wide = drawn.mean(axis=1), drawn[:, : len(drawn[0]) // 4].mean(axis=1), Wide(np.arange(4096) // 32)
+    told = [Told(pixel_errors(*each).mean(), expected_errors(each, POOLS, wide).mean()) for each in (late, early)]
+    counts = np.ones(4096) * len(drawn[0])
+    _, seen = seen_later(early, late, counts / 4, counts)
+    lab = [lab_from_linear_rgb(np.maximum(each, 0)) for each in (late.mean(axis=0), np.full((4096, 3), limit))]
+    true = delta_e_2000(*lab).mean()
+    return told[0].pooled / true, told_by_later(*told, seen, 0.25) / true
+
+
+def test_neighbors_of_different_noise_do_not_exaggerate_the_error(rng):
+    """Alternating columns of little and of much noise, dark and gray: neighbors lend theirs to the quiet ones."""
+    for light in (0.05, 0.3):
+        deviations = np.where(np.arange(4096) % 2, 4 * light, 0.08 * light)
+        noise = deviations[:, None] * rng.normal(size=(2, 64, 4096, 1)) * np.ones(3)
+        pooled, told = _told(light + noise, light)
+        assert pooled > 1.25 and 0.93 < told < 1.2
+
+
+def test_common_noise_is_told_as_it_is(rng):
+    assert _told(0.3 + 0.2 * rng.normal(size=(2, 64, 4096, 1)) * np.ones(3), 0.3)[1] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("chance", [0.02, 0.005, 0.001])
+def test_rare_light_is_not_underestimated_by_halves_that_agree(rng, chance):
+    drawn = _rare(rng, 64, chance)
+    halves = drawn.mean(axis=1)
+    true = delta_e_2000(*(lab_from_linear_rgb(each) for each in (halves.mean(axis=0), np.full((4096, 3), 0.26))))
+    assert 0.85 < _told(drawn, 0.26)[1] < 1.15
+    assert chance > 0.005 or pixel_errors(*halves).mean() < 0.75 * true.mean()
+
+
+def test_splits_of_a_picture_in_parts_are_halves_of_all_its_samples(rng):
+    sums, counts = rng.normal(size=(4, 2, 50, 3)), np.full(50, 16)
+    every = splits(sums, counts)
+    assert len(every) == 7
+    for halves in every:
+        assert halves.mean(axis=0) == pytest.approx(sums.sum(axis=(0, 1)) / 32)
+    assert every[0] == pytest.approx(sums.sum(axis=0) / 16)
+    away = np.array([(first - second).ravel() for first, second in every])
+    assert away @ away.T / len(away[0]) == pytest.approx(np.eye(7) * 8 / 16**2, abs=0.02)
+
+
+def test_the_error_of_a_small_picture_scatters(rng):
+    pictures = np.abs(rng.normal(size=(500, 100)))
+    assert scatter(np.ones(100)) == pytest.approx(pictures.mean(axis=1).std() / pictures.mean(), rel=0.1)
+    assert scatter(np.ones(100), 4.0) == pytest.approx(scatter(np.ones(400)))
 
 
 @pytest.mark.parametrize("of_half", [False, True])

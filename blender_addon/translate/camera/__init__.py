@@ -46,6 +46,7 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
     if np.linalg.det(matrix[:3, :3]) < 0:
         placed[:3, 1] *= -1  # a mirrored camera gives a mirrored picture, as in Cycles
     near = max(lens.clip_start, 1e-6)
+    radius, focus = lens_of(camera)
     return Camera(
         world_from_camera=placed,
         kind="panoramic" if shown is not None else ("orthographic" if orthographic else "perspective"),
@@ -53,8 +54,8 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         orthographic_scale=lens.ortho_scale,
         sensor_fit=FITS[lens.sensor_fit],  # type: ignore[arg-type]
         shift=(lens.shift_x, lens.shift_y),
-        aperture_radius=_lens_radius(lens) if lens.dof.use_dof else 0.0,
-        focus_distance=max(_focus_distance(lens, matrix), 1e-6),
+        aperture_radius=radius,
+        focus_distance=focus,
         near=near,
         far=max(lens.clip_end, near * (1 + 1e-6)),  # an end before the start shows nothing
         aperture=aperture_of(lens.dof),

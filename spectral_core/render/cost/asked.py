@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.render.cost.adaptive import AdaptivePicture, Outcome
+from spectral_core.render.cost.adaptive import MANY, AdaptivePicture, Outcome
 from spectral_core.render.cost.allocate import Laws
 from spectral_core.render.cost.errors import Estimate, Wide, expected_errors, pixel_errors
 from spectral_core.render.cost.model import DRAWN, LATER, CostModel, Prediction, RareLight, measured_model
@@ -30,6 +30,12 @@ _FIRST_SHARE, _FIRST_SHARE_OF_FEW, _FEW = 0.3, 0.7, 16.0
 """Part of the expected samples that is spread over the whole picture before tiles are treated differently: more of it
 up to a few samples of each half, where the error falls in steps and tiles cannot be told apart.
 """
+_LEAST, _MOST = 16, 64
+"""Samples of each half of a probe, at least and at most."""
+_LEAST_PATHS = 1 << 17
+"""Paths of the probe of a small picture: fewer of them may have met no light on rare paths at all."""
+_UNSURE = 4
+"""Part of these samples of a small picture, whose probe predicts them badly."""
 _ROUNDS = 2
 """Rounds of adaptive sampling after the first samples that a prediction assumes."""
 _NEAR = 8.0
@@ -101,18 +107,22 @@ def render_asked(
     settings = job.scene.settings
     wanted, budget = settings.target_error, settings.time_budget_s
     probe = Probe(job)
-    model = measured_model(
-        probe, least=16, most=64, share=0.03, fixed_s=meter.read().work, asked=wanted, budget_s=budget
-    )
+    least = _LEAST if len(probe.pixels) >= MANY else max(_LEAST, _LEAST_PATHS // (2 * len(probe.pixels)))
+    fixed = meter.read().work
+    most = max(_MOST, least)
+    model = measured_model(probe, least=least, most=most, share=0.03, fixed_s=fixed, asked=wanted, budget_s=budget)
     rare = _rare(job, probe, model, meter.read().wall)
     picture = AdaptivePicture(job, probe)
     if wanted is not None:
-        noise = wanted if rare is None else rare.noise_for(wanted)
+        # of one picture, whose error is larger or smaller by chance than that of others of its samples
+        noise = (wanted if rare is None else rare.noise_for(wanted)) / (1 + probe.scatter())
         prediction, picture.dearer = predicted_error(probe, model, meter, noise)
     else:
         prediction, picture.dearer = predicted_time(probe, model, meter.read().wall, budget or 0.0)
     prediction = prediction.with_rare(rare)
     first = _first_samples(prediction.samples)
+    if len(picture.counts) < MANY:
+        first = max(1, first // _UNSURE)
     stopped = False
 
     def after_round(_: Estimate) -> bool:
@@ -125,7 +135,7 @@ def render_asked(
         return stopped or hopeless
 
     if wanted is not None:
-        found = until_error(picture, noise, first, after_round, model.last_slope)
+        found = until_error(picture, noise, first, after_round, _halved(model).slope_from)
         reached = _in_all(found, rare) <= wanted
     else:
         found = until_time(picture, meter.started + (budget or 0.0), first, after_round)

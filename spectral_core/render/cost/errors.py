@@ -32,9 +32,13 @@ they see less than 1 minus ``UNMET`` times the early part of the samples.
 LEAST_SHARE = 0.1
 """Least share of pixels that must have twice their early samples for a factor."""
 
-
+COMMON, RARE = 1.15, 1.65
+"""Error over that of the halves up to which light is common, and from which on it is rare."""
 LOCAL, IN_BLOCK = 1.5, 2.0
 """Factors of the two correlations of ``Wide``: the noise of a neighborhood counts by 1 minus such a multiple."""
+
+_DEVIATION = 0.75
+"""Standard deviation over mean of the absolute value of a number with a normal distribution."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,14 +96,46 @@ def expected_errors(halves: Array, pools: Numbers, wide: Wide | None = None, *, 
     return with_missed(own, pooled, pools)
 
 
-def most_expected(halves: Array, blocks: Numbers, some: NDArray[np.int64]) -> float:
-    """Mean ΔE2000 at the pixels ``some`` that the difference of the halves (2, n, 3) permits.
-
-    Pooled noise exaggerates where neighbors differ in noise. The halves' own difference does not, and pictures drawn
-    from the pooled noise show by what factor such a difference misses the true error.
+def splits(sums: Array, counts: Numbers) -> list[Array]:
+    """Halves (2, n, 3) of a picture whose halves have parts: every way to make two halves of them whose differences are
+    independent of each other. ``sums``: (parts, 2, n, 3), a power of two of parts; ``counts``: (n,) samples of a half.
     """
-    own = float(np.mean(pixel_errors(halves[0, some], halves[1, some])))
-    return own * PooledNoise(halves, blocks).true_over_told(some)
+    groups = sums.reshape(-1, *sums.shape[2:])
+    signs = np.ones((1, 1))
+    while len(signs) < len(groups):  # Sylvester's construction of Hadamard's matrix
+        signs = np.block([[signs, signs], [signs, -signs]])
+    some = np.maximum(counts, 1)[None, :, None]
+    return [np.stack([groups[row > 0].sum(axis=0), groups[row < 0].sum(axis=0)]) / some for row in signs[1:]]
+
+
+def scatter(errors: Array, parts: float = 1.0) -> float:
+    """Relative standard deviation of a picture's mean error about the expected one: its pixels' own errors (n,) are
+    larger or smaller by chance. ``parts``: pixels of the picture over those of ``errors``.
+    """
+    strong = float(np.sqrt(np.sum(errors**2))) / max(float(np.sum(errors)), 1e-12)
+    return _DEVIATION * strong / float(np.sqrt(parts))
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """Mean ΔE2000 of a picture: by the difference of its halves alone (``own``), and by their pooled noise."""
+
+    own: float
+    pooled: float
+
+
+def told_by_later(now: Told, early: Told, seen: float, share: float) -> float:
+    """Mean ΔE2000 of a picture, between that of its own halves and that of their pooled noise.
+
+    Pooled noise exaggerates where neighbors differ in noise, and the halves underestimate where light is rare. Earlier
+    samples, a ``share`` of those now, tell which: their error ``seen`` by later ones is that of their halves where
+    light is common.
+    """
+    after = lambda ratio: 1 + (min(max(ratio, 1.0), MOST_RARITY) - 1) * share**RARITY_POWER  # noqa: E731
+    more = after(seen / max(early.own, 1e-9))
+    most = now.pooled * after(seen / max(early.pooled, 1e-9))
+    rare = min(max((more - COMMON) / (RARE - COMMON), 0.0), 1.0)
+    return min(most, max(now.own * more, now.own + rare * (most - now.own)))
 
 
 def repetition(early: Array, late: Array, counts: tuple[float, float], pools: Numbers, blocks: Numbers) -> Any:
@@ -148,6 +184,35 @@ def estimated(errors: Array, halves: Array, blocks: Numbers, *, of_half: bool = 
     return Estimate(float(errors.mean()), spread, float(kept.mean()))
 
 
+def seen_later(
+    early: Array, late: Array, early_counts: Array, late_counts: Array, *, of_half: bool = False
+) -> tuple[NDArray[np.bool_], float]:
+    """Error of an early picture by samples that were traced later: the pixels that have enough of these, mean ΔE2000.
+
+    ``early``, ``late``: (2, n, 3) means of the halves; counts (n,) of their samples; a late half begins with the
+    samples of the early one. ``of_half``: of one half as a picture, else of both.
+    """
+    some = late_counts >= 2 * early_counts
+    if np.count_nonzero(some) < LEAST_SHARE * len(some):
+        return np.zeros_like(some), 0.0
+    early, late, first, last = early[:, some], late[:, some], early_counts[some], late_counts[some]
+    if not of_half:
+        return some, float(np.mean(seen_apart(early, late, first, last)))
+    seen = [seen_apart(early[[k]], late[[1 - k]], first, last, contained=False) for k in (0, 1)]
+    return some, float(np.mean(seen))
+
+
+def seen_apart(early: Array, late: Array, early_counts: Array, late_counts: Array, *, contained: bool = True) -> Array:
+    """ΔE2000 (n,) of the pixels of a picture by another of more samples, less the noise of that; parameters as of
+    ``seen_later``. ``contained``: its samples begin with those of the picture, and only the others are compared.
+    """
+    early, late, others = early.mean(axis=0), late.mean(axis=0), late_counts
+    if contained:
+        others = late_counts - early_counts
+        late = (late * late_counts[:, None] - early * early_counts[:, None]) / others[:, None]
+    return np.asarray(delta_e_2000(_lab(early), _lab(late))) / np.sqrt(1 + early_counts / others)
+
+
 def rarity(
     early: Array, late: Array, early_counts: Array, late_counts: Array, errors: Array, *, of_half: bool = False
 ) -> float:
@@ -155,23 +220,13 @@ def rarity(
 
     Light may be so rare that whole pools have met none of it: both halves are too dark by the same amount, and their
     difference underestimates the error. Comparing the early picture with samples that were traced later reveals this,
-    and also noise that only looks like rare light, as at the edges of objects. ``early``, ``late``: (2, n, 3) means of
-    the halves; counts (n,) of their samples; a late half begins with the samples of the early one. ``of_half``: of one
-    half as a picture, else of both.
+    and also noise that only looks like rare light, as at the edges of objects. Parameters as of ``seen_later``.
     """
-    more = late_counts - early_counts
-    some = more >= early_counts  # the others have too few new samples
-    if np.count_nonzero(some) < LEAST_SHARE * len(some):
+    some, seen = seen_later(early, late, early_counts, late_counts, of_half=of_half)
+    if not some.any():
         return 1.0
-    early, late, first, last, more = early[:, some], late[:, some], early_counts[some], late_counts[some], more[some]
-    if of_half:
-        pairs, ratio = [(early[k], late[1 - k]) for k in (0, 1)], first / last
-    else:
-        rest = (late * last[:, None] - early * first[:, None]) / more[:, None]
-        pairs, ratio = [(early.mean(axis=0), rest.mean(axis=0))], first / more
-    seen = np.mean([delta_e_2000(_lab(a), _lab(b)) for a, b in pairs], axis=0) / np.sqrt(1 + ratio)
-    compared = float(np.mean(seen)) / max(float(np.mean(errors[some])), 1e-9)
-    surely = 1 - UNMET * float(np.mean(first / last))
+    compared = seen / max(float(np.mean(errors[some])), 1e-9)
+    surely = 1 - UNMET * float(np.mean(early_counts[some] / late_counts[some]))
     if compared < surely:
         return max(compared / surely, LEAST_RARITY)
     return min(max(compared, 1.0), MOST_RARITY)

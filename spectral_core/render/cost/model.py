@@ -125,6 +125,12 @@ class CostModel:
         )
         return float(np.clip(measured, -1.0, self.SLOPES[1]))
 
+    def slope_from(self, samples: float) -> float:
+        """The exponent from ``samples`` to twice as many where both are measured, else the last measured one."""
+        if 2 * samples > self.counts[-1]:
+            return self.last_slope
+        return float(np.log2(self.error(2 * samples) / self.error(samples)))
+
     def work(self, samples: float) -> float:
         """Seconds of the processor of a whole render with ``samples`` per pixel."""
         return self.fixed_s + self.seconds_per_sample * samples
@@ -205,7 +211,7 @@ def measured_model(
             enough = wanted is not None and (count >= wanted.samples or spent > share * wanted.work)
             if enough or (wanted is None and count >= 64):
                 return model
-        count *= 4 if count < 16 else 2
+        count *= 4 if 4 <= count < 16 else 2
 
 
 def _later(probe: Any) -> tuple[float, ...]:

@@ -22,6 +22,8 @@ from spectral_core.render.cost.errors import (
     rarity,
     rarity_after,
     repetition,
+    scatter,
+    seen_apart,
 )
 from spectral_core.render.cost.resample import BLOCK, POOL, PooledNoise, pools
 from spectral_core.render.cost.work import Meter
@@ -213,6 +215,10 @@ class Probe:
         """ΔE2000 of each pixel so far."""
         return self._errors_of(self.samples, of_half=of_half)
 
+    def scatter(self) -> float:
+        """Relative standard deviation of the error of a whole picture about the expected one."""
+        return scatter(self.errors(), int(np.prod(self.film.size)) / len(self.pixels))
+
     def _known(self, what: tuple[str, bool], find: Callable[[], Any]) -> Any:
         """A result that holds until more samples are traced."""
         if what not in self._found:
@@ -223,8 +229,7 @@ class Probe:
         """Factor on the error of a picture for light on rare paths, see ``errors.rarity``: a picture of ``samples``, or
         without ``of_half`` one of two halves with as many each.
         """
-        known = [each for each in self._earlier if _MORE * each[0] <= self.samples]
-        if not known:
+        if not (known := [each for each in self._earlier if _MORE * each[0] <= self.samples]):
             return 1.0
         # the comparison of about as few samples as the picture has, where there is one
         count, halves = next((each for each in reversed(known) if each[0] <= samples), known[0])
@@ -249,6 +254,15 @@ class Probe:
             return None
         every = np.full(len(here), float(self.samples))
         return rarity(halves[:, self.pixels], self.halves(), here, every, errors[self.pixels])
+
+    def seen(
+        self, halves: NDArray[np.float64], counts: NDArray[np.int64], *, contained: bool
+    ) -> NDArray[np.float64] | None:
+        """ΔE2000 of each pixel of a picture that the probe has whole, by its own; None if it has too few samples."""
+        if len(self.pixels) < len(counts) or _MORE * counts.max() > self.samples:
+            return None
+        every = np.full(len(counts), float(self.samples))
+        return seen_apart(halves, self.halves(), counts * 1.0, every, contained=contained)
 
     def later(self, growth: Sequence[int], *, of_half: bool = False) -> NDArray[np.float64]:
         """(len(growth), blocks): ΔE2000 of each block after ``growth`` times as many samples, drawn from the noise of

@@ -64,24 +64,6 @@ class PooledNoise:
         noise = (total / parts - mean + rest) * self._scale[some]
         return np.asarray(delta_e_2000(_lab(limit + noise), _lab(limit)))
 
-    def true_over_told(self, some: NDArray[np.int64]) -> float:
-        """Mean ΔE2000 of drawn pictures of two halves over the error that their halves tell, at the pixels ``some``.
-
-        The ratio depends less than the errors themselves on how well the noise of neighbors fits a pixel.
-        """
-        rng = np.random.default_rng(2)
-        mean, limit, scale = self._mean[some], self._limit[some], self._scale[some]
-        starts, sizes = self._starts[self._blocks[some]], self._sizes[self._blocks[some]]
-        halves = []
-        for _ in range(2):
-            drawn = self._order[starts + (rng.random(len(some)) * sizes).astype(np.int64)]
-            noise = self._away[drawn] * (rng.random(len(some)) < 0.5)[:, None] - mean
-            noise += _REST * rng.choice([-1.0, 1.0], len(some))[:, None] * mean
-            halves.append(np.maximum(limit + noise * scale, 0.0))
-        middle, away = (halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2
-        told = float(np.mean(delta_e_2000(_lab(middle + away), _lab(middle))))
-        return float(np.mean(delta_e_2000(_lab(middle), _lab(limit)))) / max(told, 1e-12)
-
     def _means(self, values: Array) -> Array:
         """Mean of each pixel's block, (n,) or (n, 3)."""
         columns = values.reshape(len(values), -1).T

@@ -18,6 +18,12 @@ from spectral_core.render.cost.errors import Estimate
 
 AIM = 0.95
 """Target as a part of the requested error, so that an estimate slightly above the target still meets the request."""
+_FAR, _CAUTION = 1.3, 0.2
+"""Error over the requested one from which on a round does not aim at the request, and the power of this ratio by which
+its aim is larger.
+"""
+_SLOPES = (-3.0, -0.5)
+"""Steepest and least exponent of the error by samples that rounds assume."""
 _LEAST_GROWTH = 1.1
 """Growth of samples in a round, at least."""
 _BUDGET_STEP = 0.05
@@ -30,6 +36,7 @@ _BUDGET_END = 0.02
 
 def _begin(picture: AdaptivePicture, first: int) -> None:
     """Samples everywhere, in two steps: a quarter, which is kept to compare with, and the rest."""
+    picture.divide(first)
     everywhere = np.ones(len(picture.counts), np.int64)
     quarter = max(1, first // 4)
     picture.add(quarter * everywhere)
@@ -39,13 +46,24 @@ def _begin(picture: AdaptivePicture, first: int) -> None:
     picture.seconds_per_path *= picture.dearer
 
 
+def _aim(error: float, wanted: float) -> float:
+    """The error that a next round approaches: somewhat more than the wanted one from afar, as the law may be steeper
+    there than it is known to be.
+    """
+    return AIM * wanted * (error / wanted) ** (_CAUTION if error > _FAR * wanted else 0.0)
+
+
 def until_error(
-    picture: AdaptivePicture, wanted: float, first: int, after_round: Callable[[Estimate], bool], slope: float = -0.5
+    picture: AdaptivePicture,
+    wanted: float,
+    first: int,
+    after_round: Callable[[Estimate], bool],
+    slope_from: Callable[[float], float] = lambda _: _SLOPES[1],
 ) -> Estimate:
     """Trace until the mean error is ``wanted``; ``first``: samples of each half to begin with everywhere.
 
-    ``after_round`` receives each estimate and returns True to stop. ``slope``: exponent of the error as a function of
-    equal samples, which evenly spread numbers make steeper than -1/2.
+    ``after_round`` receives each estimate and returns True to stop. ``slope_from``: exponent of the error as a function
+    of equal samples, by their number, which evenly spread numbers make steeper than -1/2.
     """
     _begin(picture, first)
     while True:
@@ -55,8 +73,9 @@ def until_error(
             return found
         counts = picture.tile_counts()
         # a later round adds the samples that this round lacks; a last remainder that the model misses goes to all tiles
-        goal = for_error(picture.tile_errors(), counts, AIM * wanted, picture.tile_pixels)
-        slope = min(slope, -0.5)
+        goal = for_error(picture.tile_errors(), counts, _aim(found.delta_e, wanted), picture.tile_pixels)
+        known, index = np.unique(counts, return_inverse=True)
+        slope = np.clip([slope_from(2 * each) for each in known], *_SLOPES)[index]
         more = picture.more_by_tile(counts * (goal / counts) ** (-0.5 / slope), slope)
         if not more.any():
             if counts.min() >= MOST_SAMPLES / 2:

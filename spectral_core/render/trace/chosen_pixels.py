@@ -87,11 +87,19 @@ class ChosenPixels(Accumulator):
         return Sums(colors * self.film.exposure, np.array(tile.covered, dtype=np.float64), lost, bands)
 
     def trace_halves(
-        self, pixels: NDArray[np.integer[Any]], done: NDArray[np.integer[Any]], more: NDArray[np.integer[Any]]
+        self,
+        pixels: NDArray[np.integer[Any]],
+        done: NDArray[np.integer[Any]],
+        more: NDArray[np.integer[Any]],
+        parts: int = 1,
     ) -> Sums:
-        """``trace`` for both halves in one launch: the sums of the first half, then of the second, (2n, …)."""
-        pixels, done, more = (np.concatenate([each, each]) for each in (pixels, done, more))
-        return self.trace(pixels, done, more, np.repeat([0, 1], len(pixels) // 2))
+        """``trace`` for both halves in one launch: the sums of the first half, then of the second, (2n, …).
+
+        ``parts``: of each half, with random numbers of their own, one after the other: (2·parts·n, …).
+        """
+        groups = 2 * parts
+        every, done, more = (np.tile(each, groups) for each in (pixels, done, more))
+        return self.trace(every, done, more, np.repeat(np.arange(groups), len(pixels)))
 
     def _seed(self) -> Any:
         return self._seeds
