@@ -119,3 +119,19 @@ def test_floats_of_a_file_are_as_in_the_file_in_every_mode_of_alpha(build, trans
         assert scene.notes == ()
     np.testing.assert_allclose(found, np.broadcast_to(found[0], np.shape(found)), rtol=2e-3)
     assert buffers[2] == pytest.approx(0.5 * buffers[1], rel=2e-3)  # what there is to be undone
+
+
+@pytest.mark.parametrize(("setting", "value"), [("interpolation", "Closest"), ("extension", "EXTEND"),
+                                               ("projection", "SPHERE"), ("projection", "BOX")])  # fmt: skip
+def test_the_settings_of_a_node_count_for_the_tiles_of_its_image(build, translate, tmp_path, setting, value):
+    from tests.settings_walk import fingerprint
+
+    for number in (1001, 1002):
+        saved(tmp_path / f"tile.{number}.png", (number / 2000, 0.4, 0.6))
+    image = bpy.data.images.load(str(tmp_path / "tile.1001.png"))
+    image.source, image.filepath = "TILED", str(tmp_path / "tile.<UDIM>.png")
+    image.tiles.new(1002)
+    node = textured(build, image)
+    before = fingerprint(translate().materials)
+    setattr(node, setting, value)
+    assert fingerprint(translate().materials) != before
