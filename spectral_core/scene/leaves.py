@@ -112,6 +112,12 @@ def inputs_of(values: Iterable[Any]) -> frozenset[str]:
     return frozenset(names) | ({"uv"} if images else set())
 
 
+def operations_of(values: Iterable[Any]) -> frozenset[str]:
+    """Names of the operations in the programs of colors and numbers."""
+    computed = (value for value in _parts(values) if isinstance(value, Computed))
+    return frozenset(each.operation for value in computed for each in value.program.instructions)
+
+
 def simple_values_of(surface: Surface | None) -> Iterator[Any]:
     """``values_of`` with each mixed paint divided into its parts."""
     return _parts(values_of(surface))

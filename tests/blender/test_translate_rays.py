@@ -225,3 +225,17 @@ def test_a_background_for_the_camera_alone_does_not_light_the_scene(build, trans
     scene = translate()
     assert isinstance(scene.world.color, Color) and np.allclose(scene.world.color.linear_rgb, 0.5)
     assert isinstance(scene.world.camera_view.color, ImageTexture) and not scene.notes
+
+
+@pytest.mark.parametrize("is_bumped", [True, False])
+def test_emission_by_a_bumped_normal_has_a_note(build, translate, is_bumped):
+    material = build.material(shader="ShaderNodeEmission")
+    tree = material.node_tree
+    checker, bump = tree.nodes.new("ShaderNodeTexChecker"), tree.nodes.new("ShaderNodeBump")
+    geometry = tree.nodes.new("ShaderNodeNewGeometry")
+    tree.links.new(checker.outputs[1], bump.inputs["Height"])
+    shown = bump.outputs[0] if is_bumped else geometry.outputs["Normal"]
+    tree.links.new(shown, tree.nodes["shader"].inputs["Color"])
+    build.plane(material=material)
+    noted = [note.subject for note in translate().notes if "bumped normal" in note.message]
+    assert noted == [material.name] * is_bumped

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks._palette_exact_cells import dragged
 from benchmarks.palette_speed import _next_edit, coupled_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
@@ -19,7 +20,7 @@ from spectral_core.palette.qp.arrow import Spectrum, squared
 from spectral_core.palette.qp.backends import KeptSpectrum
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.color_newton import CONFLICT_STEPS, NEWTON_STEPS
-from spectral_core.palette.qp.engine import ELASTIC_STEPS, GUESS_STEPS, solve
+from spectral_core.palette.qp.engine import ELASTIC_STEPS, NEAR_STEPS, solve
 from spectral_core.palette.qp.quadratic import Quadratic
 
 MANY = (10, 4, 31)
@@ -174,5 +175,21 @@ def test_jumps_beside_exact_cells_cost_few_breakpoints(monkeypatch):
         session.edit((0, 0), Cell.fixed(rng.uniform(0.03, 0.6, 3)))
         most = max(most, exchanges[0])
         arrived += session.solution().status.trusted
-    assert 100 <= most <= CONFLICT_STEPS + 2 * ELASTIC_STEPS + 2 * GUESS_STEPS
+    assert 100 <= most <= CONFLICT_STEPS + 2 * ELASTIC_STEPS + 2 * NEAR_STEPS
     assert arrived == 120
+
+
+def test_walks_beside_dependent_exact_rows_do_not_cycle(monkeypatch):
+    """Where held bounds leave exact rows no freedom, an unknown went in and out at one point until the walk's limit."""
+    runs, last, exchange = [0], [-1], ActiveSet._exchange
+
+    def counted(active, number):
+        runs[-1] = runs[-1] + 1 if number == last[0] else 1
+        runs.append(runs[-1])
+        last[0] = number
+        exchange(active, number)
+
+    monkeypatch.setattr(ActiveSet, "_exchange", counted)
+    found = dragged(77, 14, 6)
+    assert max(runs) <= 20
+    assert sum(found["statuses"].values()) == 84

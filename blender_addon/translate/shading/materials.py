@@ -22,7 +22,7 @@ from spectral_core.scene import (
     leaves,
     mesh_inputs_of,
 )
-from spectral_core.scene.leaves import inputs_of, weighted_leaves
+from spectral_core.scene.leaves import inputs_of, operations_of, weighted_leaves
 
 from ... import compat
 from .. import spectra
@@ -99,7 +99,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         surface = None if filling is not None and linked(place) is None else surface_of(reader, place)
     if any(angle > 0 for _, _, angle, _ in reader.skies.values()):
         reader.note("a sky on a surface has no disk of the sun")
-    _note_rays(reader, surface)
+    _note_emission(reader, surface)
     spectrum = spectra.spectrum_of(translation, material)
     if spectrum is not None and surface is not None:
         if covers_texture(surface, spectrum):
@@ -130,8 +130,8 @@ def _displacement(reader: Reader, place: Input, method: str) -> Displacement | N
     return None if offset is None else Displacement(offset, bends=method == "DISPLACEMENT")
 
 
-def _note_rays(reader: Reader, surface: Surface | None) -> None:
-    """Note emission by types of rays that light has only where a ray hits the surface by chance."""
+def _note_emission(reader: Reader, surface: Surface | None) -> None:
+    """Note emission that differs between light that a renderer samples and light that a ray hits by chance."""
     for weight, leaf in weighted_leaves(surface):
         values: list[Any] = [value for value, _ in weight.varying]
         if isinstance(leaf, Emission):
@@ -144,6 +144,11 @@ def _note_rays(reader: Reader, surface: Surface | None) -> None:
             reader.note(
                 f"its emission depends on {name[4:]!r}, which is 0 where a renderer samples its light: how much "
                 "arrives depends on how often it does, and differs from Cycles"
+            )
+        if "bump" in operations_of(values):
+            reader.note(
+                "its emission depends on a bumped normal, which Cycles replaces by the smooth one where it samples "
+                "the light: in the dark the light differs"
             )
 
 

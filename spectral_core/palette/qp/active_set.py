@@ -26,6 +26,8 @@ FINE_SLACK = 1e-15
 """Rounding that is accepted in a gradient that was refined; ``SLACK`` otherwise."""
 WALK_STEPS = 200
 """Most breakpoints of the walk; some tens are usual. A cold solve of a small palette takes as long as 250."""
+STALLED = 3
+"""Exchanges of the same unknown, one after another at the same point, that end a walk: it would go on without end."""
 
 
 class ActiveSet(HeldBounds):
@@ -71,6 +73,7 @@ class ActiveSet(HeldBounds):
         self._refresh()
         low, high = self._kept_between()
         here: Array | None = None
+        last, stalled = -1, 0
         for _ in range(most):
             self.steps += 1
             goal, full = self._goal()
@@ -81,6 +84,11 @@ class ActiveSet(HeldBounds):
             if here is None:
                 here = self._start()
             first, part, end, below = self._first_breakpoint(past, here, goal, low)
+            # Exact rows that depend on each other at the held bounds leave an unknown no way but in and out.
+            stalled = stalled + 1 if first == last and part == 0.0 else 0
+            if stalled == STALLED:
+                return False
+            last = first
             goal -= here
             goal *= part
             here += goal

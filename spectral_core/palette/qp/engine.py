@@ -34,9 +34,9 @@ FINE_STEPS = 12
 ELASTIC_STEPS = 20
 """Most breakpoints of the walk to an elastic answer, and of the one from it: a cold solve costs less than longer ones.
 """
-GUESS_STEPS = 60
-"""Most breakpoints of the walk from the guess of an interior point, of small spectra. Where it needs more, bounds are
-active whose multipliers are 0, and the walk may exchange them without end.
+NEAR_STEPS = 60
+"""Most breakpoints of the walk from one elastic answer to the next, and from the guess of an interior point of small
+spectra. Where it needs more, bounds are active whose multipliers are 0, and the walk may exchange them without end.
 """
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
@@ -55,6 +55,8 @@ class Engine:
         """The last problem with large weights in place of all exact rows, and with those of the impossible blocks."""
         self._arrived = False
         """True if the last walk reached its end."""
+        self._by_piqp = False
+        """True if only piqp solved the last problem without a start: the next one is likely to be like it."""
         self._conflict = False
         """True if exact rows of several spectra conflicted in the last problem."""
         self.steps = 0
@@ -82,7 +84,7 @@ class Engine:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             # While an artist drags within a conflict, the last compromise is the nearest start; the exact problem is
             # tried again when the compromise shows that it may hold.
-            answer = self._still_conflicting(problem, changed) if self._conflict else None
+            answer = self._still_conflicting(problem, changed, NEAR_STEPS) if self._conflict else None
             if answer is None:
                 self._conflict = False
                 self._elastic.forget()
@@ -102,10 +104,13 @@ class Engine:
         # Both passed the check. Within its tolerances the answer of lower objective is better.
         return other if costs[0] < costs[1] else answer
 
-    def _still_conflicting(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
-        """The elastic answer to a problem like one whose exact rows conflicted; None where they may hold now."""
+    def _still_conflicting(self, problem: Quadratic, changed: list[int] | None, most: int) -> Answer | None:
+        """The elastic answer to a problem like one whose exact rows conflicted; None where they may hold now.
+
+        ``most``: breakpoints of the walk to it.
+        """
         elastic, changed = self._elastic.of(problem, None, changed)
-        answer = self._warm(elastic, changed, ELASTIC_STEPS)
+        answer = self._warm(elastic, changed, most)
         if answer is None or not answer.check.passed:
             return None
         misses = [
@@ -119,9 +124,9 @@ class Engine:
         warm = self._warm(problem, changed)
         is_lost = warm is None or not warm.check.passed
         # With large spectra, which are all new, the walks of this test would cost more than piqp's cold solve.
-        is_worthwhile = changed is not None or not is_dense(problem)
+        is_worthwhile = (changed is not None or not is_dense(problem)) and not self._by_piqp
         if problem.has_equalities and self._active is not None and is_lost and is_worthwhile:
-            elastic = self._still_conflicting(problem, None)
+            elastic = self._still_conflicting(problem, None, ELASTIC_STEPS)
             if elastic is not None:
                 self._conflict = True
                 return elastic
@@ -180,7 +185,7 @@ class Engine:
         best = Answer((), np.zeros(problem.color_lower.shape), (), FAILED, ())
         # Dense factors cost n³ per block, piqp's sparse ones about n: from some hundred samples on, piqp is first.
         methods = [self._from_guess, self._from_piqp]
-        if is_dense(problem):
+        if is_dense(problem) or self._by_piqp:
             methods.reverse()
         for method in methods:
             try:
@@ -190,7 +195,9 @@ class Engine:
             if answer is not None and (not best.values or answer.check.worst < best.check.worst):
                 best = answer
             if best.check.passed:
+                self._by_piqp = method == self._from_piqp
                 return best
+        self._by_piqp = False
         # All methods failed: either the exact rows conflict, or the problem is ill-conditioned; this decides which.
         if problem.has_equalities and nearest_miss(problem) > REACHED:
             return self._compromise(problem)
@@ -233,7 +240,7 @@ class Engine:
         active.begin(held, free)
         self._arrow, self._active = arrow, active
         # The walk begins at the guess itself, not at the end of the first method.
-        longest = active.longest_walk if active.is_dense else GUESS_STEPS
+        longest = active.longest_walk if active.is_dense else NEAR_STEPS
         arrived = active.settle() or active.walk(held, free, longest)
         self.steps = active.steps
         answer = self._read(problem, active, engine)
