@@ -19,6 +19,9 @@ from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textu
 from spectral_core.scene import Computed, Glass, Metal, Principled, Scalar, nominal_ior
 from spectral_core.spectra.spectrum import Spectrum
 
+PARTS_OF_LAYER, PARTS_OF_GLASS = 2, 6
+"""Parts of the facets at whose mean cosines the reflectance of a film is taken: of layers, and of glass."""
+
 Array = NDArray[np.float64]
 
 
@@ -109,15 +112,14 @@ def film_inputs(
 ) -> dict[str, Any]:
     """The film on a surface; empty without one.
 
-    For its albedo, the reflectance is taken at the mean cosines to two halves of the facets: where light
-    ``passes``, of those whose reflections are lost.
+    For its albedo, the reflectance is taken at the mean cosines to parts of the facets: where light ``passes``, of
+    those whose reflections are lost. Past the angle of total reflection that depends on few of them.
     """
     if closure.thin_film_thickness == 0:
         return {}
-    small, large = albedo.facing_halves(lost=passes)
+    parts = albedo.facing_parts(PARTS_OF_GLASS if passes else PARTS_OF_LAYER, lost=passes)
     inputs: dict[str, Any] = {
-        "small_half": Albedos(small),
-        "large_half": Albedos(large),
+        **{f"film_facing_{number}": Albedos(part) for number, part in enumerate(parts)},
         "thin_film_thickness": paint.number(context, closure.thin_film_thickness, subject),
         "thin_film_ior": paint.number(context, closure.thin_film_ior, subject),
     }

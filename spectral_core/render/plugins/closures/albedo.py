@@ -10,6 +10,7 @@ as in Blender.
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,8 +76,8 @@ def _not_below(table: Array) -> Array:
 
 
 @cache
-def facing_halves(lost: bool = False) -> tuple[Array, Array]:
-    """Mean cosines (SIZE, SIZE) to facets of a rough mirror, the smaller and the larger half.
+def facing_parts(count: int, lost: bool = False) -> tuple[Array, ...]:
+    """Mean cosines (SIZE, SIZE) to facets of a rough mirror in ``count`` equal parts, the smallest cosines first.
 
     Each facet counts by the light that it reflects, or by the ``lost`` light that hits other facets.
     """
@@ -86,9 +87,10 @@ def facing_halves(lost: bool = False) -> tuple[Array, Array]:
     facing, weights = (np.take_along_axis(part, order, axis=2).astype(np.float64) for part in (facing, weights))
     weights = np.clip(1 - weights, 1e-6, None) if lost else weights
     total = np.maximum(weights.sum(axis=2, keepdims=True), 1e-12)
-    below = np.clip(0.5 * total - (np.cumsum(weights, axis=2) - weights), 0.0, weights)
-    first, second = (2 * (facing * part / total).sum(axis=2) for part in (below, weights - below))
-    return np.clip(first, 0.0, 1.0), np.clip(second, 0.0, 1.0)
+    before = np.cumsum(weights, axis=2) - weights
+    ends = [np.clip(number / count * total - before, 0.0, weights) for number in range(count + 1)]
+    parts = (count * (facing * (end - begin) / total).sum(axis=2) for begin, end in pairwise(ends))
+    return tuple(np.clip(part, 0.0, 1.0) for part in parts)
 
 
 def layer_iors() -> list[float]:

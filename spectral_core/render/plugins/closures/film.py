@@ -64,6 +64,11 @@ def film_of(inputs: Any) -> Film | None:
     return Film(inputs) if "thin_film_thickness" in inputs else None
 
 
+def facing_of(inputs: Any) -> list[Any]:
+    """Tables of the mean cosines to parts of the facets."""
+    return [inputs[name] for name in sorted(inputs) if name.startswith("film_facing_")]
+
+
 @dataclass
 class FilmAt:
     """A film at some points: ``thickness`` in nm, index of refraction ``ior``."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.albedo import HIGHEST
-from spectral_core.render.plugins.closures.film import film_of
+from spectral_core.render.plugins.closures.film import facing_of, film_of
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_of, least_alpha
 from spectral_core.render.plugins.closures.upright import is_sampled, keeps_side, sees_facets, with_valid_normal
@@ -51,7 +51,7 @@ def register(mi: Any, dr: Any) -> None:
                 if self.keeps_energy:
                     self.tables = [(inputs[side], inputs[f"{side}_mean"]) for side in ("outside", "inside")]
                 if self.film is not None:
-                    self.mirror, self.facing_halves = inputs["single"], (inputs["small_half"], inputs["large_half"])
+                    self.mirror, self.facing = inputs["single"], facing_of(inputs)
 
         def relative_ior(self, si: Any, active: Any) -> Any:
             """Index of the far side over that of the near side."""
@@ -88,12 +88,12 @@ def register(mi: Any, dr: Any) -> None:
 
         def under_film(self, si: Any, roughness: Any, cosine: Any, single: Any, active: Any) -> Any:
             """Energy of one bounce with a film, from that without: the light that it transmits in place of reflecting
-            is masked by facets in another way. Fresnel factors are taken at the two halves of the facets.
+            is masked by facets in another way. Fresnel factors are taken at equal parts of the facets.
             """
             eta = self.relative_ior(si, active)
-            facing = [half(roughness, cosine) for half in self.facing_halves]
-            bare = 0.5 * sum(mi.fresnel(place, eta)[0] for place in facing)
-            filmed = 0.5 * sum(self.reflectance(si, place, eta, active)[0] for place in facing)
+            facing = [part(roughness, cosine) for part in self.facing]
+            bare = sum(mi.fresnel(place, eta)[0] for place in facing) / len(facing)
+            filmed = sum(self.reflectance(si, place, eta, active)[0] for place in facing) / len(facing)
             mirror = self.mirror(roughness, cosine)
             changed = single + (bare - filmed) * (single - mirror) / dr.maximum(1.0 - bare, 1e-3)
             return dr.clip(changed, 0.05, 1.0)

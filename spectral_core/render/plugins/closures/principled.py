@@ -7,7 +7,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.albedo import HIGHEST
 from spectral_core.render.plugins.closures.coat import Coat
-from spectral_core.render.plugins.closures.film import film_of, metal_reflectance
+from spectral_core.render.plugins.closures.film import facing_of, film_of, metal_reflectance
 from spectral_core.render.plugins.closures.lobe import register_closure
 from spectral_core.render.plugins.closures.matt import oren_nayar
 from spectral_core.render.plugins.closures.microfacet import Microfacets, least_alpha
@@ -105,7 +105,7 @@ def register(mi: Any, dr: Any) -> None:
             self.dives, self.film = self.below is not None, film_of(inputs)
             self.tints_below = self.dives and "coat_tint" in inputs
             if self.film is not None:
-                self.halves = inputs["small_half"], inputs["large_half"]
+                self.facing = facing_of(inputs)
 
         def tinted(self, si: Any, reflectance: Any, active: Any) -> Any:
             """A dielectric's reflectance with the specular tint at normal incidence."""
@@ -131,17 +131,18 @@ def register(mi: Any, dr: Any) -> None:
         def film_albedo(self, si: Any, roughness: Any, cosine: Any, active: Any) -> Any:
             """Directional albedo of the specular layer under a thin film.
 
-            The facets reflect on average as a smooth surface does, as in Cycles, or as two halves of them if that is
+            The facets reflect on average as a smooth surface does, as in Cycles, or as parts of them if that is
             more: energy stays below 1. Light between facets is counted if it is kept.
             """
             film = self.film_at(si, active)
             single = self.single(roughness, cosine)
-            halves = 0.5 * sum(self.on_film(si, film, half(roughness, cosine), active) for half in self.halves)
+            facets = [self.on_film(si, film, part(roughness, cosine), active) for part in self.facing]
+            rough = sum(facets) / len(facets)
             smooth = self.on_film(si, film, cosine, active)
             if not self.keeps_energy:
-                return dr.clip(dr.maximum(smooth, single * halves), 0.0, 1.0)
+                return dr.clip(dr.maximum(smooth, single * rough), 0.0, 1.0)
             kept = self.kept(roughness, cosine, self.specular.average(si, active))
-            return dr.clip(single * kept * dr.maximum(smooth, halves), 0.0, 1.0)
+            return dr.clip(single * kept * dr.maximum(smooth, rough), 0.0, 1.0)
 
         def layers(self, si: Any, wi: Any, active: Any) -> Any:
             """Values at a point, and the probabilities of drawing coat, metal, specular and diffuse."""
