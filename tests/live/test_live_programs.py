@@ -182,8 +182,9 @@ def test_the_search_for_arrays_finds_all_of_them(scene: Scene) -> None:
         seen[id(item)] = item
         if dr.is_array_v(item) or type(item).__module__.startswith(("drjit", "mitsuba")):
             return
-        slots = [name for kind in type(item).__mro__ for name in getattr(kind, "__slots__", ()) if hasattr(item, name)]
-        for value in [*getattr(item, "__dict__", {}).values(), *(getattr(item, name) for name in slots)]:
+        slots = {name for kind in type(item).__mro__ for name in getattr(kind, "__slots__", ())} - {"__weakref__"}
+        held_here = [getattr(item, name) for name in slots if hasattr(item, name)]
+        for value in [*getattr(item, "__dict__", {}).values(), *held_here]:
             reached(value, seen)
         if isinstance(item, (dict, list, tuple)):
             for value in item.values() if isinstance(item, dict) else item:

@@ -75,4 +75,6 @@ def _kind_of(of: type, mitsuba: Any, dr: Any) -> tuple[int, list[str]]:
         return _SEQUENCE, []
     if not of.__module__.startswith("spectral_core") or of.__module__.startswith(_DATA):
         return _LEAF, []
-    return _OBJECT, [name for base in of.__mro__ for name in getattr(base, "__slots__", ())]
+    # the descriptor of weak references that a dataclass with slots inherits raises a TypeError in Python 3.11.2
+    slots = (name for base in of.__mro__ for name in getattr(base, "__slots__", ()))
+    return _OBJECT, [name for name in slots if name != "__weakref__"]
