@@ -73,3 +73,15 @@ def _by_rays(stage: Stage) -> None:
 
 
 feature("odd_settings/emission for diffuse rays alone", _by_rays, 2)
+
+
+def _by_bump(stage: Stage) -> None:
+    """A ball that shines as its bumped normals point, as the one light."""
+    bump = stage.node("ShaderNodeBump", Strength=1.0)
+    stage.link(stage.node("ShaderNodeTexNoise", Scale=4.0).outputs[0], bump.inputs["Height"])
+    stage.glow(bump.outputs["Normal"])
+    stage.lamp.hide_render = True
+    stage.set_world((0, 0, 0))
+
+
+feature("odd_settings/emission by bumped normals", _by_bump, 2)

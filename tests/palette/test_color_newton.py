@@ -19,8 +19,8 @@ from spectral_core.palette.qp.active_set import ActiveSet
 from spectral_core.palette.qp.arrow import Spectrum, squared
 from spectral_core.palette.qp.backends import KeptSpectrum
 from spectral_core.palette.qp.block import Block
-from spectral_core.palette.qp.color_newton import CONFLICT_STEPS, NEWTON_STEPS
-from spectral_core.palette.qp.engine import ELASTIC_STEPS, NEAR_STEPS, solve
+from spectral_core.palette.qp.color_newton import NEWTON_STEPS
+from spectral_core.palette.qp.engine import solve
 from spectral_core.palette.qp.quadratic import Quadratic
 
 MANY = (10, 4, 31)
@@ -175,7 +175,7 @@ def test_jumps_beside_exact_cells_cost_few_breakpoints(monkeypatch):
         session.edit((0, 0), Cell.fixed(rng.uniform(0.03, 0.6, 3)))
         most = max(most, exchanges[0])
         arrived += session.solution().status.trusted
-    assert 100 <= most <= CONFLICT_STEPS + 2 * ELASTIC_STEPS + 2 * NEAR_STEPS
+    assert 100 <= most <= 260
     assert arrived == 120
 
 

@@ -61,7 +61,7 @@ def default_volume() -> TranslatedMaterial:
 
 
 CHANCE_RAYS = frozenset(f"ray:Is {kind} Ray" for kind in ("Diffuse", "Glossy", "Reflection", "Transmission"))
-"""Types of rays to which light that is sampled does not belong, but the same light does that such a ray hits."""
+"""Types of rays that light has only where a ray hits it: where a renderer samples the light, it has none of them."""
 MOST_FRAMES = 50_000
 """Python's limit on nested calls while a material is read: a chain of a thousand nodes needs more than its default."""
 
@@ -142,8 +142,8 @@ def _note_emission(reader: Reader, surface: Surface | None) -> None:
             continue
         for name in sorted(inputs_of(values) & CHANCE_RAYS):
             reader.note(
-                f"its emission depends on {name[4:]!r}, which is 0 where a renderer samples its light: how much "
-                "arrives depends on how often it does, and differs from Cycles"
+                f"its emission depends on {name[4:]!r}, which is 0 where a renderer samples the light; Cycles samples "
+                "another share of it, so the brightness differs"
             )
         if "bump" in operations_of(values):
             reader.note(

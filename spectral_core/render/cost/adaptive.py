@@ -260,7 +260,7 @@ class AdaptivePicture:
         powers of two, where the random numbers are most even; in between, more of them may even be worse.
         """
         have = self.tile_counts()
-        # others in each round: of tiles with like errors the same few would grow again and again
+        # Other tiles in each round: among tiles of similar errors the same few would otherwise grow in every round.
         chance = ((np.arange(len(have)) + 0.5) * _GOLDEN + self._rounds * _TURN) % 1.0
         self._rounds += 1
         power = 2.0 ** np.floor(np.log2(np.maximum(wanted, 1.0)))

@@ -25,8 +25,7 @@ from spectral_core.scene.geometry import Mesh
 from spectral_core.spectra.spectrum import Spectrum
 
 MOST_KEPT = 1_000_000
-"""Triangles of the largest geometry that is kept without a scene that uses it: at most about 400 MB. A tuft of 3,000
-strands has 500,000.
+"""Triangles of the largest geometry that is kept without a scene that uses it. A tuft of 3,000 strands has 500,000.
 """
 MOST_VALUES = 12_000_000
 """Values of the largest image of an environment that is kept with it: about 100 MB."""

@@ -113,7 +113,7 @@ def film_inputs(
     """The film on a surface; empty without one.
 
     For its albedo, the reflectance is taken at the mean cosines to parts of the facets: where light ``passes``, of
-    those whose reflections are lost. Past the angle of total reflection that depends on few of them.
+    those whose reflections are lost. Near the angle of total reflection a small share of the facets decides.
     """
     if closure.thin_film_thickness == 0:
         return {}
