@@ -128,7 +128,7 @@ def difference(first: Array, second: Array) -> Difference:
 def confirmed(
     scene: Scene, plans: tuple[EffectPlan, EffectPlan], samples: int, found: Difference, tolerance: float
 ) -> Difference:
-    """A difference above the tolerance must be found again with other random numbers; the smaller one counts."""
+    """A difference above the tolerance (ΔE) must be found again with other random numbers; the smaller one counts."""
     if found.least <= tolerance:
         return found
     other = replace(scene, film=replace(scene.film, seed=scene.film.seed + 999))
