@@ -29,13 +29,22 @@ from spectral_core.scene import (
     RenderSettings,
     ScatteringMedium,
     Transparent,
+    VolumeObject,
     World,
     gray,
 )
 from spectral_core.spectra import catalogue
+from spectral_core.volume.transfer import Material as Stuff
+from spectral_core.volume.transfer import TransferFunction
 from tests.render.scenes import lit_plane, matrix
 
 LAMP = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100)
+CLOUD = VolumeObject(
+    "cloud",
+    np.ones((2, 2, 2)),
+    matrix((0, 0, 1)),
+    TransferFunction((Stuff("cloud", np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.9, 0.6, 0.3])),)),
+)
 IMAGE = ImageTexture("wood", np.full((2, 2, 3), 0.5, np.float32), "linear")
 
 
@@ -126,7 +135,9 @@ def test_lights_camera_and_world_determine_effects():
     assert plan_from_data(replace(scene, camera=opened))["depth_of_field"].value == "on"
     area = AreaLight(name="area", world_from_light=matrix((0, 0, 3)))
     assert plan_from_data(replace(scene, lights=(area,)))["transparency"].value == "off"
-    assert plan_from_data(replace(scene, lights=(area, LAMP)))["transparency"].value == "on"
+    pair = replace(scene, lights=(area, LAMP))
+    assert plan_from_data(pair)["transparency"].value == "off"  # lamps are no objects that shade
+    assert plan_from_data(replace(pair, volumes=(CLOUD,)))["transparency"].value == "on"  # where they are
 
 
 def test_overrides_of_the_artist_have_their_cost():

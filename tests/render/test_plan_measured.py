@@ -177,6 +177,21 @@ def test_a_plan_with_all_effects_gives_the_same_picture():
     assert job.picture()[..., 1].mean() == pytest.approx(_picture(scene, 32)[..., 1].mean(), rel=0.02)
 
 
+def test_all_effects_keep_the_colors_of_a_scene_without_spectra():
+    """A blue lamp over green paint: spectra that stand for the two colors have another product than the colors."""
+    lamp = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100, color=Color([0.2, 0.3, 1.0]))
+    scene = lit_plane(lamp, surface=Diffuse(Color([0.2, 0.5, 0.1])), settings=FREE)
+    plan = everything_on(scene)
+    assert not plan.is_spectral and plan.is_on("media") and plan.bounces == 64
+    pictures = []
+    for each in (plan, plan_effects(scene, 1.0), plan.changed("transport", "spectral")):
+        job = RenderJob(scene, each)
+        job.trace(64)
+        pictures.append(lab_from_linear_rgb(job.picture()[..., :3].astype(float)))
+    full, planned, spectral = pictures
+    assert delta_e_2000(full, planned).mean() < 0.1 < 1.0 < delta_e_2000(spectral, planned).mean()
+
+
 def test_light_after_a_bounce_is_lost_once_whatever_rows_name_it():
     """Three rows of one light: the sum of their errors is no more than that of all indirect light."""
     rows = [

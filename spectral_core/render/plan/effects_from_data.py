@@ -151,7 +151,7 @@ def _transparency(found: Found) -> Effect:
         reason = f"light passes straight through {names(inventory.transparent)}"
         loses = "shadows of transparent surfaces are black"
         return Effect("transparency", levels, reason, loses, "not known", ON_OFF)
-    if inventory.light_bodies and inventory.source_count > 1:
+    if found.scene.volumes and inventory.bodies_shade:  # elsewhere lamps are no objects of the scene
         reason = f"lights with a size ({names(inventory.light_bodies)}) must not shade the other lights"
         loses = "lights shade each other as if they were objects"
         return Effect("transparency", levels, reason, loses, "not known", ON_OFF)

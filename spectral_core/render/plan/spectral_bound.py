@@ -84,16 +84,14 @@ def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list
     size = max(float(measure.sum(axis=1) @ (0.2126, 0.7152, 0.0722)), 1e-30)  # scaled to a luminance of 1
     rgb = np.stack([item[0] for item in surfaces])
     spectra = np.stack([item[1](points) for item in surfaces])
-    is_spectral = np.array([item[2] for item in surfaces]) | isinstance(light, Spectrum)
     # the second surface: none, then each
     others = np.concatenate([np.zeros((1, points.size)), spectra])
     other_rgb = np.concatenate([np.zeros((1, 3)), rgb])
-    counts = is_spectral[:, None] | np.concatenate([[False], is_spectral])[None]
     weighted = spectra * measure[:, None]
     exact = weighted.sum(axis=2)[..., None] + SECOND_BOUNCE * weighted @ others.T
     simple = (1 + SECOND_BOUNCE * other_rgb) * rgb[:, None] * color
     error = delta_e_2000(lab_from_linear_rgb(np.moveaxis(exact, 0, 2) / size), lab_from_linear_rgb(simple / size))
-    return float(np.max(np.where(counts, error, 0.0)))
+    return float(np.max(error))
 
 
 def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
