@@ -98,7 +98,7 @@ def everything_on(scene: Scene) -> EffectPlan:
 
     Reference for other plans: time saved, error made. Where no light and no material has a spectrum, three channels
     define the picture: spectra are on if they show the same one, as of gray surfaces, and off where products of colors
-    are others than those of the spectra that stand for them. ``accepted`` of the transport is then the error of spectra.
+    are others than those of the spectra that stand for them. ``accepted`` of the transport is then that of spectra.
     """
     plan = plan_from_data(scene, 0.0)
     rounding = rgb_transport_error(scene) if plan["transport"].how == "exact" else 0.0
