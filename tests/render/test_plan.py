@@ -154,6 +154,22 @@ def test_dispersion_that_no_eye_sees_calls_for_no_spectra():
         assert plan["transport"].value == "spectral" or plan["dispersion"].value == "off"
 
 
+@pytest.mark.parametrize("lighting", ["even", "scene", "shadows"])
+def test_a_volume_too_thin_to_see_is_omitted(lighting):
+    """Its error is bounded by what the data reach of the transfer function, and by the lamps."""
+    stuff = CLOUD.transfer.materials[0]
+
+    def planned(extinction, data=CLOUD.data):
+        curve = TransferFunction((replace(stuff, extinction=np.array(extinction)),))
+        cloud = replace(CLOUD, transfer=curve, data=data, lighting=lighting)
+        return plan_from_data(_with_material(Diffuse(gray(0.5)), volumes=(cloud,)), 1.0)["volumes"]
+
+    assert planned([0.0, 1.0]).value == "on" and planned([0.0, 1.0]).how == "not known"
+    assert planned([0.0, 1e-9]).value == "off" and 0 < planned([0.0, 1e-9]).error < 0.01
+    assert planned([0.0, 1.0], 0 * CLOUD.data).error == 0.0
+    assert planned([0.0, 0.02]).value == "on" and planned([0.0, 0.02]).how == "bounded"
+
+
 def test_overrides_of_the_artist_have_their_cost():
     scene = _with_material(Diffuse(catalogue.reflectance("red")))
     scene = replace(

@@ -191,7 +191,7 @@ def error_of_medium(scene: Scene, material: Material) -> float:
         added += medium.emission_strength * largest_size(medium.emission_color) * length
         scattering = depth / max(length, 1e-30) * albedo
         for light in scene.lights:
-            added += scattering * phase * _irradiance_along(light, box, length, scene)
+            added += scattering * phase * irradiance_along(light, box, length, scene)
         added += (
             0.0
             if scene.world.is_black
@@ -200,7 +200,7 @@ def error_of_medium(scene: Scene, material: Material) -> float:
     return error_of_share(2 * depth) + error_of_light(1.5 * added * scene.film.exposure)
 
 
-def _irradiance_along(light: Light, box: Array, length: float, scene: Scene) -> float:
+def irradiance_along(light: Light, box: Array, length: float, scene: Scene) -> float:
     """Upper bound of the integral of a lamp's irradiance along a path through a box."""
     if isinstance(light, SunLight):
         return abs(light.irradiance) * length

@@ -124,7 +124,8 @@ def _look(found: Found, effects: Mapping[str, Effect], choices: Mapping[str, str
     matters = choices.get("media", "on") == "on" and 0 < media.levels[-1].error > tolerance
     scatters = matters and found.scatters
     lit = scene.lights or not scene.world.is_black or effects["emissive_meshes"].how != "exact"
-    if not (open_questions and scene.instances and lit) or scatters or scene.volumes:
+    sampled = choices.get("volumes", "on") == "on" and effects["volumes"].levels[-1].error > tolerance
+    if not (open_questions and scene.instances and lit) or scatters or sampled:
         return None
     try:
         return run_pilot(scene, pilot_plan(scene, absorbs=matters))

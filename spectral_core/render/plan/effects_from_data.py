@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
+from spectral_core.render.plan.decision import How
 from spectral_core.render.plan.fluorescence import error_without_dyes
 from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
+from spectral_core.render.plan.volume_bound import error_of_volumes
 from spectral_core.scene import Material, PointLight, Scene, SpotLight
 from spectral_core.scene.geometry import placed_boxes
 
@@ -154,8 +156,10 @@ def _volumes(found: Found) -> Effect:
     if not volumes:
         return absent("volumes", "the scene has no sampled volume", MEDIA_SHARE)
     reason = f"the scene shows {names(tuple(volume.name for volume in volumes))}"
-    levels = (Level("on"), Level("off", KEEP, MEDIA_SHARE))
-    return Effect("volumes", levels, reason, "the sampled volumes vanish", "not known", ON_OFF)
+    error = error_of_volumes(found.scene)
+    levels = (Level("on"), Level("off", min(error, MOST_ERROR) if error < KEEP else KEEP, MEDIA_SHARE))
+    how: How = "not known" if error == KEEP else "bounded"
+    return Effect("volumes", levels, reason, "the sampled volumes vanish", how, ON_OFF)
 
 
 def _transparency(found: Found) -> Effect:
