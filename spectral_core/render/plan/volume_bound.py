@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bound on the color error of omitting sampled volumes: what they absorb, and the light that the camera gets of them."""
+"""Bound on the color error of omitting sampled volumes: what they absorb, and the light that they add."""
 
 from __future__ import annotations
 
