@@ -31,7 +31,7 @@ def error_of_volumes(scene: Scene) -> float:
         light += own
         if lit == 0.0:
             continue
-        light += lit / length * sum(irradiance_along(lamp, box, length, scene) for lamp in scene.lights)
+        light += lit / length * irradiance_along(scene, box, length)
         light += lit * np.pi * scene.world.strength * (0.0 if scene.world.is_black else largest_size(scene.world.color))
     return error_of_share(share) + error_of_light(light * scene.film.exposure)
 
