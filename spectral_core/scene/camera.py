@@ -63,6 +63,17 @@ class Panorama:
         for value in self.numbers:
             require_range("panorama number", value, -1e9, 1e9)
 
+    @property
+    def least_side_rad(self) -> float:
+        """Smallest angle that a side of the picture covers, at most 1."""
+        given = self.numbers
+        if self.kind in ("equirectangular", "cylinder"):
+            sides: tuple[float, ...] = (given[1] - given[0], given[3] - given[2])
+        else:
+            of_kind = {"fisheye_equidistant": 0, "fisheye_equisolid": 1, "fisheye_polynomial": 5}
+            sides = (given[of_kind[self.kind]],) if self.kind in of_kind else ()
+        return min(1.0, *(max(abs(side), 1e-6) for side in sides)) if sides else 1.0
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Camera:

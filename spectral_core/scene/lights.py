@@ -194,6 +194,12 @@ class World:
         return self.strength == 0 or dark
 
     @property
+    def parts(self) -> tuple[World, ...]:
+        """This environment and the one that the camera sees in its place, those that are not black."""
+        seen = () if self.camera_view is None else (self.camera_view,)
+        return tuple(world for world in (self, *seen) if not world.is_black)
+
+    @property
     def is_image(self) -> bool:
         """True if the light comes from an image."""
         return isinstance(self.color, ImageTexture)

@@ -41,6 +41,8 @@ from spectral_core.spectra.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 _GRAYS = np.geomspace(1e-3, 1.0, 25)
+PANORAMA_DENSITY = 8.0
+"""Pixels of a panorama per pixel of an even picture of one radian: its projection is denser in places."""
 EDGE_CURVATURE = 6.2
 """ΔE2000 at the sharpest edge for a blur of c pixels, over c²: an edge from black to white under the pixel filter
 (standard deviation 0.35 pixels) changes by half the blur's variance, c²/16, times its largest second derivative."""
@@ -71,12 +73,19 @@ def error_of_blur(pixels: float) -> float:
 
 
 def pixels_per_unit(scene: Scene) -> float:
-    """Pixels per unit at distance 1 (perspective), or per unit at any distance (orthographic)."""
+    """Pixels per unit at distance 1 (perspective, panoramic), or per unit at any distance (orthographic)."""
     film, camera = scene.film, scene.camera
     width, height = float(film.width), film.height * film.pixel_aspect
     side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
+    if camera.panorama is not None:
+        return PANORAMA_DENSITY * max(width, height) / camera.panorama.least_side_rad
     extent = 2 * np.tan(camera.field_of_view_rad / 2) if camera.kind == "perspective" else camera.orthographic_scale
     return float(side / extent)
+
+
+def _shrinks(scene: Scene) -> bool:
+    """True if what is farther is smaller in the picture."""
+    return scene.camera.kind != "orthographic"
 
 
 def corners(scene: Scene, instance: Instance) -> Array:
@@ -92,8 +101,11 @@ def seen_points(scene: Scene) -> Array:
 
 
 def depths(scene: Scene, points: Array) -> Array:
-    """Distances of points along the camera's axis, only of those in front of it."""
+    """Distances of points along the camera's axis, only of those in front of it; of a panorama in any direction."""
     view = scene.camera.world_from_camera
+    if scene.camera.kind == "panoramic":
+        away = np.linalg.norm(points - view[:3, 3], axis=1)
+        return np.asarray(away[away > scene.camera.near])
     back = view[:3, 2] / np.linalg.norm(view[:3, 2])
     along = -(points - view[:3, 3]) @ back
     return np.asarray(along[along > scene.camera.near])
@@ -105,10 +117,10 @@ def blur_of_lens(scene: Scene, points: Array) -> float:
     along = depths(scene, points)
     if camera.aperture_radius <= 0 or not len(along):
         return 0.0
-    if not scene.world.is_black:
+    if not scene.world.is_black or scene.world.camera_view is not None:  # a sharp detail of it is far away
         along = np.append(along, 1e9)
     spread = 2 * camera.aperture_radius * np.abs(along / camera.focus_distance - 1)
-    spread = spread / along if camera.kind == "perspective" else spread
+    spread = spread / along if _shrinks(scene) else spread
     return float(pixels_per_unit(scene) * spread.max())
 
 
@@ -124,7 +136,7 @@ def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, box
         return float("inf")
     reach = float(np.linalg.norm(placed - center, axis=1).max())
     width = 2 * light.radius * reach / nearest
-    scale = pixels_per_unit(scene) / (float(along.min()) if scene.camera.kind == "perspective" else 1.0)
+    scale = pixels_per_unit(scene) / (float(along.min()) if _shrinks(scene) else 1.0)
     return scale * width
 
 
@@ -151,7 +163,7 @@ def spread_of_dispersion(scene: Scene, materials: list[Material], points: Array)
     size = float(np.linalg.norm(np.ptp(placed, axis=0)))
     scale = pixels_per_unit(scene)
     # two surfaces, each deflecting light by the change of index times the tangent of the angle, 2 at 63 degrees
-    reach = max(1.0, size / float(along.min())) if scene.camera.kind == "perspective" else size
+    reach = max(1.0, size / float(along.min())) if _shrinks(scene) else size
     return 2 * 2 * change * scale * reach
 
 
@@ -247,7 +259,7 @@ def _of_lamp(light: Light, box: Array, length: float, scene: Scene) -> float:
         return intensity / distance**2 * length
     away = float(np.linalg.norm(center - scene.camera.world_from_camera[:3, 3]))
     size = max(light.size) / 2 if isinstance(light, AreaLight) else light.radius
-    pixel = away / pixels_per_unit(scene) if scene.camera.kind == "perspective" else 1 / pixels_per_unit(scene)
+    pixel = away / pixels_per_unit(scene) if _shrinks(scene) else 1 / pixels_per_unit(scene)
     return np.pi * intensity / max(size, pixel / 2, 1e-12)
 
 

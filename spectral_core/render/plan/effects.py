@@ -142,7 +142,7 @@ def pilot_plan(scene: Scene, *, absorbs: bool = False) -> EffectPlan:
         "media": "on" if absorbs else "off", "volumes": "off",
         "transparency": "on", "emissive_meshes": "on", "lamp_bodies": "on", "textures": "on", "depth_of_field": "off",
         "reflective_caustics": "on", "refractive_caustics": "on",
-        "environment": "none" if scene.world.is_black else "on", **dict.fromkeys(_PILOTED, str(PILOT_BOUNCES)),
+        "environment": "on" if scene.world.parts else "none", **dict.fromkeys(_PILOTED, str(PILOT_BOUNCES)),
     }  # fmt: skip
     return EffectPlan(tuple(Decision(name, value, "pilot") for name, value in values.items()), 0.0)
 

@@ -178,12 +178,13 @@ def _transparency(found: Found) -> Effect:
 
 
 def _environment(found: Found) -> Effect:
-    world = found.scene.world
-    if world.is_black:
+    parts = found.scene.world.parts
+    if not parts:
         return absent("environment", "the world is black", value="none", choices=("none",))
-    kind = "image" if world.is_image else "constant"
-    reason = "an image surrounds the scene" if world.is_image else "the world has one color everywhere"
-    radiance = world.strength * bounds.largest_size(world.color) * found.scene.film.exposure
+    is_image = any(world.is_image for world in parts)
+    kind = "image" if is_image else "constant"
+    reason = "an image surrounds the scene" if is_image else "the world has one color everywhere"
+    radiance = max(world.strength * bounds.largest_size(world.color) for world in parts) * found.scene.film.exposure
     levels = (Level(kind), Level("none", bounds.error_of_light(radiance), SMALL_SHARE))
     return Effect("environment", levels, reason, "the world's light is missing", "bounded", (kind, "none"))
 

@@ -90,9 +90,8 @@ def take_inventory(scene: Scene) -> Inventory:
     spectral_lights = tuple(
         light.name for light in scene.lights if not light.is_planckian and _has_spectrum(light.color)
     )
-    environment = scene.world
-    is_spectral = _has_spectrum(environment.color) and not environment.is_planckian
-    world = ("World",) if is_spectral and not environment.is_black else ()
+    is_spectral = any(_has_spectrum(part.color) and not part.is_planckian for part in scene.world.parts)
+    world = ("World",) if is_spectral else ()
     spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
     emissive = which(lambda m: any(map(_emits, leaves(m.surface))))
     bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)

@@ -35,7 +35,7 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
     changes: dict[str, Any] = {}
     if not plan.is_on("depth_of_field") and scene.camera.aperture_radius > 0:
         changes["camera"] = replace(scene.camera, aperture_radius=0.0)
-    if not plan.is_on("environment") and not scene.world.is_black:
+    if not plan.is_on("environment") and scene.world.parts:
         changes["world"] = World(medium=scene.world.medium)
     if not plan.is_on("media") and scene.world.medium is not None:
         changes["world"] = replace(changes.get("world", scene.world), medium=None)

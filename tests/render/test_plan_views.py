@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Decisions of the plan that depend on how the camera sees: worlds of its own, panoramas."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.render import plan_from_data
+from spectral_core.render.plan.simulated import simulated_scene
+from spectral_core.scene import Color, PointLight, World
+from spectral_core.scene.camera import Panorama
+from tests.render.scenes import lit_plane, matrix
+
+LAMP = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100)
+
+
+@pytest.mark.parametrize("light", [0.0, 1e-7])
+def test_an_environment_that_the_camera_alone_sees_is_kept_where_it_shows(light: float) -> None:
+    """The world that lights is as good as black; the picture behind the objects is not."""
+    scene = lit_plane(LAMP)
+    for strength, is_kept in ((1.0, True), (1e-9, False)):
+        seen = World(Color(np.full(3, 0.5)), strength)
+        behind = replace(scene, world=World(Color(np.full(3, light)), camera_view=seen))
+        plan = plan_from_data(behind)
+        assert plan.is_on("environment") is is_kept
+        assert (simulated_scene(behind, plan).world.camera_view is not None) is is_kept
+
+
+@pytest.mark.parametrize(("radius", "value"), [(0.05, "on"), (1e-9, "off")])
+@pytest.mark.parametrize(
+    "panorama", [Panorama("fisheye_equidistant", (3.0,)), Panorama("equirectangular", (-3.1, 3.1, -1.5, 1.5))]
+)
+def test_the_lens_of_a_panorama_blurs_what_lies_behind_it(panorama: Panorama, radius: float, value: str) -> None:
+    """Its distances are those from the camera, not along its axis."""
+    scene = lit_plane(LAMP)
+    lens = replace(
+        scene.camera, kind="panoramic", panorama=panorama, aperture_radius=radius, focus_distance=0.5,
+        world_from_camera=scene.camera.world_from_camera @ np.diag([1.0, -1.0, -1.0, 1.0]),
+    )  # fmt: skip
+    assert plan_from_data(replace(scene, camera=lens))["depth_of_field"].value == value
