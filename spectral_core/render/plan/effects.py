@@ -98,16 +98,17 @@ def everything_on(scene: Scene) -> EffectPlan:
 
     Reference for other plans: time saved, error made. Where no light and no material has a spectrum, three channels
     define the picture: spectra are on if they show the same one, as of gray surfaces, and off where products of colors
-    are others than those of the spectra that stand for them.
+    are others than those of the spectra that stand for them. ``accepted`` of the transport is then that of spectra.
     """
     plan = plan_from_data(scene, 0.0)
-    defined = plan["transport"].how == "exact" and rgb_transport_error(scene) > SAME_COLORS
-    transport = "rgb" if defined else "spectral"
+    rounding = rgb_transport_error(scene) if plan["transport"].how == "exact" else 0.0
+    transport = "rgb" if rounding > SAME_COLORS else "spectral"
     values = {"transport": transport, "bounces": str(PILOT_BOUNCES), "textures": "on"}
     full = []
     for each in plan.decisions:
         value = values.get(each.name, each.value if each.name == "environment" or "bounces" in each.name else "on")
-        full.append(replace(each, value=value, reason="everything is on", cost_if_left_out="", accepted=0.0))
+        accepted = rounding if each.name == "transport" and transport == "spectral" else 0.0
+        full.append(replace(each, value=value, reason="everything is on", cost_if_left_out="", accepted=accepted))
     return EffectPlan(tuple(full), 0.0)
 
 
@@ -123,7 +124,8 @@ def _look(found: Found, effects: Mapping[str, Effect], choices: Mapping[str, str
     matters = choices.get("media", "on") == "on" and 0 < media.levels[-1].error > tolerance
     scatters = matters and found.scatters
     lit = scene.lights or not scene.world.is_black or effects["emissive_meshes"].how != "exact"
-    if not (open_questions and scene.instances and lit) or scatters or scene.volumes:
+    sampled = choices.get("volumes", "on") == "on" and effects["volumes"].levels[-1].error > tolerance
+    if not (open_questions and scene.instances and lit) or scatters or sampled:
         return None
     try:
         return run_pilot(scene, pilot_plan(scene, absorbs=matters))
