@@ -8,6 +8,7 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
+from benchmarks._random_data import EDITS as DATA
 from benchmarks._random_rigs import EDITS as RIGS
 from benchmarks._random_shading import (
     fog,
@@ -283,4 +284,5 @@ EDITS: dict[str, Edit] = {
     "scatter": on(some_object("MESH"), scatter),
     "new material": new_material,
     **RIGS,
+    **DATA,
 }

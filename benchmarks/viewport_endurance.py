@@ -118,7 +118,7 @@ class Trial:
             self.counts["killed"] += 1
         shown = self._settled()
         if shown is None:
-            self.wrong.append(f"{number} {name}: no picture within {PATIENCE_S:g} s")
+            self._found(f"{number} {name}: no picture within {PATIENCE_S:g} s")
             return
         self.memory.append(shown.frame.memory)
         if number % COMPARED_EVERY == 0 or kill:
@@ -177,7 +177,7 @@ class Trial:
         try:
             found = self._pictured(self.fresh, stage, SAMPLES)
             if found is None:
-                self.wrong.append(f"{what}: the fresh process shows nothing: {self.fresh.trouble(stage)}")
+                self._found(f"{what}: the fresh process shows nothing: {self.fresh.trouble(stage)}")
                 return
             self.compared += 1
             self.dark += not found.pixels[..., :3].any()
@@ -189,7 +189,12 @@ class Trial:
             self.fresh.drop(stage)
         self.errors.append(error)
         if error > limit:
-            self.wrong.append(f"{what}: differs from a fresh view by {error:.1e} of its mean")
+            self._found(f"{what}: differs from a fresh view by {error:.1e} of its mean")
+
+    def _found(self, what: str) -> None:
+        """Note a fault; it is printed at once, as a run takes long."""
+        self.wrong.append(what)
+        print("wrong:", what, flush=True)
 
     def _certain_error(self, own_stage: str, fresh_stage: str) -> float:
         """Largest difference of a channel's mean, as a share of the mean, with more samples until it is small."""

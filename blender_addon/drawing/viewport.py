@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.live.link import Shown
+from spectral_core.render.live.messages import Shown
 
 LARGEST_HALF = 65504.0
 """Largest half float: more would be infinite on the graphics card."""

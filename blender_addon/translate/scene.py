@@ -11,13 +11,16 @@ from typing import Any
 
 import bpy
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Camera, Film, LightPaths, Scene, SunLight, World
 from spectral_core.spectra.spectrum import Spectrum
 
+from .. import compat
 from .approximations import note_approximations
 from .camera import translate_camera, translate_film
 from .context import Translation, overridden
 from .ledger import note_changed
+from .lighting.patterns import follows_camera
 from .lighting.world import translate_world
 from .objects import collect, everything
 from .settings import sampling_of, settings_of
@@ -69,7 +72,8 @@ def translate_scene(
         note_changed(translation, layer.name, item)
     world = overridden(depsgraph, "world_override") or source.world
     # before the walk over the objects: one that cannot be continued would begin anew if the time ended after it
-    environment, suns = _world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed, kept)
+    world = world if depsgraph.view_layer_eval.use_sky else None
+    environment, suns = _world(translation, world, viewed, kept, chosen if seen_from is not None else None)
     found = collect(translation, shows, kept)
     _note_limits(translation, settings_of(source).light_paths)
     scene = Scene(
@@ -88,15 +92,36 @@ def translate_scene(
 
 
 def _world(
-    translation: Translation, world: Any, viewed: Camera, kept: Kept | None
+    translation: Translation, world: Any, viewed: Camera, kept: Kept | None, of_renders: Any
 ) -> tuple[World, tuple[SunLight, ...]]:
-    make = partial(translate_world, translation, world, viewed)
+    """The environment, and the suns of its skies. ``of_renders``: in a view, the object of the scene's camera."""
     if world is None:
-        return make()
+        return translate_world(translation, None)
     original = world.original
-    state = (world.name, getattr(original, "lightgroup", ""))
+    state: tuple[Any, ...] = (world.name, getattr(original, "lightgroup", ""))
+    if of_renders is not None and follows_camera(compat.node_tree(world)):
+        viewed = _camera_of_renders(translation.depsgraph, of_renders, viewed)
+        film = translate_film(translation.scene, 1, 0)
+        state += viewed.world_from_camera.tobytes(), viewed.window(film)
+    make = partial(_translated_world, translation, world, viewed, is_view=len(state) > 2)
     key, makers = ("world", original.session_uid), frozenset((original.session_uid,))
     return kept_or_made(kept, translation, key, makers, state, make)
+
+
+def _translated_world(
+    translation: Translation, world: Any, viewed: Camera, *, is_view: bool
+) -> tuple[World, tuple[SunLight, ...]]:
+    if is_view:
+        translation.note(world.name, "its Window and Camera coordinates are those of the scene's camera in every view")
+    return translate_world(translation, world, viewed)
+
+
+def _camera_of_renders(depsgraph: Any, chosen: Any, viewed: Camera) -> Camera:
+    """The scene's camera without the notes on it; ``viewed`` if it cannot be used."""
+    try:
+        return translate_camera(Translation.of(depsgraph, bpy.data), chosen.evaluated_get(depsgraph))
+    except InvalidInputError:
+        return viewed
 
 
 def _note_limits(translation: Translation, limits: LightPaths) -> None:

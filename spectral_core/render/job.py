@@ -181,8 +181,10 @@ class RenderJob:
         """The integrator for light between surfaces and in media."""
         plan, limits = self.plan, self.scene.settings.light_paths
         white = float(white_light().values.mean()) if plan.is_spectral else 1.0
-        # shadow rays ignore the bodies of lamps in the light tables
-        clear = plan.is_on("transparency") and (not self._loaded.lights or bool(take_inventory(self.scene).transparent))
+        found = take_inventory(self.scene)
+        clear = plan.is_on("transparency") and bool(found.transparent)
+        # without light tables lamps are objects, which shadow rays pass
+        clear |= not self._loaded.lights and found.bodies_shade
         film = self.scene.film
         glass = film.transparent and film.transparent_glass and not self.scene.volumes
         settings = PathSettings(plan.bounces, clear, limits, white, glass)

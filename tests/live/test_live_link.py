@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -13,13 +14,14 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+from spectral_core import child
 from spectral_core.render.live.area import Place
-from spectral_core.render.live.link import LiveLink
+from spectral_core.render.live.link import MOST_CRASHES, LiveLink
 from spectral_core.render.live.messages import Frame
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.render.process.interpreter import find_python
 from spectral_core.render.process.renderer import Worker
-from spectral_core.scene import Camera, Film
+from spectral_core.scene import Camera, Color, Film, Scene, World
 
 PATIENCE_S = 30.0
 FRAME = Frame("view", 1, Place(0, 1, 2, 2), 1, (0, 0), 1, True, 0.1, 1, "", False, 0)
@@ -123,3 +125,61 @@ def test_crashes_are_counted_until_a_view_is_finished(link, monkeypatch, is_done
         link._after_crash(link._worker, "it ended")
     assert link.restarts == restarts
     assert ("after the next change" in link.trouble("view")) is not is_done
+
+
+SHORT_LIVED = """
+import json, os, sys
+from pathlib import Path
+
+counted = Path(os.environ["COUNTED"])
+counted.write_text(counted.read_text() + "I")
+if len(counted.read_text()) <= int(os.environ["DYING"]):
+    print("no module is here", file=sys.stderr, flush=True)
+    os._exit(9)
+sys.path[:] = json.loads(os.environ["SPECTRAL_SCENE_SYS_PATH"])
+from spectral_core.render.live.server import main
+
+main()
+"""
+
+
+@pytest.fixture
+def dying(tmp_path, monkeypatch):
+    """A function that lets the next processes of a link end before they answer; the file counts the starts."""
+    module, counted = tmp_path / "short_lived.py", tmp_path / "starts"
+    module.write_text(SHORT_LIVED)
+    counted.write_text("")
+    monkeypatch.setattr(child, "command", lambda python, _module, *rest: [python, *child.ISOLATED, str(module), *rest])
+
+    def let(count):
+        monkeypatch.setenv("COUNTED", str(counted))
+        monkeypatch.setenv("DYING", str(count))
+        return counted
+
+    return let
+
+
+def asked_of(link):
+    """Ask for a picture of an empty scene; the link, once it has one or trouble that nothing will end."""
+    film = Film(4, 4, samples=1)
+    camera = Camera(world_from_camera=np.eye(4))
+    link.show("stage", Scene(camera=camera, film=film, world=World(color=Color(np.ones(3)))))
+    generation = link.look("view", ViewRequest("stage", Viewpoint.of_camera(camera, film), 4, 4, 1, 0), lambda: None)
+    end = time.monotonic() + 4 * PATIENCE_S
+    while time.monotonic() < end and not link.wait("view", generation, 0.1):
+        if "after the next change" in link.trouble("view"):
+            break
+    return link
+
+
+@pytest.mark.parametrize(("count", "is_shown"), [(2, True), (9, False)])
+def test_a_process_that_ends_before_it_answers_is_started_again(dying, count, is_shown):
+    """The view stayed empty until the next change."""
+    counted, link = dying(count), LiveLink()
+    try:
+        asked_of(link)
+        assert (link.latest("view") is not None) is is_shown
+        assert len(counted.read_text()) == (count + 1 if is_shown else MOST_CRASHES + 1)
+        assert ("no module is here" in link.trouble("view")) is not is_shown
+    finally:
+        link.close()

@@ -17,7 +17,8 @@ pytest.importorskip("mitsuba")
 
 from spectral_core.render import plan_effects
 from spectral_core.render.job import Measure, RenderJob
-from spectral_core.render.live.link import LiveLink, Shown
+from spectral_core.render.live.link import LiveLink
+from spectral_core.render.live.messages import Shown
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import (
     Aperture,

@@ -29,13 +29,23 @@ from spectral_core.scene import (
     RenderSettings,
     ScatteringMedium,
     Transparent,
+    VolumeObject,
     World,
     gray,
 )
 from spectral_core.spectra import catalogue
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.volume.transfer import Material as Stuff
+from spectral_core.volume.transfer import TransferFunction
 from tests.render.scenes import lit_plane, matrix
 
 LAMP = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100)
+CLOUD = VolumeObject(
+    "cloud",
+    np.ones((2, 2, 2)),
+    matrix((0, 0, 1)),
+    TransferFunction((Stuff("cloud", np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.9, 0.6, 0.3])),)),
+)
 IMAGE = ImageTexture("wood", np.full((2, 2, 3), 0.5, np.float32), "linear")
 
 
@@ -126,7 +136,38 @@ def test_lights_camera_and_world_determine_effects():
     assert plan_from_data(replace(scene, camera=opened))["depth_of_field"].value == "on"
     area = AreaLight(name="area", world_from_light=matrix((0, 0, 3)))
     assert plan_from_data(replace(scene, lights=(area,)))["transparency"].value == "off"
-    assert plan_from_data(replace(scene, lights=(area, LAMP)))["transparency"].value == "on"
+    pair = replace(scene, lights=(area, LAMP))
+    assert plan_from_data(pair)["transparency"].value == "off"  # lamps are no objects that shade
+    assert plan_from_data(replace(pair, volumes=(CLOUD,)))["transparency"].value == "on"  # where they are
+
+
+def test_dispersion_that_no_eye_sees_calls_for_no_spectra():
+    knots = np.arange(380.0, 781.0, 10.0)
+    scene = lambda slope: _with_material(Glass(ior=Spectrum("n", SpectralGrid(knots), 1.5 - slope * knots)))  # noqa: E731
+    assert plan_from_data(scene(1e-10), 1.0)["transport"].value == "rgb"
+    assert plan_from_data(scene(1e-4), 1.0)["transport"].value == "spectral"
+    settings = RenderSettings(overrides=(("dispersion", "on"),))
+    asked = plan_from_data(replace(scene(1e-10), settings=settings), 1.0)
+    assert asked["dispersion"].value == "on" and asked["transport"].value == "spectral"
+    for tolerance in np.geomspace(1e-3, 100, 26):  # three channels have no dispersion
+        plan = plan_from_data(scene(1e-8), float(tolerance))
+        assert plan["transport"].value == "spectral" or plan["dispersion"].value == "off"
+
+
+@pytest.mark.parametrize("lighting", ["even", "scene", "shadows"])
+def test_a_volume_too_thin_to_see_is_omitted(lighting):
+    """Its error is bounded by what the data reach of the transfer function, and by the lamps."""
+    stuff = CLOUD.transfer.materials[0]
+
+    def planned(extinction, data=CLOUD.data):
+        curve = TransferFunction((replace(stuff, extinction=np.array(extinction)),))
+        cloud = replace(CLOUD, transfer=curve, data=data, lighting=lighting)
+        return plan_from_data(_with_material(Diffuse(gray(0.5)), volumes=(cloud,)), 1.0)["volumes"]
+
+    assert planned([0.0, 1.0]).value == "on" and planned([0.0, 1.0]).how == "not known"
+    assert planned([0.0, 1e-9]).value == "off" and 0 < planned([0.0, 1e-9]).error < 0.01
+    assert planned([0.0, 1.0], 0 * CLOUD.data).error == 0.0
+    assert planned([0.0, 0.02]).value == "on" and planned([0.0, 0.02]).how == "bounded"
 
 
 def test_overrides_of_the_artist_have_their_cost():

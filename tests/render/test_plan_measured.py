@@ -38,6 +38,7 @@ from spectral_core.scene import (
     gray,
 )
 from spectral_core.scene.geometry import unit_box
+from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from tests.render.scenes import lit_plane, matrix, sphere_mesh
 
@@ -175,6 +176,31 @@ def test_a_plan_with_all_effects_gives_the_same_picture():
     job = RenderJob(scene, plan)
     job.trace(64)
     assert job.picture()[..., 1].mean() == pytest.approx(_picture(scene, 32)[..., 1].mean(), rel=0.02)
+
+
+def test_all_effects_keep_the_colors_of_a_scene_without_spectra():
+    """A blue lamp over green paint: spectra that stand for the two colors have another product than the colors."""
+    lamp = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100, color=Color([0.2, 0.3, 1.0]))
+    scene = lit_plane(lamp, surface=Diffuse(Color([0.2, 0.5, 0.1])), settings=FREE)
+    plan = everything_on(scene)
+    assert not plan.is_spectral and plan.is_on("media") and plan.bounces == 64
+    pictures = []
+    for each in (plan, plan_effects(scene, 1.0), plan.changed("transport", "spectral")):
+        job = RenderJob(scene, each)
+        job.trace(64)
+        pictures.append(lab_from_linear_rgb(job.picture()[..., :3].astype(float)))
+    full, planned, spectral = pictures
+    assert delta_e_2000(full, planned).mean() < 0.1 < 1.0 < delta_e_2000(spectral, planned).mean()
+
+
+def test_colors_that_meet_no_others_need_no_spectra():
+    """A lamp of measured daylight over one red sheet; a second sheet, above it, reflects its light once more."""
+    daylight = replace(LAMP, color=catalogue.illuminant("D65"))
+    red = corner(Diffuse(Color([0.7, 0.2, 0.1])))
+    red = replace(red, lights=(daylight,))
+    alone = replace(red, instances=red.instances[:1])
+    assert not plan_effects(alone, 1.0).is_spectral and plan_effects(red, 1.0).is_spectral
+    assert plan_from_data(alone, 1.0).is_spectral  # nothing tells that no light is reflected twice
 
 
 def test_light_after_a_bounce_is_lost_once_whatever_rows_name_it():

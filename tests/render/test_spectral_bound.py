@@ -54,3 +54,11 @@ def test_the_bound_is_the_worst_pair(seed: int) -> None:
             worst = max(worst, float(delta_e_2000(lab_from_linear_rgb(exact), lab_from_linear_rgb(simple))))
     assert worst > 1.0
     assert found == pytest.approx(LATER_BOUNCES * worst, rel=1e-9)
+
+
+def test_colors_beside_a_spectrum_are_compared_too() -> None:
+    """Spectral transport for one material renders all others with spectra as well."""
+    even = Reflectance("even", GRID, np.full(len(GRID.wavelengths_nm), 0.5))
+    white, blue = Color(np.ones(3)), Color(np.array([0.1, 0.2, 0.7]))
+    assert rgb_transport_error(_scene([even, blue], white)) > 1.0
+    assert rgb_transport_error(_scene([even], white)) < 0.5 * rgb_transport_error(_scene([even, blue], white))

@@ -7,8 +7,7 @@ import time
 from collections import deque
 from dataclasses import dataclass, field
 
-from spectral_core.render.live.link import Shown
-from spectral_core.render.live.messages import LOADED
+from spectral_core.render.live.messages import LOADED, Shown
 
 REMEMBERED, FEWEST = 5, 2
 """Pictures of a kind of change that are remembered, and those among them that must have come in time for a wait: where

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import SpectralError
-from spectral_core.render.live.link import COARSEST, LiveLink, Shown
+from spectral_core.render.live.link import COARSEST, LiveLink
+from spectral_core.render.live.messages import Shown
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import Camera, Film, Scene
 from spectral_core.scene.look import Look

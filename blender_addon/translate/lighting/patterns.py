@@ -89,6 +89,20 @@ def _is_placed_image(source: Output) -> bool:
     )
 
 
+def follows_camera(tree: Any) -> bool:
+    """True if nodes of a tree or of its groups use the space or the frame of the camera."""
+    for node in () if tree is None else tree.nodes:
+        if node.type == "CAMERA":
+            return True
+        if node.type == "VECT_TRANSFORM" and "CAMERA" in (node.convert_from, node.convert_to):
+            return True
+        if node.type == "TEX_COORD" and any(node.outputs[name].is_linked for name in ("Camera", "Window")):
+            return True
+        if node.type == "GROUP" and follows_camera(node.node_tree):
+            return True
+    return False
+
+
 def world_light(
     translation: Translation, world: Any, camera: Any, own: dict[str, Any]
 ) -> tuple[Term, Term, tuple[SunLight, ...]]:

@@ -280,6 +280,11 @@ class AdaptivePicture:
         pixels[:, 3] = self._covered / total
         return pixels.reshape(height, width, 4)
 
+    def noise_picture(self) -> NDArray[np.float32]:
+        """(height, width, 3) half the difference of the halves so far."""
+        first, second = self.halves()
+        return ((first - second) / 2).astype(np.float32).reshape(*self.size[::-1], 3)
+
     def band_picture(self) -> NDArray[np.float32] | None:
         """(height, width, n_bands) radiance per nm so far, None if none is measured."""
         if self._bands is None:

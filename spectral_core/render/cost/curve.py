@@ -106,7 +106,13 @@ def _expected(scene: Scene, probe: Probe, model: CostModel, spent: Spent) -> Pre
         return predicted_error(probe, model, spent, settings.target_error)[0]
     if settings.time_budget_s is not None:
         return predicted_time(probe, model, spent.wall, settings.time_budget_s)[0]
-    return model.for_samples(scene.film.samples)
+    return of_moments(model, scene.film.samples, max(1, len(scene.moments)))
+
+
+def of_moments(model: CostModel, samples: int, moments: int) -> Prediction:
+    """Prediction for ``samples`` in all, of equal pictures of the moments of motion blur, whose noise averages out."""
+    error = model.error(max(1.0, samples / moments)) / float(np.sqrt(moments))
+    return replace(model.for_samples(samples), delta_e=error)
 
 
 def _noise_points(probe: Probe, model: CostModel) -> list[CostPoint]:

@@ -11,16 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from spectral_core.errors import RenderError
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.changes import difference
-from spectral_core.render.live.messages import AreaName, Frame
+from spectral_core.render.live.messages import AreaName, Shown
 from spectral_core.render.live.view import ViewRequest
 from spectral_core.render.process.interpreter import find_python
-from spectral_core.render.process.renderer import Worker
+from spectral_core.render.process.renderer import ProcessEnded, Worker
 from spectral_core.scene import Scene
 
 MODULE = "spectral_core.render.live.server"
@@ -32,18 +29,6 @@ COARSEST = 1 << 16
 """Distance of two pixels that any picture keeps."""
 MEMORY_GROWTH, MEMORY_ALLOWANCE = 3.0, 1e9
 """Factor on the memory after the first picture, and bytes: a process that exceeds both is replaced."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Shown:
-    """A view's latest picture: ``pixels`` (height, width, 4) linear sRGB and coverage, row 0 at the bottom.
-
-    ``first``: time (``time.monotonic``) at which the first picture of its request arrived.
-    """
-
-    pixels: NDArray[np.float32]
-    frame: Frame
-    first: float = 0.0
 
 
 @dataclass
@@ -207,7 +192,10 @@ class LiveLink:
             worker = Worker(self._python or find_python(), MODULE, niceness=NICENESS)
         except RenderError as error:
             self._is_starting = False
-            self._say(str(error))
+            if isinstance(error, ProcessEnded):
+                self._after_crash(None, str(error))
+            else:  # another one would not start either
+                self._say(str(error))
             return
         with self._lock:
             self._is_starting, self._first_memory = False, 0
@@ -273,7 +261,8 @@ class LiveLink:
             self._start()
         worker.end()  # without the lock: the system needs a while to free its memory
 
-    def _after_crash(self, worker: Worker, text: str) -> None:
+    def _after_crash(self, worker: Worker | None, text: str) -> None:
+        """Start another process, up to a limit; ``worker``: None if it ended before it could answer."""
         with self._news:
             if worker is not self._worker or self._is_closed:
                 return
@@ -282,11 +271,13 @@ class LiveLink:
             self._crashes = [moment for moment in self._crashes if now - moment < CRASH_SPAN_S] + [now]
             gives_up = len(self._crashes) > MOST_CRASHES
             ending = "It is tried again after the next change." if gives_up else "It is started again."
-            self._say(f"{text.splitlines()[0].split('. Nothing')[0]}. {ending}")
+            words = f" Its last words: {text.splitlines()[-1]}." if gives_up and worker is None and "\n" in text else ""
+            self._say(f"{text.splitlines()[0].split('. Nothing')[0]}.{words} {ending}")
             if not gives_up:
                 self.restarts += 1
                 self._start()
-        worker.end()
+        if worker is not None:
+            worker.end()
 
     def _say(self, text: str) -> None:
         """Report trouble to every view."""

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages from the live render process to its session."""
+"""Messages from the live render process to its session, and the picture that a session makes of one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.render.live.area import Place
 from spectral_core.scene import Note
@@ -53,3 +56,15 @@ class Trouble:
     view: str
     generation: int
     message: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shown:
+    """A view's latest picture: ``pixels`` (height, width, 4) linear sRGB and coverage, row 0 at the bottom.
+
+    ``first``: time (``time.monotonic``) at which the first picture of its request arrived.
+    """
+
+    pixels: NDArray[np.float32]
+    frame: Frame
+    first: float = 0.0

@@ -25,8 +25,10 @@ from spectral_core.scene import (
     Instance,
     Light,
     Material,
+    Mesh,
     PointLight,
     Principled,
+    ScatteringMedium,
     Scene,
     SpotLight,
     SunLight,
@@ -180,8 +182,7 @@ def error_of_medium(scene: Scene, material: Material) -> float:
     depth = optical_depth(scene, material)
     if depth > 0.2:
         return _EVERYTHING
-    forward = min(abs(medium.anisotropy), 0.99)
-    phase = (1 + forward) / (1 - forward) ** 2 / (4 * np.pi)
+    phase = _forward(medium)
     albedo = largest_size(medium.color)
     added = 0.0
     for item in scene.instances:
@@ -190,8 +191,7 @@ def error_of_medium(scene: Scene, material: Material) -> float:
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
         added += medium.emission_strength * largest_size(medium.emission_color) * length
         scattering = depth / max(length, 1e-30) * albedo
-        for light in scene.lights:
-            added += scattering * phase * _irradiance_along(light, box, length, scene)
+        added += scattering * phase * irradiance_along(scene, box, length)
         added += (
             0.0
             if scene.world.is_black
@@ -200,12 +200,48 @@ def error_of_medium(scene: Scene, material: Material) -> float:
     return error_of_share(2 * depth) + error_of_light(1.5 * added * scene.film.exposure)
 
 
-def _irradiance_along(light: Light, box: Array, length: float, scene: Scene) -> float:
-    """Upper bound of the integral of a lamp's irradiance along a path through a box."""
+def _forward(medium: ScatteringMedium) -> float:
+    """Largest value of a medium's phase function, per sr."""
+
+    def largest(g: float, alpha: float) -> float:
+        g = min(abs(g), 0.99)
+        return (1 + g) / (1 - g) ** 2 / (4 * np.pi) * (1 + alpha) / (1 + alpha * (1 + 2 * g * g) / 3)
+
+    if medium.lobes:
+        return sum(weight * largest(g, alpha) for weight, g, alpha in medium.lobes)
+    return largest(medium.anisotropy, 0.0)
+
+
+def irradiance_along(scene: Scene, box: Array, length: float) -> float:
+    """Upper bound of the integral of the irradiance of lamps and emissive surfaces along a path through a box."""
+    found = sum(_of_lamp(light, box, length, scene) for light in scene.lights)
+    emitted = {material.name: _emitted(material) for material in scene.materials}
+    meshes = {mesh.name: mesh for mesh in scene.meshes}
+    for item in scene.instances:
+        radiance = max((emitted.get(name, 0.0) for name in item.materials), default=0.0)
+        if radiance > 0 and len(meshes[item.mesh].triangles):
+            found += _of_surface(radiance, meshes[item.mesh], item, box, length)
+    return found
+
+
+def _of_surface(radiance: float, mesh: Mesh, item: Instance, box: Array, length: float) -> float:
+    """The same of one object whose faces emit at most ``radiance``."""
+    a, b, c = (placed(mesh.positions[mesh.triangles[:, k]], item.world_from_object) for k in range(3))
+    area = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2  # no more of it is seen from anywhere
+    inside = np.pi * radiance * np.sqrt(np.pi * area)
+    own = placed(box_of(mesh), item.world_from_object)
+    gap = np.maximum(0.0, np.maximum(box.min(axis=0) - own.max(axis=0), own.min(axis=0) - box.max(axis=0)))
+    away = float(np.linalg.norm(gap))
+    return inside if away == 0 else min(inside, radiance * area / away**2 * length)
+
+
+def _of_lamp(light: Light, box: Array, length: float, scene: Scene) -> float:
+    """The same of one lamp."""
+    tint = largest_size(light.color) if isinstance(light.color, Color) else 3.0
     if isinstance(light, SunLight):
-        return abs(light.irradiance) * length
+        return tint * abs(light.irradiance) * length
     center = light.world_from_light[:3, 3]
-    intensity = intensity_of_point(abs(light.power_w)) * (4.0 if isinstance(light, AreaLight) else 1.0)
+    intensity = tint * intensity_of_point(abs(light.power_w)) * (4.0 if isinstance(light, AreaLight) else 1.0)
     distance = _distance_to_box(center, box)
     if distance > 0:
         return intensity / distance**2 * length
@@ -231,10 +267,18 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, 
     if not scene.world.is_black:
         yield scene.world.strength * largest_size(scene.world.color), "World"
     for material in materials:
-        for leaf in leaves(material.surface):
-            if isinstance(leaf, (Emission, Principled)):
-                color = leaf.color if isinstance(leaf, Emission) else leaf.emission_color
-                amount = leaf.strength if isinstance(leaf, Emission) else leaf.emission_strength
-                strength = float(amount) if isinstance(amount, (int, float)) else 1.0
-                if strength != 0:
-                    yield abs(strength) * max(largest_size(part) for part in paint_parts(color)), material.name
+        if (radiance := _emitted(material)) > 0:
+            yield radiance, material.name
+
+
+def _emitted(material: Material) -> float:
+    """Largest radiance that a material emits; a varying strength counts as 1."""
+    found = 0.0
+    for leaf in leaves(material.surface):
+        if isinstance(leaf, (Emission, Principled)):
+            color = leaf.color if isinstance(leaf, Emission) else leaf.emission_color
+            amount = leaf.strength if isinstance(leaf, Emission) else leaf.emission_strength
+            strength = abs(float(amount)) if isinstance(amount, (int, float)) else 1.0
+            if strength != 0:
+                found = max(found, strength * max(largest_size(part) for part in paint_parts(color)))
+    return found

@@ -20,6 +20,7 @@ from spectral_core.render.plan.effects_from_pilot import measured_effects, unmea
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.levels import KEEP, Effect, chosen, indirect_error
 from spectral_core.render.plan.pilot import PILOT_BOUNCES, Pilot, run_pilot
+from spectral_core.render.plan.spectral_bound import rgb_transport_error
 from spectral_core.scene import Scene
 
 __all__ = ["MOST_BOUNCES", "Decision", "EffectPlan", "everything_on", "pilot_pays", "plan_effects", "plan_from_data"]
@@ -29,6 +30,10 @@ PAYING_PATHS = 3_000_000
 """Least number of paths of a render for which a pilot is traced: a few seconds of time."""
 PAYING_SECONDS, USUAL_SAMPLES = 10.0, 64
 """The same for a time budget; and the assumed number of samples of a requested error."""
+SAME_COLORS = 0.1
+"""ΔE2000 below which three channels and spectra show the same picture; that of gray surfaces is the rounding of the
+white's colors.
+"""
 _PILOTED = ("bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
 
 
@@ -91,14 +96,19 @@ def pilot_pays(scene: Scene) -> bool:
 def everything_on(scene: Scene) -> EffectPlan:
     """The plan with all effects: spectra, dispersion, media and transparency, many bounces.
 
-    Reference for other plans: time saved, error made.
+    Reference for other plans: time saved, error made. Where no light and no material has a spectrum, three channels
+    define the picture: spectra are on if they show the same one, as of gray surfaces, and off where products of colors
+    are others than those of the spectra that stand for them. ``accepted`` of the transport is then that of spectra.
     """
-    values = {"transport": "spectral", "bounces": str(PILOT_BOUNCES), "textures": "on"}
     plan = plan_from_data(scene, 0.0)
+    rounding = rgb_transport_error(scene) if plan["transport"].how == "exact" else 0.0
+    transport = "rgb" if rounding > SAME_COLORS else "spectral"
+    values = {"transport": transport, "bounces": str(PILOT_BOUNCES), "textures": "on"}
     full = []
     for each in plan.decisions:
         value = values.get(each.name, each.value if each.name == "environment" or "bounces" in each.name else "on")
-        full.append(replace(each, value=value, reason="everything is on", cost_if_left_out="", accepted=0.0))
+        accepted = rounding if each.name == "transport" and transport == "spectral" else 0.0
+        full.append(replace(each, value=value, reason="everything is on", cost_if_left_out="", accepted=accepted))
     return EffectPlan(tuple(full), 0.0)
 
 
@@ -114,7 +124,8 @@ def _look(found: Found, effects: Mapping[str, Effect], choices: Mapping[str, str
     matters = choices.get("media", "on") == "on" and 0 < media.levels[-1].error > tolerance
     scatters = matters and found.scatters
     lit = scene.lights or not scene.world.is_black or effects["emissive_meshes"].how != "exact"
-    if not (open_questions and scene.instances and lit) or scatters or scene.volumes:
+    sampled = choices.get("volumes", "on") == "on" and effects["volumes"].levels[-1].error > tolerance
+    if not (open_questions and scene.instances and lit) or scatters or sampled:
         return None
     try:
         return run_pilot(scene, pilot_plan(scene, absorbs=matters))

@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
+from spectral_core.render.plan.decision import How
 from spectral_core.render.plan.fluorescence import error_without_dyes
 from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
+from spectral_core.render.plan.volume_bound import error_of_volumes
 from spectral_core.scene import Material, PointLight, Scene, SpotLight
 from spectral_core.scene.geometry import placed_boxes
 
@@ -28,6 +30,7 @@ TRANSPARENCY_SHARE = 0.12
 SMALL_SHARE = 0.02
 """Share of the time of an effect that costs very little."""
 ON_OFF = ("on", "off")
+MOST_ERROR = 100.0
 
 
 THIN = 0.05
@@ -73,18 +76,32 @@ def names(items: tuple[str, ...], most: int = 3) -> str:
 def _transport(found: Found) -> Effect:
     inventory, choices = found.inventory, ("rgb", "spectral")
     simple = lambda error: (Level("spectral"), Level("rgb", error, SPECTRAL_SHARE))  # noqa: E731
-    if found.inventory.dispersive:
+    if inventory.dispersive and _disperses_anyway(found):
         reason = f"colors part in the dispersive {names(inventory.dispersive)}"
         return Effect("transport", simple(KEEP), reason, "no rainbows", "bounded", choices)
     if not inventory.spectra:
         reason = "no light or material has a spectrum; three channels are exact"
         return Effect("transport", simple(0.0), reason, choices=choices)
-    error = rgb_transport_error(found.scene)
+    # three channels show no dispersion, whose own error is never larger: it leaves first
+    error = rgb_transport_error(found.scene) + _error_without_dispersion(found)
     text = "an unknown error" if error == KEEP else f"an error of ΔE {error:.2g}"
     reason = f"there are spectra in {names(inventory.spectra)}; surfaces under all lights have {text} in three channels"
     return Effect(
         "transport", simple(error), reason, "colors that only spectra can distinguish become equal", "bounded", choices
     )
+
+
+def _disperses_anyway(found: Found) -> bool:
+    """True if dispersion stays at any tolerance, or by the artist's choice."""
+    chosen = dict(found.scene.settings.overrides).get("dispersion")
+    return chosen == "on" or _error_without_dispersion(found) >= MOST_ERROR
+
+
+def _error_without_dispersion(found: Found) -> float:
+    """A fringe of c pixels at an edge from black to white: the filter's largest slope, 1.1 per pixel."""
+    if not found.inventory.dispersive:
+        return 0.0
+    return min(MOST_ERROR, 110.0 * bounds.spread_of_dispersion(found.scene, found.materials, found.points))
 
 
 def _dispersion(found: Found) -> Effect:
@@ -93,8 +110,7 @@ def _dispersion(found: Found) -> Effect:
         return absent("dispersion", "every index of refraction is one number", DISPERSION_SHARE)
     spread = bounds.spread_of_dispersion(found.scene, found.materials, found.points)
     reason = f"the index of refraction varies with wavelength in {names(inventory.dispersive)}: {spread:.2g} pixels"
-    # a fringe of c pixels at an edge from black to white: the filter's largest slope, 1.1 per pixel
-    error = min(100.0, 110.0 * spread)
+    error = _error_without_dispersion(found)
     loses = "no dispersion; everything refracts as at 589 nm"
     return Effect("dispersion", (Level("on"), Level("off", error, DISPERSION_SHARE)), reason, loses, "bounded", ON_OFF)
 
@@ -140,8 +156,10 @@ def _volumes(found: Found) -> Effect:
     if not volumes:
         return absent("volumes", "the scene has no sampled volume", MEDIA_SHARE)
     reason = f"the scene shows {names(tuple(volume.name for volume in volumes))}"
-    levels = (Level("on"), Level("off", KEEP, MEDIA_SHARE))
-    return Effect("volumes", levels, reason, "the sampled volumes vanish", "not known", ON_OFF)
+    error = error_of_volumes(found.scene)
+    levels = (Level("on"), Level("off", min(error, MOST_ERROR) if error < KEEP else KEEP, MEDIA_SHARE))
+    how: How = "not known" if error == KEEP else "bounded"
+    return Effect("volumes", levels, reason, "the sampled volumes vanish", how, ON_OFF)
 
 
 def _transparency(found: Found) -> Effect:
@@ -151,7 +169,7 @@ def _transparency(found: Found) -> Effect:
         reason = f"light passes straight through {names(inventory.transparent)}"
         loses = "shadows of transparent surfaces are black"
         return Effect("transparency", levels, reason, loses, "not known", ON_OFF)
-    if inventory.light_bodies and inventory.source_count > 1:
+    if found.scene.volumes and inventory.bodies_shade:  # elsewhere lamps are no objects of the scene
         reason = f"lights with a size ({names(inventory.light_bodies)}) must not shade the other lights"
         loses = "lights shade each other as if they were objects"
         return Effect("transparency", levels, reason, loses, "not known", ON_OFF)

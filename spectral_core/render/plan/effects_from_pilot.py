@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
-from spectral_core.render.plan.effects_from_data import Found
+from spectral_core.render.plan.effects_from_data import THIN, Found, names
 from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
+from spectral_core.render.plan.spectral_bound import rgb_transport_error
 from spectral_core.scene import Glass, Glossy, Metal, Principled, leaves
 
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
@@ -57,7 +58,23 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
             known[name] = _chain(name, kind, reason, loses, pilot, unseen)
         bounces = _chain("bounces", "bounces", "", bounces.loses, pilot, unseen)
     known["bounces"] = bounces
+    known["transport"] = _direct_alone(found, known["transport"], bounces)
     return known
+
+
+def _direct_alone(found: Found, transport: Effect, bounces: Effect) -> Effect:
+    """Without light after a bounce, and with nothing that light passes, no color meets another one."""
+    last, inventory = bounces.levels[-1], found.inventory
+    passes = inventory.transparent or inventory.refractive or inventory.media or inventory.dispersive
+    if transport.how == "exact" or passes or last.value != "0" or last.error > THIN:
+        return transport
+    error = rgb_transport_error(found.scene, in_turn=False)
+    first, rgb = transport.levels
+    reason = (
+        f"there are spectra in {names(inventory.spectra)}; no light of ΔE {THIN:g} is reflected twice, and surfaces"
+    )
+    reason += f" under all lights have an error of ΔE {error:.2g} in three channels"
+    return replace(transport, levels=(first, replace(rgb, error=min(error, rgb.error))), reason=reason)
 
 
 def unmeasured_kinds() -> dict[str, Effect]:

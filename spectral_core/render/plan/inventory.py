@@ -67,6 +67,11 @@ class Inventory:
     surfaces: int
     largest_reflectance: float
 
+    @property
+    def bodies_shade(self) -> bool:
+        """True if a light with a size could shade another one, where lights are objects of the scene."""
+        return bool(self.light_bodies) and self.source_count > 1
+
     def diffuse_error(self, bounces: int) -> float:
         """Upper bound of the ΔE2000 of a diffuse scene after so many bounces.
 

@@ -47,10 +47,11 @@ MOST_SURFACES, MOST_LIGHTS, TEXELS = 48, 24, 24
 _PRIMARIES = np.array([[0.8, 0.05, 0.05], [0.05, 0.8, 0.05], [0.05, 0.05, 0.8], [0.8, 0.8, 0.05]])
 
 
-def rgb_transport_error(scene: Scene) -> float:
+def rgb_transport_error(scene: Scene, *, in_turn: bool = True) -> float:
     """Largest ΔE2000 of RGB transport in ``scene`` at the exposure of white, over all pairs of surfaces.
 
-    Infinite if a spectrum occurs where nothing is compared: in the extinction of a medium or a sampled volume.
+    ``in_turn``: False if no light reaches the camera over two surfaces in turn. Infinite if a spectrum occurs where
+    nothing is compared: in the extinction of a medium or a sampled volume.
     """
     shown = shown_materials(scene)
     materials = [material for material in scene.materials if material.name in shown]
@@ -69,10 +70,14 @@ def rgb_transport_error(scene: Scene) -> float:
         surfaces.sort(key=lambda item: (not item[2], -float(np.ptp(item[0]) / max(float(item[0].max()), 1e-6))))
         surfaces, lights = surfaces[:MOST_SURFACES], lights[:MOST_LIGHTS]
     dyes = error_in_rgb(scene, materials, lights)
-    return max(dyes, LATER_BOUNCES * max((_error_under(light, white, surfaces) for light in lights), default=0.0))
+    again, factor = (SECOND_BOUNCE, LATER_BOUNCES) if in_turn else (0.0, 1.0)
+    return max(dyes, factor * max((_error_under(light, white, surfaces, again) for light in lights), default=0.0))
 
 
-def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list[tuple[Array, Any, bool]]) -> float:
+def _error_under(
+    light: Color | Spectrum, white: Spectrum | None, surfaces: list[tuple[Array, Any, bool]], again: float
+) -> float:
+    """Largest ΔE2000 over surfaces; ``again``: light from a second surface, relative to that of the lamp."""
     spectrum = emitted_spectrum(light, white)
     if not np.any(spectrum.values) or not surfaces:
         return 0.0
@@ -84,16 +89,14 @@ def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list
     size = max(float(measure.sum(axis=1) @ (0.2126, 0.7152, 0.0722)), 1e-30)  # scaled to a luminance of 1
     rgb = np.stack([item[0] for item in surfaces])
     spectra = np.stack([item[1](points) for item in surfaces])
-    is_spectral = np.array([item[2] for item in surfaces]) | isinstance(light, Spectrum)
     # the second surface: none, then each
     others = np.concatenate([np.zeros((1, points.size)), spectra])
     other_rgb = np.concatenate([np.zeros((1, 3)), rgb])
-    counts = is_spectral[:, None] | np.concatenate([[False], is_spectral])[None]
     weighted = spectra * measure[:, None]
-    exact = weighted.sum(axis=2)[..., None] + SECOND_BOUNCE * weighted @ others.T
-    simple = (1 + SECOND_BOUNCE * other_rgb) * rgb[:, None] * color
+    exact = weighted.sum(axis=2)[..., None] + again * weighted @ others.T
+    simple = (1 + again * other_rgb) * rgb[:, None] * color
     error = delta_e_2000(lab_from_linear_rgb(np.moveaxis(exact, 0, 2) / size), lab_from_linear_rgb(simple / size))
-    return float(np.max(np.where(counts, error, 0.0)))
+    return float(np.max(error))
 
 
 def distinct_lights(scene: Scene) -> list[Color | Spectrum]:

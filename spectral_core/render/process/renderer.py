@@ -172,10 +172,14 @@ class RenderProcess:
         self.close()
 
 
+class ProcessEnded(RenderError):
+    """A render process has ended: it crashed, or something killed it."""
+
+
 class Worker:
     """One process that runs ``module``, with its log and its messages; ``niceness`` is added to that of this process.
 
-    Raises RenderError if it cannot be started or does not answer.
+    Raises RenderError if it cannot be started or does not answer, ProcessEnded if it ends before that.
     """
 
     def __init__(self, python: str, module: str = "spectral_core.render.process.worker", *, niceness: int = 0) -> None:
@@ -194,12 +198,16 @@ class Worker:
                 creationflags=flags,
             )
         except OSError as error:
+            self._log.close()
             raise RenderError(f"the render process cannot be started with {python!r}: {error}") from error
         self._messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
         threading.Thread(target=self._read, daemon=True).start()
-        if self.next_message(START_LIMIT_S) is None:
+        try:
+            if self.next_message(START_LIMIT_S) is None:
+                raise RenderError(f"the render process did not answer within {START_LIMIT_S:g} s{self.log_tail()}")
+        except RenderError:
             self.end()
-            raise RenderError(f"the render process did not answer within {START_LIMIT_S:g} s{self.log_tail()}")
+            raise
 
     @property
     def alive(self) -> bool:
@@ -233,7 +241,7 @@ class Worker:
             raise self._death()
         return message
 
-    def _death(self) -> RenderError:
+    def _death(self) -> ProcessEnded:
         try:
             code = self.process.wait(timeout=5)
         except subprocess.TimeoutExpired:
@@ -241,7 +249,7 @@ class Worker:
             code = self.process.wait()
         how = f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
         hint = "; it may have run out of memory" if code == -9 else ""
-        return RenderError(
+        return ProcessEnded(
             f"the render process {how}{hint}. Nothing else is lost; rendering again starts a new one.{self.log_tail()}"
         )
 

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bound on the color error of omitting sampled volumes: what they absorb, and the light that they add."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spectral_core.render.plan.bounds import error_of_light, error_of_share, irradiance_along
+from spectral_core.render.plan.inventory import largest_size
+from spectral_core.scene import Scene
+from spectral_core.scene.geometry import VolumeObject, index_box, placed, unit_box
+from spectral_core.volume.transfer import interpolate
+
+DENSEST = 0.2
+"""Optical depth beyond which a volume is not bounded."""
+MOST_VOXELS = 1 << 21
+"""Voxels whose least and largest value are found; more would take as long as an edit of the scene may."""
+
+
+def error_of_volumes(scene: Scene) -> float:
+    """ΔE2000 of omitting all sampled volumes; infinite where one is dense."""
+    share, light = 0.0, 0.0
+    lit_by_lamps = any(volume.lighting != "even" for volume in scene.volumes)  # one lights all, as in the renderer
+    for volume in scene.volumes:
+        box = placed(unit_box().positions, volume.world_from_index @ index_box(volume.data.shape))
+        length = float(np.linalg.norm(np.ptp(box, axis=0)))
+        depth, own, lit = (length * rate for rate in _rates(volume, lit_by_lamps))
+        if not depth <= DENSEST:
+            return float("inf")
+        share += 2 * depth  # on the way to a surface and back
+        light += own
+        if lit == 0.0:
+            continue
+        light += lit / length * irradiance_along(scene, box, length)
+        light += lit * np.pi * scene.world.strength * (0.0 if scene.world.is_black else largest_size(scene.world.color))
+    return error_of_share(share) + error_of_light(light * scene.film.exposure)
+
+
+def _rates(volume: VolumeObject, lit_by_lamps: bool) -> tuple[float, float, float]:
+    """Largest extinction, light of its own, and light that it reflects of an irradiance of 1, all per world unit."""
+    few = np.size(volume.data) <= MOST_VOXELS
+    low, high = (float(np.min(volume.data)), float(np.max(volume.data))) if few else (-np.inf, np.inf)
+    taken, own, lit = 0.0, 0.0, 0.0
+    for material in volume.transfer.materials:
+        inside = (material.values >= low) & (material.values <= high)
+        emission = np.zeros_like(material.extinction) if material.emission is None else material.emission
+        # linear between knots: the largest value is at one of them, or at an end of the data
+        extinction, shining = (
+            max([*curve[inside], *interpolate(np.array([low, high]), material.values, curve)])
+            for curve in (material.extinction, emission)
+        )
+        source = extinction + shining
+        raised = 1.0 if material.gradient_weights is None else float(material.gradient_weights.max())
+        color = float(np.abs(material.color).max())
+        taken += raised * extinction
+        if material.lit and lit_by_lamps:
+            lit += raised * source * color
+        else:
+            own += raised * source * color
+    return taken, own, lit

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bound on the error of omitting a thin medium, against light that is scattered along single rays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.render import plan_from_data
+from spectral_core.render.plan import bounds
+from spectral_core.scene import Diffuse, Emission, Instance, Material, PointLight, ScatteringMedium, gray
+from spectral_core.scene.geometry import unit_box
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from tests.render.scenes import lit_plane, matrix, sphere_mesh
+
+RADIUS, RADIANCE = 0.03, 4000.0
+
+
+def _ember(medium):
+    """A small bright ball inside a box of a medium above a dark plane."""
+    haze, ember = Material("haze", None, medium), Material("ember", Emission(gray(1.0), RADIANCE))
+    place = np.diag([5.0, 5.0, 3.0, 1.0])
+    place[:3, 3] = (-2.5, -2.5, 0.05)
+    ball = np.diag([RADIUS, RADIUS, RADIUS, 1.0])
+    ball[:3, 3] = (0, 0, 1.2)
+    base = lit_plane(surface=Diffuse(gray(0.03)))
+    return replace(
+        base,
+        meshes=(*base.meshes, sphere_mesh(), replace(unit_box(), name="box")),
+        materials=(*base.materials, haze, ember),
+        instances=(
+            *base.instances,
+            Instance("haze", "box", place, ("haze",)),
+            Instance("ember", "sphere", ball, ("ember",)),
+        ),
+    )
+
+
+def test_haze_around_an_emissive_surface_is_bounded_by_its_glow():
+    """At least distance h of a ray, light of intensity π r² L that scatters evenly adds up to σ L r² π / (4 h)."""
+    haze = ScatteringMedium(0.0012, gray(0.95))
+    scene = _ember(haze)
+    stated = bounds.error_of_medium(scene, scene.materials[1])
+    glow = 0.0012 * 0.95 * RADIANCE * RADIUS**2 * np.pi / (4 * np.array([1.1, 2.0, 10.0]) * RADIUS)
+    dark, lit = (lab_from_linear_rgb(np.repeat(light[:, None], 3, axis=1)) for light in (0 * glow, glow))
+    seen = delta_e_2000(dark, lit)
+    assert seen.max() > 1.0 and stated >= seen.max()
+    assert plan_from_data(scene, 1.0)["media"].value == "on"
+    faint = _ember(replace(haze, density=1e-9))
+    assert plan_from_data(faint, 1.0)["media"].value == "off"
+
+
+def test_the_bound_follows_the_phase_functions_that_are_added():
+    bound = lambda **medium: bounds.error_of_medium(  # noqa: E731
+        scene := _ember(ScatteringMedium(1e-5, gray(0.95), **medium)), scene.materials[1]
+    )
+    assert bound(lobes=((1.0, 0.6, 0.0),)) == pytest.approx(bound(anisotropy=0.6))
+    assert bound(lobes=((0.5, 0.6, 0.0), (0.5, 0.6, 0.0))) == pytest.approx(bound(anisotropy=0.6))
+    assert bound(lobes=((4.0, 0.6, 0.0),)) > bound(anisotropy=0.6) > bound(anisotropy=0.0)
+
+
+def test_lamps_brighter_than_white_scatter_more():
+    haze = ScatteringMedium(1e-5, gray(0.95))
+    scene = _ember(haze)
+    lamps = lambda size: replace(scene, instances=scene.instances[:2], lights=(_lamp(size),))  # noqa: E731
+    errors = [bounds.error_of_medium(lamps(size), scene.materials[1]) for size in (1.0, 8.0)]
+    assert errors[1] > 2 * errors[0] > 0
+
+
+def _lamp(size):
+    return PointLight(name="lamp", world_from_light=matrix((0, 0, 6)), power_w=1000, color=gray(size))
