@@ -90,6 +90,18 @@ def test_a_remainder_is_met_with_few_tiles_where_the_error_falls_steeply(part):
     assert 0.75 * part * begun[0] < found.delta_e <= part * begun[0]
 
 
+@pytest.mark.parametrize("part", [0.45, 0.35])
+def test_no_tile_of_little_error_is_doubled_while_steep_ones_remain(part):
+    begun = []
+    picture = _picture(SteepTracer(Clock(lambda now: 1e-5)), (48, 36))
+    rounds.until_error(picture, 1e3, 1, lambda found: bool(begun.append(found.delta_e)))
+    picture = _picture(SteepTracer(Clock(lambda now: 1e-5)), (48, 36))
+    law = lambda samples: -2.6 if samples < 3 else -0.65  # noqa: E731
+    found = rounds.until_error(picture, part * begun[0], 1, lambda _: False, law)
+    assert 0.85 * part * begun[0] < found.delta_e <= part * begun[0]
+    assert picture.counts.max() == 2
+
+
 def _traced_until(monkeypatch, speed, budget=10.0):
     clock = Clock(speed)
     monkeypatch.setattr(adaptive, "time", clock)

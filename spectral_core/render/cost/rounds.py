@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.cost.adaptive import FEW, LONGEST_LAUNCH_S, MOST_SAMPLES, AdaptivePicture
+from spectral_core.render.cost.adaptive import FEW, LONGEST_LAUNCH_S, MANY, MOST_SAMPLES, AdaptivePicture
 from spectral_core.render.cost.allocate import for_error, for_samples
 from spectral_core.render.cost.errors import Estimate
 
@@ -27,6 +27,10 @@ its aim is larger.
 """
 _SLOPES = (-3.0, -0.5)
 """Steepest and least exponent of the error by samples that rounds assume."""
+_STEEP = -1.0
+"""Exponent below which tiles of few samples are doubled one by one, where a picture has enough pixels to tell them apart:
+by chance those with little left to gain grow, too.
+"""
 _LEAST_GROWTH = 1.1
 """Growth of samples in a round, at least."""
 _BUDGET_STEP = 0.05
@@ -93,10 +97,13 @@ def until_error(
             return found
         counts = picture.tile_counts()
         # a later round adds the samples that this round lacks; a last remainder that the model misses goes to all tiles
-        goal = for_error(picture.tile_errors(), counts, _aim(found.delta_e, wanted), picture.tile_pixels)
+        aim = _aim(found.delta_e, wanted)
+        goal = for_error(picture.tile_errors(), counts, aim, picture.tile_pixels)
         known, index = np.unique(counts, return_inverse=True)
         slope = np.clip([slope_from(2 * each) for each in known], *_SLOPES)[index]
-        more = picture.more_by_tile(counts * (goal / counts) ** (-0.5 / slope), slope)
+        steep = slope.min() < _STEEP and len(picture.counts) >= MANY
+        more = _remainder(picture, slope, found.delta_e - aim) if steep else np.zeros(0, np.int64)
+        more = more if more.any() else picture.more_by_tile(counts * (goal / counts) ** (-0.5 / slope), slope)
         if not more.any():
             if counts.min() >= MOST_SAMPLES / 2:
                 return found
