@@ -28,8 +28,8 @@ its aim is larger.
 _SLOPES = (-3.0, -0.5)
 """Steepest and least exponent of the error by samples that rounds assume."""
 _STEEP = -1.0
-"""Exponent below which tiles of few samples are doubled one by one, where a picture has enough pixels to tell them apart:
-by chance those with little left to gain grow, too.
+"""Exponent below which tiles of few samples are doubled one by one, in pictures with enough pixels to tell them
+apart: by chance those with little left to gain grow, too.
 """
 _LEAST_GROWTH = 1.1
 """Growth of samples in a round, at least."""
@@ -96,7 +96,7 @@ def until_error(
         if after_round(found) or found.delta_e <= wanted:
             return found
         counts = picture.tile_counts()
-        # a later round adds the samples that this round lacks; a last remainder that the model misses goes to all tiles
+        # a later round adds the samples that this round lacks; a last remainder goes to the fewest tiles
         aim = _aim(found.delta_e, wanted)
         goal = for_error(picture.tile_errors(), counts, aim, picture.tile_pixels)
         known, index = np.unique(counts, return_inverse=True)
