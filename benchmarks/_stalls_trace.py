@@ -7,8 +7,11 @@ return, on the clock and in processor time of the thread. A timer that ticks at 
 artist feels, Blender's own work included.
 """
 
+import faulthandler
 import os
+import resource
 import sys
+import tempfile
 import threading
 import time
 from collections import defaultdict
@@ -17,6 +20,8 @@ from typing import Any
 import bpy
 
 TICK_S = 0.01
+STANDS_S = 0.12
+"""After this time in a call the places of all threads are written down, without waiting for Python's lock."""
 monitoring: Any = sys.monitoring  # type: ignore[attr-defined]  # Python 3.12 and later, as in Blender 5
 step = ["start"]
 """What the script does now."""
@@ -38,7 +43,8 @@ class Trace:
 
     def __init__(self):
         self.calls = defaultdict(list)
-        self.within, self.since = 0.0, []
+        self.within, self.since, self.stood = 0.0, [], []
+        self._places = tempfile.TemporaryFile("w+b", 0)  # noqa: SIM115 - kept open for the process
         self._main, self._depth, self._start = threading.get_ident(), 0, (0.0, 0.0, 0.0)
         self._queue = _queue_file()
         events = monitoring.events
@@ -52,12 +58,19 @@ class Trace:
             monitoring.register_callback(self._tool, getattr(events, name), call)
         monitoring.set_events(self._tool, sum(getattr(events, name) for name in pairs))
 
+    def clear(self):
+        """Forget all calls."""
+        self.calls.clear()
+        self.stood.clear()
+
     def _enter(self, code, _place):
         if "blender_addon" not in code.co_filename:
             return monitoring.DISABLE
         if threading.get_ident() == self._main:
             if not self._depth:
+                faulthandler.dump_traceback_later(STANDS_S, file=self._places)
                 self._start = time.perf_counter(), time.thread_time(), self._queued()
+                self._faults = resource.getrusage(resource.RUSAGE_THREAD).ru_majflt
             self._depth += 1
         return None
 
@@ -72,9 +85,21 @@ class Trace:
                 queued = 1e3 * (self._queued() - self._start[2])
                 self.within += clock
                 name = f"{code.co_filename.rpartition('blender_addon/')[2]}: {code.co_qualname}"
+                faulthandler.cancel_dump_traceback_later()
                 self.calls[name].append((clock, work, step[0], queued))
                 self.since.append((clock, name))
+                if self._places.tell():
+                    self._write_down(name, clock)
         return None
+
+    def _write_down(self, name, clock):
+        """Keep the places of the threads that were written during the call."""
+        read = resource.getrusage(resource.RUSAGE_THREAD).ru_majflt - self._faults
+        self._places.seek(0)
+        self.stood.append({"name": name, "step": step[0], "clock_ms": clock, "pages_read": read,
+                           "threads": self._places.read().decode()})  # fmt: skip
+        self._places.seek(0)
+        self._places.truncate()
 
     def _queued(self):
         """Seconds in which the main thread could have run, but no processor was free; 0 where this is not reported."""

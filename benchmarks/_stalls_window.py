@@ -236,7 +236,7 @@ def taken(name):
 
 def drive():
     yield 1.0
-    trace.calls.clear()  # the modules and classes of the extension are loaded before anybody works
+    trace.clear()  # the modules and classes of the extension are loaded before anybody works
     build()
     yield from preset("HIDDEN_MARK")
     sidebar()
@@ -256,6 +256,7 @@ def drive():
         "apart_ms": max(clock - queued for clock, _, _, queued in calls),
         "long": [call for call in calls if call[0] > LONG_MS or call[1] > LONG_MS],
     } for name, calls in trace.calls.items()}  # fmt: skip
+    told["stood"] = sorted(trace.stood, key=lambda call: -call["clock_ms"])[:10]
     gaps = np.array([gap[0] for gap in ticks.gaps])
     told["ticks"] = {
         "number": len(gaps), "median_ms": float(np.median(gaps)), "p99_ms": float(np.percentile(gaps, 99)),

@@ -6,7 +6,8 @@ and meshes, drags wanted colors, applies, undoes, plays frames, renders, records
 random order (``--seed``), for ``--minutes`` (60; 2 with ``--quick``). Every call of the extension on Blender's main
 thread is timed to its return; those are listed by their longest, in processor time, which other programs on the machine
 do not change, and on the clock. ``queued``: time of the longest call in which no processor was free (Linux);
-``apart``: longest without that, which other programs change little.
+``apart``: longest without that, which other programs change little. Of a call of more than 0.12 s, the places of
+all threads in its course are printed.
 SPECTRAL_REAL_BLENDER as in ``_window``.
 """
 
@@ -47,6 +48,9 @@ def run(options: Options) -> dict[str, Any]:
         for gap, own, step, calls in ticks["own"]:
             parts = ", ".join(f"{name} {took:.0f} ms" for took, name in calls)
             print(f"  {own:.0f} ms within the extension at {step!r}, in a gap of {gap:.0f} ms: {parts}")
+    for call in told.get("stood", ()):
+        print(f"{call['clock_ms']:.0f} ms in {call['name']} at {call['step']!r}, {call['pages_read']} pages read from "
+              f"disk; the threads in its course:\n{call['threads']}")  # fmt: skip
     for text, count in told["refused"].items():
         print(f"refused {count} times: {text}")
     work = max((found["work_ms"] for found in functions.values()), default=float("nan"))

@@ -14,7 +14,7 @@ from bpy.types import Scene
 from .deferred import RENDER_SECONDS
 from .pauses import pause, paused_seconds
 
-PATIENCE_SECONDS = 0.045
+PATIENCE_SECONDS = 0.03
 """Wait for an answer that then appears without another redraw. The interface must not stop for 0.1 s, and on a machine
 whose processors are all at work a wait ends much later than it should.
 """

@@ -4,25 +4,45 @@
 The moments are equal parts of the shutter's open time. Each is a scene without motion, so all types of motion are
 blurred the same way: cameras, objects, deformed meshes. All moments share their kernels. A requested error is √n times
 as large for each of n moments, whose noise averages out; a requested time is divided among them.
+
+That is right only where all moments are equally bright: ΔE2000 is not linear in radiance, and where one moment has most
+of the light, its noise is not averaged out. So the error is estimated from the noise of the picture, which is the mean
+of its moments', and where it exceeds the request, all moments are rendered once more with other random numbers.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.cost.adaptive import Outcome
-from spectral_core.render.cost.asked import LEAST_BUDGET_S, MOST_ERROR, PLAN_SHARE, is_asked
+from spectral_core.render.cost.asked import LEAST_BUDGET_S, LEAST_ERROR, MOST_ERROR, PLAN_SHARE, is_asked
+from spectral_core.render.cost.errors import pixel_errors, scatter
 from spectral_core.render.passes.joined import FIRST_MOMENT, OF_FIRST_SAMPLE, joined_passes
 from spectral_core.scene import Film, Moment, Note, RenderSettings, Scene
 from spectral_core.scene.passes import CRYPTOMATTES
 
 Pixels = NDArray[np.float32]
+_MOST_ROUNDS = 4
+"""Most renders of each moment for a requested error."""
+_AIM = 0.97
+"""Estimated error that a further round approaches, over the limit."""
+_SEED_OF_ROUND = 0x3C6EF35F
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Round:
+    """One render of each moment: its number, when the first began, factor on the error of a moment, picture so far."""
+
+    number: int
+    start: float
+    factor: float = 1.0
+    before: Any = None
 
 
 def shares(samples: int, moments: int) -> list[int]:
@@ -51,25 +71,61 @@ def render_moving(
     if settings.denoise:
         settings = replace(settings, denoise=False)
         notes.append(Note("Denoising", "a picture with motion blur is not denoised"))
+    state = _Round(0, start)
+    made, parts = _rendered(replace(scene, settings=settings), state, render, on_progress, should_stop)
+    while settings.target_error is not None and made.status == "done" and state.number < _MOST_ROUNDS - 1:
+        error, limit = _error(made, parts), _limit(made, settings.target_error)
+        if error <= limit:
+            break
+        # two pictures with weights by their squared errors
+        more = 1 / float(np.sqrt(max(1 / (_AIM * limit) ** 2 - 1 / error**2, 1e-12)))
+        state = _Round(state.number + 1, start, state.factor * more / error, made)
+        again, others = _rendered(replace(scene, settings=settings), state, render, on_progress, should_stop)
+        if again.status == "cancelled":
+            made = replace(made, status="cancelled")  # the moments have unequal parts of this round
+            break
+        share = error**2 / (error**2 + _error(again, others) ** 2)
+        made = _joined(made, (1 - share, share), again)
+        parts += others
+    if any(name in OF_FIRST_SAMPLE or name.startswith(CRYPTOMATTES) for name in made.passes):
+        notes.append(Note("Passes", FIRST_MOMENT))
+    if asked:
+        made = _with_outcome(made, parts, scene, time.perf_counter() - start)
+    return replace(made, notes=(*made.notes, *notes))
+
+
+def _rendered(
+    scene: Scene,
+    state: _Round,
+    render: Callable[..., Any],
+    on_progress: Callable[[Any], None] | None,
+    should_stop: Callable[[], bool] | None,
+) -> tuple[Any, list[Any]]:
+    """The picture of all moments, each rendered once, and the moments' own."""
+    settings, asked = scene.settings, is_asked(scene.settings)
     counts = shares(scene.film.samples, len(scene.moments))
-    total, done = sum(counts), 0
-    made: Any = None
+    first = 0 if state.before is None else state.before.samples
+    plan = None if state.before is None else state.before.plan
+    total, done, made = sum(counts), first, None
     parts: list[Any] = []
     for number, (moment, count) in enumerate(zip(in_order(scene.moments), counts, strict=True)):
-        film: Film = replace(scene.film, samples=count, seed=(scene.film.seed * len(counts) + number) & 0x7FFFFFFF)
+        seed = scene.film.seed * len(counts) + number + _SEED_OF_ROUND * state.number
+        film: Film = replace(scene.film, samples=count, seed=seed & 0x7FFFFFFF)
         left = len(counts) - number
-        own = _of_moment(settings, len(counts), left, time.perf_counter() - start)
+        own = _of_moment(settings, len(counts), left, time.perf_counter() - state.start, state.factor)
         still = replace(scene.at(moment), film=film, settings=own)
         before, traced = made, number if asked else done
 
         def show(progress: Any, before: Any = before, traced: int = traced, done: int = done, left: int = left) -> None:
             samples = 1 if asked else progress.samples
             pixels = progress.pixels if before is None else _mean(before.pixels, traced, progress.pixels, samples)
+            if state.before is not None:
+                pixels = _mean(state.before.pixels, state.before.samples, pixels, done - first + samples)
             if on_progress is not None:
                 expected = max(total, done + progress.total * left) if asked else total
                 on_progress(replace(progress, pixels=pixels, samples=done + progress.samples, total=expected))
 
-        part = render(still, show, should_stop, None if before is None else before.plan)
+        part = render(still, show, should_stop, plan if before is None else before.plan)
         if part.samples == 0 and before is not None:
             made = replace(before, status=part.status)
         else:
@@ -79,18 +135,39 @@ def render_moving(
         done += part.samples
         if part.status == "cancelled":
             break
-    if any(name in OF_FIRST_SAMPLE or name.startswith(CRYPTOMATTES) for name in made.passes):
-        notes.append(Note("Passes", FIRST_MOMENT))
-    if asked:
-        made = _with_outcome(made, parts, scene, time.perf_counter() - start)
-    return replace(made, notes=(*made.notes, *notes))
+    return made, parts
 
 
-def _of_moment(settings: RenderSettings, moments: int, left: int, spent_s: float) -> RenderSettings:
-    """The settings of one of ``moments``: the errors of independent pictures average out, time is divided."""
+def _error(made: Any, parts: list[Any]) -> float:
+    """ΔE2000 of the mean of moments: by its noise, times what each moment's estimate adds to that of its own noise."""
+    own = sum(float(_pixel_errors(part).mean()) ** 2 for part in parts)
+    told = sum(part.outcome.delta_e**2 for part in parts)
+    if own <= 0:
+        return float(np.sqrt(told)) / len(parts)
+    return float(_pixel_errors(made).mean() * np.sqrt(told / own))
+
+
+def _limit(made: Any, wanted: float) -> float:
+    """The error to estimate, so that the true one of this picture is ``wanted``: it varies by chance."""
+    return wanted / (1 + scatter(_pixel_errors(made)))
+
+
+def _pixel_errors(made: Any) -> NDArray[np.float64]:
+    """ΔE2000 (n,) of each pixel by the difference of the halves."""
+    mean = made.pixels[..., :3].reshape(-1, 3).astype(np.float64)
+    away = made.noise_pixels.reshape(-1, 3).astype(np.float64)
+    return pixel_errors(mean + away, mean - away)
+
+
+def _of_moment(settings: RenderSettings, moments: int, left: int, spent_s: float, factor: float) -> RenderSettings:
+    """The settings of one of ``moments``: the errors of independent pictures average out, time is divided.
+
+    ``factor``: on a requested error.
+    """
     if settings.target_error is not None:
         tolerance = min(settings.tolerance_delta_e, PLAN_SHARE * settings.target_error)
-        target = min(MOST_ERROR, settings.target_error * float(np.sqrt(moments)))
+        wanted = factor * settings.target_error * float(np.sqrt(moments))
+        target = min(MOST_ERROR, max(LEAST_ERROR, wanted))
         return replace(settings, target_error=target, tolerance_delta_e=tolerance)
     if settings.time_budget_s is not None:
         return replace(settings, time_budget_s=max(LEAST_BUDGET_S, (settings.time_budget_s - spent_s) / left))
@@ -103,7 +180,7 @@ def _with_outcome(made: Any, parts: list[Any], scene: Scene, seconds: float) -> 
     if said is None or any(each is None for each in found):
         return made
     moments, settings = len(scene.moments), scene.settings
-    error = float(np.sqrt(sum(each.delta_e**2 for each in found))) / len(found)
+    error = _error(made, parts)
     spread = float(np.sqrt(sum(each.spread**2 for each in found))) / len(found)
     samples = float(sum(each.samples for each in found))
     reached = error <= settings.target_error if settings.target_error is not None else all(e.reached for e in found)
@@ -116,16 +193,20 @@ def _with_outcome(made: Any, parts: list[Any], scene: Scene, seconds: float) -> 
     counts = sum(part.sample_counts for part in parts)
     rare = max((each.rare for each in found if each.rare is not None), key=lambda each: each.delta_e, default=None)
     outcome = Outcome(error, spread, seconds, samples, reached, rare)
-    return replace(made, prediction=prediction, outcome=outcome, sample_counts=counts)
+    made = replace(made, prediction=prediction, outcome=outcome, sample_counts=counts)
+    if settings.target_error is None or reached or made.status != "done":
+        return made
+    text = f"the requested ΔE {settings.target_error:g} was not reached; it is about {error:.2g}"
+    return replace(made, notes=(*made.notes, Note("Accuracy", f"{text} in the mean of all moments")))
 
 
-def _mean(first: Pixels, samples: int, second: Pixels, more: int) -> Pixels:
+def _mean(first: Pixels, samples: float, second: Pixels, more: float) -> Pixels:
     """Mean of two pictures by their samples."""
-    total = max(samples + more, 1)
+    total = samples + more or 1.0
     return np.asarray(first * (samples / total) + second * (more / total), dtype=np.float32)
 
 
-def _joined(before: Any, weights: tuple[int, int], part: Any) -> Any:
+def _joined(before: Any, weights: tuple[float, float], part: Any) -> Any:
     """The result of several moments together with one more; ``weights``: of those and of this one."""
 
     def mean(first: Any, second: Any) -> Any:
@@ -133,7 +214,7 @@ def _joined(before: Any, weights: tuple[int, int], part: Any) -> Any:
             return {name: mean(first[name], second[name]) for name in first}
         return None if first is None else _mean(first, weights[0], second, weights[1])
 
-    names = ("pixels", "band_pixels", "group_pixels", "group_band_pixels")
+    names = ("pixels", "noise_pixels", "band_pixels", "group_pixels", "group_band_pixels")
     pictures = {name: mean(getattr(before, name), getattr(part, name)) for name in names}
     fresh = tuple(note for note in part.notes if note not in before.notes)
     return replace(

@@ -59,6 +59,8 @@ class RenderResult:
     the denoiser and its guides; "" without denoising. ``passes``: those that the scene's settings request, (height,
     width, channels) by Cycles' names, row 0 at the bottom; cryptomattes as CryptoObject00, 01, …, light groups as
     Combined_ and their name. ``sample_counts``: (height, width) samples of each pixel, None if all are equal.
+    ``noise_pixels``: (height, width, 3) half the difference of two halves of the samples, if an error or a time was
+    requested.
     """
 
     pixels: Pixels
@@ -77,6 +79,7 @@ class RenderResult:
     denoised: str = ""
     passes: dict[str, Pixels] = field(default_factory=dict)
     sample_counts: Pixels | None = None
+    noise_pixels: Pixels | None = None
     work: float = 0.0
 
     @property
@@ -282,4 +285,5 @@ def _asked(
         prediction=made.prediction,
         outcome=made.outcome,
         sample_counts=made.sample_counts,
+        noise_pixels=made.noise_pixels,
     )

@@ -78,6 +78,12 @@ def base():
     return next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED").inputs
 
 
+def background():
+    """The color of the world's nodes: its own color does nothing beside them."""
+    tree = bpy.data.worlds[0].node_tree
+    return next(node for node in tree.nodes if node.type == "BACKGROUND").inputs["Color"]
+
+
 def camera_view():
     window, area, _ = view()
     region = next(region for region in area.regions if region.type == "WINDOW")
@@ -109,7 +115,7 @@ STEPS = {
     "color": lambda: setattr(base()["Base Color"], "default_value", (0.8, 0.1, 0.1, 1)),
     "roughness": lambda: setattr(base()["Roughness"], "default_value", 0.1),
     "lamp": lambda: setattr(bpy.data.lights["Light"], "energy", 3000),
-    "world": lambda: setattr(bpy.data.worlds[0], "color", (0.1, 0.1, 0.3)),
+    "world": lambda: setattr(background(), "default_value", (0.1, 0.1, 0.3, 1)),
     "move": lambda: setattr(bpy.data.objects["Cube"], "location", (-2, 1, 1.5)),
     "orbit": lambda: orbit("PERSP"),
     "orthographic": lambda: orbit("ORTHO"),

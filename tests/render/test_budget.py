@@ -64,6 +64,44 @@ def _picture(tracer, size=(64, 48)):
     return adaptive.AdaptivePicture(job, fixed)
 
 
+class SteepTracer(Tracer):
+    """A second sample of a pixel takes away five sixths of the noise of the first, as in sampled volumes."""
+
+    def __init__(self, clock):
+        super().__init__(clock, np.full(48 * 36, 0.2))
+        self.first = self.rng.normal(size=(2, 48 * 36)) * self.deviations
+
+    def trace_halves(self, pixels, done, more, parts=1):
+        sums = super().trace_halves(pixels, done, more, parts)
+        noise = self.first[:, pixels] * np.select([done + more == 1, done == 0], [1.0, 1 / 3], -2 / 3)
+        start = done + np.zeros(len(pixels), np.int64)
+        noise = np.where((start < 2)[None], noise, 0.0)
+        gray = 0.4 * np.tile(np.broadcast_to(more, len(pixels)), 2) + noise.ravel()
+        return Sums(gray[:, None] * np.ones(3), sums.covered, 0)
+
+
+@pytest.mark.parametrize("part", [0.99, 0.95, 0.9, 0.7, 0.5, 0.3])
+def test_a_remainder_is_met_with_few_tiles_where_the_error_falls_steeply(part):
+    picture = _picture(SteepTracer(Clock(lambda now: 1e-5)), (48, 36))
+    begun = []
+    rounds.until_error(picture, 1e3, 1, lambda found: bool(begun.append(found.delta_e)))
+    picture = _picture(SteepTracer(Clock(lambda now: 1e-5)), (48, 36))
+    found = rounds.until_error(picture, part * begun[0], 1, lambda _: False, lambda _: -2.6)
+    assert 0.75 * part * begun[0] < found.delta_e <= part * begun[0]
+
+
+@pytest.mark.parametrize("part", [0.45, 0.35])
+def test_no_tile_of_little_error_is_doubled_while_steep_ones_remain(part):
+    begun = []
+    picture = _picture(SteepTracer(Clock(lambda now: 1e-5)), (48, 36))
+    rounds.until_error(picture, 1e3, 1, lambda found: bool(begun.append(found.delta_e)))
+    picture = _picture(SteepTracer(Clock(lambda now: 1e-5)), (48, 36))
+    law = lambda samples: -2.6 if samples < 3 else -0.65  # noqa: E731
+    found = rounds.until_error(picture, part * begun[0], 1, lambda _: False, law)
+    assert 0.85 * part * begun[0] < found.delta_e <= part * begun[0]
+    assert picture.counts.max() == 2
+
+
 def _traced_until(monkeypatch, speed, budget=10.0):
     clock = Clock(speed)
     monkeypatch.setattr(adaptive, "time", clock)

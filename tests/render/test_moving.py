@@ -10,7 +10,9 @@ import pytest
 
 from spectral_core.render import render_scene
 from spectral_core.render.moving import in_order, shares
+from spectral_core.render.passes.joined import joined_passes
 from spectral_core.scene import Emission, Film, Instance, Material, Moment, World, gray
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from tests.render.scenes import lit_plane, looking_down, matrix, plane
 
 pytest.importorskip("mitsuba")
@@ -69,6 +71,28 @@ def test_an_error_is_requested_for_all_moments_together():
     finer = replace(scene, settings=replace(scene.settings, target_error=0.3))
     means = [render_scene(replace(finer, film=replace(scene.film, seed=k))).pixels[..., :3].mean() for k in (0, 1)]
     assert np.mean(means) == pytest.approx(full.pixels[..., :3].mean(), rel=0.03)
+
+
+@pytest.mark.parametrize("jumps", [True, False])
+def test_the_error_of_moments_of_unequal_light_is_that_of_their_mean(jumps):
+    """Where one moment has most of the light, its noise is not averaged out by the others."""
+    scene = moving()
+    if not jumps:
+        dark = replace(scene.instances[0], world_from_object=matrix((0.5, 0, -5.0)))
+        scene = replace(scene, moments=(Moment(scene.camera), Moment(scene.camera, (dark,))))
+    lab = lambda pixels: lab_from_linear_rgb(np.maximum(pixels[..., :3].astype(float), 0.0))  # noqa: E731
+    limit = lab(render_scene(replace(scene, film=replace(scene.film, samples=32768, seed=901))).pixels)
+    asked = replace(scene, settings=replace(scene.settings, target_error=0.5))
+    made = [render_scene(replace(asked, film=replace(scene.film, seed=seed))) for seed in range(5)]
+    true = np.array([delta_e_2000(lab(each.pixels), limit).mean() for each in made])
+    assert 0.3 < true.mean() < 0.55 and true.max() < 0.65
+    assert 0.65 < np.mean([each.outcome.delta_e for each in made]) / true.mean() < 1.4
+
+
+def test_passes_of_two_rounds_keep_their_brightness():
+    """Weights of rounds add up to 1, whole numbers of samples to more."""
+    one, other = ({"Combined": np.full((2, 2, 3), value, np.float32)} for value in (1.0, 3.0))
+    assert joined_passes(one, 0.25, other, 0.25)["Combined"] == pytest.approx(2.0)
 
 
 def test_a_time_is_divided_among_moments():

@@ -11,6 +11,7 @@ from typing import Any
 import bpy
 
 from ...compat import working_space
+from ...translate.shading.images import are_outdated
 from ...translate.viewport.kept import Kept
 
 NOTHING: Mapping[int, Any] = MappingProxyType({})
@@ -45,6 +46,8 @@ class Stage:
         elif frame != self.frame:
             self.kept.other_frame()
         self.epoch, self.frame = epoch, frame
+        if are_outdated(self.kept.images, bpy.data.images):
+            self.kept.forget_images()
         self.kept.forget(depsgraph.updates)
         before, self.designed = self.designed, designed
         keys = before.keys() | designed.keys()

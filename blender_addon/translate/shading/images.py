@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -30,6 +31,8 @@ EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
 INTERPOLATIONS: dict[str, Literal["nearest", "cubic"]] = {"Closest": "nearest", "Cubic": "cubic", "Smart": "cubic"}
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 NUMBER_SPACES = ("Non-Color", "Raw")
+WHOLE = "whole"
+"""First word of the keys of images that are neither a tile nor a frame; the session number follows."""
 
 
 def image_of_node(translation: Translation, node: Any, owner: str, channel: str = "Color") -> ImageTexture | None:
@@ -120,10 +123,19 @@ def read_image(
 
     ``alpha_is_read``: True if the alpha is used too; otherwise colors are multiplied by it, as in Cycles.
     """
-    key = (image.name_full, image.session_uid if hasattr(image, "session_uid") else 0, channel, alpha_is_read)
+    key = (WHOLE, image.session_uid, image.name_full, channel, alpha_is_read)
     if key not in translation.images:
         translation.images[key] = _read(translation, image, channel, alpha_is_read)
     return translation.images[key]
+
+
+def are_outdated(read: Mapping[Any, ImageTexture | None], images: Iterable[Any]) -> bool:
+    """True if Blender has freed pixels that were read: it loads them again from a file that may have changed.
+
+    ``read``: as ``Translation.images``; ``images``: Blender's. ``Image.reload()`` in a script reports materials alone.
+    """
+    whole = {key[1] for key, texture in read.items() if key[0] == WHOLE and texture is not None}
+    return bool(whole) and any(image.session_uid in whole and not image.has_data for image in images)
 
 
 def _read(translation: Translation, image: Any, channel: str, alpha_is_read: bool) -> ImageTexture | None:

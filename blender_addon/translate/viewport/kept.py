@@ -132,7 +132,7 @@ class Kept:
             block = update.id.original
             kind = block.bl_rna.identifier
             if kind == "Image":
-                self.images.clear()
+                self.forget_images()
             if kind not in KNOWN and not (kind == "ShaderNodeTree" and block.is_embedded_data):
                 self.parts.clear()
             if update.is_updated_geometry:
@@ -144,6 +144,12 @@ class Kept:
         self.drop(touched)
         if reshaped:
             self.meshes = {key: kept for key, kept in self.meshes.items() if not kept[1] & reshaped and kept[1]}
+
+    def forget_images(self) -> None:
+        """Drop all pixels, and the parts that may use them."""
+        self.images.clear()
+        self.parts.clear()
+        self.walk = None
 
     def settle(self, used: set[Any], there: Callable[[], set[int]]) -> None:
         """Free what a complete walk has not used (``used``: keys of meshes) and no other can: meshes and parts of what

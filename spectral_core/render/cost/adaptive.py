@@ -45,7 +45,7 @@ _GOLDEN = 0.6180339887498949
 """Step of numbers in [0, 1) that are evenly spread however many are taken."""
 _TURN = 0.7548776662466927
 """Another such step, from round to round."""
-_FEW = 16.0
+FEW = 16.0
 """Samples of each half up to which a tile has a power of two."""
 _ENOUGH, _APART = 12.0, 3.9
 """Samples of each half from which on most pixels have met most of their light, so that their halves tell the error; and
@@ -267,7 +267,7 @@ class AdaptivePicture:
         # some tiles have the next power, so that the mean error is that of the wanted samples
         share = (1 - (wanted / power) ** slope) / (1 - 2.0**slope)
         few = power * np.where(chance < share, 2.0, 1.0)
-        whole = np.where(wanted < _FEW, few, np.floor(wanted + chance))
+        whole = np.where(wanted < FEW, few, np.floor(wanted + chance))
         goal = np.minimum(np.minimum(whole, np.maximum(_GROWTH * have, have + 1)), MOST_SAMPLES / 2)
         return np.maximum(0, np.round(goal - have)).astype(np.int64)[self.tile]
 
@@ -279,6 +279,11 @@ class AdaptivePicture:
         pixels[:, :3] = self._sums.sum(axis=(0, 1)) / total[:, None]
         pixels[:, 3] = self._covered / total
         return pixels.reshape(height, width, 4)
+
+    def noise_picture(self) -> NDArray[np.float32]:
+        """(height, width, 3) half the difference of the halves so far."""
+        first, second = self.halves()
+        return ((first - second) / 2).astype(np.float32).reshape(*self.size[::-1], 3)
 
     def band_picture(self) -> NDArray[np.float32] | None:
         """(height, width, n_bands) radiance per nm so far, None if none is measured."""

@@ -22,8 +22,8 @@ from spectral_core.render.cost.work import Meter, Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Note, RenderSettings, Scene
 
-MOST_ERROR, LEAST_BUDGET_S = 100.0, 0.1
-"""Largest error and shortest time that can be requested."""
+LEAST_ERROR, MOST_ERROR, LEAST_BUDGET_S = 0.02, 100.0, 0.1
+"""Least and largest error and shortest time that can be requested."""
 PLAN_SHARE = 0.25
 """Part of a requested error that the plan may use; the rest is the target for the noise."""
 _FIRST_SHARE, _FIRST_SHARE_OF_FEW, _FEW = 0.3, 0.7, 16.0
@@ -62,6 +62,8 @@ class AskedRender:
     notes: tuple[Note, ...]
     sample_counts: NDArray[np.float32]
     """(height, width) samples of each pixel."""
+    noise_pixels: NDArray[np.float32]
+    """(height, width, 3) half the difference of two halves of the samples."""
 
 
 def is_asked(settings: RenderSettings) -> bool:
@@ -69,7 +71,7 @@ def is_asked(settings: RenderSettings) -> bool:
     error, budget = settings.target_error, settings.time_budget_s
     if error is not None and budget is not None:
         raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are requested; request one of them")
-    if error is not None and not 0.02 <= error <= MOST_ERROR:
+    if error is not None and not LEAST_ERROR <= error <= MOST_ERROR:
         raise InvalidInputError(f"the requested error is {error:g}; expected ΔE2000 from 0.02 to {MOST_ERROR:g}")
     if budget is not None and not LEAST_BUDGET_S <= budget <= 1e7:
         raise InvalidInputError(f"the time budget is {budget:g} s; expected 0.1 to 10,000,000 s")
@@ -149,6 +151,7 @@ def render_asked(
         Outcome(_in_all(found, rare), found.spread, seconds, picture.mean_samples, reached, rare),
         _notes(picture, (_in_all(found, rare), rare), seconds, settings, reached or stopped),
         (2.0 * picture.counts).astype(np.float32).reshape(picture.size[::-1]),
+        picture.noise_picture(),
     )
 
 

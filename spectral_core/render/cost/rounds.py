@@ -11,10 +11,13 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from spectral_core.render.cost.adaptive import LONGEST_LAUNCH_S, MOST_SAMPLES, AdaptivePicture
+from spectral_core.render.cost.adaptive import FEW, LONGEST_LAUNCH_S, MANY, MOST_SAMPLES, AdaptivePicture
 from spectral_core.render.cost.allocate import for_error, for_samples
 from spectral_core.render.cost.errors import Estimate
+
+Array = NDArray[np.float64]
 
 AIM = 0.95
 """Target as a part of the requested error, so that an estimate slightly above the target still meets the request."""
@@ -24,6 +27,10 @@ its aim is larger.
 """
 _SLOPES = (-3.0, -0.5)
 """Steepest and least exponent of the error by samples that rounds assume."""
+_STEEP = -1.0
+"""Exponent below which tiles of few samples are doubled one by one, in pictures with enough pixels to tell them
+apart: by chance those with little left to gain grow, too.
+"""
 _LEAST_GROWTH = 1.1
 """Growth of samples in a round, at least."""
 _BUDGET_STEP = 0.05
@@ -53,6 +60,23 @@ def _aim(error: float, wanted: float) -> float:
     return AIM * wanted * (error / wanted) ** (_CAUTION if error > _FAR * wanted else 0.0)
 
 
+def _remainder(picture: AdaptivePicture, slope: Array | float, missing: float) -> NDArray[np.int64]:
+    """Samples to add in each pixel of a picture of few samples, whose mean error is ``missing`` too large.
+
+    Few samples are doubled in whole tiles, which lowers the error in large steps where its law is steep: only as many
+    tiles as that takes are doubled, those first that gain most for their samples. None in a picture of more samples.
+    """
+    counts, weights = picture.tile_counts(), picture.tile_pixels
+    more = np.zeros(len(counts), np.int64)
+    if counts.mean() < FEW:
+        gain = weights * picture.tile_errors() * (1 - 2.0**slope) / weights.sum()
+        order = np.argsort(-gain / (weights * counts))
+        order = order[4 * counts[order] <= MOST_SAMPLES]
+        chosen = order[: 1 + int(np.searchsorted(np.cumsum(gain[order]), missing))]
+        more[chosen] = np.round(counts[chosen]).astype(np.int64)
+    return np.asarray(more[picture.tile])
+
+
 def until_error(
     picture: AdaptivePicture,
     wanted: float,
@@ -72,15 +96,19 @@ def until_error(
         if after_round(found) or found.delta_e <= wanted:
             return found
         counts = picture.tile_counts()
-        # a later round adds the samples that this round lacks; a last remainder that the model misses goes to all tiles
-        goal = for_error(picture.tile_errors(), counts, _aim(found.delta_e, wanted), picture.tile_pixels)
+        # a later round adds the samples that this round lacks; a last remainder goes to the fewest tiles
+        aim = _aim(found.delta_e, wanted)
+        goal = for_error(picture.tile_errors(), counts, aim, picture.tile_pixels)
         known, index = np.unique(counts, return_inverse=True)
         slope = np.clip([slope_from(2 * each) for each in known], *_SLOPES)[index]
-        more = picture.more_by_tile(counts * (goal / counts) ** (-0.5 / slope), slope)
+        steep = slope.min() < _STEEP and len(picture.counts) >= MANY
+        more = _remainder(picture, slope, found.delta_e - aim) if steep else np.zeros(0, np.int64)
+        more = more if more.any() else picture.more_by_tile(counts * (goal / counts) ** (-0.5 / slope), slope)
         if not more.any():
             if counts.min() >= MOST_SAMPLES / 2:
                 return found
-            more = picture.more_by_tile(_LEAST_GROWTH * counts, slope)
+            more = _remainder(picture, slope, found.delta_e - AIM * wanted)
+            more = more if more.any() else picture.more_by_tile(_LEAST_GROWTH * counts, slope)
             more = more if more.any() else np.ones(len(picture.counts), np.int64)
         if not picture.add(more):
             return picture.estimate()

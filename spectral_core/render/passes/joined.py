@@ -15,9 +15,11 @@ OF_FIRST_SAMPLE = ("Depth", "Position", "Object Index", "Material Index")
 FIRST_MOMENT = "depth, position, indices and cryptomattes of a moving scene are those of one moment"
 
 
-def joined_passes(before: dict[str, Pixels], samples: int, more: dict[str, Pixels], others: int) -> dict[str, Pixels]:
-    """Means weighted by samples; passes that have no mean come from the first moment."""
-    total = max(samples + others, 1)
+def joined_passes(
+    before: dict[str, Pixels], samples: float, more: dict[str, Pixels], others: float
+) -> dict[str, Pixels]:
+    """Means weighted by samples or other weights; passes that have no mean come from the first moment."""
+    total = samples + others or 1.0
     first, second = samples / total, others / total
     found = {}
     for name, picture in before.items():
