@@ -49,9 +49,9 @@ class Collected:
     points: InstancePoints = field(default_factory=InstancePoints)
     """The instances of each instancer as points."""
     originals: list[Any] = field(default_factory=list)
+    """The original object of each instance."""
     shown_by: list[Any] = field(default_factory=list)
     """What shows each instance, None for objects that show themselves."""
-    """The original object of each instance."""
     kept: Kept | None = None
     is_render: bool = True
     """True in renders, False in the viewport."""
