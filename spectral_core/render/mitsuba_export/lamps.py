@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.environment_image import rows_from_pole_to_pole
 from spectral_core.render.mitsuba_export import paints
 from spectral_core.render.mitsuba_export import xml_elements as xml
 from spectral_core.render.mitsuba_export.draft import Draft
 from spectral_core.render.mitsuba_scene import radiometry
-from spectral_core.render.mitsuba_scene.light import ENVIRONMENT_AXES, SUN_DISTANCE, rows_from_pole_to_pole
+from spectral_core.render.mitsuba_scene.light import ENVIRONMENT_AXES, SUN_DISTANCE
 from spectral_core.render.mitsuba_scene.paint import color_pixels, in_daylight
 from spectral_core.scene import (
     AreaLight,

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.environment_image import divided, rows_from_pole_to_pole
 from spectral_core.render.lights.varying import pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
@@ -242,24 +243,6 @@ def world_emitter(context: Context, world: World) -> Any | None:
     return world_emitter(context, first)
 
 
-def rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The same image with its first and last row at the poles, as Mitsuba reads it.
-
-    An image's rows are centers of equal bands. Twice as many rows and one hold a linear interpolation between them
-    exactly; an image of 1024 rows or more is fine enough to keep its size.
-    """
-    height, width = rows.shape[:2]
-    nodes = 2 * height + 1 if height < 1024 else height
-    place = np.clip(np.linspace(0, height, nodes) - 0.5, 0, height - 1)
-    low = np.minimum(place.astype(int), max(height - 2, 0))
-    high = np.minimum(low + 1, height - 1)
-    share = (place - low)[:, None, None].astype(np.float32)
-    resampled = rows[low] * (1 - share) + rows[high] * share
-    if width < 2:
-        resampled = np.repeat(resampled, 2, axis=1)
-    return np.ascontiguousarray(resampled, dtype=np.float32)
-
-
 def _environment(context: Context, world: World, image: ImageTexture) -> Any | None:
     pixels = paint.color_pixels(image)
     if pixels.shape[2] == 1:
@@ -274,7 +257,7 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
 
 def _environment_of(context: Context, world: World, pixels: NDArray[np.float32]) -> Any:
     mi = context.mitsuba
-    rows_from_top = rows_from_pole_to_pole(pixels[::-1])
+    rows_from_top = rows_from_pole_to_pole((divided(pixels) if context.spectral else pixels)[::-1])
     # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
     unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
     scale = float(world.strength) * unit
