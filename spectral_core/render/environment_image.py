@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-SMOOTH_ROWS, FINEST = 256, 9
-"""Rows of an environment from which on its pixels are not divided further, and parts of a pixel's side at most."""
+MOST_ROWS, FINEST = 256, 9
+"""Rows of an environment whose pixels are divided, at most, and parts of a pixel's side."""
 
 
 def rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -29,15 +29,15 @@ def rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def divided(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The same image, interpolated linearly, with pixels divided into as many as make ``SMOOTH_ROWS`` rows.
+    """The same image, interpolated linearly, with pixels divided into at most ``MOST_ROWS`` rows.
 
     In spectral transport Mitsuba interpolates the spectra of neighboring pixels and their brightness apart, and
     multiplies the two: between pixels that differ in both, the color is not that between them. Its error falls with
     the square of the number of parts. An odd number keeps the centers of the pixels.
     """
     height, width = pixels.shape[:2]
-    parts = min(FINEST, -(-SMOOTH_ROWS // height) // 2 * 2 + 1)
-    if height >= SMOOTH_ROWS or parts < 2:
+    parts = min(FINEST, (MOST_ROWS // height - 1) // 2 * 2 + 1)
+    if parts < 2:
         return pixels
     for axis, size in ((0, height), (1, width)):
         place = (np.arange(size * parts) + 0.5) / parts - 0.5
