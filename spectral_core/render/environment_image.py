@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,21 +31,21 @@ def rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def divided(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The same image, interpolated linearly, with pixels divided into at most ``MOST_ROWS`` rows.
+    """The same image, interpolated linearly, with pixels divided into at most ``MOST_ROWS`` rows and twice as many columns.
 
     In spectral transport Mitsuba interpolates the spectra of neighboring pixels and their brightness apart, and
     multiplies the two: between pixels that differ in both, the color is not that between them. Its error falls with
     the square of the number of parts. An odd number keeps the centers of the pixels.
     """
     height, width = pixels.shape[:2]
-    parts = min(FINEST, (MOST_ROWS // height - 1) // 2 * 2 + 1)
+    parts = min(FINEST, (MOST_ROWS // max(height, -(-width // 2)) - 1) // 2 * 2 + 1)
     if parts < 2:
         return pixels
-    for axis, size in ((0, height), (1, width)):
+    modes: tuple[Literal["clip", "wrap"], ...] = ("clip", "wrap")  # the last column lies beside the first one
+    for axis, size, mode in zip((0, 1), (height, width), modes, strict=True):
         place = (np.arange(size * parts) + 0.5) / parts - 0.5
         low = np.floor(place).astype(int)
         share = (place - low).astype(np.float32).reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
-        mode = "clip" if axis == 0 else "wrap"  # the last column lies beside the first one
         first, second = (pixels.take(each, axis=axis, mode=mode) for each in (low, low + 1))
         pixels = first * (1 - share) + second * share
     return np.ascontiguousarray(pixels, dtype=np.float32)

@@ -36,7 +36,7 @@ def test_colors_between_the_pixels_of_an_environment_are_the_same_in_spectral_tr
     np.testing.assert_allclose(spectral, rgb, atol=0.006)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (2, 3), (8, 16), (85, 50), (86, 4)])
+@pytest.mark.parametrize("shape", [(1, 1), (2, 3), (8, 16), (85, 50), (86, 4), (8, 400)])
 def test_division_keeps_the_centers_of_pixels_and_joins_the_sides(shape: tuple[int, int]) -> None:
     pixels = np.random.default_rng(3).uniform(size=(*shape, 3)).astype(np.float32)
     finer = divided(pixels)
