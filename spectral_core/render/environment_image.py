@@ -31,7 +31,7 @@ def rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def divided(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The same image, interpolated linearly, with its pixels divided; at most ``MOST_ROWS`` rows, twice as many columns.
+    """The same image, interpolated linearly, with divided pixels; at most ``MOST_ROWS`` rows, twice as many columns.
 
     In spectral transport Mitsuba interpolates the spectra of neighboring pixels and their brightness apart, and
     multiplies the two: between pixels that differ in both, the color is not that between them. Its error falls with
