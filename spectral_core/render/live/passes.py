@@ -116,8 +116,8 @@ class Launcher(Accumulator):
         def body(index: Any, color: Any, covered: Any) -> Any:
             sampler.begin(index)
             ray, drawn = self._ray(corner, sampler)
-            (radiance, far), coverage, _ = self._follow(first_hit, integrator, sampler, ray)
-            measured = self._measure(radiance, drawn, far)
+            (radiance, later), coverage, _ = self._follow(first_hit, integrator, sampler, ray)
+            measured = self._measure(radiance, drawn, later)
             measured = dr.select(dr.all(dr.abs(measured) < LARGEST_SAMPLE), measured, 0.0)
             return index + 1, color + measured, covered + coverage
 

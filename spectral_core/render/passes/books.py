@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.trace import lobes
+from spectral_core.render.trace.path_state import by_reflections
 from spectral_core.scene.passes import GROUP_PREFIX, LIGHT_PASSES, LOBES
 
 LIGHT_ROWS = {name: row for row, name in enumerate(LIGHT_PASSES)}
@@ -22,7 +23,7 @@ def light_group_names(groups: tuple[str, ...]) -> dict[str, int]:
 
 def book_into(path: Any, sums: Any, lane: Any, measured: Any) -> None:
     """Set the target of accumulation: sums (pixels · rows · 3), each lane's pixel, and the conversion of radiance
-    (with its part ``far``) to color; or None.
+    (with its parts ``by_reflections``) to color; or None.
     """
     path.sums, path.lane, path.measured = sums, lane, measured
 
@@ -33,7 +34,7 @@ def book(path: Any, row: int | Any, light: Any, active: Any) -> None:
 
     finite = dr.all(dr.isfinite(light))
     light = dr.select(finite, light, 0.0)
-    color = path.measured(light, dr.select(path.far, light, 0.0))
+    color = path.measured(light, by_reflections(dr, light, path.reflections))
     at = (path.lane * path.rows + row) * 3
     for k in range(3):
         wanted = active & (color[k] != 0.0)

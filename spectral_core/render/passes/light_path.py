@@ -59,8 +59,8 @@ def light_pass_class(variant: str) -> Any:
             """Diffuse, glossy and transmitted shares of the path's light at the first surface."""
             self.here: Any = None
             """The current hit of the path."""
-            self.far: Any = None
-            """True if the light that is booked has been reflected diffusely by more than one surface."""
+            self.reflections: Any = None
+            """Number of surfaces that have reflected the light diffusely that is booked."""
 
         def trace(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
             if self.sums is None:
@@ -76,7 +76,7 @@ def light_pass_class(variant: str) -> Any:
             labels = ("path", "sampler", "diffuse", "glossy", "transmission")
             state, *_ = dr.while_loop(start, lambda state, *_: state.active, body, labels=labels)
             self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
-            self.parts = self.here = self.far = None
+            self.parts = self.here = self.reflections = None
             return state.light, state.seen, state.extra(self.settings.clear_glass)
 
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
@@ -84,7 +84,7 @@ def light_pass_class(variant: str) -> Any:
             floats, place = super().fly(si, path, sampler, active)
             if self.sums is not None:
                 emitted = path.light - before
-                self.far = path.diffuse > 1
+                self.reflections = path.diffuse
                 self.book(LIGHT_ROWS["Emission"], emitted, active & (path.depth == 0))
                 self.book_lobes(emitted, "Direct", self.parts, active & (path.depth == 1))
                 self.book_lobes(emitted, "Indirect", self.parts, active & (path.depth > 1))
@@ -97,7 +97,7 @@ def light_pass_class(variant: str) -> Any:
             value = super().arrived(si, path, active)
             if self.sums is None:
                 return value
-            indirect, self.far = path.depth > 1, path.diffuse > 1
+            indirect, self.reflections = path.depth > 1, path.diffuse
             first = active & (path.depth == 0)
             of = lambda part: self.clamped(path.throughput * part, indirect)  # noqa: E731
             self.book(LIGHT_ROWS["Emission"], of(self.met.lamps + self.met.emissive), first)
@@ -119,7 +119,7 @@ def light_pass_class(variant: str) -> Any:
             if self.asked_way is None or self.sums is None:
                 return value
             light = self.clamped(self.carried * value, path.depth > 0)
-            self.far = path.diffuse > 0
+            self.reflections = path.diffuse + 1
             wo, reflected = self.asked_way
             first = active & (path.depth == 0)
             self.book_lobes(light, "Direct", self.parts_of(hit, wo, reflected, first), first)

@@ -114,9 +114,9 @@ class Accumulator:
             sampler.begin(index)
             ray, drawn = self._ray(corner, sampler)
             if tells_apart is not None:
-                tells_apart(tile.light, lane, lambda light, far: self._measure(light, drawn, far))
-            (radiance, far), coverage, finite = self._follow(first_hit, integrator, sampler, ray)
-            color = self._measure(radiance, drawn, far)
+                tells_apart(tile.light, lane, lambda light, later: self._measure(light, drawn, later))
+            (radiance, later), coverage, finite = self._follow(first_hit, integrator, sampler, ray)
+            color = self._measure(radiance, drawn, later)
             # a finite radiance may overflow when it is measured: it then counts as lost too
             measured = dr.all(dr.abs(color) < LARGEST_SAMPLE)
             color, finite = dr.select(measured, color, 0.0), finite & measured
@@ -149,34 +149,34 @@ class Accumulator:
         return number(self.samples), number(self.samples + samples)
 
     def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any, Any]:
-        """Radiance along a camera ray with its part ``far`` (None without weighted wavelengths), its coverage of the
-        pixel, and True if it was a finite number.
+        """Radiance along a camera ray with its parts after two diffuse reflections and after more (None in RGB
+        transport), its coverage of the pixel, and True if it was a finite number.
         """
         mi, dr, looks = self._mi, self._dr, ray.maxt > 0.0
         ray = first_hit.past_hidden(ray)
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
         if first_hit.looks_through:
             passed, behind = first_hit.straight_through(ray)
-        far = None
+        later = None
         has_volumes = bool(integrator.aov_names())  # in front of the first hit; their transmittance comes first
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
-        if getattr(integrator, "tells_far", False):
-            *extra, r, s, t, u = extra
-            far = mi.Spectrum(r, s, t, u)
+        if getattr(integrator, "tells_reflections", False):
+            extra, parts = extra[:-8], extra[-8:]
+            later = mi.Spectrum(*parts[:4]), mi.Spectrum(*parts[4:])
         if has_volumes:
             passed, behind = passed * extra[0], behind * extra[0]
         elif extra:
             passed += dr.select(seen & dr.isfinite(extra[0]), extra[0], 0.0)  # the share behind glass
         finite = dr.all(dr.isfinite(radiance)) | ~seen
-        if far is not None:
-            far = dr.select(seen & dr.isfinite(radiance) & dr.isfinite(far), far, 0.0)
+        if later is not None:
+            later = tuple(dr.select(seen & dr.isfinite(radiance) & dr.isfinite(part), part, 0.0) for part in later)
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         radiance -= dr.select(seen, behind, 0.0)  # the uncovered share shows the environment: subtracted in expectation
         covered = 1.0 - channel_mean(dr, passed)
         if self._sees_partly:  # outside a fisheye's circle the picture is empty
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
-        return (radiance, far), covered, finite
+        return (radiance, later), covered, finite
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Drawn | None]:
         """Camera ray of a sample, and for spectral transport its wavelengths."""
@@ -211,11 +211,11 @@ class Accumulator:
         low, high = dr.gather(mi.Float, self._offsets, index), dr.gather(mi.Float, self._offsets, index + 1)
         return dr.lerp(low, high, scaled - mi.Float(index))
 
-    def _measure(self, radiance: Any, drawn: Drawn | None, far: Any = None) -> Any:
+    def _measure(self, radiance: Any, drawn: Drawn | None, later: Any = None) -> Any:
         """Linear sRGB of one sample in RGB transport, XYZ in spectral transport."""
         if self._measuring is None or drawn is None:
             return self._mi.Color3f(radiance)
-        return self._measuring.color(radiance, drawn, far)
+        return self._measuring.color(radiance, drawn, later)
 
     def picture(self) -> NDArray[np.float32]:
         """Mean so far: (height, width, 4) linear sRGB and coverage, row 0 at the bottom; zeros before any sample."""

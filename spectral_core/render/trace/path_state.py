@@ -9,6 +9,11 @@ from typing import Any
 from spectral_core.scene import Rays
 
 
+def by_reflections(dr: Any, light: Any, reflections: Any) -> tuple[Any, Any]:
+    """Light if two surfaces have reflected it diffusely, and if more have; else 0."""
+    return dr.select(reflections == 2, light, 0.0), dr.select(reflections > 2, light, 0.0)
+
+
 @cache
 def path_state_class(variant: str) -> Any:
     """The class under ``variant``, which must be the active one."""
@@ -22,7 +27,8 @@ def path_state_class(variant: str) -> Any:
             "ray": mi.Ray3f,
             "active": mi.Bool,
             "light": mi.Spectrum,  # radiance so far
-            **({"far": mi.Spectrum} if mi.is_spectral else {}),  # its part after several diffuse reflections
+            # its parts after two diffuse reflections, and after more
+            **({"second": mi.Spectrum, "later": mi.Spectrum} if mi.is_spectral else {}),
             "throughput": mi.Spectrum,  # throughput to the camera
             "eta": mi.Float,  # product of the indices of refraction on the path
             "seen": mi.Bool,  # True if anything was hit
@@ -50,7 +56,8 @@ def path_state_class(variant: str) -> Any:
         }
 
         light: Any
-        far: Any
+        second: Any
+        later: Any
         through: Any
         before: Any
         before_shape: Any
@@ -84,15 +91,18 @@ def path_state_class(variant: str) -> Any:
             self.before_shape = dr.select(scatters, shape, self.before_shape)
             self.spread(bs.pdf, scatters & ~delta)
 
-        def add(self, light: Any, is_far: Any) -> None:
-            """Add light; ``is_far``: True if more than one surface has reflected it diffusely."""
+        def add(self, light: Any, reflections: Any) -> None:
+            """Add light; ``reflections``: number of surfaces that have reflected it diffusely."""
             self.light += light
             if mi.is_spectral:
-                self.far += dr.select(is_far, light, 0.0)
+                second, later = by_reflections(dr, light, reflections)
+                self.second += second
+                self.later += later
 
         def extra(self, clear_glass: bool) -> list[Any]:
-            """What is returned beside the light: the share behind glass, and in spectral transport ``far``."""
-            return [*([self.through] if clear_glass else []), *(self.far if mi.is_spectral else [])]
+            """What is returned beside the light: the share behind glass, and in spectral transport both later parts."""
+            parts = [*self.second, *self.later] if mi.is_spectral else []
+            return [*([self.through] if clear_glass else []), *parts]
 
         def spread(self, density: Any, scatters: Any) -> None:
             """Store the least density of a bounce, by which Filter Glossy blurs lobes."""

@@ -41,7 +41,7 @@ def scene_path_class(variant: str) -> Any:
     class ScenePath(mi.SamplingIntegrator):
         """Radiance along camera rays."""
 
-        State, tells_far = PathState, mi.is_spectral
+        State, tells_reflections = PathState, mi.is_spectral
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
         shadow_ray = hit_sides.shadow_ray
         even_lobe, is_hole = reradiation.even_lobe, path_limits.is_hole
@@ -111,7 +111,7 @@ def scene_path_class(variant: str) -> Any:
                 self.fog = in_media.asks_light(self.flight, ends, self.lights), self.flight.parts
                 unseen &= ~floats
             arrived = self.arrived(si, path, path.active & ~unseen & ~leaves & ~floats)
-            path.add(mi.Spectrum(self.clamped(path.throughput * arrived, path.depth > 1)), path.diffuse > 1)
+            path.add(mi.Spectrum(self.clamped(path.throughput * arrived, path.depth > 1)), path.diffuse)
 
             hit = path.active & si.is_valid() & ~unseen & ~floats & ~self.is_hole(shape, path.kind)
             path.seen |= hit | floats
@@ -124,7 +124,7 @@ def scene_path_class(variant: str) -> Any:
             lit = (place, bsdf, shape, (matt, along))
             asks = hit if self.fog is None else hit | self.fog[0]
             direct = self.direct(scene, sampler, lit, path, asks & ~path.last)
-            path.add(mi.Spectrum(self.clamped(self.carried * direct, path.depth > 0)), path.diffuse > 0)
+            path.add(mi.Spectrum(self.clamped(self.carried * direct, path.depth > 0)), path.diffuse + 1)
             pick, direction = sampler.next_1d(), sampler.next_2d()
             bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~matt)
             dives = hit & ~matt & ~path.last & ((bs.sampled_type & DIVES) != 0)
@@ -187,7 +187,7 @@ def scene_path_class(variant: str) -> Any:
             self.flight = flight
             # lamps inside fog shine on rays that scatter before them too
             emission = dr.select(active, path.throughput * flight.emission, 0.0) + self.lamps_in_fog(si, path, active)
-            path.add(mi.Spectrum(self.clamped(mi.Spectrum(emission), path.depth > 1)), path.diffuse > 1)
+            path.add(mi.Spectrum(self.clamped(mi.Spectrum(emission), path.depth > 1)), path.diffuse)
             path.throughput *= dr.select(active, flight.weight, 1.0)
             return flight.scatters, place
 

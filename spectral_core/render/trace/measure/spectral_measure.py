@@ -47,7 +47,7 @@ class SpectralMeasure:
             self._shifts = table(mi.UInt32, plan.sets.shifts % STEPS)
             padded = np.pad(plan.sets.corrections, ((0, 0), (0, 0), (0, 0), (0, 0), (0, 1)))
             self._corrections = table(mi.Float, padded)
-            self._far = SHIFTS * STEPS * TEETH
+            self._per_order = SHIFTS * STEPS * TEETH
         if self.band_count:
             self._band_tables(plan.pieces[:, 3:], density)
 
@@ -119,8 +119,10 @@ class SpectralMeasure:
         part = dr.minimum(self._mi.UInt32(scaled), count - 1)
         return part, scaled - self._mi.Float(part)
 
-    def color(self, radiance: Any, drawn: Drawn, far: Any = None) -> Any:
-        """XYZ of one sample; ``far``: the part of its radiance that several surfaces have reflected diffusely."""
+    def color(self, radiance: Any, drawn: Drawn, later: Any = None) -> Any:
+        """XYZ of one sample; ``later``: the parts of its radiance that two surfaces, and that more, have reflected
+        diffusely.
+        """
         import drjit as dr
 
         mi = self._mi
@@ -132,10 +134,10 @@ class SpectralMeasure:
             if drawn.number is None:
                 total += radiance[k] * mi.Color3f(weight.x, weight.y, weight.z)
                 continue
-            at, near = drawn.number * TEETH + k, radiance[k] if far is None else radiance[k] - far[k]
-            added = near * dr.gather(mi.Vector4f, self._corrections, at)
-            if far is not None:
-                added += far[k] * dr.gather(mi.Vector4f, self._corrections, at + self._far)
+            at, parts = drawn.number * TEETH + k, [] if later is None else [part[k] for part in later]
+            added = (radiance[k] - sum(parts)) * dr.gather(mi.Vector4f, self._corrections, at)
+            for order, part in enumerate(parts, 1):
+                added += part * dr.gather(mi.Vector4f, self._corrections, at + order * self._per_order)
             own = radiance[k] * weight + added * weight.w
             total += mi.Color3f(own.x, own.y, own.z)
         return total

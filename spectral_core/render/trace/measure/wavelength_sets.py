@@ -16,9 +16,10 @@ The idea of random nodes whose weights integrate chosen functions without error 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
+from functools import cache, lru_cache
 from itertools import combinations_with_replacement
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,18 +30,18 @@ from spectral_core.spectra.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 TEETH = 4
-STEPS = 128
+STEPS = 256
 """Intervals of equal probability in the range of one tooth. Designed spectra change within a few nm: with half as many,
-the steps' own width is most of the noise of their colors.
+the steps' own width is most of the noise of their colors in light that one surface has reflected.
 """
 SAMPLES = 64
-"""Successive samples of a pixel that have one shift of the teeth against each other; in them, one of each two
+"""Successive samples of a pixel that have one shift of the teeth against each other; in them, one of each four
 neighboring steps occurs.
 """
 SHIFTS = 16
 """Different shifts of the teeth against each other."""
 _BINS = TEETH * STEPS
-_FARTHEST = 48
+_FARTHEST = 96
 """Farthest shift of a tooth, in steps. The more different the sets are, the more of them tell narrow peaks of the
 scene's reflectances apart.
 """
@@ -54,27 +55,29 @@ scene's. It bounds the weights, above all in bins in which the scene's lights ha
 """
 _COLORS = 30.0
 """Second moment of the smooth reflectances of the scene's colors, beside these variances."""
-_KNOWN = ((1000.0, 10.0, 0.0), (100.0, 1000.0, 30.0))
+_KNOWN = ((3000.0, 3.0, 0.0), (30.0, 3000.0, 10.0), (3.0, 100.0, 3000.0))
 """Second moments of the reflectances that are given as spectra, of the products of two, and of three: in light that one
-surface has reflected, and in light that more have. They are known exactly, while a color may be anything that its
-texture holds. Four wavelengths tell few spectra apart, hence the two types of light have weights of their own.
+surface has reflected, that two have, and that more have. They are known exactly, while a color may be anything that its
+texture holds. Four wavelengths tell few spectra apart, hence the three types of light have weights of their own.
 """
 _MOST_IN_PRODUCTS = (64, 16, 6)
 """Most reflectances that are counted, alone and in products of two and of three."""
 _SMOOTH_NM, _BUMPY_NM = 100.0, 10.0
 """Lengths over which the smooth part and the bumps change."""
-_SINGLE = 1.0
+_SINGLE = 3.0
 """Share of the variance of one sample in what the weights minimize, against that of ``STEPS`` samples times their
 number: the relative variance of a path's brightness.
 """
+_KEPT = 4
+"""Scenes whose sets are kept: a render loads its scene for the pilot, for probes of its cost, and for the picture."""
 _MOST_LIGHTS = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WavelengthSets:
     """``shifts``: (SHIFTS, 4) steps that each tooth is moved by, cyclically within its quarter of the probability.
-    ``corrections``: (2, SHIFTS, STEPS, 4, 3), added to a quarter of the responses x̄ ȳ z̄ at the wavelengths of a set:
-    for light that at most one surface has reflected diffusely, and for light that more have.
+    ``corrections``: (3, SHIFTS, STEPS, 4, 3), added to a quarter of the responses x̄ ȳ z̄ at the wavelengths of a set:
+    for light that at most one surface has reflected diffusely, that two have, and that more have.
     """
 
     shifts: NDArray[np.int64]
@@ -94,6 +97,37 @@ def wavelength_sets(
     ``lights``: spectra and their counts; none stands for equal energy. ``reflectances``: those of the scene, which are
     then expected more than others.
     """
+    arrays = (edges_nm.tobytes(), probability.tobytes(), pieces[:, :3].tobytes())
+    spectra = tuple(map(_content, ([light for light, _ in lights], reflectances, colors)))
+    counts = tuple(count for _, count in lights)
+    return _kept(_Question((arrays, spectra, counts), (edges_nm, probability, pieces, lights, reflectances, colors)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    """Arguments of ``wavelength_sets``, compared by their content."""
+
+    content: tuple[Any, ...]
+    arguments: tuple[Any, ...] = field(compare=False)
+
+
+def _content(spectra: Sequence[Spectrum]) -> tuple[bytes, ...]:
+    return tuple(each.grid.wavelengths_nm.tobytes() + each.values.tobytes() for each in spectra)
+
+
+@lru_cache(_KEPT)
+def _kept(question: _Question) -> WavelengthSets:
+    return _solved(*question.arguments)
+
+
+def _solved(
+    edges_nm: Array,
+    probability: Array,
+    pieces: Array,
+    lights: Sequence[tuple[Spectrum, float]],
+    reflectances: Sequence[Spectrum],
+    colors: Sequence[Spectrum],
+) -> WavelengthSets:
     cell, along = _places(probability)
     widths = np.diff(edges_nm)
     at = edges_nm[cell] + along * widths[cell]
@@ -103,9 +137,10 @@ def wavelength_sets(
     sets, plain = _sets(), response.mean(axis=2) / TEETH
     even = (widths[cell] / probability[cell]).mean(axis=1)
     corrections = []
-    # One path of four wavelengths serves both: only the weights differ, and each of them is exact in the mean.
+    # One path of four wavelengths serves all: only the weights differ, and each of them is exact in the mean.
     nm = at.mean(axis=1)
-    unknown = _unknown(nm) + _COLORS * _mean_product([each.at(nm) for each in colors])
+    tints = _units([each.at(nm) for each in colors], nm.size)
+    unknown = _unknown(nm) + _COLORS * (tints.T @ tints)
     for known in _KNOWN:
         prior = unknown + _prior(nm, reflectances, known)
         covariance, expected = _moments(shapes, response, prior)
@@ -161,19 +196,19 @@ def _unknown(nm: Array) -> Array:
 
 def _prior(nm: Array, reflectances: Sequence[Spectrum], known: Sequence[float]) -> Array:
     """Second moments of the scene's reflectances at wavelengths (nm), by the moments of ``_KNOWN``."""
-    moments = np.zeros((nm.size, nm.size))
     # products of reflectances are narrower than each: they need moments of their own
-    rows = [each.at(nm) for each in reflectances]
+    rows, found = [each.at(nm) for each in reflectances], [np.zeros((0, nm.size))]
     for order, (moment, most) in enumerate(zip(known, _MOST_IN_PRODUCTS, strict=True), 1):
         products = [np.prod(each, axis=0) for each in combinations_with_replacement(rows[:most], order)]
-        moments = moments + moment * _mean_product(products)
-    return moments
+        found.append(np.sqrt(moment) * _units(products, nm.size))
+    together = np.concatenate(found)
+    return np.asarray(together.T @ together)
 
 
-def _mean_product(rows: Sequence[Array]) -> Array | float:
-    """Mean outer product of rows with itself, each row scaled to mean square 1."""
-    unit = np.array([row / size for row in rows if (size := np.sqrt(np.mean(row**2)))])
-    return np.asarray(unit.T @ unit / len(unit)) if len(unit) else 0.0
+def _units(rows: Sequence[Array], size: int) -> Array:
+    """Rows (n, size), scaled so that the diagonal of the sum of their outer products is 1 in the mean; no zero rows."""
+    found = [row / length for row in rows if (length := np.sqrt(np.mean(row**2)))]
+    return np.array(found).reshape(-1, size) / np.sqrt(max(len(found), 1))
 
 
 @cache
