@@ -22,6 +22,8 @@ import bpy
 TICK_S = 0.01
 STANDS_S = 0.12
 """After this time in a call the places of all threads are written down, without waiting for Python's lock."""
+SLOW_MS = 60.0
+"""Calls that take longer are listed one by one."""
 monitoring: Any = sys.monitoring  # type: ignore[attr-defined]  # Python 3.12 and later, as in Blender 5
 step = ["start"]
 """What the script does now."""
@@ -35,6 +37,18 @@ def _queue_file():
         return None
 
 
+def host_took_ms() -> float:
+    """Milliseconds since the start of the machine in which its host ran something else on the processor that lost most,
+    in steps of 10 ms; 0 outside virtual machines and Linux.
+    """
+    try:
+        with open("/proc/stat") as file:
+            rows = [line.split() for line in file if line.startswith("cpu") and line[3].isdigit()]
+    except OSError:
+        return 0.0
+    return max((1e3 * float(row[8]) / os.sysconf("SC_CLK_TCK") for row in rows), default=0.0)
+
+
 class Trace:
     """Outermost calls of the extension on the main thread: by function milliseconds on the clock and of processor time,
     the step, and milliseconds in which no processor was free. ``since``: milliseconds and functions since they were
@@ -43,7 +57,8 @@ class Trace:
 
     def __init__(self):
         self.calls = defaultdict(list)
-        self.within, self.since, self.stood = 0.0, [], []
+        self.within, self.since, self.stood, self.slow = 0.0, [], [], []
+        self.host_took = host_took_ms()
         self._places = tempfile.TemporaryFile("w+b", 0)  # noqa: SIM115 - kept open for the process
         self._main, self._depth, self._start = threading.get_ident(), 0, (0.0, 0.0, 0.0)
         self._queue = _queue_file()
@@ -62,6 +77,7 @@ class Trace:
         """Forget all calls."""
         self.calls.clear()
         self.stood.clear()
+        self.slow.clear()
 
     def _enter(self, code, _place):
         if "blender_addon" not in code.co_filename:
@@ -88,6 +104,10 @@ class Trace:
                 faulthandler.cancel_dump_traceback_later()
                 self.calls[name].append((clock, work, step[0], queued))
                 self.since.append((clock, name))
+                if clock > SLOW_MS:
+                    took = host_took_ms() - self.host_took
+                    self.slow.append({"name": name, "step": step[0], "clock_ms": clock, "work_ms": work,
+                                      "queued_ms": queued, "host_took_ms": took})  # fmt: skip
                 if self._places.tell():
                     self._write_down(name, clock)
         return None
@@ -124,6 +144,7 @@ class Ticks:
         bpy.app.timers.register(self.tick, persistent=True)
 
     def tick(self):
+        self._trace.host_took = host_took_ms()
         now, within = time.perf_counter(), self._trace.within
         if self._last is not None:
             longest = sorted(self._trace.since, reverse=True)[:3]

@@ -256,6 +256,7 @@ def drive():
         "apart_ms": max(clock - queued for clock, _, _, queued in calls),
         "long": [call for call in calls if call[0] > LONG_MS or call[1] > LONG_MS],
     } for name, calls in trace.calls.items()}  # fmt: skip
+    told["slow"] = sorted(trace.slow, key=lambda call: -call["clock_ms"])[:40]
     told["stood"] = sorted(trace.stood, key=lambda call: -call["clock_ms"])[:10]
     gaps = np.array([gap[0] for gap in ticks.gaps])
     told["ticks"] = {
