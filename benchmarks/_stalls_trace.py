@@ -15,6 +15,7 @@ import tempfile
 import threading
 import time
 from collections import defaultdict
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -42,10 +43,10 @@ def host_took_ms() -> float:
     in steps of 10 ms; 0 outside virtual machines and Linux.
     """
     try:
-        with open("/proc/stat") as file:
-            rows = [line.split() for line in file if line.startswith("cpu") and line[3].isdigit()]
+        lines = Path("/proc/stat").read_text().splitlines()
     except OSError:
         return 0.0
+    rows = [line.split() for line in lines if line.startswith("cpu") and line[3].isdigit()]
     return max((1e3 * float(row[8]) / os.sysconf("SC_CLK_TCK") for row in rows), default=0.0)
 
 

@@ -7,9 +7,8 @@ random order (``--seed``), for ``--minutes`` (60; 2 with ``--quick``). Every cal
 thread is timed to its return; those are listed by their longest, in processor time, which other programs on the machine
 do not change, and on the clock. ``queued``: time of the longest call in which no processor was free (Linux);
 ``apart``: longest without that, which other programs change little. Calls of more than 60 ms are listed with the time
-since the last tick in which a virtual machine's host gave a processor to others. Of a call of more than 0.12 s, the places of
-all threads in its course are printed.
-SPECTRAL_REAL_BLENDER as in ``_window``.
+since the last tick in which a virtual machine's host gave a processor to others. Of a call of more than 0.12 s, the
+places of all threads in its course are printed. SPECTRAL_REAL_BLENDER as in ``_window``.
 """
 
 from __future__ import annotations
@@ -50,8 +49,10 @@ def run(options: Options) -> dict[str, Any]:
             parts = ", ".join(f"{name} {took:.0f} ms" for took, name in calls)
             print(f"  {own:.0f} ms within the extension at {step!r}, in a gap of {gap:.0f} ms: {parts}")
     for call in told.get("slow", ()):
-        print(f"  {call['clock_ms']:.0f} ms on the clock, {call['work_ms']:.0f} of work, {call['queued_ms']:.0f} queued, "
-              f"at most {call['host_took_ms']:.0f} taken by the host: {call['name']} at {call['step']!r}")  # fmt: skip
+        spent = (
+            f"{call['work_ms']:.0f} of work, {call['queued_ms']:.0f} queued, {call['host_took_ms']:.0f} at most taken"
+        )
+        print(f"  {call['clock_ms']:.0f} ms: {spent} by the host: {call['name']} at {call['step']!r}")
     for call in told.get("stood", ()):
         print(f"{call['clock_ms']:.0f} ms in {call['name']} at {call['step']!r}, {call['pages_read']} pages read from "
               f"disk; the threads in its course:\n{call['threads']}")  # fmt: skip
