@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.blas_threads import on_one_thread
 from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
@@ -20,7 +21,6 @@ from spectral_core.palette.inaccurate import cell_name
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.feasibility import smallest_conflict
-from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import exact_error
 from spectral_core.palette.responses import Responses
 from spectral_core.palette.solution import VISIBLE_DELTA_E, Conflict, PaletteSolution, PaletteStatus

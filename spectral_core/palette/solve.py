@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from time import perf_counter
 
+from spectral_core.blas_threads import on_one_thread
 from spectral_core.checks import require_range
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
@@ -20,7 +21,6 @@ from spectral_core.palette.design.whole import SECONDS, brightened_to_fit, desig
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.distinct.search import solve_distinct
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import PaletteSolution
 

@@ -8,6 +8,7 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 
+from spectral_core.blas_threads import on_one_thread
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.design import rounds as rounds_module
 from spectral_core.palette.design.rounds import Budget
@@ -15,7 +16,6 @@ from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
 from spectral_core.palette.paint.fluorescent_spectra import FluorescentSpectra
 from spectral_core.palette.qp.color_newton import DENSE_LIMIT
 from spectral_core.palette.qp.engine import Engine
-from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 

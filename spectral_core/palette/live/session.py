@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.blas_threads import on_one_thread
 from spectral_core.palette.assemble.requests import WEIGHT_RATIO, Target, compiled_requests
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
@@ -21,7 +22,6 @@ from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
-from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import reported, state_errors
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.palette.solve import solve_palette

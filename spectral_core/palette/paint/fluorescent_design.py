@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.blas_threads import on_one_thread
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.requests import compiled_requests
@@ -27,7 +28,6 @@ from spectral_core.palette.paint.fluorescent_descent import descended
 from spectral_core.palette.paint.fluorescent_spectra import FluorescentSpectra
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.qp.optimality import Check
-from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import EXACT_LIMIT, exact_error
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import Spectrum

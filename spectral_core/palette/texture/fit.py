@@ -17,8 +17,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.blas_threads import on_one_thread
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.texture.nearest import NearestInBox
 
 Array = NDArray[np.float64]

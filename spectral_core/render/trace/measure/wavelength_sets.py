@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.blas_threads import on_one_thread
 from spectral_core.render.trace.measure.least_variance import least_variance
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -116,6 +117,7 @@ def _content(spectra: Sequence[Spectrum]) -> tuple[bytes, ...]:
 
 
 @lru_cache(_KEPT)
+@on_one_thread
 def _kept(question: _Question) -> WavelengthSets:
     return _solved(*question.arguments)
 
@@ -153,13 +155,13 @@ def _solved(
 
 def _moments(shapes: Sequence[tuple[Array, float]], response: Array, prior: Array) -> tuple[Array, Array]:
     """Second moments of radiance in the bins, and expected products of the wanted integrals and the radiance."""
-    covariance, expected = np.zeros((_BINS, _BINS)), np.zeros((3, _BINS))
-    for shape, share in shapes:
-        # light varies within a bin, as lines do; the prior of reflectances is that of the bin's mean wavelength
-        mean = shape.mean(axis=1)
-        covariance += share * np.outer(mean, mean) * prior
-        covariance[np.diag_indices(_BINS)] += share * shape.var(axis=1) * np.diag(prior)
-        expected += share * ((response * shape).mean(axis=2) @ prior) * mean / _BINS
+    light, share = np.stack([shape for shape, _ in shapes]), np.array([share for _, share in shapes])
+    # light varies within a bin, as lines do; the prior of reflectances is that of the bin's mean wavelength
+    mean = light.mean(axis=2)
+    covariance = (mean.T @ (share[:, None] * mean)) * prior
+    covariance[np.diag_indices(_BINS)] += (share @ light.var(axis=2)) * np.diag(prior)
+    wanted = np.stack([(response * each).mean(axis=2) for each in light])
+    expected = np.einsum("l,lck,lk->ck", share, wanted @ prior, mean) / _BINS
     return covariance, expected
 
 

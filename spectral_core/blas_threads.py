@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""BLAS on one thread while a palette is solved.
+"""BLAS on one thread while a palette or the weights of wavelengths are solved.
 
-The matrices of a palette have tens of rows. Several threads make them no faster, and on a busy machine OpenBLAS spins
-while it waits for its second thread: a 401-sample palette then takes ten times as long, and after each solve the second
-thread spins for a tenth of a second more.
+The matrices of a palette have tens of rows, those of wavelengths a thousand. Several threads make them hardly faster,
+and on a busy machine OpenBLAS spins while it waits for its second thread: a 401-sample palette then takes ten times as
+long, wavelengths take three times as long, and after each solve the second thread spins for a tenth of a second more.
 """
 
 from __future__ import annotations

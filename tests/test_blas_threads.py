@@ -11,7 +11,7 @@ import pytest
 import scipy.linalg  # noqa: F401
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from spectral_core.palette.qp.threads import on_one_thread
+from spectral_core.blas_threads import on_one_thread
 
 
 def numbers() -> set[int]:
