@@ -22,6 +22,8 @@ from spectral_core.scene import (
     Instance,
     Material,
     Mesh,
+    PointLight,
+    Rays,
     RenderSettings,
     Scene,
     Surface,
@@ -148,3 +150,35 @@ def test_a_wall_is_met_from_outside_only() -> None:
     lobe = HairLobe(gray(0.5), True, 0.1, 0.1, 0.0, tangent())
     through = shown(lobe)[3:5].mean()
     assert through == pytest.approx(0.5, abs=0.06)
+
+
+def crossed(*, by_nearest: bool) -> np.ndarray:
+    """Pixels of strands that lie within one another, beside and above a lamp; ``by_nearest``: shadow rays look for the
+    nearest hit, since a small object far away casts no shadow.
+    """
+    turned = np.eye(4)[[1, 0, 2, 3]] * np.array([1.0, 1.0, -1.0, 1.0])
+    moved = [matrix((0, 0, 0)), matrix((0, 0.3, 0.2)), matrix((0, -0.7, 0.1)), matrix((0, 0, 0.5)) @ turned]
+    placed = [Instance(f"strand {k}", "strand", world, ("hair",)) for k, world in enumerate(moved)]
+    if by_nearest:
+        placed.append(Instance("clear", "strand", matrix((0, 900, 0), 0.01), ("hair",), hidden_from=Rays.SHADOW))
+    scene = Scene(
+        camera=Camera(world_from_camera=matrix((0, 0, 5)), kind="orthographic", orthographic_scale=2.4),
+        film=Film(16, 16, samples=256),
+        meshes=(strand(),),
+        materials=(Material("hair", Hair(Color(np.array([0.9, 0.7, 0.5])), False, tangent=tangent())),),
+        instances=tuple(placed),
+        lights=(
+            PointLight(name="above", world_from_light=matrix((0.5, 1.5, 3)), power_w=100.0, radius=0.3),
+            PointLight(name="below", world_from_light=matrix((-1, 0.5, -3)), power_w=300.0, radius=0.3),
+        ),
+        settings=RenderSettings(transport="rgb", max_bounces=8),
+    )
+    return render_scene(scene).pixels[..., :3].astype(np.float64)
+
+
+def test_any_hit_tells_whether_light_comes_through_strands() -> None:
+    """Also where strands overlap: light that starts within another strand passes its wall, as by the nearest hit."""
+    short, long = crossed(by_nearest=False), crossed(by_nearest=True)
+    assert long.min(axis=2).mean() > 0.01
+    assert short.mean(axis=(0, 1)) == pytest.approx(long.mean(axis=(0, 1)), rel=2e-3)
+    assert np.abs(short - long).mean() < 5e-3 * long.mean()

@@ -99,8 +99,7 @@ class Tables:
         self.reradiation = rules.reradiation
         self.has_even_lobes = rules.subsurface or rules.reradiation is not None
         self.has_strands = any(bits & STRAND for _, bits in rules.shapes)
-        shadows = int(Rays.SHADOW) | STRAND
-        self.blocks_selectively = self.clear is not None or any(bits & shadows for _, bits in rules.shapes)
+        self.blocks_selectively = self.clear is not None or any(bits & int(Rays.SHADOW) for _, bits in rules.shapes)
 
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Rows | None:
         if not rows:
@@ -150,20 +149,24 @@ class Tables:
             return self._mi.Bool(False)
         return ((self.look_up(self.shapes, shape) & STRAND) != 0) & (dr.dot(si.n, direction) > 0.0)
 
-    def out_of_strand(self, scene: Any, start: tuple[Any, Any], ray: Any, active: Any) -> Any:
-        """A ray from a hit (its interaction and shape), past the far wall of the strand if it leads into one.
+    def out_of_strand(self, scene: Any, start: tuple[Any, Any], ray: Any, active: Any) -> tuple[Any, Any]:
+        """A ray from a hit (its interaction and shape), past the far wall of the strand if it leads into one, and
+        whether it meets another surface within that strand.
 
         Otherwise the wall, which is no obstacle, would cost the path another step; in media it does.
         """
         import drjit as dr
 
         if not self.has_strands or self.media is not None:
-            return ray
+            return ray, self._mi.Bool(False)
         si, shape = start
         enters = active & ((self.look_up(self.shapes, shape) & STRAND) != 0) & (dr.dot(si.n, ray.d) < 0.0)
         wall = self.intersect(scene, ray, enters)
-        leaves = enters & wall.is_valid() & self.from_within(self.shape_number(wall), wall, ray.d)
-        return dr.select(leaves, wall.spawn_ray(ray.d), ray)
+        meets = enters & wall.is_valid()
+        leaves = meets & self.from_within(self.shape_number(wall), wall, ray.d)
+        beyond = wall.spawn_ray(ray.d)
+        beyond.maxt = ray.maxt - wall.t
+        return dr.select(leaves, beyond, ray), meets & ~leaves
 
     def lights_it(self, emitter: Any, kind: Any, bounces: Any, receiver: Any) -> Any:
         """True if an emitter illuminates a receiver (a shape's number) along a type of ray, after a number of

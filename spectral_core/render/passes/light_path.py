@@ -41,6 +41,7 @@ def light_pass_class(variant: str) -> Any:
         group from 1, 0 for none.
         """
 
+        restarts = False
         met: Any
         sums: Any = None
         lane: Any = None
@@ -75,7 +76,7 @@ def light_pass_class(variant: str) -> Any:
             start = (self.begin(ray, active), sampler, mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
             labels = ("path", "sampler", "diffuse", "glossy", "transmission")
             state, *_ = dr.while_loop(start, lambda state, *_: state.active, body, labels=labels)
-            self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
+            self.release()
             self.parts = self.here = self.reflections = None
             return state.light, state.seen, state.extra(self.settings.clear_glass)
 

@@ -182,6 +182,8 @@ def _pilot_class(variant: str) -> Any:
     class PilotPath(scene_path_class(variant)):  # type: ignore[misc]
         """The renderer's path integrator, with bins for the light of each type of path."""
 
+        restarts = False
+
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any, sources: NDArray[np.uint32]) -> None:
             super().__init__(settings, tables, lights)
             self.sources = mi.UInt32(sources)
@@ -241,7 +243,7 @@ def _pilot_class(variant: str) -> Any:
             self.flags |= dr.select(event, dr.select(bends, mi.UInt32(2), 1), 0)
             return super().cut_caustic(bsdf, kind)
 
-        def clear_way(self, scene: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
+        def clear_way(self, scene: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
             self.blocked = scene.ray_test(way[0], active)
             return super().clear_way(scene, way, light, active)
 

@@ -110,31 +110,74 @@ class Accumulator:
         if tells_apart is not None and tile.light is None:
             tile.light = dr.opaque(mi.Float, 0.0, tile.count * integrator.rows * 3)
 
-        def body(index: Any, sums: Any, covered: Any, lost: Any) -> Any:
+        def sample(index: Any, sums: Any, covered: Any, lost: Any) -> Any:
             sampler.begin(index)
             ray, drawn = self._ray(corner, sampler)
             if tells_apart is not None:
                 tells_apart(tile.light, lane, lambda light, later: self._measure(light, drawn, later))
-            (radiance, later), coverage, finite = self._follow(first_hit, integrator, sampler, ray)
-            color = self._measure(radiance, drawn, later)
-            # a finite radiance may overflow when it is measured: it then counts as lost too
-            measured = dr.all(dr.abs(color) < LARGEST_SAMPLE)
-            color, finite = dr.select(measured, color, 0.0), finite & measured
-            radiance = dr.select(measured, radiance, 0.0)
+            light, coverage, finite = self._follow(first_hit, integrator, sampler, ray)
+            color, finite, measured = self._checked(light, drawn, finite)
+            radiance = dr.select(measured, light[0], 0.0)
             if bands is not None and self._measuring is not None and drawn is not None:
                 self._measuring.scatter_bands(bands, lane, radiance, drawn)
             return index + 1, sums + color, covered + coverage, lost + dr.select(finite, mi.UInt32(0), mi.UInt32(1))
 
-        _, tile.sums, tile.covered, tile.lost = dr.while_loop(
-            (first, tile.sums, tile.covered, tile.lost),
-            lambda index, *_: index < total,
-            body,
-            labels=("index", "sums", "covered", "lost"),
+        def step(index: Any, sums: Any, covered: Any, lost: Any, path: Any, sampler: Any) -> Any:
+            ray, sampler, path = self._begun(integrator, corner, (index, sampler, path))
+            path, sampler = integrator.step(first_hit.scene, path, sampler)
+            ends = ~path.active
+            light, finite = self._finite((path.light, None), mi.Bool(True))
+            color, finite, _ = self._checked(light, None, finite)
+            looks = ends & (ray.maxt > 0.0)  # outside a fisheye's circle the picture is empty
+            sums, covered = sums + dr.select(looks, color, 0.0), covered + dr.select(looks, mi.Float(1.0), 0.0)
+            one = dr.select(ends, mi.UInt32(1), 0)
+            return index + one, sums, covered, lost + dr.select(finite, mi.UInt32(0), one), path, sampler
+
+        # A lane whose path has ended starts the next one with its next ray. In a loop over paths within one over
+        # samples it would wait for the longest path of its packet. Not in spectral transport: each ray would then take
+        # the time to draw wavelengths and to weight them, more than is gained.
+        restarts = getattr(integrator, "restarts", False) and self._measuring is None
+        restarts = restarts and not first_hit.looks_through and not first_hit.hidden
+        start = (first, tile.sums, tile.covered, tile.lost, *((integrator.State(), sampler) if restarts else ()))
+        labels = ("index", "sums", "covered", "lost", *(("path", "sampler") if restarts else ()))
+        body = step if restarts else sample
+        _, tile.sums, tile.covered, tile.lost, *_ = dr.while_loop(
+            start, lambda index, *_: index < total, body, labels=labels
         )
+        if restarts:
+            integrator.release()
         if tells_apart is not None:
             tells_apart(None, None, None)
         dr.eval(tile.sums, tile.covered, tile.lost, bands, tile.light)
         dr.sync_thread()
+
+    def _begun(self, integrator: Any, corner: Any, state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+        """The camera ray of a lane's sample (its index, sampler, path), and the sampler and the path: those of a new
+        path where the last one has ended.
+        """
+        mi, dr, (index, sampler, path) = self._mi, self._dr, state
+        first = sampler.clone()
+        first.begin(index)
+        ray, _ = self._ray(corner, first)
+        sampler.index = dr.select(path.active, sampler.index, first.index)
+        sampler.dimension = dr.select(path.active, sampler.dimension, first.dimension)
+        return ray, sampler, dr.select(path.active, path, integrator.begin(mi.Ray3f(ray), mi.Bool(True)))
+
+    def _finite(self, light: tuple[Any, Any], seen: Any) -> tuple[tuple[Any, Any], Any]:
+        """Radiance and its later parts, with 0 in place of numbers that are not finite, and whether all were."""
+        dr, (radiance, later) = self._dr, light
+        is_finite = seen & dr.isfinite(radiance)
+        if later is not None:
+            later = tuple(dr.select(is_finite & dr.isfinite(part), part, 0.0) for part in later)
+        return (dr.select(is_finite, radiance, 0.0), later), dr.all(dr.isfinite(radiance)) | ~seen
+
+    def _checked(self, light: tuple[Any, Any], drawn: Drawn | None, finite: Any) -> tuple[Any, Any, Any]:
+        """Color of a sample, whether it counts as finite, and whether it could be measured: a finite radiance may
+        overflow, and then counts as lost too.
+        """
+        dr, color = self._dr, self._measure(light[0], drawn, light[1])
+        measured = dr.all(dr.abs(color) < LARGEST_SAMPLE)
+        return dr.select(measured, color, 0.0), finite & measured, measured
 
     def _seed(self) -> Any:  # of all lanes or of each
         return self._dr.opaque(self._mi.UInt32, hashed_seed(self.film.seed))
@@ -168,10 +211,7 @@ class Accumulator:
             passed, behind = passed * extra[0], behind * extra[0]
         elif extra:
             passed += dr.select(seen & dr.isfinite(extra[0]), extra[0], 0.0)  # the share behind glass
-        finite = dr.all(dr.isfinite(radiance)) | ~seen
-        if later is not None:
-            later = tuple(dr.select(seen & dr.isfinite(radiance) & dr.isfinite(part), part, 0.0) for part in later)
-        radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
+        (radiance, later), finite = self._finite((radiance, later), seen)
         radiance -= dr.select(seen, behind, 0.0)  # the uncovered share shows the environment: subtracted in expectation
         covered = 1.0 - channel_mean(dr, passed)
         if self._sees_partly:  # outside a fisheye's circle the picture is empty

@@ -131,6 +131,23 @@ def clamped(clamps: tuple[Any, Any] | None, value: Any, indirect: Any) -> Any:
     return value * dr.select(mean > most, most / mean, 1.0)
 
 
+def clear_way(integrator: Any, scene: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
+    """Transmittance of the way from a point of an emitter (number, surfaces passed before, marks).
+
+    ``way``: the ray to the point, the medium at its start with the one around that, and the hit at its start with its
+    shape, and whether it may lie within a strand.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    (ray, media, start), tables, layers = way, integrator.tables, integrator.layers
+    if integrator.settings.transparency or tables.blocks_selectively or tables.media is not None:
+        return shone_through(tables, layers, (scene, ray, media), light, mi.Bool(active))
+    if tables.has_strands:
+        return shone_past_strands(tables, layers, (scene, ray, media), light, (*start, mi.Bool(active)))
+    return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
+
+
 def shone_through(
     tables: Any, most_layers: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], active: Any
 ) -> Any:
@@ -170,3 +187,25 @@ def shone_through(
     _, clear, layers, _, _ = dr.while_loop(start, lambda _r, _c, _n, _m, active: active, body)
     # a ray that ends at the limit counts as occluded
     return dr.select(layers <= most_layers, clear, 0.0)
+
+
+def shone_past_strands(
+    tables: Any, most_layers: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], start: tuple[Any, ...]
+) -> Any:
+    """``shone_through`` where only the far walls of strands are no obstacle; ``start``: the hit that the ray comes
+    from, its shape, whether it may lie within another strand, and True for the rays to trace.
+
+    From outside all strands, a ray enters one only through a wall that occludes it: past the wall of its own strand
+    any hit will do, which takes less time than the nearest. Rays from within others take the long way.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    scene, ray, media = way
+    si, shape, within, active = start
+    short = active & ~within
+    beyond, blocked = tables.out_of_strand(scene, (si, shape), ray, short)
+    clear = short & ~blocked
+    clear &= ~scene.ray_test(beyond, clear)
+    long = shone_through(tables, most_layers, (scene, ray, media), light, active & within)
+    return dr.select(within, long, dr.select(clear, mi.Spectrum(1.0), mi.Spectrum(0.0)))

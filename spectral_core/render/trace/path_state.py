@@ -44,6 +44,7 @@ def path_state_class(variant: str) -> Any:
             "clear": mi.Bool,  # whether the ray has met nothing but what is clear: straight on, or through smooth glass
             "through": mi.Float,  # share that reaches the environment in this way, after glass
             "leaves": mi.Bool,  # True if the ray comes from below the surface that it hits next
+            "within": mi.UInt32,  # strands that the last hit lies within, beside the one that was hit
             "kind": mi.UInt32,  # Rays: type of ray that left the last surface
             # the last surface that scattered, from which a light that is hit now could have been sampled
             "before": mi.Interaction3f,

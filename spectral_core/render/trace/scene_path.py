@@ -42,9 +42,10 @@ def scene_path_class(variant: str) -> Any:
         """Radiance along camera rays."""
 
         State, tells_reflections = PathState, mi.is_spectral
+        restarts = True  # ``begin`` and ``step`` are all that a path consists of: its caller may loop over rays
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
         shadow_ray = hit_sides.shadow_ray
-        even_lobe, is_hole = reradiation.even_lobe, path_limits.is_hole
+        even_lobe, is_hole, clear_way = reradiation.even_lobe, path_limits.is_hole, path_limits.clear_way
         seen_side, sides_of, kind_of = hit_sides.seen_side, hit_sides.sides_of, hit_sides.kind_of
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
@@ -81,9 +82,12 @@ def scene_path_class(variant: str) -> Any:
                 lambda state, sampler: self.step(scene, state, sampler),
                 labels=("path", "sampler"),
             )
-            # of the loop: a recorded launch reads every member of the integrator after it
-            self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
+            self.release()
             return state.light, state.seen, state.extra(self.settings.clear_glass)
+
+        def release(self) -> None:
+            """Forget what belongs to a loop: a recorded launch reads every member of the integrator after it."""
+            self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
 
         def begin(self, ray: Any, active: Any) -> Any:
             """A path at the camera."""
@@ -96,8 +100,9 @@ def scene_path_class(variant: str) -> Any:
             """One ray to the next hit: emission along it, direct light at the hit, and the continuation of the path."""
             si = self.tables.intersect(scene, path.ray, path.active, path.depth == 0)
             shape = self.tables.shape_number(si)
-            passes = self.tables.passes(shape, path.kind) | self.tables.from_within(shape, si, path.ray.d)
-            unseen = path.active & si.is_valid() & passes
+            from_within = self.tables.from_within(shape, si, path.ray.d)
+            unseen = path.active & si.is_valid() & (self.tables.passes(shape, path.kind) | from_within)
+            path.within -= dr.select(unseen & from_within, dr.minimum(path.within, 1), 0)
             si.dn_du = -path.ray.d  # the viewer's direction for closures, see plugins.closures.upright
             si.dn_dv = ray_marks(mi, dr, path)
             microfacet.blur(si, self.filter_glossy, path.least_density)
@@ -153,7 +158,8 @@ def scene_path_class(variant: str) -> Any:
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
-            path.ray = self.tables.out_of_strand(scene, (si, shape), path.ray, scatters)
+            path.ray, stays = self.tables.out_of_strand(scene, (si, shape), path.ray, scatters)
+            path.within += dr.select(stays, mi.UInt32(1), 0)
             portals.send_on(self.tables, (si, bsdf, bs), path, pick, hit & straight)
             bounces = scatters
             if self.tables.media is not None:
@@ -272,18 +278,10 @@ def scene_path_class(variant: str) -> Any:
             wanted &= dr.any(value * drawn.value != 0.0)
             ray = dr.select(floats, si.spawn_ray_to(drawn.point), ray)
             marks = shadow_marks(mi, si.dn_dv)
-            clear = self.clear_way(scene, (ray, media), (drawn.number, path.passed, marks), wanted & ~shadowless)
+            start = si, shape, (path.within > 0) | path.leaves
+            light = drawn.number, path.passed, marks
+            clear = self.clear_way(scene, (ray, media, start), light, wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
-
-        def clear_way(self, scene: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
-            """Transmittance of the way from a point of an emitter (number, surfaces passed before, marks).
-
-            ``way``: the ray to the point, and the medium at its start with the one around that.
-            """
-            ray, media = way
-            if not (self.settings.transparency or self.tables.blocks_selectively or self.tables.media is not None):
-                return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
-            return path_limits.shone_through(self.tables, self.layers, (scene, ray, media), light, mi.Bool(active))
 
         def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
             """True if a diffuse ray hits a mirror or a glass whose caustics are switched off."""
