@@ -9,8 +9,8 @@ their pictures (not the converged ones), each with its own denoiser. Times are o
 command, in seconds of the processor's cores together (work), which other programs on the machine do not change; those
 on the wall are printed beside. ``--only WORDS``: scenes of these names, or whose name has the word, separated by
 commas; ``--more``: eight others (hair, textures, a lens, a tiny sun); ``--other``: five of a third kind (leaves with
-alpha, fire behind glass). ``--medium``: smaller pictures with the full
-number of samples, where fixed costs are as small a part as at full size.
+alpha, fire behind glass); ``--strange``: nine of a fourth (fur, a terrain, a forest of instances). ``--medium``:
+smaller pictures with the full number of samples, where fixed costs are as small a part as at full size.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from benchmarks import Options
 
 MEDIUM, DENOISED = "--medium", "--denoised"
-OPTIONS = ("--only", "--more", "--other", MEDIUM, DENOISED)
+OPTIONS = ("--only", "--more", "--other", "--strange", MEDIUM, DENOISED)
 BOUNCES = 12
 SIZES = {"full": ((240, 135), 64, 2048), "medium": ((160, 90), 64, 192), "quick": ((96, 54), 16, 256)}
 """Pixels, samples per pixel, and samples of the converged picture."""
@@ -40,8 +40,9 @@ def run(options: Options) -> dict[str, Any]:
     from benchmarks._cycles_more import MORE
     from benchmarks._cycles_other import OTHER
     from benchmarks._cycles_scenes import SCENES
+    from benchmarks._cycles_strange import STRANGE
 
-    scenes = {**SCENES, **MORE, **OTHER}
+    scenes = {**SCENES, **MORE, **OTHER, **STRANGE}
 
     blender_addon.register_once()
     size, samples, many = SIZES["quick" if options.quick else "medium" if MEDIUM in options.extra else "full"]
@@ -52,7 +53,7 @@ def run(options: Options) -> dict[str, Any]:
         f"{'scene':18} {'our work':>8} {'its work':>8} {'our s':>7} {'its s':>7} {'our error':>10} {'its error':>10} "
         f"{'ratio':>6} {'wall':>6}"
     )
-    sets = {"--more": MORE, "--other": OTHER}
+    sets = {"--more": MORE, "--other": OTHER, "--strange": STRANGE}
     word = options.extra[0] if options.extra else ""
     names = list(sets[word]) if word in sets else options.only(scenes) if word else list(SCENES)
     for name in names:

@@ -9,7 +9,7 @@ from spectral_core.render.mitsuba_scene.rules import HOLDOUT
 from spectral_core.render.plugins.closures.strands import FIBER
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.media import flight as flights
-from spectral_core.render.trace.path_settings import PathSettings
+from spectral_core.render.trace.path_settings import ROULETTE_BOUNCES, ROULETTE_SHARE, ROULETTE_SURE, PathSettings
 from spectral_core.scene import Rays
 
 
@@ -90,6 +90,23 @@ def count(limits: Any, path: Any, bs: Any, scatters: Any) -> None:
     reflected = dr.select(is_diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
     kind = dr.select(mirrors, reflected, int(Rays.TRANSMISSION))
     path.kind = dr.select(scatters, kind, path.kind)
+
+
+def roulette(path: Any, sampler: Any, strongest: Any, bounces: Any) -> Any:
+    """Paths that end by Russian roulette; those spared carry more. ``strongest``: largest channel of the throughput;
+    ``bounces``: paths that scatter now. A stack of transparent surfaces must not end paths.
+
+    The chance is by the remaining contribution of a path, without the scaling by refraction.
+    """
+    import drjit as dr
+
+    most = dr.select(path.depth <= ROULETTE_SURE, 1.0, 0.95)
+    survival = dr.minimum(ROULETTE_SHARE * dr.sqrt(strongest) * path.eta, most)
+    gambles = bounces & (path.depth >= ROULETTE_BOUNCES)
+    dies = gambles & (sampler.next_1d() >= survival)
+    spared = path.throughput * dr.rcp(dr.maximum(survival, 1e-8))
+    path.throughput = dr.select(gambles & ~dies, spared, path.throughput)
+    return dies
 
 
 def through_glass(met: Any, si: Any, path: Any, active: Any, *, counts: bool) -> None:

@@ -20,7 +20,7 @@ from spectral_core.render.trace import hit_sides, lobes, path_limits, portals, r
 from spectral_core.render.trace.below.dive import dive
 from spectral_core.render.trace.below.leaving import cosine_out, leaving
 from spectral_core.render.trace.media import in_media
-from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
+from spectral_core.render.trace.path_settings import MOST_LAYERS, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.scene import Rays
 
@@ -176,14 +176,8 @@ def scene_path_class(variant: str) -> Any:
                 path.leaves |= dives
                 onward |= dives
 
-            # Russian roulette by the remaining contribution of a path, without the scaling by refraction
             strongest = dr.max(path.throughput)
-            survival = dr.minimum(strongest * dr.square(path.eta), 0.95)
-            # Only real bounces take part: a stack of transparent surfaces must not end paths.
-            gamble = bounces & (path.depth >= ROULETTE_BOUNCES)
-            dies = gamble & (sampler.next_1d() >= survival)
-            spared = path.throughput * dr.rcp(dr.maximum(survival, 1e-8))
-            path.throughput = dr.select(gamble & ~dies, spared, path.throughput)
+            dies = path_limits.roulette(path, sampler, strongest, bounces)
             path.active = onward & ~dies & (strongest > 0.0) & (path.passed <= dr.maximum(self.layers, 1))
             return path, sampler
 
