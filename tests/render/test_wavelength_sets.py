@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 import pytest
@@ -107,7 +107,7 @@ def test_colors_of_the_scene_are_quieter_than_with_equal_weights(name: str) -> N
 
 
 def test_the_samples_of_one_shift_spread_evenly() -> None:
-    """The mean over every fourth step is quiet for a rough spectrum too: its wavelengths fill the spectrum."""
+    """The mean over every second step is quiet for a rough spectrum too: its wavelengths fill the spectrum."""
     light = catalogue.illuminant("D65")
     found = colors(plan_wavelengths([light]), light, ROUGH)
     each = STEPS // SAMPLES
@@ -151,9 +151,9 @@ def test_light_of_each_number_of_reflections_has_the_weights_that_suit_it(name: 
     for order in range(3):
         noise = np.zeros(3)
         for chosen in combinations_with_replacement(looks, order + 1):
-            product = Spectrum("product", GRID, np.prod([look.values for look in chosen], axis=0))
-            energy = np.square(exact(plan, light, product)).sum()
-            noise += [energy * variance(colors(plan, light, product, order=other)) for other in range(3)]
+            both = Spectrum("product", GRID, np.prod([look.values for look in chosen], axis=0))
+            energy = np.square(exact(plan, light, both)).sum()
+            noise += [energy * variance(colors(plan, light, both, order=other)) for other in range(3)]
         assert np.argmin(noise) == order
         assert noise[order] < 0.9 * np.delete(noise, order).min()
 
@@ -167,8 +167,11 @@ def test_the_sets_of_a_scene_are_solved_once() -> None:
         assert sets is not None and first is not None and not np.array_equal(sets.corrections, first.corrections)
 
 
-def test_least_variance_against_a_dense_solution() -> None:
-    """The same quadratic problem with its condition, as one system of linear equations."""
+@pytest.mark.parametrize("stratum", [1, 2])
+def test_least_variance_against_a_dense_solution(stratum: int) -> None:
+    """The same quadratic problem with its condition, as one system of linear equations. The variance of a mean of one
+    step from each stratum is that over all possible choices.
+    """
     rng, (shifts, steps, teeth), single = np.random.default_rng(2), (3, 4, 2), 2.5
     count = steps * teeth
     factor = rng.standard_normal((count, 3))
@@ -182,12 +185,16 @@ def test_least_variance_against_a_dense_solution() -> None:
         members = sets[shift].ravel()
         between = covariance[np.ix_(members, members)]
         together = np.kron(np.eye(steps), np.ones((teeth, teeth)))
-        quadratic[own, own] = (single * together * between + between) / steps
+        quadratic[own, own] = single * together * between / steps
+        choices = list(product(*np.arange(steps).reshape(-1, stratum)))
+        for chosen in choices:
+            share = np.repeat(np.isin(np.arange(steps), chosen), teeth) * stratum
+            quadratic[own, own] += np.outer(share, share) * between / steps / len(choices)
         linear[:, own] = (single / steps + 1.0) * expected[:, members]
         condition[members, np.arange(own.start, own.stop)] = 1.0
     system = np.block([[quadratic, condition.T], [condition, np.zeros((count, count))]])
     solution = np.linalg.solve(system, np.concatenate([linear, shifts * means], axis=1).T).T[:, : shifts * count]
-    ours = least_variance(covariance, expected, means, sets, single)
+    ours = least_variance(covariance, expected, means, sets, single, stratum)
     np.testing.assert_allclose(ours.reshape(3, -1), solution, rtol=1e-4, atol=1e-6)
 
 
@@ -196,4 +203,4 @@ def test_the_low_rank_root() -> None:
     root = low_rank_root(factor @ factor.T)
     assert root.shape == (90, 20)
     np.testing.assert_allclose(root @ root.T, factor @ factor.T, atol=1e-8)
-    assert low_rank_root(np.diag(np.arange(90.0))).shape[1] == 40
+    assert low_rank_root(np.diag(np.arange(90.0))).shape[1] == 64

@@ -10,18 +10,18 @@ from scipy.linalg.blas import dsyrk
 
 Array = NDArray[np.float64]
 
-_MOST_COLUMNS = 40
+_MOST_COLUMNS = 64
 _MISSING = 1e-6
 """Part of the trace that the low-rank part of a covariance may miss. The rest counts as unrelated between bins."""
 
 
 def least_variance(
-    covariance: Array, expected: Array, means: Array, sets: NDArray[np.int64], single: float
+    covariance: Array, expected: Array, means: Array, sets: NDArray[np.int64], single: float, stratum: int = 1
 ) -> NDArray[np.float64]:
     """Give the weights (n_responses, shifts, steps, teeth) of least variance with the given mean in each bin.
 
-    The variance is that of one sample, times ``single``, plus that of the mean over the steps of a shift, times their
-    number.
+    The variance is that of one sample, times ``single``, plus that of the mean over samples of a shift, one from each
+    ``stratum`` successive steps, times the number of steps.
 
     Parameters
     ----------
@@ -35,19 +35,25 @@ def least_variance(
         (shifts, steps, teeth), bins of each set; each bin occurs once in every shift.
     single
         0 or more.
+    stratum
+        A divisor of the number of steps.
     """
     shifts, steps, teeth = sets.shape
     members = sets.reshape(shifts, -1)
     root = low_rank_root(covariance)
     rest = np.maximum(np.diag(covariance) - np.square(root).sum(axis=1), 1e-12 * np.trace(covariance) / len(covariance))
-    # The variance is a quadratic form of the weights of a shift: blocks, one per set, plus a matrix of low rank, whose
-    # inverse is that of the blocks minus another of low rank (Woodbury).
-    blocks = single * covariance[sets[..., :, None], sets[..., None, :]]
-    blocks[..., np.arange(teeth), np.arange(teeth)] += rest[sets]
+    # The variance is a quadratic form of the weights of a shift: blocks, one per stratum, plus a matrix of low rank.
+    # Its inverse is that of the blocks minus another matrix of low rank (Woodbury).
+    strata = sets.reshape(shifts, steps // stratum, stratum * teeth)
+    # of each step, and of the differences between the steps of a stratum, of which the mean has one by chance
+    alone = np.kron(np.eye(stratum), np.ones((teeth, teeth)))
+    pattern = single * alone + stratum * (alone - 1.0 / stratum)
+    blocks = pattern * covariance[strata[..., :, None], strata[..., None, :]]
+    blocks[..., np.arange(stratum * teeth), np.arange(stratum * teeth)] += rest[strata]
     inverses = steps * _inverses(blocks)
 
     def by_blocks(columns: Array) -> Array:
-        return np.asarray((inverses @ columns.reshape(shifts, steps, teeth, -1)).reshape(shifts, members.shape[1], -1))
+        return np.asarray((inverses @ columns.reshape(*strata.shape, -1)).reshape(shifts, members.shape[1], -1))
 
     low = root[members]
     across = by_blocks(low)
@@ -60,7 +66,7 @@ def least_variance(
     free = (single / steps + 1.0) * solved(np.moveaxis(expected[:, members], 0, -1))
     # Lagrange's multipliers of the condition, one per bin and response
     normal, scattered = np.zeros_like(covariance), np.empty((shifts, len(covariance), across.shape[2]))
-    np.add.at(normal, (sets[..., :, None], sets[..., None, :]), inverses)
+    np.add.at(normal, (strata[..., :, None], strata[..., None, :]), inverses)
     sums, numbers = np.zeros((len(covariance), len(expected))), np.arange(shifts)[:, None]
     np.add.at(sums, members, free)
     scattered[numbers, members] = across

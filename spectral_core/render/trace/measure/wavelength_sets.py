@@ -31,18 +31,18 @@ from spectral_core.spectra.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 TEETH = 4
-STEPS = 256
+STEPS = 128
 """Intervals of equal probability in the range of one tooth. Designed spectra change within a few nm: with half as many,
 the steps' own width is most of the noise of their colors in light that one surface has reflected.
 """
 SAMPLES = 64
-"""Successive samples of a pixel that have one shift of the teeth against each other; in them, one of each four
+"""Successive samples of a pixel that have one shift of the teeth against each other; in them, one of each two
 neighboring steps occurs.
 """
 SHIFTS = 16
 """Different shifts of the teeth against each other."""
 _BINS = TEETH * STEPS
-_FARTHEST = 96
+_FARTHEST = 48
 """Farthest shift of a tooth, in steps. The more different the sets are, the more of them tell narrow peaks of the
 scene's reflectances apart.
 """
@@ -65,9 +65,10 @@ _MOST_IN_PRODUCTS = (64, 16, 6)
 """Most reflectances that are counted, alone and in products of two and of three."""
 _SMOOTH_NM, _BUMPY_NM = 100.0, 10.0
 """Lengths over which the smooth part and the bumps change."""
-_SINGLE = 3.0
+_SINGLE, _SINGLE_IF_KNOWN = 1.0, 3.0
 """Share of the variance of one sample in what the weights minimize, against that of ``STEPS`` samples times their
-number: the relative variance of a path's brightness.
+number: the relative variance of a path's brightness. The second is for scenes with reflectances that are given: their
+colors have little noise in either, while saturated colors of textures need the mean.
 """
 _KEPT = 4
 """Scenes whose sets are kept: a render loads its scene for the pilot, for probes of its cost, and for the picture."""
@@ -138,7 +139,7 @@ def _solved(
     shapes = _shapes(lights, at, probability[cell] / widths[cell])
     sets, plain = _sets(), response.mean(axis=2) / TEETH
     even = (widths[cell] / probability[cell]).mean(axis=1)
-    corrections = []
+    corrections, single = [], _SINGLE_IF_KNOWN if reflectances else _SINGLE
     # One path of four wavelengths serves all: only the weights differ, and each of them is exact in the mean.
     nm = at.mean(axis=1)
     tints = _units([each.at(nm) for each in colors], nm.size)
@@ -148,7 +149,7 @@ def _solved(
         covariance, expected = _moments(shapes, response, prior)
         total = max(float(np.trace(covariance)), 1e-30)
         covariance[np.diag_indices(_BINS)] += _UNKNOWN * total / _BINS * (even / even.mean()) ** 2
-        weights = least_variance(covariance, expected, plain, sets, _SINGLE)
+        weights = least_variance(covariance, expected, plain, sets, single, STEPS // SAMPLES)
         corrections.append(np.moveaxis(weights - plain[:, sets], 0, -1))
     return WavelengthSets(_shifts(), np.stack(corrections))
 
