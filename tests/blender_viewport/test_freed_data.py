@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Data that geometry nodes name are deleted, replaced or loaded anew: nothing refers to the freed copy afterwards.
+"""Data that geometry nodes name are deleted, replaced or loaded anew: nothing refers to the freed copy any more.
 
 Without the handler Blender reads freed memory here, which ends the process: each case runs in a process of its own.
 """
