@@ -128,12 +128,20 @@ def context(x: float = 0.0, y: float = 0.0) -> Any:
 
 def followed(session: Any, seen: Any, edit: Any) -> None:
     """The calls that Blender makes after an edit: its handlers receive the same list of updates as the view of an
-    engine.
+    engine. Where Blender evaluates objects again after its handlers, the view reads them after that, as an engine does.
     """
     import bpy
 
+    from blender_addon.editing.palette.picture import shown_in
+    from blender_addon.editing.viewport import freed
+    from blender_addon.editing.viewport import session as sessions
+
     def follow(_scene: Any, depsgraph: Any) -> None:
-        session().update(seen, depsgraph)
+        if freed.is_evaluated_again(depsgraph):
+            stage = session()._enter(seen, depsgraph)
+            sessions._stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene))
+        else:
+            session().update(seen, depsgraph)
 
     def lists() -> tuple[Any, Any]:
         return bpy.app.handlers.depsgraph_update_post, bpy.app.handlers.frame_change_post

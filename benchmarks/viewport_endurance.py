@@ -31,6 +31,8 @@ OPTIONS = ("--changes", "--kills", "--kill-each", "--only", "--minutes", "--seed
 PATIENCE_S = 300.0
 COMPARED_EVERY = 5
 """Changes between two comparisons with a fresh process."""
+TOLD_EVERY = 25
+"""Changes between two lines on the progress."""
 LATEST_KILL_S = 0.6
 """A process is killed so long after the change at most: while it loads, records or traces."""
 HURRIED = 0.3
@@ -67,6 +69,8 @@ def run(options: Options) -> dict[str, Any]:
             for number, (name, kill) in enumerate(planned):
                 if time.monotonic() < end:
                     trial.change(number, name, kill=kill)
+                    if number % TOLD_EVERY == TOLD_EVERY - 1:
+                        print(f"{number + 1} changes, {trial.compared} pictures compared", flush=True)
         finally:
             trial.close()
             jobs.live().close()

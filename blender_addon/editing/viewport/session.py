@@ -31,7 +31,7 @@ from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..palette.picture import shown_in
 from ..pauses import pause, paused_seconds
-from . import stages
+from . import freed, stages
 from .patience import Patience
 from .stages import Stage
 
@@ -250,12 +250,14 @@ def register() -> None:
     """Start listening to the viewport's settings, and to undo."""
     listen(Topic.VIEWPORT, redraw_all)
     stages.register()
+    freed.register()
 
 
 def unregister() -> None:
     """Stop listening."""
     ignore(Topic.VIEWPORT)
     stages.unregister()
+    freed.unregister()
     _stages.clear()
 
 
