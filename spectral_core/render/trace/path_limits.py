@@ -100,6 +100,7 @@ def roulette(path: Any, sampler: Any, strongest: Any, bounces: Any) -> Any:
     """
     import drjit as dr
 
+    # Without an end beyond these bounces, paths between white walls would run to the scene's limit.
     most = dr.select(path.depth <= ROULETTE_SURE, 1.0, 0.95)
     survival = dr.minimum(ROULETTE_SHARE * dr.sqrt(strongest) * path.eta, most)
     gambles = bounces & (path.depth >= ROULETTE_BOUNCES)

@@ -20,6 +20,7 @@ def exit_normal(mi: Any, dr: Any, tables: Any, si: Any, along: Any, active: Any)
     place = mi.SurfaceInteraction3f(si)
     place.dn_du, place.wi = along, si.to_local(along)
     bent = tables.surface(place).normal_below(place, active)
+    # An image may tilt the normal by so much that it vanishes or points inward: the outer side counts then.
     length = dr.norm(bent)
     bent = dr.mulsign(bent, dr.dot(bent, outer)) / dr.maximum(length, 1e-12)
     return dr.select(length > 1e-6, bent, outer)
@@ -31,6 +32,7 @@ def leaving(mi: Any, dr: Any, si: Any, normal: Any, sample: Any) -> tuple[Any, A
     local = mi.warp.square_to_cosine_hemisphere(sample)
     outward = mi.Frame3f(normal).to_world(local)
     bs.wo, bs.eta = si.to_local(outward), mi.Float(1.0)
+    # A shading normal lets some directions point below the true surface: no light leaves that way.
     bs.pdf = dr.select(cosine_out(mi, dr, si, normal, outward) > 0.0, local.z / dr.pi, 0.0)
     bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.DiffuseReflection))
     return bs, outward
