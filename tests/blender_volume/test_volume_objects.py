@@ -227,6 +227,24 @@ def test_a_sequence_shows_the_file_of_each_frame(blender, tmp_path):
     assert seen == [10.0, 11.0, 13.0]
 
 
+def test_a_volume_shows_the_chosen_grid_of_its_file(blender, ramp, tmp_path):
+    import openvdb
+
+    data = imported(ramp[0]).data
+    path = bpy.path.abspath(data.filepath)
+    first = openvdb.read(path, data.spectral.grid)
+    second = openvdb.FloatGrid(0.0)
+    second.copyFromArray(np.full((6, 5, 4), 7.0, np.float32))
+    second.name, second.transform = "temperature", first.transform
+    openvdb.write(str(tmp_path / "two.vdb"), grids=[first, second])
+    before = translated().volumes[0].data
+    data.filepath = str(tmp_path / "two.vdb")
+    assert np.array_equal(translated().volumes[0].data, before)
+    data.spectral.grid = "temperature"
+    data.update_tag()
+    assert (translated().volumes[0].data == 7.0).all()
+
+
 def test_a_volume_without_a_transfer_function_is_rendered_by_its_material(blender, ramp):
     made = imported(ramp[0])
     made.data.spectral.enabled = False

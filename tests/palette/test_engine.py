@@ -17,7 +17,7 @@ from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.presets import split_light
 from spectral_core.palette.qp import engine as engine_module
 from spectral_core.palette.qp.arrow import Arrow
-from spectral_core.palette.qp.backends import by_piqp, nearest_miss
+from spectral_core.palette.qp.backends import PiqpAnswer, by_piqp, nearest_miss
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import Engine, solve
 from spectral_core.palette.qp.feasibility import smallest_conflict
@@ -200,8 +200,8 @@ def test_a_failing_engine_is_replaced_by_piqp(rng, monkeypatch):
 
 
 def test_no_answer_is_solved_if_every_engine_is_wrong(rng, monkeypatch):
-    def lie(problem):
-        return np.full(problem.size, 0.3), [np.zeros(0)] * len(problem.blocks)
+    def lie(problem, most=0):
+        return PiqpAnswer(np.full(problem.size, 0.3), [np.zeros(0)] * len(problem.blocks), True, False)
 
     monkeypatch.setattr(engine_module, "by_piqp", lie)
     monkeypatch.setattr(Engine, "_from_guess", lambda self, problem: None)
@@ -214,7 +214,7 @@ def test_no_answer_is_solved_if_every_engine_is_wrong(rng, monkeypatch):
 
 def test_piqp_and_the_engine_agree(rng):
     quadratic = side_of(coupled_palette(SIZE, rng)).quadratic
-    x, _ = by_piqp(quadratic)
+    x = by_piqp(quadratic).x
     answer = solve(quadratic)
     assert quadratic.objective(x) == pytest.approx(
         quadratic.objective(quadratic.joined(answer.colors, answer.values)), rel=1e-6

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteRef
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.live.session import PaletteSession
-from spectral_core.palette.presets import hidden_mark, most_distinct, split_light
+from spectral_core.palette.presets import hidden_mark, metamer_pair, most_distinct, split_light
 from spectral_core.palette.qp.backends import by_piqp
 
 
@@ -86,12 +87,23 @@ def test_exact_cells_hold_through_edits_and_agree_with_the_general_engines(rng):
         assembler = Assembler(session.problem, compiled_requests(session.problem))
         assembled = assembler.assembled("reflectances", session.state).quadratic
         if answer.trusted:
-            x, _ = by_piqp(assembled)
+            x = by_piqp(assembled).x
             # Compares sums of squares, not colors: if all targets are met, only smoothness determines the common color.
             ours = assembled.objective(np.concatenate([answer.actual_linear_rgb[0, 0], *session.state.reflectances]))
             assert ours <= assembled.objective(x) * (1 + 1e-5) + 1e-12
             assert np.abs(answer.actual_linear_rgb[:, 0] - answer.actual_linear_rgb[0, 0]).max() < 1e-9
         session.edit(cell, Cell.fixed(rng.uniform(0.2, 0.6, 3)))
+
+
+def test_a_color_that_jumps_anywhere_is_answered_without_the_slow_methods():
+    """Where the walk does not arrive, piqp answers or shows that exact rows conflict."""
+    session, rng = PaletteSession(metamer_pair()), np.random.default_rng(7)
+    engines: Counter[str] = Counter()
+    for color in rng.uniform(0.1, 0.9, (60, 3)):
+        answer = session.edit((0, 0), Cell.fixed(color))
+        assert answer.trusted
+        engines.update(answer.engines)
+    assert set(engines) == {"active set", "piqp"}
 
 
 def test_exact_cells_that_cannot_hold_are_reported():

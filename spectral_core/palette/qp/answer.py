@@ -62,6 +62,14 @@ def is_strained(problem: Quadratic, answer: Answer) -> bool:
     return hardest * ROUNDING > problem.objective(problem.joined(answer.colors, answer.values))
 
 
+def better(problem: Quadratic, answer: Answer, other: Answer | None) -> Answer:
+    """Another answer if it passed its check and its slack, within the tolerances of the check, lowers the objective."""
+    if other is None or not other.check.passed:
+        return answer
+    costs = [problem.objective(problem.joined(each.colors, each.values)) for each in (other, answer)]
+    return other if costs[0] < costs[1] else answer
+
+
 def answer_at(
     problem: Quadratic,
     x: Array,

@@ -8,7 +8,9 @@ works on the rows themselves and does not square their condition.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,10 @@ STIFFEST = 1e8
 EQUAL = 5
 """daqp's sense of an equality."""
 TOLERANCES = {"primal_tol": 1e-11, "dual_tol": 1e-12}
+PIQP_STEPS = 200
+"""Most steps of piqp; ten to forty are usual."""
+SOLVED, IMPOSSIBLE = "PIQP_SOLVED", "PIQP_PRIMAL_INFEASIBLE"
+"""Names of piqp's statuses."""
 REACHED = 1e-7
 """Linear RGB within which exact rows count as feasible together."""
 
@@ -141,14 +147,26 @@ def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
     return np.concatenate([x for x, _ in found]), np.concatenate([free for _, free in found])
 
 
-def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
-    """All unknowns and the multipliers of exact rows by block, from piqp in least-squares form; None if it fails."""
-    found = _least_squares(problem, np.zeros(problem.size), 1.0, 1.0)
+@dataclass(frozen=True, slots=True, eq=False)
+class PiqpAnswer:
+    """All unknowns ``x`` (n,) and the ``multipliers`` of exact rows by block; ``is_solved``: to piqp's tolerances;
+    ``is_impossible``: by piqp the exact rows cannot hold together within the bounds.
+    """
+
+    x: Array
+    multipliers: list[Array]
+    is_solved: bool
+    is_impossible: bool
+
+
+def by_piqp(problem: Quadratic, most: int = PIQP_STEPS) -> PiqpAnswer | None:
+    """The answer of piqp in least-squares form after at most ``most`` steps; None if it has no numbers."""
+    found = _least_squares(problem, np.zeros(problem.size), 1.0, 1.0, most)
     if found is None:
         return None
     ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
     # piqp returns the equality multipliers in the order of the rows: block after block.
-    return found[0], np.split(found[1], ends)
+    return PiqpAnswer(found.x, np.split(found.multipliers, ends), found.status == SOLVED, found.status == IMPOSSIBLE)
 
 
 def change_by_piqp(problem: Quadratic, start: Array, unit: float) -> Array | None:
@@ -161,12 +179,22 @@ def change_by_piqp(problem: Quadratic, start: Array, unit: float) -> Array | Non
     found = _least_squares(problem, start, unit, 1.0 / np.sqrt(2.0 * here)) if here > 0 else None
     if found is None:
         return None
-    nearer = np.where(found[0] - problem.lower < problem.upper - found[0], problem.lower, problem.upper)
-    return np.where(found[2], nearer, found[0])
+    nearer = np.where(found.x - problem.lower < problem.upper - found.x, problem.lower, problem.upper)
+    return np.where(found.at_bounds, nearer, found.x)
 
 
-def _least_squares(problem: Quadratic, start: Array, unit: float, scale: float) -> tuple[Array, Array, Mask] | None:
-    """All unknowns, the multipliers of exact rows, and which unknowns are at bounds."""
+class _Found(NamedTuple):
+    """All unknowns, the multipliers of exact rows, which unknowns are at bounds, and the name of piqp's status."""
+
+    x: Array
+    multipliers: Array
+    at_bounds: Mask
+    status: str
+
+
+def _least_squares(
+    problem: Quadratic, start: Array, unit: float, scale: float, most: int = PIQP_STEPS
+) -> _Found | None:
     import piqp
     from scipy import sparse
 
@@ -178,7 +206,7 @@ def _least_squares(problem: Quadratic, start: Array, unit: float, scale: float) 
     solver.settings.eps_abs, solver.settings.eps_rel = 1e-11, 1e-11
     solver.settings.eps_duality_gap_abs, solver.settings.eps_duality_gap_rel = 1e-12, 1e-12
     # Limit on the time for a problem without an optimum.
-    solver.settings.max_iter = 200
+    solver.settings.max_iter = most
     # Unknowns x and the residual r = M x − y: the objective is then the square of r alone, and M is not squared.
     squares = sparse.diags(np.concatenate([np.zeros(n), np.ones(count)]), format="csc")
     left = sparse.bmat([[matrix, -sparse.identity(count)], [equality, None]], format="csc")
@@ -187,7 +215,7 @@ def _least_squares(problem: Quadratic, start: Array, unit: float, scale: float) 
     upper = np.concatenate([(problem.upper - start) / unit, np.full(count, np.inf)])
     try:
         solver.setup(squares, np.zeros(n + count), left, right, x_l=lower, x_u=upper)
-        solver.solve()
+        status = solver.solve()
     except (RuntimeError, ValueError):
         return None
     result = solver.result
@@ -195,7 +223,7 @@ def _least_squares(problem: Quadratic, start: Array, unit: float, scale: float) 
     if not np.all(np.isfinite(x)):
         return None
     at_bounds = np.array(result.z_bl[:n] > result.s_bl[:n]) | np.array(result.z_bu[:n] > result.s_bu[:n])
-    return np.clip(x, problem.lower, problem.upper), np.array(result.y[count:]), at_bounds
+    return _Found(np.clip(x, problem.lower, problem.upper), np.array(result.y[count:]), at_bounds, status.name)
 
 
 def nearest_miss(problem: Quadratic) -> float:
@@ -207,7 +235,7 @@ def nearest_miss(problem: Quadratic) -> float:
     found = by_piqp(soft)
     if found is None:
         return np.inf
-    shown, values = soft.split(found[0])
+    shown, values = soft.split(found.x)
     misses = [
         float(np.abs(block.misses(value, shown.ravel())).max(initial=0.0))
         for block, value in zip(blocks, values, strict=True)

@@ -2,9 +2,9 @@
 """The engine of a palette's side: four methods on one factorization, and a check that decides.
 
 From an earlier answer: daqp for the spectrum that changed, then the parametric walk; primal-dual active set where all
-changed. Cold: daqp where no spectrum depends on another, else the interior point, and the active set from its guess.
-Every answer is checked (``optimality``). If no method passes, piqp is tried; if exact rows cannot hold
-together, they get large weights instead, and the answer states it.
+changed; with exact rows, piqp where the walk did not arrive. Cold: daqp where no spectrum depends on another, else the
+interior point, and the active set from its guess. Every answer is checked (``optimality``). If no method passes, piqp
+is tried; if exact rows cannot hold together, they get large weights instead, and the answer states it.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.answer import Answer, answer_at, is_sharp, is_strained, nothing
+from spectral_core.palette.qp.answer import Answer, answer_at, better, is_sharp, is_strained, nothing
 from spectral_core.palette.qp.arrow import Arrow
-from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, nearest_miss
+from spectral_core.palette.qp.backends import REACHED, PiqpAnswer, by_piqp, lone_spectra, nearest_miss
 from spectral_core.palette.qp.color_newton import ColorNewton, is_dense
 from spectral_core.palette.qp.elastic import Elastic, softened
 from spectral_core.palette.qp.feasibility import ImpossibleBlocks
@@ -38,6 +38,8 @@ NEAR_STEPS = 60
 """Most breakpoints of the walk from one elastic answer to the next, and from the guess of an interior point of small
 spectra. Where it needs more, bounds are active whose multipliers are 0, and the walk may exchange them without end.
 """
+DIRECT_STEPS = 60
+"""Most steps of piqp after a walk that did not reach its end."""
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
 NEAR = 1e-7
@@ -90,19 +92,10 @@ class Engine:
                 self._elastic.forget()
                 answer = self._solve(problem, changed)
             if is_strained(problem, answer):
-                answer = self._with_slack(problem, answer)
+                answer = better(problem, answer, self._from_piqp(problem))
         if self._impossible.numbers and not answer.infeasible:
             return Answer(answer.values, answer.colors, answer.forces, answer.check, answer.engines, infeasible=True)
         return answer
-
-    def _with_slack(self, problem: Quadratic, answer: Answer) -> Answer:
-        """piqp's answer, if its slack, within the limits of the check, lowers the objective."""
-        other = self._from_piqp(problem)
-        if other is None or not other.check.passed:
-            return answer
-        costs = [problem.objective(problem.joined(each.colors, each.values)) for each in (other, answer)]
-        # Both passed the check. Within its tolerances the answer of lower objective is better.
-        return other if costs[0] < costs[1] else answer
 
     def _still_conflicting(self, problem: Quadratic, changed: list[int] | None, most: int) -> Answer | None:
         """The elastic answer to a problem like one whose exact rows conflicted; None where they may hold now.
@@ -122,10 +115,16 @@ class Engine:
 
     def _solve(self, problem: Quadratic, changed: list[int] | None) -> Answer:
         warm = self._warm(problem, changed)
-        is_lost = warm is None or not warm.check.passed
+        if warm is not None and warm.check.passed:
+            return warm
+        if problem.has_equalities and self._active is not None:
+            # The problem is far from the last one: this takes a third of the time of the methods below.
+            direct = self._direct(problem)
+            if direct is not None:
+                return direct
         # With large spectra, which are all new, the walks of this test would cost more than piqp's cold solve.
         is_worthwhile = (changed is not None or not is_dense(problem)) and not self._by_piqp
-        if problem.has_equalities and self._active is not None and is_lost and is_worthwhile:
+        if problem.has_equalities and self._active is not None and is_worthwhile:
             elastic = self._still_conflicting(problem, None, ELASTIC_STEPS)
             if elastic is not None:
                 self._conflict = True
@@ -218,9 +217,22 @@ class Engine:
     def _from_piqp(self, problem: Quadratic) -> Answer | None:
         """piqp's answer, refined by the active set if that helps."""
         found = by_piqp(problem)
+        return None if found is None else self._read_piqp(problem, found)
+
+    def _direct(self, problem: Quadratic) -> Answer | None:
+        """piqp's answer, or the compromise if it shows that exact rows conflict; None where it decides neither."""
+        found = by_piqp(problem, DIRECT_STEPS)
         if found is None:
             return None
-        x, multipliers = found
+        if found.is_impossible and nearest_miss(problem) > REACHED:
+            self._by_piqp = True
+            return self._compromise(problem)
+        answer = self._read_piqp(problem, found) if found.is_solved else None
+        return answer if answer is not None and answer.check.passed else None
+
+    def _read_piqp(self, problem: Quadratic, found: PiqpAnswer) -> Answer:
+        """piqp's answer, refined by the active set if that helps."""
+        x = found.x
         low, high = problem.lower, problem.upper
         # An interior-point method ends near the bounds, never on them.
         free = (x > low + NEAR) & (x < high - NEAR)
@@ -229,7 +241,7 @@ class Engine:
         if sharp is not None and sharp.check.passed and not is_strained(problem, sharp):
             return sharp
         # The digits of piqp, in case the active set lost some of them.
-        rough = answer_at(problem, x, problem.forces(x, multipliers), "piqp")
+        rough = answer_at(problem, x, problem.forces(x, found.multipliers), "piqp")
         return sharp if sharp is not None and sharp.check.passed and not rough.check.passed else rough
 
     def _sharpened(self, problem: Quadratic, arrow: Arrow, begin: Array, free: Mask, engine: str) -> Answer | None:

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every property that the extension declares is an input that a test changes, or is listed here with a reason."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("bpy")
+
+import bpy
+
+from blender_addon.properties.palette import PALETTE_FIELDS
+from blender_addon.properties.render import RENDER_FIELDS
+from blender_addon.properties.volume import VOLUME_FIELDS
+from tests.blender import own_cases
+from tests.blender_ui.own_walks import WALKS, filled
+from tests.settings_walk import ignored_settings, other_rna, read_rna
+
+TESTS = Path(__file__).parents[1]
+
+
+@pytest.mark.parametrize("name", WALKS)
+def test_every_own_setting_changes_what_reads_it(blender: Any, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    scene, walk = blender.context.scene, WALKS[name]
+    owner = walk.owner(filled(scene))
+    for setting, value in walk.first.items():
+        setattr(owner, setting, value)
+
+    def other(setting: str) -> Any:
+        if setting.endswith("_uid"):  # of the other row or column
+            table = scene.spectral.palette
+            entries = table.lights if setting == "light_uid" else table.materials
+            return next(each.uid for each in entries if each.uid != getattr(owner, setting))
+        return walk.others.get(setting, other_rna(owner, setting))
+
+    found = ignored_settings(
+        walk.names.split(), lambda setting: read_rna(owner, setting), lambda setting, v: setattr(owner, setting, v),
+        other, lambda: walk.seen(scene, monkeypatch),
+    )  # fmt: skip
+    assert found == {}
+
+
+RESULT = "a result, which the extension writes"
+NUMBER = "a lasting number of a row, which the extension counts"
+SELECTED = "the selected row of a list"
+CONTENT = "a group or list, whose entries are listed here"
+KNOWN_NAME = "the name of chosen data, by which deleted data are told"
+
+
+def _because(reason: str, names: str) -> dict[str, str]:
+    return dict.fromkeys(names.split(), reason)
+
+
+NO_INPUT = {
+    **_because(RESULT, """
+        SpectralAlternative.apart SpectralAlternative.spectra SpectralAlternative.colors SpectralAlternative.lamps
+        SpectralCostPoint.* SpectralPlanLine.* SpectralRender.cost SpectralRender.cost_summary SpectralRender.plan
+        SpectralPaletteCell.actual_linear SpectralPaletteCell.wanted_linear SpectralPaletteCell.actual_display
+        SpectralPaletteCell.wanted_display SpectralPaletteCell.has_result SpectralPaletteCell.delta_e
+        SpectralPaletteCell.actual SpectralPaletteCell.wanted SpectralPaletteConflict.* SpectralPaletteLamp.amount
+        SpectralPaletteLight.result SpectralPaletteMaterial.result SpectralDye.amount SpectralPossible.*
+        SpectralPalette.picture SpectralPalette.applied_exposure SpectralPalette.is_stale SpectralPalette.status
+        SpectralPalette.remedy SpectralPalette.message SpectralPalette.notes SpectralPalette.conflicts
+        SpectralPalette.possible SpectralPalette.alternatives SpectralPalette.milliseconds SpectralPalette.light_scale
+        SpectralPalette.worst_delta_e SpectralSpectrum.message SpectralVolume.facts
+        SpectralDialMember.* SpectralDialBulb.members SpectralDialBulb.color SpectralLightDial.scene_hash
+        SpectralLightDial.facts SpectralLightDial.keeps_spectra SpectralLightDial.recorded_parts
+        SpectralLightDial.recorded_groups SpectralLightDial.changes SpectralLightDial.message
+        SpectralMixingBoard.status SpectralMixingBoard.simultaneity SpectralSweep.point SpectralSweep.status
+        SpectralSweep.done SpectralSweep.total SpectralTextureWantedColor.outcome SpectralTextureWantedColor.reached
+        SpectralTextureDesign.status SpectralTextureDesign.failed SpectralTextureDesign.progress
+        SpectralTextureDesign.texture_file SpectralTextureDesign.report SpectralTextureDesign.lost_1
+        SpectralTextureDesign.lost_2 SpectralRecipe.text SpectralRecipe.met SpectralRecipe.spectrum
+        SpectralRecipe.found_kind"""),
+    **_because(NUMBER, "SpectralPalette.next_uid SpectralPaletteLight.uid SpectralPaletteMaterial.uid "
+               "SpectralVolume.next_uid SpectralVolumeMaterial.uid"),
+    **_because(SELECTED, "SpectralPalette.active_row SpectralPalette.active_column SpectralLightDial.active "
+               "SpectralMixingBoard.active SpectralSweep.active SpectralVolume.active"),
+    **_because(KNOWN_NAME, "SpectralPaletteLight.light_name SpectralPaletteLight.world_name "
+               "SpectralPaletteMaterial.material_name"),
+    **_because(CONTENT, """
+        SpectralScene.* SpectralPalette.lights SpectralPalette.materials SpectralPaletteMaterial.cells
+        SpectralPaletteMaterial.dyes SpectralPaletteMaterial.spectral SpectralPaletteLight.spectral
+        SpectralPaletteLight.primaries SpectralPaletteLight.variants SpectralPaletteLamp.spectral
+        SpectralPaletteCell.others SpectralSpectrum.samples SpectralSpectrum.dyes SpectralLightDial.bulbs
+        SpectralMixingBoard.bindings SpectralMixingBoard.orders SpectralSweep.parameters SpectralRender.overrides
+        SpectralViewport.look SpectralViewport.other SpectralVolume.materials SpectralVolumeMaterial.spectral
+        SpectralTextureDesign.wanted_colors SpectralTextureLight.spectral"""),
+    "SpectralVolume.source": "names the imported file; the data are in the Volume",
+    "SpectralTextureDesign.folder": "the place of the results",
+    "SpectralTextureDesign.lamp_1": "the lamp that gets a result",
+    "SpectralTextureDesign.lamp_2": "the lamp that gets a result",
+}  # fmt: skip
+"""Properties that are no input of a translation, ``*``: all of a type."""
+IN_A_TEST_OF_ITS_OWN = {
+    "blender_ui/test_declared_settings.py": [
+        *(f"SpectralPalette.{name}" for name in PALETTE_FIELDS), *(f"SpectralRender.{name}" for name in RENDER_FIELDS),
+        *(f"SpectralVolume.{name}" for name in VOLUME_FIELDS),
+    ],
+    "blender_ui/test_panel_settings_are_read.py": [
+        "SpectralTextureDesign", "SpectralTextureWantedColor", "SpectralRecipe", "SpectralSweep",
+        "SpectralSweepParameter",
+    ],
+    "blender_relight/test_board_settings.py": [
+        "SpectralMixingBoard", "SpectralBoardBinding", "SpectralBoardOrder",
+    ],
+}  # fmt: skip
+"""Settings that another file walks: single ones, or all that a type has beside ``NO_INPUT``."""
+
+
+BY_NAME = {
+    "blender_ui/test_palette_live.py": "SpectralPalette.live",
+    "blender_ui/test_palette_possible.py": "SpectralPalette.possible_follows",
+    "blender_ui/test_palette_solving.py": "SpectralPalette.show_curves",
+    "blender_ui/test_palette_apply.py": "SpectralPalette.level_to SpectralPaletteMaterial.material "
+                                        "SpectralPaletteLight.light SpectralPaletteLight.world",
+    "blender_ui/test_files.py": "SpectralSpectrum.filepath SpectralSpectrum.file_entry",
+    "blender_ui/test_spectrum_properties.py": "SpectralSpectrum.kind",
+    "blender_ui/test_render_plan.py": "SpectralRender.plan_accepted",
+    "blender_ui/test_dial_by_hand.py": "SpectralLightDial.show",
+    "blender_relight/test_dial_changes.py": "SpectralLightDial.over_camera",
+    "blender_relight/test_light_dial.py": "SpectralDialBulb.lamp",
+    "blender_viewport/test_design_in_view.py": "SpectralPalette.in_viewport SpectralPalette.apply_colors",
+    "blender_viewport/test_viewport_edits.py": "SpectralViewport.is_paused SpectralViewport.samples",
+    "blender_viewport/test_look.py": "SpectralViewport.is_split SpectralViewport.divider SpectralViewport.preview_lamp",
+    "blender_volume/test_volume_objects.py": "SpectralVolume.enabled SpectralVolume.grid SpectralVolume.curves",
+}  # fmt: skip
+"""Settings whose effect a test states by itself: the file names each of them."""
+
+
+def own_types() -> dict[str, set[str]]:
+    """Names of the properties of each type that the extension declares."""
+    kinds = [each for each in bpy.types.PropertyGroup.__subclasses__() if each.__module__.startswith("blender_addon.")]
+    common = {each.identifier for each in bpy.types.PropertyGroup.bl_rna.properties}
+    return {
+        kind.__name__: {each.identifier for each in kind.bl_rna.properties if each.identifier not in common}
+        for kind in kinds
+    }
+
+
+def named_in_walks() -> set[str]:
+    """The settings that are walked by a case, as ``Type.setting``."""
+    cases = [*WALKS.values(), *own_cases.CASES.values()]
+    return {f"{case.kind}.{name}" for case in cases for name in case.names.split()}
+
+
+def test_every_property_of_the_extension_is_an_input_that_is_tested_or_has_a_reason(blender: Any) -> None:
+    types = own_types()
+    assert len(types) >= 30
+    elsewhere = {name for names in IN_A_TEST_OF_ITS_OWN.values() for name in names}
+    known = (
+        named_in_walks() | elsewhere | set(NO_INPUT) | {name for names in BY_NAME.values() for name in names.split()}
+    )
+    every = {f"{kind}.{name}" for kind, names in types.items() for name in names}
+    missing = {name for name in every if not {name, kind := name.partition(".")[0], f"{kind}.*"} & known}
+    assert missing == set()
+    stale = {name for name in known if "." in name and not name.endswith((".*", ".name")) and name not in every}
+    assert stale == set()
+
+
+@pytest.mark.parametrize("file", BY_NAME)
+def test_a_file_that_states_the_effect_of_a_setting_names_it(file: str) -> None:
+    text = (TESTS / file).read_text("utf-8")
+    for name in BY_NAME[file].split():
+        assert re.search(rf"\b{name.partition('.')[2]}\b", text), name
