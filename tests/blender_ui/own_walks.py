@@ -108,7 +108,7 @@ def reference(ours: Any) -> Any:
     cell.mode = "SAME"
     cell.others.clear()
     entry = cell.others.add()
-    entry.material_uid, entry.light_uid = ours.palette.materials[1].uid, ours.palette.lights[0].uid
+    entry.material_uid, entry.light_uid = ours.palette.materials[1].uid, ours.palette.lights[1].uid
     return entry
 
 
@@ -189,8 +189,12 @@ WALKS = {
     "count of alternatives": Walk("SpectralPalette", _palette, "alternative_count", more_answers),
     "locked material": Walk("SpectralPaletteMaterial", _solved, "locked", more_answers),
     "spectrum of a light": Walk("SpectralSpectrum", lambda ours: ours.palette.lights[1].spectral,
-                                "source catalogue_name", spectrum, {"source": "CATALOGUE", "catalogue_name": "FL2"},
+                                "source catalogue_name", spectrum,
+                                {"source": "CATALOGUE", "catalogue_name": "FL2"},
                                 {"catalogue_name": "HP1", "source": "NONE"}),
+    "kind of a spectrum": Walk("SpectralSpectrum", lambda ours: given_material(ours).spectral, "kind",
+                               lambda scene, _: spectrum_of(scene.spectral.palette.materials[0]),
+                               others={"kind": "ILLUMINANT"}),
     "dial": Walk("SpectralLightDial", lambda ours: ours.dial, "selector intensity storage one_per_light filepath",
                  weights),
     "material of a volume": Walk("SpectralVolumeMaterial", volume_material, "name color density emission lit "

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,12 @@ pytest.importorskip("bpy")
 
 import bpy
 
+from blender_addon import preferences
 from blender_addon.properties.palette import PALETTE_FIELDS
 from blender_addon.properties.render import RENDER_FIELDS
+from blender_addon.properties.texture import SpectralTextureNode
 from blender_addon.properties.volume import VOLUME_FIELDS
+from spectral_core.llvm_library import OWN_VARIABLE
 from tests.blender import own_cases
 from tests.blender_ui.own_walks import WALKS, filled
 from tests.settings_walk import ignored_settings, other_rna, read_rna
@@ -57,21 +61,24 @@ def _because(reason: str, names: str) -> dict[str, str]:
 
 NO_INPUT = {
     **_because(RESULT, """
-        SpectralAlternative.apart SpectralAlternative.spectra SpectralAlternative.colors SpectralAlternative.lamps
-        SpectralCostPoint.* SpectralPlanLine.* SpectralRender.cost SpectralRender.cost_summary SpectralRender.plan
+        SpectralAlternative.apart SpectralAlternative.spectra SpectralAlternative.colors
+        SpectralAlternative.lamps SpectralCostPoint.* SpectralPlanLine.* SpectralRender.cost
+        SpectralRender.cost_summary SpectralRender.plan SpectralRender.plan_accepted
         SpectralPaletteCell.actual_linear SpectralPaletteCell.wanted_linear SpectralPaletteCell.actual_display
         SpectralPaletteCell.wanted_display SpectralPaletteCell.has_result SpectralPaletteCell.delta_e
-        SpectralPaletteCell.actual SpectralPaletteCell.wanted SpectralPaletteConflict.* SpectralPaletteLamp.amount
-        SpectralPaletteLight.result SpectralPaletteMaterial.result SpectralDye.amount SpectralPossible.*
-        SpectralPalette.picture SpectralPalette.applied_exposure SpectralPalette.is_stale SpectralPalette.status
-        SpectralPalette.remedy SpectralPalette.message SpectralPalette.notes SpectralPalette.conflicts
-        SpectralPalette.possible SpectralPalette.alternatives SpectralPalette.milliseconds SpectralPalette.light_scale
-        SpectralPalette.worst_delta_e SpectralSpectrum.message SpectralVolume.facts
-        SpectralDialMember.* SpectralDialBulb.members SpectralDialBulb.color SpectralLightDial.scene_hash
-        SpectralLightDial.facts SpectralLightDial.keeps_spectra SpectralLightDial.recorded_parts
-        SpectralLightDial.recorded_groups SpectralLightDial.changes SpectralLightDial.message
-        SpectralMixingBoard.status SpectralMixingBoard.simultaneity SpectralSweep.point SpectralSweep.status
-        SpectralSweep.done SpectralSweep.total SpectralTextureWantedColor.outcome SpectralTextureWantedColor.reached
+        SpectralPaletteCell.actual SpectralPaletteCell.wanted SpectralPaletteConflict.*
+        SpectralPaletteLamp.amount SpectralPaletteLight.result SpectralPaletteMaterial.result
+        SpectralDye.amount SpectralPossible.* SpectralPalette.picture SpectralPalette.applied_exposure
+        SpectralPalette.is_stale SpectralPalette.status SpectralPalette.remedy SpectralPalette.message
+        SpectralPalette.notes SpectralPalette.conflicts SpectralPalette.possible SpectralPalette.alternatives
+        SpectralPalette.milliseconds SpectralPalette.light_scale SpectralPalette.worst_delta_e
+        SpectralSpectrum.message SpectralTextureNode.message SpectralVolume.facts SpectralDialMember.*
+        SpectralDialBulb.members
+        SpectralDialBulb.color SpectralLightDial.scene_hash SpectralLightDial.facts
+        SpectralLightDial.keeps_spectra SpectralLightDial.recorded_parts SpectralLightDial.recorded_groups
+        SpectralLightDial.changes SpectralLightDial.message SpectralMixingBoard.status
+        SpectralMixingBoard.simultaneity SpectralSweep.point SpectralSweep.status SpectralSweep.done
+        SpectralSweep.total SpectralTextureWantedColor.outcome SpectralTextureWantedColor.reached
         SpectralTextureDesign.status SpectralTextureDesign.failed SpectralTextureDesign.progress
         SpectralTextureDesign.texture_file SpectralTextureDesign.report SpectralTextureDesign.lost_1
         SpectralTextureDesign.lost_2 SpectralRecipe.text SpectralRecipe.met SpectralRecipe.spectrum
@@ -117,13 +124,13 @@ BY_NAME = {
     "blender_ui/test_palette_possible.py": "SpectralPalette.possible_follows",
     "blender_ui/test_palette_solving.py": "SpectralPalette.show_curves",
     "blender_ui/test_palette_apply.py": "SpectralPalette.level_to SpectralPaletteMaterial.material "
-                                        "SpectralPaletteLight.light SpectralPaletteLight.world",
+                                        "SpectralPaletteLight.light",
+    "blender_ui/test_settings_behind_buttons.py": "SpectralPaletteLight.world",
     "blender_ui/test_files.py": "SpectralSpectrum.filepath SpectralSpectrum.file_entry",
-    "blender_ui/test_spectrum_properties.py": "SpectralSpectrum.kind",
-    "blender_ui/test_render_plan.py": "SpectralRender.plan_accepted",
     "blender_ui/test_dial_by_hand.py": "SpectralLightDial.show",
     "blender_relight/test_dial_changes.py": "SpectralLightDial.over_camera",
     "blender_relight/test_light_dial.py": "SpectralDialBulb.lamp",
+    "blender_ui/test_own_settings_are_read.py": "SPECTRAL_AP_preferences.llvm_library",
     "blender_viewport/test_design_in_view.py": "SpectralPalette.in_viewport SpectralPalette.apply_colors",
     "blender_viewport/test_viewport_edits.py": "SpectralViewport.is_paused SpectralViewport.samples",
     "blender_viewport/test_look.py": "SpectralViewport.is_split SpectralViewport.divider SpectralViewport.preview_lamp",
@@ -133,13 +140,10 @@ BY_NAME = {
 
 
 def own_types() -> dict[str, set[str]]:
-    """Names of the properties of each type that the extension declares."""
-    kinds = [each for each in bpy.types.PropertyGroup.__subclasses__() if each.__module__.startswith("blender_addon.")]
-    common = {each.identifier for each in bpy.types.PropertyGroup.bl_rna.properties}
-    return {
-        kind.__name__: {each.identifier for each in kind.bl_rna.properties if each.identifier not in common}
-        for kind in kinds
-    }
+    """Names of the properties of each type that the extension declares: groups, nodes and preferences."""
+    kinds = [*bpy.types.PropertyGroup.__subclasses__(), SpectralTextureNode, preferences.SPECTRAL_AP_preferences]
+    own = [kind for kind in kinds if kind.__module__.startswith("blender_addon.")]
+    return {kind.__name__: set(vars(kind).get("__annotations__", {})) for kind in own}
 
 
 def named_in_walks() -> set[str]:
@@ -167,3 +171,16 @@ def test_a_file_that_states_the_effect_of_a_setting_names_it(file: str) -> None:
     text = (TESTS / file).read_text("utf-8")
     for name in BY_NAME[file].split():
         assert re.search(rf"\b{name.partition('.')[2]}\b", text), name
+
+
+def test_the_llvm_library_of_the_preferences_is_used_unless_the_environment_names_one(
+    blender: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``llvm_library`` calls this when it changes."""
+    monkeypatch.setenv(OWN_VARIABLE, "")
+    monkeypatch.setattr(preferences, "_given", None)
+    preferences.choose_llvm("/opt/libLLVM.so")
+    assert os.environ[OWN_VARIABLE] == "/opt/libLLVM.so"
+    monkeypatch.setattr(preferences, "_given", "/usr/lib/libLLVM-19.so")
+    preferences.choose_llvm("/opt/libLLVM.so")
+    assert os.environ[OWN_VARIABLE] == "/usr/lib/libLLVM-19.so"

@@ -136,6 +136,9 @@ def test_the_view_requests_a_new_picture_only_after_a_change(stage):
     stage.scene.spectral.viewport.is_paused = False
     updated(stage)
     assert len(stage.link.requests) == asked + 3
+    stage.scene.spectral.viewport.samples = 17
+    updated(stage)
+    assert stage.link.requests[-1].samples == 17 and len(stage.link.requests) == asked + 4
 
 
 def test_a_closed_view_releases_its_scene(stage):

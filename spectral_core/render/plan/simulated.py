@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from spectral_core.render.plan.borders import with_borders_apart
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import media_borders
 from spectral_core.scene import (
@@ -31,7 +32,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 
 def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
-    """``scene`` without the effects that are off in ``plan``."""
+    """``scene`` without the effects that are off in ``plan``; borders of media share no plane with other faces."""
     changes: dict[str, Any] = {}
     if not plan.is_on("depth_of_field") and scene.camera.aperture_radius > 0:
         changes["camera"] = replace(scene.camera, aperture_radius=0.0)
@@ -55,7 +56,8 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
     paths = _light_paths(scene.settings.light_paths, plan)
     if paths != scene.settings.light_paths:
         changes["settings"] = replace(scene.settings, light_paths=paths)
-    return replace(scene, **changes) if changes else scene
+    scene = replace(scene, **changes) if changes else scene
+    return with_borders_apart(scene) if plan.is_on("media") else scene
 
 
 def _light_paths(paths: LightPaths, plan: EffectPlan) -> LightPaths:

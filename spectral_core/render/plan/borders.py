@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Borders of media that share a plane with other faces: a box of fog on the floor, boxes of mist with one bottom.
+
+A ray that passes a border continues a short way behind it, so that it does not meet the same face again. It would not
+meet another face in the same plane either: the ray would stay in a medium that it has left, or pass the floor. Such
+borders are therefore drawn in by a few of these ways, and several in one plane by different ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.plan.inventory import media_borders
+from spectral_core.scene import Instance, Scene
+from spectral_core.scene.geometry import Mesh, box_of, placed_boxes
+
+Array = NDArray[np.float64]
+
+OFFSET = 1500 * 2.0**-24
+"""Way by which Mitsuba moves the start of a ray from its surface, over 1 plus the largest coordinate."""
+APART = 3.0
+"""Distance between faces that shared a plane, in such ways."""
+MOST_FACES = 256
+"""Triangles of a mesh whose own planes are compared; of one with more, those of the box around it."""
+_PARALLEL = 1e-5
+"""1 minus the cosine of the angle between normals that count as equal."""
+_SIDES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
+"""Corners of each side of a box, as ``box_of`` orders them."""
+
+
+def with_borders_apart(scene: Scene) -> Scene:
+    """``scene`` with the borders of media drawn in where they share a plane with other faces; itself if none does."""
+    materials = media_borders(scene)
+    borders = [
+        number for number, item in enumerate(scene.instances)
+        if item.materials and materials.issuperset(item.materials)
+    ]  # fmt: skip
+    if not borders:
+        return scene
+    meshes = {mesh.name: mesh for mesh in scene.meshes}
+    boxes = placed_boxes(scene.meshes, scene.instances)
+    ends = np.array([(box.min(axis=0), box.max(axis=0)) if len(box) else np.full((2, 3), np.inf) for box in boxes])
+    steps: dict[int, int] = {}
+    for number in borders:
+        least = APART * OFFSET * (1 + float(np.abs(ends[number]).max()))
+        near = np.all((ends[:, 0] <= ends[number, 1] + least) & (ends[:, 1] >= ends[number, 0] - least), axis=1)
+        planes, shared = _planes(meshes, scene.instances[number], boxes[number]), 0
+        for other in np.flatnonzero(near):
+            is_later = other in borders and other not in steps
+            if (
+                other != number
+                and not is_later
+                and _share(planes, _planes(meshes, scene.instances[other], boxes[other]), least)
+            ):
+                shared = max(shared, steps.get(int(other), 0) + 1)
+        steps[number] = shared
+    instances = list(scene.instances)
+    for number, count in steps.items():
+        if count:
+            inward = count * APART * OFFSET * (1 + float(np.abs(ends[number]).max()))
+            instances[number] = _drawn_in(instances[number], box_of(meshes[instances[number].mesh]), inward)
+    return replace(scene, instances=tuple(instances)) if any(steps.values()) else scene
+
+
+def _planes(meshes: dict[str, Mesh], instance: Instance, box: Array) -> Array:
+    """(k, 4): normals and offsets of an instance's planes in the world."""
+    mesh = meshes[instance.mesh]
+    if len(mesh.triangles) <= MOST_FACES:
+        matrix = instance.world_from_object
+        points = mesh.positions @ matrix[:3, :3].T + matrix[:3, 3]
+        corners = points[mesh.triangles.astype(np.int64)]
+    else:
+        corners = box[np.array(_SIDES)][:, :3]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    normals, first = normals[lengths > 0] / lengths[lengths > 0, None], corners[lengths > 0, 0]
+    return np.concatenate([normals, np.sum(normals * first, axis=1)[:, None]], axis=1)
+
+
+def _share(one: Array, other: Array, least: float) -> bool:
+    """True if any two planes of both lists are nearer than ``least``, whichever side they face."""
+    cosines = one[:, :3] @ other[:, :3].T
+    apart = np.abs(one[:, 3:] * np.sign(cosines) - other[:, 3])
+    return bool(np.any((np.abs(cosines) > 1 - _PARALLEL) & (apart < least)))
+
+
+def _drawn_in(instance: Instance, box: Array, inward: float) -> Instance:
+    """An instance whose sides are moved toward the middle of its box by ``inward``, along each axis that has room."""
+    matrix = instance.world_from_object
+    low, high = box.min(axis=0), box.max(axis=0)
+    half = np.linalg.norm(matrix[:3, :3], axis=0) * (high - low) / 2
+    scale = np.where(half > 4 * inward, 1 - inward / np.maximum(half, 1e-300), 1.0)
+    moved = np.eye(4)
+    moved[:3, :3], moved[:3, 3] = np.diag(scale), (1 - scale) * (low + high) / 2
+    return replace(instance, world_from_object=matrix @ moved)
