@@ -8,6 +8,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.spectra.color import luminance_from_linear_rgb
+
+BRIGHTER, LEAST = 4.0, 1e-7
+"""Ratio of a neighbor's brightness to a pixel's from which on the neighbor determines the pixel's hue, and brightness
+of a black pixel beside it, relative to it.
+"""
 MOST_ROWS, FINEST = 256, 9
 """Rows of an environment whose pixels are divided, at most, and parts of a pixel's side."""
 
@@ -49,3 +55,27 @@ def divided(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
         first, second = (pixels.take(each, axis=axis, mode=mode) for each in (low, low + 1))
         pixels = first * (1 - share) + second * share
     return np.ascontiguousarray(pixels, dtype=np.float32)
+
+
+def with_hues_of_brighter_neighbors(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The same image, in which a pixel beside a much brighter one has the hue of that one.
+
+    Between them Mitsuba multiplies a mean of hues by a mean of brightness (``divided``): a sun of one pixel in a black
+    sky lost 39 % of its light, and one in a blue sky a part of its red. With equal hues the product is exact. What the
+    dim pixel's own hue adds there is little.
+    """
+    brightness = pixels.max(axis=2)
+    most, of = brightness.copy(), pixels.copy()
+    for down, across in ((d, a) for d in (-1, 0, 1) for a in (-1, 0, 1) if d or a):
+        rows = np.clip(np.arange(len(pixels)) + down, 0, len(pixels) - 1)
+        near = np.roll(pixels[rows], across, axis=1)
+        larger = near.max(axis=2) > most
+        most[larger], of[larger] = near.max(axis=2)[larger], near[larger]
+    own = np.clip(BRIGHTER * brightness / np.maximum(most, 1e-30), 0.0, 1.0)[..., None]
+    if own.min() >= 1.0:
+        return pixels
+    dim = np.maximum(luminance_from_linear_rgb(pixels), LEAST * luminance_from_linear_rgb(of))[..., None]
+    hue = own * pixels / np.maximum(dim, 1e-30)
+    hue = hue + (1 - own) * of / np.maximum(luminance_from_linear_rgb(of)[..., None], 1e-30)
+    hue = hue / np.maximum(luminance_from_linear_rgb(hue)[..., None], 1e-30)
+    return np.ascontiguousarray(np.where(own < 1.0, hue * dim, pixels), dtype=np.float32)

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from spectral_core.render import render_scene
-from spectral_core.render.environment_image import divided
+from spectral_core.render.environment_image import divided, with_hues_of_brighter_neighbors
 from spectral_core.scene import Camera, ImageTexture, World
 from tests.render.scenes import lit_plane
 
@@ -34,6 +34,32 @@ def test_colors_between_the_pixels_of_an_environment_are_the_same_in_spectral_tr
     )
     assert np.ptp(rgb[..., 0]) > 0.3
     np.testing.assert_allclose(spectral, rgb, atol=0.006)
+
+
+@pytest.mark.parametrize("sky", [(0.0, 0.0, 0.0), (0.2, 0.35, 0.7)])
+@pytest.mark.parametrize("lamp", [(60000.0, 60000.0, 60000.0), (60000.0, 9000.0, 500.0)])
+def test_a_lamp_of_one_pixel_gives_the_same_light_in_spectral_transport(lamp: tuple[float], sky: tuple[float]) -> None:
+    pixels = np.full((256, 512, 3), sky, np.float32)
+    pixels[170, 100] = lamp
+    scene = lit_plane()
+    world = World(ImageTexture("lamp", pixels, color_space="linear"))
+    scene = replace(scene, lights=(), world=world, film=replace(scene.film, width=8, height=6, samples=256))
+    rgb, spectral = (
+        render_scene(replace(scene, settings=replace(scene.settings, transport=kind))).pixels[..., :3].mean(axis=(0, 1))
+        for kind in ("rgb", "spectral")
+    )
+    np.testing.assert_allclose(spectral, rgb, rtol=0.01, atol=0.002 * rgb.max())
+
+
+def test_pixels_of_little_contrast_keep_their_hues() -> None:
+    pixels = np.random.default_rng(3).uniform(0.3, 1.0, size=(9, 16, 3)).astype(np.float32)
+    assert with_hues_of_brighter_neighbors(pixels) is pixels
+    pixels[4, 15] = (500.0, 300.0, 200.0)
+    changed = np.any(with_hues_of_brighter_neighbors(pixels) != pixels, axis=2)
+    expected = np.zeros((9, 16), bool)
+    expected[3:6, [14, 15, 0]] = True
+    expected[4, 15] = False
+    np.testing.assert_array_equal(changed, expected)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (8, 16), (85, 50), (86, 4), (8, 400)])

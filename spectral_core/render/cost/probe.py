@@ -25,16 +25,13 @@ from spectral_core.render.cost.errors import (
     scatter,
     seen_apart,
 )
-from spectral_core.render.cost.resample import BLOCK, POOL, PooledNoise, pools
+from spectral_core.render.cost.later import FEWER, later_laws
+from spectral_core.render.cost.resample import BLOCK, POOL, pools
 from spectral_core.render.cost.work import Meter
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Film
 
 PIXELS = 8192
-_PARTS = (1, 2, 8, 32, 128)
-"""Halves whose samples the drawn pictures have."""
-_DRAWN_PIXELS = 2048
-"""Pixels at which they are drawn."""
 _LEAST_HOT, _UNEVEN = 0.02, 0.3
 """Least share of the blocks with most samples, and least mean deviation of samples from even ones, for another time of
 a path.
@@ -268,7 +265,7 @@ class Probe:
         """(len(growth), blocks): ΔE2000 of each block after ``growth`` times as many samples, drawn from the noise of
         the samples so far; without ``of_half`` of pictures of both halves.
         """
-        drawn = self._known(("drawn", True), self._drawn)
+        drawn = self._known(("drawn", True), self._laws)
         now = block_means(self.errors(of_half=of_half), self.blocks)
         every = np.ones(len(now))
         begin = every if of_half else 2 * every
@@ -278,17 +275,14 @@ class Probe:
             found.append(rare * now * drawn.error(begin * factor) / drawn.error(begin))
         return np.array(found)
 
-    def _drawn(self) -> Laws:
-        """Error of each block by the number of halves whose samples a picture has, drawn from the noise so far."""
-        noise = PooledNoise(self.halves(), self.blocks)
-        some = np.arange(len(self.pixels))[:: max(1, len(self.pixels) // _DRAWN_PIXELS)]
-        sums = np.array([
-            np.bincount(self.blocks[some], noise.errors(parts, some), len(self.shares)) for parts in _PARTS
-        ])  # fmt: skip
-        counts = np.bincount(self.blocks[some], minlength=len(self.shares))
-        independent = np.array(_PARTS)[:, None] ** -0.5
-        errors = np.where(sums[0] > 1e-6 * counts, sums / np.maximum(counts, 1), independent)
-        return Laws(np.array(_PARTS, dtype=np.float64), errors, self.shares)
+    def _laws(self) -> Laws:
+        """Error of each block by the number of halves whose samples a picture has."""
+        before = [count for count, _ in self._earlier if FEWER * count <= self.samples]
+        now, trend = float(self.errors(of_half=True).mean()), FEWER**-0.5
+        if before:
+            gained = max(now, 1e-9) / max(float(self._errors_of(before[-1], of_half=True).mean()), 1e-9)
+            trend = gained ** (np.log(FEWER) / np.log(self.samples / before[-1]))
+        return later_laws(self.halves(), self.blocks, now, trend)
 
     def halves(self) -> NDArray[np.float64]:
         """(2, n, 3): the halves' means so far."""

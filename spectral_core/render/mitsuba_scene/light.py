@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.environment_image import divided, rows_from_pole_to_pole
+from spectral_core.render.environment_image import divided, rows_from_pole_to_pole, with_hues_of_brighter_neighbors
 from spectral_core.render.lights.varying import pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
@@ -258,6 +258,8 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
 def _environment_of(context: Context, world: World, pixels: NDArray[np.float32]) -> Any:
     mi = context.mitsuba
     rows_from_top = rows_from_pole_to_pole((divided(pixels) if context.spectral else pixels)[::-1])
+    if context.spectral:
+        rows_from_top = with_hues_of_brighter_neighbors(rows_from_top)
     # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
     unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
     scale = float(world.strength) * unit
