@@ -222,12 +222,10 @@ class Engine:
     def _direct(self, problem: Quadratic) -> Answer | None:
         """piqp's answer, or the compromise if it shows that exact rows conflict; None where it decides neither."""
         found = by_piqp(problem, DIRECT_STEPS)
-        if found is None:
-            return None
-        if found.is_impossible and nearest_miss(problem) > REACHED:
+        if found is not None and found.is_impossible and nearest_miss(problem) > REACHED:
             self._by_piqp = True
             return self._compromise(problem)
-        answer = self._read_piqp(problem, found) if found.is_solved else None
+        answer = self._read_piqp(problem, found) if found is not None and found.is_solved else None
         return answer if answer is not None and answer.check.passed else None
 
     def _read_piqp(self, problem: Quadratic, found: PiqpAnswer) -> Answer:
