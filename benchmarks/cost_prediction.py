@@ -56,6 +56,8 @@ COMPARED, LOOKED = 2048, 4
 """Pixels whose true error is found; samples of each half by whose error some of them are drawn."""
 NOISE_SHARE = 0.35
 """Largest noise of the converged picture, as a part of the error that is compared with it."""
+FINEST = 1 << 15
+"""Most samples of a reference that is noisier than what is compared with it."""
 _CERTAIN = 1e-3
 """Effects that are bounded by less than this ΔE are not in the converged picture: a medium of depth 1e-8 moves the
 borders of shadows by more, through the offsets of rays at its own border."""
@@ -68,14 +70,14 @@ Renders of more than ``SHORT_S`` are not repeated."""
 class Effort:
     """Most samples of references, their pixels, and how often predictions and renders are timed."""
 
-    most: int = 1 << 15
+    most: int = FINEST
     compared: int = COMPARED
     repeats: int = REPEATS
 
 
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
-    size, samples, most, budget = ((24, 18), 8, 128, 4.0) if options.quick else ((128, 96), 64, 1 << 15, 10.0)
+    size, samples, most, budget = ((24, 18), 8, 128, 4.0) if options.quick else ((128, 96), 64, FINEST, 10.0)
     budget, options = options.number("--budget", budget)
     effort = Effort(most=most)
     if "--brief" in options.extra:
@@ -268,11 +270,13 @@ class _Truth:
 
     def error(self, made: RenderResult, *, refined: bool = True) -> float:
         """Mean ΔE2000 of a picture relative to the limit; the noise of the converged picture is subtracted in
-        quadrature. Without ``refined`` that picture is not traced further, whatever its noise.
+        quadrature. Without ``refined`` that picture is not traced further, whatever its noise; else further than
+        ``most`` where its noise exceeds the error, which would be the difference of two larger numbers.
         """
         while True:
             found, noise = self._compared(made.pixels)
-            if not refined or noise <= NOISE_SHARE * found or 2 * self._samples > self._most:
+            most = self._most if noise <= found else max(self._most, FINEST)
+            if not refined or noise <= NOISE_SHARE * found or 2 * self._samples > most:
                 return found
             self._trace(self._samples)
 
