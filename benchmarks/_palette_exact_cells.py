@@ -12,9 +12,10 @@ import numpy as np
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.live.session import PaletteSession
-from spectral_core.palette.presets import design_grid
+from spectral_core.palette.presets import design_grid, metamer_pair
 from spectral_core.palette.problem import CellIndex
 from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.color import linear_from_display_rgb
 from spectral_core.spectra.observer import normalized
 
 LAMPS = ("D65", "HP1", "A", "FL2", "FL11", "E", "LED-B3")
@@ -45,6 +46,16 @@ def _cell(rng: np.random.Generator, row: int, column: int, base: np.ndarray) -> 
     if row and kind < 0.35:
         return Cell.same_as((0, column), exact=bool(rng.random() < 0.6))
     return Cell.free() if kind < 0.5 else Cell.fixed(color, exact=bool(rng.random() < 0.3))
+
+
+def jumped(seed: int, edits: int) -> dict[str, float]:
+    """Milliseconds of processor time of a wanted color that jumps anywhere, in a pair of exact metamers."""
+    session, busy = PaletteSession(metamer_pair()), []
+    for color in np.random.default_rng(seed).uniform(0.2, 0.8, (edits, 3)):
+        started = process_time()
+        session.edit((0, 0), Cell.fixed(linear_from_display_rgb(color)))
+        busy.append(1e3 * (process_time() - started))
+    return {"median": float(np.median(busy)), "p99": float(np.percentile(busy, 99)), "largest": max(busy)}
 
 
 def dragged(seed: int, count: int, edits: int) -> dict[str, Any]:

@@ -5,7 +5,8 @@ Coupled palettes: all reflectances metameric under D65 with a free common color,
 Edits drag colors, drag the weights of cells from 1 to 1000 and back, make cells exact and soft again, and conflict now
 and then. Two statements in cvxpy are timed: cell by cell from the spectra, as one would write it, and one large matrix
 that is handed to it ready-made (its best case). Then colors are dragged in random palettes of exact and coupled cells,
-most of which cannot hold. Last, conflicts are explained, in palettes of other requests as well.
+most of which cannot hold, and one jumps anywhere in a pair of exact metamers. Last, conflicts are explained, in palettes
+of other requests as well.
 Processor times are of this process with BLAS on one thread; ``holds`` judges those.
 """
 
@@ -20,7 +21,7 @@ from time import perf_counter, process_time, thread_time
 import numpy as np
 
 from benchmarks import Options
-from benchmarks._palette_exact_cells import dragged
+from benchmarks._palette_exact_cells import dragged, jumped
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
@@ -85,6 +86,11 @@ def run(options: Options) -> dict:
     print(
         f"random palettes with exact cells: a drag takes {exact['median']:.2f} ms of processor time, p95 "
         f"{exact['p95']:.1f}, p99 {exact['p99']:.1f}, largest {exact['largest']:.1f}; {exact['statuses']}"
+    )
+    jump = figures["jumps"] = jumped(5, 20 if options.quick else 400)
+    print(
+        f"metamer pair: a color that jumps anywhere takes {jump['median']:.2f} ms of processor time, p99 "
+        f"{jump['p99']:.1f}, largest {jump['largest']:.1f}"
     )
     figures["explain"] = {name: _explained(problem, 40 if options.quick else 200) for name, problem in _conflicting()}
     for name, each in figures["explain"].items():

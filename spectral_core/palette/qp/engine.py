@@ -38,8 +38,8 @@ NEAR_STEPS = 60
 """Most breakpoints of the walk from one elastic answer to the next, and from the guess of an interior point of small
 spectra. Where it needs more, bounds are active whose multipliers are 0, and the walk may exchange them without end.
 """
-DIRECT_STEPS = 60
-"""Most steps of piqp after a walk that did not reach its end."""
+DIRECT_STEPS, DIRECT_SIZE = 60, 400
+"""Most steps of piqp after a walk that did not reach its end, and most unknowns for which it is then the fastest."""
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
 NEAR = 1e-7
@@ -117,7 +117,7 @@ class Engine:
         warm = self._warm(problem, changed)
         if warm is not None and warm.check.passed:
             return warm
-        if problem.has_equalities and self._active is not None:
+        if problem.has_equalities and self._active is not None and problem.size <= DIRECT_SIZE:
             # The problem is far from the last one: this takes a third of the time of the methods below.
             direct = self._direct(problem)
             if direct is not None:
