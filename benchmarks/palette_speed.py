@@ -5,8 +5,8 @@ Coupled palettes: all reflectances metameric under D65 with a free common color,
 Edits drag colors, drag the weights of cells from 1 to 1000 and back, make cells exact and soft again, and conflict now
 and then. Two statements in cvxpy are timed: cell by cell from the spectra, as one would write it, and one large matrix
 that is handed to it ready-made (its best case). Then colors are dragged in random palettes of exact and coupled cells,
-most of which cannot hold, and one jumps anywhere in a pair of exact metamers. Last, conflicts are explained, in palettes
-of other requests as well.
+most of which cannot hold, and one jumps anywhere in a pair of exact metamers. Last, conflicts are explained, also in
+palettes of other requests.
 Processor times are of this process with BLAS on one thread; ``holds`` judges those.
 """
 
