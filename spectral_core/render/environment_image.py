@@ -61,21 +61,26 @@ def with_hues_of_brighter_neighbors(pixels: NDArray[np.float32]) -> NDArray[np.f
     """The same image, in which a pixel beside a much brighter one has the hue of that one.
 
     Between them Mitsuba multiplies a mean of hues by a mean of brightness (``divided``): a sun of one pixel in a black
-    sky lost 39 % of its light, and one in a blue sky a part of its red. With equal hues the product is exact. What the
-    dim pixel's own hue adds there is little.
+    sky lost a third of its light, and one in a blue sky a part of its red. With equal hues the product is exact. The
+    hue that the dim pixel loses is that of little light.
     """
+    from scipy.ndimage import maximum_filter
+
     brightness = pixels.max(axis=2)
-    most, of = brightness.copy(), pixels.copy()
-    for down, across in ((d, a) for d in (-1, 0, 1) for a in (-1, 0, 1) if d or a):
-        rows = np.clip(np.arange(len(pixels)) + down, 0, len(pixels) - 1)
-        near = np.roll(pixels[rows], across, axis=1)
-        larger = near.max(axis=2) > most
-        most[larger], of[larger] = near.max(axis=2)[larger], near[larger]
-    own = np.clip(BRIGHTER * brightness / np.maximum(most, 1e-30), 0.0, 1.0)[..., None]
-    if own.min() >= 1.0:
+    most = maximum_filter(brightness, size=3, mode=("nearest", "wrap"))
+    # lists, not images: such pixels are few, and an image may have a hundred million
+    rows, columns = np.nonzero(BRIGHTER * brightness < most)
+    if not rows.size:
         return pixels
-    dim = np.maximum(luminance_from_linear_rgb(pixels), LEAST * luminance_from_linear_rgb(of))[..., None]
-    hue = own * pixels / np.maximum(dim, 1e-30)
-    hue = hue + (1 - own) * of / np.maximum(luminance_from_linear_rgb(of)[..., None], 1e-30)
-    hue = hue / np.maximum(luminance_from_linear_rgb(hue)[..., None], 1e-30)
-    return np.ascontiguousarray(np.where(own < 1.0, hue * dim, pixels), dtype=np.float32)
+    height, width = brightness.shape
+    own, brightest = pixels[rows, columns].astype(np.float64), np.zeros((rows.size, 3))
+    for down, across in ((d, a) for d in (-1, 0, 1) for a in (-1, 0, 1) if d or a):
+        near = pixels[np.clip(rows + down, 0, height - 1), (columns + across) % width].astype(np.float64)
+        brightest = np.where((near.max(axis=1) > brightest.max(axis=1))[:, None], near, brightest)
+    light, other = (luminance_from_linear_rgb(each)[:, None] for each in (own, brightest))
+    share = BRIGHTER * own.max(axis=1, keepdims=True) / brightest.max(axis=1, keepdims=True)
+    hue = share * own / np.maximum(light, 1e-30) + (1 - share) * brightest / np.maximum(other, 1e-30)
+    hue /= np.maximum(luminance_from_linear_rgb(hue)[:, None], 1e-30)
+    changed = pixels.copy()
+    changed[rows, columns] = hue * np.maximum(light, LEAST * other)
+    return changed

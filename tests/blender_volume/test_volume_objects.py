@@ -228,9 +228,9 @@ def test_a_sequence_shows_the_file_of_each_frame(blender, tmp_path):
 
 
 def test_a_volume_shows_the_chosen_grid_of_its_file(blender, ramp, tmp_path):
-    import openvdb
+    from spectral_core.volume.files.openvdb_format import find_openvdb
 
-    data = imported(ramp[0]).data
+    openvdb, data = find_openvdb(), imported(ramp[0]).data
     path = bpy.path.abspath(data.filepath)
     first = openvdb.read(path, data.spectral.grid)
     second = openvdb.FloatGrid(0.0)

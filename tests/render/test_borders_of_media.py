@@ -12,7 +12,7 @@ from benchmarks._meshes import at
 from benchmarks._plan_scenes import Stage
 from spectral_core.render.plan.borders import OFFSET, with_borders_apart
 from spectral_core.scene import ScatteringMedium, Scene, gray
-from spectral_core.scene.geometry import placed_boxes
+from spectral_core.scene.geometry import Mesh, placed_boxes
 
 FOG = ScatteringMedium(0.25, gray(0.9))
 
@@ -74,6 +74,14 @@ def test_borders_are_drawn_in_by_different_ways_where_they_share_a_plane_and_sta
 
 def test_a_scene_without_media_stays_itself() -> None:
     scene = scene_of({})
+    assert with_borders_apart(scene) is scene
+
+
+def test_a_border_without_faces_stays() -> None:
+    scene = scene_of({"fog": fog_on(0.5), "nothing": fog_on(0.0)})
+    empty = Mesh("empty", np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint32))
+    gone = tuple(replace(item, mesh="empty") if item.name == "nothing" else item for item in scene.instances)
+    scene = replace(scene, meshes=(*scene.meshes, empty), instances=gone)
     assert with_borders_apart(scene) is scene
 
 

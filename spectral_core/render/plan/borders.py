@@ -34,13 +34,13 @@ _SIDES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), 
 def with_borders_apart(scene: Scene) -> Scene:
     """``scene`` with the borders of media drawn in where they share a plane with other faces; itself if none does."""
     materials = media_borders(scene)
-    borders = [
-        number for number, item in enumerate(scene.instances)
-        if item.materials and materials.issuperset(item.materials)
-    ]  # fmt: skip
+    meshes = {mesh.name: mesh for mesh in scene.meshes}
+    borders = {
+        number: item for number, item in enumerate(scene.instances)
+        if item.materials and materials.issuperset(item.materials) and len(meshes[item.mesh].positions)
+    }  # fmt: skip
     if not borders:
         return scene
-    meshes = {mesh.name: mesh for mesh in scene.meshes}
     boxes = placed_boxes(scene.meshes, scene.instances)
     ends = np.array([(box.min(axis=0), box.max(axis=0)) if len(box) else np.full((2, 3), np.inf) for box in boxes])
     steps: dict[int, int] = {}
