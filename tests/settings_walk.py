@@ -112,3 +112,8 @@ def _between(value: float, low: float, high: float) -> float:
     """A value near the present one, toward the farther end of its range."""
     end = high if value < high and high - value >= value - low else low
     return value + np.sign(end - value) * min(abs(end - value) / 2, max(abs(value) / 10, 0.02))
+
+
+def because(reason: str, names: str) -> dict[str, str]:
+    """One reason for each of the names, which spaces separate."""
+    return dict.fromkeys(names.split(), reason)

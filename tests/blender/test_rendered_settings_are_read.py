@@ -20,7 +20,7 @@ from tests.blender import own_cases
 from tests.blender import test_settings_are_read as objects
 from tests.blender.handed_over import handed_over
 from tests.blender.rendered_cases import CASES, POINTERS
-from tests.settings_walk import fingerprint, ignored_settings, other_rna, read_rna
+from tests.settings_walk import because, fingerprint, ignored_settings, other_rna, read_rna
 
 
 @pytest.fixture
@@ -89,37 +89,33 @@ OLDER = "of older Blenders, in which things can be without nodes"
 NODES = "the structs of nodes: tests/blender/test_node_settings_are_read.py"
 
 
-def _because(reason: str, names: str) -> dict[str, str]:
-    return dict.fromkeys(names.split(), reason)
-
-
 NOT_WALKED: dict[str, dict[str, str]] = {
     **{kind: {"*": NODES} for kind in ["TexMapping", "ColorRamp", "ColorRampElement", "CurveMapping", "CurveMapPoint"]},
     **{kind: {"*": EVALUATED} for kind in ["Curve", "SurfaceCurve", "TextCurve", "MetaBall", "ParticleSettings"]},
-    **{kind: _because(OLDER, "use_nodes") for kind in ["PointLight", "SpotLight", "SunLight", "AreaLight"]},
-    "Material": _because(OLDER, "diffuse_color use_nodes"),
-    "World": _because(OLDER, "color use_nodes"),
-    "Camera": _because(ALIAS, "angle_x angle_y lens_unit") | _because(
+    **{kind: because(OLDER, "use_nodes") for kind in ["PointLight", "SpotLight", "SunLight", "AreaLight"]},
+    "Material": because(OLDER, "diffuse_color use_nodes"),
+    "World": because(OLDER, "color use_nodes"),
+    "Camera": because(ALIAS, "angle_x angle_y lens_unit") | because(
         "a camera of type Custom is named as a whole",
         "custom_bytecode custom_bytecode_hash custom_filepath custom_mode custom_shader"),
-    "Mesh": _because(ALIAS, "auto_texspace"),
-    "Image": _because(
+    "Mesh": because(ALIAS, "auto_texspace"),
+    "Image": because(
         "Blender has loaded the picture", "file_format filepath_raw pixels use_deinterlace use_multiview"),
-    "ImageUser": _because("Blender sets the frame of a render", "frame_current use_auto_refresh")
-    | _because("of the image editor", "tile"),
-    "ColorManagedInputColorspaceSettings": _because(ALIAS, "is_data"),
-    "SceneRenderView": _because("names files, which Blender writes", "file_suffix"),
-    "AOV": _because("a result", "is_valid"),
-    "ViewLayer": _because("Blender omits the layer, or its picture", "use use_pass_combined"),
-    "Object": _because(ALIAS, "dimensions matrix_basis matrix_local")
-    | _because(OF_A_BONE, "parent_bone parent_bone_head_tail_factor parent_type parent_vertices track_axis up_axis "
+    "ImageUser": because("Blender sets the frame of a render", "frame_current use_auto_refresh")
+    | because("of the image editor", "tile"),
+    "ColorManagedInputColorspaceSettings": because(ALIAS, "is_data"),
+    "SceneRenderView": because("names files, which Blender writes", "file_suffix"),
+    "AOV": because("a result", "is_valid"),
+    "ViewLayer": because("Blender omits the layer, or its picture", "use use_pass_combined"),
+    "Object": because(ALIAS, "dimensions matrix_basis matrix_local")
+    | because(OF_A_BONE, "parent_bone parent_bone_head_tail_factor parent_type parent_vertices track_axis up_axis "
                "use_parent_final_indices matrix_parent_inverse")
-    | _because("of another rotation mode", "delta_rotation_quaternion rotation_axis_angle rotation_quaternion"),
-    "CyclesObjectSettings": _because("older words of the object's own", "shadow_terminator_geometry_offset "
+    | because("of another rotation mode", "delta_rotation_quaternion rotation_axis_angle rotation_quaternion"),
+    "CyclesObjectSettings": because("older words of the object's own", "shadow_terminator_geometry_offset "
                                      "shadow_terminator_offset"),
-    "RenderSettings": _because("chooses the engine", "engine") | _because(
+    "RenderSettings": because("chooses the engine", "engine") | because(
         EVALUATED, "hair_subdiv hair_type simplify_child_particles simplify_child_particles_render "
-        "simplify_subdivision use_simplify_normals") | _because("of Blender's file", "use_crop_to_border"),
+        "simplify_subdivision use_simplify_normals") | because("of Blender's file", "use_crop_to_border"),
 }  # fmt: skip
 """Settings without a walk, each with its reason; ``*``: all of a type."""
 

@@ -22,7 +22,7 @@ from blender_addon.properties.volume import VOLUME_FIELDS
 from spectral_core.llvm_library import OWN_VARIABLE
 from tests.blender import own_cases
 from tests.blender_ui.own_walks import WALKS, filled
-from tests.settings_walk import ignored_settings, other_rna, read_rna
+from tests.settings_walk import because, ignored_settings, other_rna, read_rna
 
 TESTS = Path(__file__).parents[1]
 
@@ -55,12 +55,8 @@ CONTENT = "a group or list, whose entries are listed here"
 KNOWN_NAME = "the name of chosen data, by which deleted data are told"
 
 
-def _because(reason: str, names: str) -> dict[str, str]:
-    return dict.fromkeys(names.split(), reason)
-
-
 NO_INPUT = {
-    **_because(RESULT, """
+    **because(RESULT, """
         SpectralAlternative.apart SpectralAlternative.spectra SpectralAlternative.colors
         SpectralAlternative.lamps SpectralCostPoint.* SpectralPlanLine.* SpectralRender.cost
         SpectralRender.cost_summary SpectralRender.plan SpectralRender.plan_accepted
@@ -83,13 +79,13 @@ NO_INPUT = {
         SpectralTextureDesign.texture_file SpectralTextureDesign.report SpectralTextureDesign.lost_1
         SpectralTextureDesign.lost_2 SpectralRecipe.text SpectralRecipe.met SpectralRecipe.spectrum
         SpectralRecipe.found_kind"""),
-    **_because(NUMBER, "SpectralPalette.next_uid SpectralPaletteLight.uid SpectralPaletteMaterial.uid "
+    **because(NUMBER, "SpectralPalette.next_uid SpectralPaletteLight.uid SpectralPaletteMaterial.uid "
                "SpectralVolume.next_uid SpectralVolumeMaterial.uid"),
-    **_because(SELECTED, "SpectralPalette.active_row SpectralPalette.active_column SpectralLightDial.active "
+    **because(SELECTED, "SpectralPalette.active_row SpectralPalette.active_column SpectralLightDial.active "
                "SpectralMixingBoard.active SpectralSweep.active SpectralVolume.active"),
-    **_because(KNOWN_NAME, "SpectralPaletteLight.light_name SpectralPaletteLight.world_name "
+    **because(KNOWN_NAME, "SpectralPaletteLight.light_name SpectralPaletteLight.world_name "
                "SpectralPaletteMaterial.material_name"),
-    **_because(CONTENT, """
+    **because(CONTENT, """
         SpectralScene.* SpectralPalette.lights SpectralPalette.materials SpectralPaletteMaterial.cells
         SpectralPaletteMaterial.dyes SpectralPaletteMaterial.spectral SpectralPaletteLight.spectral
         SpectralPaletteLight.primaries SpectralPaletteLight.variants SpectralPaletteLamp.spectral
