@@ -82,6 +82,14 @@ def put(owner, name, value):
     return lambda: setattr(owner, name, value)
 
 
+def muted(owner):
+    """Blender reports the node tree of ``owner`` and not ``owner``."""
+    if owner.node_tree is None:
+        owner.use_nodes = True
+        bpy.context.view_layer.update()
+    return put(owner.node_tree.links[0], "is_muted", True)
+
+
 NUMBERS = {
     "roughness": lambda: put(shader()["Roughness"], "default_value", 0.31),
     "color": lambda: put(shader()["Base Color"], "default_value", (0.1, 0.7, 0.2, 1)),
@@ -90,6 +98,8 @@ NUMBERS = {
     "lamp moved": lambda: put(bpy.data.objects["Lamp"], "location", (1, 2, 3)),
     "ball moved": lambda: put(bpy.data.objects["Ball"], "location", (1, 2, 3)),
     "world": lambda: put(bpy.context.scene.world.node_tree.nodes["Background"].inputs[1], "default_value", 0.4),
+    "muted link of a material": lambda: muted(bpy.data.materials["Paint"]),
+    "muted link of a world": lambda: muted(bpy.context.scene.world),
 }
 MORE = {
     "lamp off": lambda: put(bpy.data.lights["Lamp"], "energy", 0),
@@ -104,6 +114,7 @@ MORE = {
     "renamed material": lambda: put(bpy.data.materials["Paint"], "name", "Varnish"),
     "renamed lamp": lambda: put(bpy.data.objects["Lamp"], "name", "Bulb"),
     "more instances": lambda: put(bpy.data.node_groups["Scatter"].nodes["Grid"].inputs[2], "default_value", 5),
+    "muted link of a lamp": lambda: muted(bpy.data.lights["Lamp"]),
     "deleted": lambda: lambda: bpy.data.objects.remove(bpy.data.objects["Lamp"]),
     "override": lambda: put(bpy.context.view_layer, "material_override", bpy.data.materials.new("Clay")),
 }  # fmt: skip

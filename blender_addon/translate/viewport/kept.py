@@ -12,6 +12,7 @@ from spectral_core.render.same import equal
 from spectral_core.scene import Instance, Mesh, Note
 
 from ..context import Translation
+from .owners import with_owners
 from .walk import Walk
 
 if TYPE_CHECKING:
@@ -122,13 +123,13 @@ class Kept:
 
     def forget(self, updates: Iterable[Any]) -> None:
         """Drop the parts that the edits of a depsgraph affect (``depsgraph.updates``)."""
-        updates = list(updates)
+        edits = with_owners(updates)
         self.begun = None
-        if self.walk is not None and not self.walk.follows(updates):
+        if self.walk is not None and not self.walk.follows(edits):
             self.walk = None
         touched: set[int] = set()
         reshaped: set[int] = set()
-        for update in updates:
+        for update in edits:
             block = update.id.original
             kind = block.bl_rna.identifier
             if kind == "Image":

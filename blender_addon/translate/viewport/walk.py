@@ -6,7 +6,7 @@ A walk takes time for each object, too long for each edited number in a scene of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ import numpy as np
 from spectral_core.scene import Instance, Light, Note
 
 from ..visibility import hidden_from, terminator_of
+from .owners import muted_links_of
 
 if TYPE_CHECKING:
     from ..context import Translation
@@ -84,19 +85,15 @@ class Walk:
     places: dict[int, int]
     lamps: dict[int, int]
     part_notes: dict[tuple[str, int], tuple[Note, ...]]
-    groups: list[str]
-    """Light groups of the scene's objects, whose changes Blender does not report."""
+    unreported: Any
+    """See ``unreported_of``."""
     edited: set[int] = field(default_factory=set)
     """Session numbers of the materials and lamp objects to translate again."""
     moved: set[int] = field(default_factory=set)
 
-    def follows(self, updates: Iterable[Any]) -> bool:
-        """Take note of a list of updates; False if it needs a walk."""
-        number = 0
-        for number, update in enumerate(updates, 1):  # noqa: B007
-            if not self._follows(update):
-                return False
-        return number > 0  # changes that Blender does not name
+    def follows(self, updates: Collection[Any]) -> bool:
+        """Take note of a list of updates; False if it needs a walk, as the changes that Blender does not name."""
+        return bool(updates) and all(map(self._follows, updates))
 
     def _follows(self, update: Any) -> bool:
         block = update.id
@@ -144,7 +141,7 @@ class Walk:
 
         Raises RepeatWalk if an edit changes more than numbers.
         """
-        if self.groups != groups_of(translation.depsgraph):
+        if self.unreported != unreported_of(translation.depsgraph):
             raise RepeatWalk
         touched = [("material" if uid in self.materials else "light", uid) for uid in sorted(self.edited)]
         found = replace(self.found, translation=translation, translated=dict(self.found.translated))
@@ -224,7 +221,7 @@ def walk_of(found: Collected, notes: tuple[Note, ...], kept: Kept) -> Walk | Non
     places = {uid: place for uid, place in trace.places.items() if uid not in trace.repeated}
     lamps = {data: uid for data, uid in trace.lamps.items() if uid in lights}
     parts = {key: kept.parts[key].notes for key in made}
-    return Walk(found, notes, materials, lights, places, lamps, parts, groups_of(found.translation.depsgraph))
+    return Walk(found, notes, materials, lights, places, lamps, parts, unreported_of(found.translation.depsgraph))
 
 
 def _is_shading(update: Any) -> bool:
@@ -235,9 +232,10 @@ def _depends_on_objects(item: Any) -> bool:
     return item.filling is not None or item.displacement is not None
 
 
-def groups_of(depsgraph: Any) -> list[str]:
-    """The light group of each object of a scene."""
-    return [obj.lightgroup for obj in depsgraph.scene.objects]
+def unreported_of(depsgraph: Any) -> Any:
+    """Properties whose changes Blender does not report: the light groups of objects and muted links of lamps."""
+    groups = [obj.lightgroup for obj in depsgraph.scene.objects]
+    return groups, {lamp.session_uid: muted_links_of(lamp) for lamp in bpy.data.lights}
 
 
 def single(obj: Any) -> Any:
