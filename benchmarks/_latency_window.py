@@ -217,6 +217,8 @@ KINDS = {
 }  # fmt: skip
 VIEWS = ("camera", "orthographic", "shift and zoom")
 RARE = {"object added": added, "node added": with_node}
+if SETTINGS["only"]:
+    KINDS, RARE = ({kind: act for kind, act in kinds.items() if kind in SETTINGS["only"]} for kinds in (KINDS, RARE))
 
 
 def measured(kind, act):

@@ -7,7 +7,8 @@ recorded and kernels compiled by kind, which other work on the machine does not 
 property to the end of the ``view_draw`` that shows it, in a Blender with a window (SPECTRAL_REAL_BLENDER, see
 ``_window``); ``drag``, from a wanted color that is dragged over a recording to the picture, without a window
 (``palette-live``) and in an image editor. Each kind is tried in turn, so that a busy machine slows all alike. Names of
-parts as arguments run those alone; ``--count N`` tries each kind N times (200).
+parts as arguments run those alone; ``--count N`` tries each kind N times (200); ``--only KIND,KIND`` measures these in
+the window alone.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ SPECTRAL_RATIO = 1.5
 """Most of a median in spectral transport over that in RGB."""
 DRAG_MS = 50.0
 PARTS = ("session", "counts", "window", "drag")
-OPTIONS = ("--count",)
+OPTIONS = ("--count", "--only")
 
 
 def run(options: Options) -> dict[str, Any]:
@@ -75,11 +76,18 @@ def _tell(figures: dict[str, Any], where: str, transport: str, found: dict[str, 
             f"{where:8} {transport:9} {kind:15} median {median:7.1f} ms  99th {high:7.1f} ms  "
             f"loaded {loads}/{len(records)}{_parts(records)}"
         )
+        for record in records:
+            if record["ms"] > limits[kind]:
+                print(f"{'':8} late: " + ", ".join(f"{key} {_short(value)}" for key, value in record.items()))
         figures["holds"][f"{name}: within {limits[kind]:g} ms"] = high <= limits[kind]
         if transport == "spectral" and kind in LIMITS_MS and f"{where}, rgb, {kind}" in figures:
             ratio = median / figures[f"{where}, rgb, {kind}"]["median_ms"]
             figures[name]["over_rgb"] = ratio
             figures["holds"][f"{name}: within {SPECTRAL_RATIO:g} times of RGB"] = ratio <= SPECTRAL_RATIO
+
+
+def _short(value: Any) -> str:
+    return f"{value:.0f}" if isinstance(value, float) else str(value)
 
 
 def _parts(records: list[dict[str, Any]]) -> str:
@@ -117,13 +125,15 @@ def _in_window(options: Options, figures: dict[str, Any]) -> None:
         print(f"no window is measured: {_window.MISSING}", file=sys.stderr)
         return
     count = _count(options)
-    settings = {"quick": options.quick, "count": count, "rare": max(1, count // 10), "transports": ["rgb", "spectral"]}
+    only = options.extra[options.extra.index("--only") + 1].split(",") if "--only" in options.extra else []
+    settings = {"quick": options.quick, "count": count, "rare": max(1, count // 10), "only": only,
+                "transports": ["rgb", "spectral"]}  # fmt: skip
     told = _window.told_by("_latency_window.py", settings, options, (WIDTH, HEIGHT))
     where = f"Blender {told['version'].split()[0]}"
     print(f"{where}, a view of {told['size'][0]} × {told['size'][1]} pixels")
     for transport, found in told["times"].items():
         _tell(figures, where, transport, found)
-        rare = [record for kind in RARE_MS for record in found[kind]]
+        rare = [record for kind in RARE_MS for record in found.get(kind, [])]
         figures["holds"][
             f"{where}, {transport}: the old picture stays, with a word, until a new object or node shows"
         ] = all(record["old"] == record["worded"] for record in rare)

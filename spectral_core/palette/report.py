@@ -16,6 +16,7 @@ from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.cell_errors import CellErrors, cell_errors
 from spectral_core.palette.inaccurate import excluded_pair, extreme_number
 from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.palette.qp.block import DIM
 from spectral_core.palette.qp.optimality import Check
 from spectral_core.palette.solution import REMEDIES, UNRELIABLE, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
 from spectral_core.spectra.color import XYZ_FROM_RGB
@@ -48,6 +49,8 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
     status, remedy = (status, _white_remedy(problem, whites)) if whites else _named_cause(problem, state, status)
     if status is PaletteStatus.INVISIBLE:
         trace.notes.extend(f"light {problem.lights[j].name!r} gives no color" for j in invisible_lights(builder, state))
+        dark = black_materials(builder, state)
+        trace.notes.extend(f"material {problem.reflectances[i].name!r} is black under every light" for i in dark)
     return PaletteSolution(
         problem=problem,
         illuminants=tuple(_light(problem, state, j) for j in range(len(problem.lights))),
@@ -128,6 +131,16 @@ def invisible_lights(builder: Assembler, state: PaletteState) -> list[int]:
     return [j for j in sorted(asked) if sensed[j] < 1e-12]
 
 
+def black_materials(builder: Assembler, state: PaletteState) -> list[int]:
+    """Materials with requested colors other than black under a designed light, which only a light without limit would
+    show: exact black cells leave them no reflectance but rounding errors, whose colors no solver can improve.
+    """
+    sensed = np.abs(state.reflectance_matrices[0]).sum(axis=2).max(axis=1)
+    asked = {t.cell[0] for t in builder.requests.targets if np.any(t.color) and state.lights[t.cell[1]] is not None}
+    is_unlimited = not np.isfinite(builder.problem.light_bounds[1])
+    return [i for i in sorted(asked) if is_unlimited and sensed[i] < DIM]
+
+
 def bound_violation(problem: PaletteProblem, state: PaletteState) -> float:
     """Largest distance of any designed value outside its bounds."""
     worst = 0.0
@@ -170,7 +183,7 @@ def _status(
         return PaletteStatus.EXACT_CONFLICT
     if not trace.joint.passed or bounds > Check.BOUND_LIMIT:
         return PaletteStatus.INACCURATE
-    if invisible_lights(builder, state):
+    if invisible_lights(builder, state) or black_materials(builder, state):
         return PaletteStatus.INVISIBLE
     if not trace.optimal:
         return PaletteStatus.IMPROVING

@@ -52,8 +52,9 @@ REMEDIES = {
         "exact, free a light or reflectance that they share, or remove the white of a light."
     ),
     PaletteStatus.INVISIBLE: (
-        "A target is under a light that is invisible on this grid. Give the light power between 380 and "
-        "780 nm, or widen the grid."
+        "A target is under a light that is invisible on this grid, or on a material that must be black under every "
+        "light. Give the light power between 380 and 780 nm, widen the grid, or make the black cells of the material "
+        "not exact."
     ),
     PaletteStatus.INACCURATE: (
         f"{UNRELIABLE} Bring weights and light intensities nearer to each other, or add a little smoothness."
