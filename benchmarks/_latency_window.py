@@ -17,12 +17,15 @@ import blender_addon
 from benchmarks import _inside
 from benchmarks._inside import shader, space
 from blender_addon import jobs, viewport
+from blender_addon.editing.palette import live
 from spectral_core.render.live.link import LiveLink
 
 blender_addon.register()
 bpy.context.preferences.view.show_splash = False
 SETTINGS = _inside.settings()
 PATIENCE_S = 120.0
+LONGEST_STORY = 60
+"""Events that are remembered of a change."""
 REST_S = 0.15
 """Between two changes: the view refines, as it does while an artist works."""
 rng = np.random.default_rng(7)
@@ -38,6 +41,12 @@ class Watch:
     word = ""
     draws = 0
     update_ms = waited_ms = arrived_ms = 0.0
+    story: tuple[str, ...] = ()
+
+
+def note(text):
+    """Remember an event of the present change and its time in ms."""
+    watch.story += (f"{1e3 * (time.perf_counter() - watch.start):.0f} {text}",)
 
 
 watch = Watch()
@@ -48,6 +57,7 @@ wait, heard = LiveLink.wait, LiveLink._hear
 def update(view, engine, context, depsgraph):
     """Translate and send, and add up the time."""
     start = time.perf_counter()
+    note("update")
     updated(view, engine, context, depsgraph)
     watch.update_ms += 1e3 * (time.perf_counter() - start)
 
@@ -64,13 +74,17 @@ def waited(link, *arguments):
 def hear(link, worker, kind, content):
     """Remember when the picture of the change arrived."""
     heard(link, worker, kind, content)
+    if kind == "frame" and len(watch.story) < LONGEST_STORY:
+        note(f"picture of {content.generation - watch.before}, every {content.level}")
     if kind == "frame" and content.generation > watch.before and not watch.arrived_ms:
         watch.arrived_ms = 1e3 * (time.perf_counter() - watch.start)
 
 
 def draw(view, engine, context, depsgraph):
     """Draw, and see whether the picture is of after the change."""
+    note("draw")
     drawn(view, engine, context, depsgraph)
+    note("drawn")
     now, watch.draws = time.perf_counter(), watch.draws + 1
     sides = view._session._sides
     if watch.took is not None or not sides:
@@ -86,6 +100,12 @@ def draw(view, engine, context, depsgraph):
         watch.worded += bool(watch.word)
 
 
+def kept_answer(*arguments):
+    """Remember when the palette's answer is stored."""
+    note("answer")
+    return keep(*arguments)
+
+
 def said(pictures, settings):
     """Remember what the corner of the view says."""
     found = words(pictures, settings)
@@ -95,6 +115,7 @@ def said(pictures, settings):
 
 viewport.Viewport.draw, viewport.Viewport.update, viewport.words = draw, update, said
 LiveLink.wait, LiveLink._hear = waited, hear
+keep, live.keep = live.keep, kept_answer
 
 
 def latest_request():
@@ -114,8 +135,9 @@ def changed(act):
     """Make a change, and wait for its picture."""
     watch.before, watch.old, watch.worded = latest_request(), 0, 0
     watch.update_ms = watch.waited_ms = watch.arrived_ms = 0.0
-    watch.start, watch.took, watch.draws = time.perf_counter(), None, 0
+    watch.start, watch.took, watch.draws, watch.story = time.perf_counter(), None, 0, ()
     act()
+    note("changed")
     yield from _inside.until(lambda: watch.took is not None, PATIENCE_S, act.__name__)
 
 
@@ -227,7 +249,7 @@ def measured(kind, act):
     how = "" if kind in VIEWS else watch.how  # that of the last change of the scene
     record = {"ms": 1e3 * watch.took, "how": how, "recordings": watch.recordings,
               "old": watch.old, "worded": watch.worded, "draws": watch.draws, "update_ms": watch.update_ms,
-              "waited_ms": watch.waited_ms, "arrived_ms": watch.arrived_ms}  # fmt: skip
+              "waited_ms": watch.waited_ms, "arrived_ms": watch.arrived_ms, "story": " | ".join(watch.story)}  # fmt: skip
     yield 0.7 if kind == "palette cell" else REST_S  # a wanted color is solved again, with conflicts, at rest
     return record
 
