@@ -249,7 +249,8 @@ def measured(kind, act):
     how = "" if kind in VIEWS else watch.how  # that of the last change of the scene
     record = {"ms": 1e3 * watch.took, "how": how, "recordings": watch.recordings,
               "old": watch.old, "worded": watch.worded, "draws": watch.draws, "update_ms": watch.update_ms,
-              "waited_ms": watch.waited_ms, "arrived_ms": watch.arrived_ms, "story": " | ".join(watch.story)}  # fmt: skip
+              "waited_ms": watch.waited_ms, "arrived_ms": watch.arrived_ms,
+              "story": " | ".join(watch.story)}  # fmt: skip
     yield 0.7 if kind == "palette cell" else REST_S  # a wanted color is solved again, with conflicts, at rest
     return record
 
