@@ -63,6 +63,42 @@ def test_a_change_is_traced_once_though_the_request_follows_later(
         area.remove()
 
 
+@pytest.mark.parametrize(("launch", "is_told"), [(1, True), (16, False)])
+def test_a_picture_of_before_a_change_is_not_told(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, launch: int, is_told: bool
+) -> None:
+    """Its pixels would hold up the change. The first picture of a request is told: changes may follow each other fast.
+
+    ``launch``: the one in which the change and its request come.
+    """
+    monkeypatch.setattr(server_module, "STRIDES", {4: np.inf})
+    told: list[tuple[str, object]] = []
+    area = PixelArea.make((WIDTH + 8) * (HEIGHT + 8))
+    request = ViewRequest("stage", Viewpoint.of_camera(scene.camera, scene.film), WIDTH, HEIGHT, 4, 1)
+    edited = with_surface(scene, "red", color=Color([0.1, 0.9, 0.1]))
+    launches: list[int] = []
+
+    def hear_more(server: Server) -> None:
+        launches.append(1)
+        if len(launches) == launch:
+            server.hear("change", ("stage", difference(scene, edited)))
+            server.hear("view", ("view", replace(request, generation=2), _name(area)))
+
+    server = Server(told.append, hear_more)
+    try:
+        server.hear("scene", ("stage", scene))
+        server.hear("view", ("view", request, _name(area)))
+        for _ in range(launch):
+            before = len(told)
+            server.work()
+        assert len(told) - before == is_told
+        assert all(frame.generation == 1 for _, frame in told)
+        server.work()
+        assert told[-1][1].generation == 2
+    finally:
+        area.remove()
+
+
 @pytest.mark.parametrize(("launch_s", "stride"), [(0.001, 4), (0.06, 8), (0.5, 16)])
 def test_the_first_picture_is_as_coarse_as_its_launch_is_slow(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, launch_s: float, stride: int

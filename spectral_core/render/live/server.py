@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -57,10 +58,13 @@ class _View:
 
 
 class Server:
-    """Serves one session. ``tell``: sends a message to it."""
+    """Serves one session.
 
-    def __init__(self, tell: Any) -> None:
-        self._tell = tell
+    ``tell``: sends a message to it. ``hear_more``: called after each launch; hears the messages that have come.
+    """
+
+    def __init__(self, tell: Any, hear_more: Callable[[Server], None] = lambda _server: None) -> None:
+        self._tell, self._hear_more = tell, hear_more
         self._stages: dict[str, _Kept] = {}
         self._views: dict[str, _View] = {}
         self._paused = False
@@ -99,7 +103,7 @@ class Server:
         else:  # after a change of the scene, its picture is begun before the session asks for it
             view.request = request
             if view.picture is not None and view.picture.level:
-                self._show(name, view, kept)
+                self._show(name, view, kept, view.picture, request)
 
     @staticmethod
     def _stands(view: _View, kept: _Kept, request: ViewRequest) -> bool:
@@ -185,13 +189,16 @@ class Server:
         shows_more = picture.step()
         seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
         kept.seconds = seconds if kept.seconds is None else min(seconds, SLOWER * kept.seconds)
-        if shows_more:
-            self._show(name, view, kept)
+        self._hear_more(self)
+        # the pixels of a whole picture take as long as a launch, and after a change nobody looks at it; the first
+        # picture of each change is shown, or changes that follow each other fast would show nothing
+        is_present = view.picture is picture and not kept.is_pending
+        if shows_more and self._views.get(name) is view and (is_present or picture.launches == 1):
+            self._show(name, view, kept, picture, view.request if view.picture is picture else request)
 
-    def _show(self, name: str, view: _View, kept: _Kept) -> None:
-        """Tell the session what a view shows now."""
-        assert view.picture is not None
-        stage, request, picture = kept.stage, view.request, view.picture
+    def _show(self, name: str, view: _View, kept: _Kept, picture: ViewPicture, request: ViewRequest) -> None:
+        """Tell the session what a view shows now; ``request``: the one that the picture answers."""
+        stage = kept.stage
         place = view.area.write(picture.pixels())
         spent, corner = time.monotonic() - view.started, request.part[:2]
         self._tell(("frame", Frame(
@@ -224,12 +231,15 @@ def main() -> None:
     messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, messages), daemon=True).start()
     send(answers, ("ready", os.getpid()))
-    server = Server(lambda message: _tell(answers, message))
+    def hear_more(server: Server) -> None:
+        while not messages.empty():
+            server.hear(*messages.get())
+
+    server = Server(lambda message: _tell(answers, message), hear_more)
     while True:
         if server.is_idle:
             server.hear(*messages.get())
-        while not messages.empty():
-            server.hear(*messages.get())
+        hear_more(server)
         server.work()
 
 
