@@ -61,3 +61,13 @@ def test_lights_of_far_apart_power_are_named() -> None:
     assert "under “dim”; a ratio up to 1e+06 is expected" in text
     ordinary = palette(Cell.fixed([0.1] * 3))
     assert extreme_number(ordinary, initial_state(ordinary)) == ""
+
+
+def test_a_material_that_exact_cells_make_black_is_reported():
+    """Its reflectance is a rounding error, which a light of 10⁷ times the power would show."""
+    from benchmarks._palette_hard_cases import hard_problem
+
+    solution = solve_palette(hard_problem(1926)[0])
+    assert solution.status == "invisible"
+    assert any("is black under every light" in note for note in solution.notes)
+    assert "not exact" in solution.remedy

@@ -78,21 +78,21 @@ def everything() -> PaletteProblem:
     )
 
 
-def assert_same(one: Any, other: Any, place: str = "problem") -> None:
-    """Field by field, to the bit."""
+def assert_same(one: Any, other: Any, place: str = "problem", rounding: float = 0.0) -> None:
+    """Field by field, to the bit; ``rounding``: what the numbers of arrays may differ by."""
     assert type(one) is type(other), place
     if isinstance(one, np.ndarray):
-        np.testing.assert_array_equal(one, other, err_msg=place)
+        np.testing.assert_allclose(one, other, rtol=0.0, atol=rounding, err_msg=place)
     elif isinstance(one, (tuple, list)):
         assert len(one) == len(other), place
         for index, (a, b) in enumerate(zip(one, other, strict=True)):
-            assert_same(a, b, f"{place}[{index}]")
+            assert_same(a, b, f"{place}[{index}]", rounding)
     elif isinstance(one, SpectralGrid):
         assert one.same_as(other), place
     elif hasattr(one, "__dataclass_fields__"):
         for each in fields(one):
             if each.name != "state":
-                assert_same(getattr(one, each.name), getattr(other, each.name), f"{place}.{each.name}")
+                assert_same(getattr(one, each.name), getattr(other, each.name), f"{place}.{each.name}", rounding)
     elif isinstance(one, float):
         assert one == other or np.isnan([one, other]).all(), place
     else:
@@ -125,7 +125,8 @@ def test_examples_are_read_and_solved(path: Path) -> None:
     problem = read_palette(path)
     presets = {make.__name__: make for make in PRESETS.values()}
     if path.stem in presets:
-        assert_same(problem, presets[path.stem]())
+        # the file was written on another processor, whose BLAS adds in another order
+        assert_same(problem, presets[path.stem](), rounding=1e-14)
     status = solve_palette(problem).status
     # The three white lights of the preset smoke converge slowly to the last digit.
     assert status.usable if path.stem == "xray_smoke" else status.trusted
