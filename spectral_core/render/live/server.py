@@ -231,6 +231,7 @@ def main() -> None:
     messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, messages), daemon=True).start()
     send(answers, ("ready", os.getpid()))
+
     def hear_more(server: Server) -> None:
         while not messages.empty():
             server.hear(*messages.get())
