@@ -22,6 +22,7 @@ import numpy as np
 from benchmarks import Options, _window, palette_live
 from benchmarks._latency_counts import counted
 from benchmarks._latency_scene import CHANGES, HEIGHT, RARE, VIEWPOINTS, WIDTH, balls
+from spectral_core.errors import UnknownNameError
 from spectral_core.render.live.link import LiveLink
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import Scene
@@ -126,6 +127,8 @@ def _in_window(options: Options, figures: dict[str, Any]) -> None:
         return
     count = _count(options)
     only = options.extra[options.extra.index("--only") + 1].split(",") if "--only" in options.extra else []
+    if unknown := sorted(set(only) - (LIMITS_MS | RARE_MS).keys()):
+        raise UnknownNameError(f"--only {', '.join(unknown)}: expected some of {', '.join(LIMITS_MS | RARE_MS)}")
     settings = {"quick": options.quick, "count": count, "rare": max(1, count // 10), "only": only,
                 "transports": ["rgb", "spectral"]}  # fmt: skip
     told = _window.told_by("_latency_window.py", settings, options, (WIDTH, HEIGHT))
@@ -134,9 +137,10 @@ def _in_window(options: Options, figures: dict[str, Any]) -> None:
     for transport, found in told["times"].items():
         _tell(figures, where, transport, found)
         rare = [record for kind in RARE_MS for record in found.get(kind, [])]
-        figures["holds"][
-            f"{where}, {transport}: the old picture stays, with a word, until a new object or node shows"
-        ] = all(record["old"] == record["worded"] for record in rare)
+        if rare:
+            figures["holds"][
+                f"{where}, {transport}: the old picture stays, with a word, until a new object or node shows"
+            ] = all(record["old"] == record["worded"] for record in rare)
     figures["troubles"] = told["errors"]
     figures["holds"][f"{where}: no errors"] = not told["errors"]
     for text in told["errors"]:

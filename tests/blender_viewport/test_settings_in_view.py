@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
-import bpy
 import pytest
 
-from blender_addon.translate.ledger import entries
-from tests.blender.conftest import build  # noqa: F401
-from tests.blender.node_walk import Bench, names_of
-from tests.blender.test_settings_are_read import CASES
-from tests.blender_viewport.test_viewport_edits import updated, whole
-from tests.settings_walk import fingerprint, other_rna, read_rna
+bpy = pytest.importorskip("bpy")
+
+from blender_addon.translate.ledger import entries  # noqa: E402
+from tests.blender.conftest import build  # noqa: E402, F401
+from tests.blender.node_walk import Bench, names_of  # noqa: E402
+from tests.blender.test_settings_are_read import CASES  # noqa: E402
+from tests.blender_viewport.test_viewport_edits import updated, whole  # noqa: E402
+from tests.settings_walk import fingerprint, other_rna, read_rna  # noqa: E402
 
 UNREPORTED = {
     ("object", "lightgroup"), ("world", "lightgroup"),

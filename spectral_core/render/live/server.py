@@ -190,8 +190,8 @@ class Server:
         seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
         kept.seconds = seconds if kept.seconds is None else min(seconds, SLOWER * kept.seconds)
         self._hear_more(self)
-        # the pixels of a whole picture take as long as a launch, and after a change nobody looks at it; the first
-        # picture of each change is shown, or changes that follow each other fast would show nothing
+        # After a change nobody needs the whole picture, whose conversion would hold up the change. The first picture of
+        # each change is shown: otherwise changes that follow each other fast would show nothing.
         is_present = view.picture is picture and not kept.is_pending
         if shows_more and self._views.get(name) is view and (is_present or picture.launches == 1):
             self._show(name, view, kept, picture, view.request if view.picture is picture else request)
