@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every figure that the docs name is printed from here: ``python -m benchmarks NAME [--json]``.
 
-A benchmark is a module of this package. It is called by its name with dashes (``palette_speed`` is ``palette-speed``),
-the first line of its docstring is its description, and its ``run(options)`` prints a readable report and returns the
-figures as one flat or nested dict of plain numbers, strings and lists. ``options`` is an ``Options``; a module reads
-further arguments from ``options.extra``.
+A benchmark is a module in one of this package's folders (``palette/palette_speed.py``); what it measures and what it
+checks with are in folders below that. It is called by its name with dashes (``palette-speed``), the first line of its
+docstring is its description, and its ``run(options)`` prints a readable report and returns the figures as one flat or
+nested dict of plain numbers, strings and lists. ``options`` is an ``Options``; a module reads further arguments from
+``options.extra``.
 """
 
 from __future__ import annotations
@@ -14,6 +15,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from spectral_core.errors import UnknownNameError
+
+ROOT = Path(__file__).resolve().parents[1]
+"""The repository's folder."""
 
 
 @dataclass(frozen=True)

@@ -6,27 +6,25 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
-import pkgutil
 import sys
 from pathlib import Path
 from typing import Any
 
-import benchmarks
-from benchmarks import Options
+from benchmarks import ROOT, Options
 from spectral_core.cli.shared.terminal import completed
 from spectral_core.errors import MissingDependencyError, UnknownNameError
 
 
-def known() -> dict[str, str]:
-    """Benchmark name -> module name, of all modules of this package that do not start with an underscore."""
-    names = (info.name for info in pkgutil.iter_modules(benchmarks.__path__))
-    return {name.replace("_", "-"): name for name in sorted(names) if not name.startswith("_")}
+def known() -> dict[str, Path]:
+    """Benchmark name -> file, of all modules that stand directly in a folder of this package."""
+    files = sorted((ROOT / "benchmarks").glob("*/*.py"), key=lambda file: file.stem)
+    return {file.stem.replace("_", "-"): file for file in files if file.stem != "__init__"}
 
 
-def _description(module_name: str) -> str:
+def _description(file: Path) -> str:
     import ast
 
-    tree = ast.parse((Path(benchmarks.__path__[0]) / f"{module_name}.py").read_text("utf-8"))
+    tree = ast.parse(file.read_text("utf-8"))
     return (ast.get_docstring(tree) or "").strip().split("\n")[0]
 
 
@@ -46,13 +44,14 @@ def main(arguments: list[str] | None = None) -> int:
     given, extra = parser.parse_known_args(arguments)
     modules = known()
     if given.name is None:
-        for name, module_name in modules.items():
-            print(f"{name:28} {_description(module_name)}")
+        for name, file in modules.items():
+            print(f"{name:28} {_description(file)}")
         return 0
     if given.name not in modules:
         print(f"no benchmark is named {given.name!r}; known: {', '.join(modules)}", file=sys.stderr)
         return 2
-    module = importlib.import_module(f"benchmarks.{modules[given.name]}")
+    file = modules[given.name]
+    module = importlib.import_module(f"benchmarks.{file.parent.name}.{file.stem}")
     strange = [word for word in extra if word.startswith("-") and word not in getattr(module, "OPTIONS", ())]
     if strange:
         print(

@@ -121,3 +121,14 @@ def test_types_of_both_packages_are_checked() -> None:
     assert settings["disallow_untyped_defs"] and settings["check_untyped_defs"]
     assert not any("ignore_errors" in each for each in settings["overrides"])
     assert "-m mypy" in (ROOT / "Makefile").read_text("utf-8")
+
+
+def test_tests_and_benchmarks_share_no_private_name_of_benchmarks() -> None:
+    """What two files use is public: a module or name of ``benchmarks`` with a leading underscore is its file's own."""
+    taken = []
+    for path in [*(ROOT / "benchmarks").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]:
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "benchmarks":
+                names = [f"{node.module}.{alias.name}" for alias in node.names]
+                taken += [f"{path.relative_to(ROOT)}: {name}" for name in names if "._" in name]
+    assert [each for each in taken if ".__main__" not in each] == []

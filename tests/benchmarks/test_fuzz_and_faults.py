@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import Options, fault_kill, fuzz
+from benchmarks import Options
+from benchmarks.program import fault_kill, fuzz
 
 
 def test_damaged_files_of_every_type_are_read_or_refused(tmp_path: Path) -> None:

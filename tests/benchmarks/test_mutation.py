@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import mutation
-from benchmarks.mutation import Callers, drawn
+from benchmarks.program import mutation
+from benchmarks.program.mutation import Callers, drawn
 
 PRODUCT = """
 def kept(low, high):
@@ -41,14 +41,15 @@ def test_traced():
 @pytest.fixture
 def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     root = tmp_path / "tree"
-    for folder in ("spectral_core/room", "tests", "benchmarks"):
+    for folder in ("spectral_core/room", "tests", "benchmarks/program/cases"):
         (root / folder).mkdir(parents=True)
-    for package in ("spectral_core", "spectral_core/room", "benchmarks"):
+    packages = ("spectral_core", "spectral_core/room", "benchmarks", "benchmarks/program", "benchmarks/program/cases")
+    for package in packages:
         (root / package / "__init__.py").touch()
     (root / "spectral_core/room/part.py").write_text(PRODUCT)
     (root / "tests/test_part.py").write_text(TESTS)
     (root / "pytest.ini").write_text("[pytest]\nmarkers = slow\n")
-    shutil.copy(Path(mutation.__file__).with_name("_touched.py"), root / "benchmarks")
+    shutil.copy(Path(mutation.__file__).parent / "cases/touched.py", root / "benchmarks/program/cases")
     monkeypatch.setattr(mutation, "ROOMS", {"spectral_core/room": ["tests"]})
     return root
 

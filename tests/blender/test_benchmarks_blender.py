@@ -13,7 +13,7 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 
 def test_lights_agree_with_cycles(blender):
     """A gray plane under one light of each type is within 2 % at 16 samples, because its noise is small."""
-    from benchmarks import render_cycles
+    from benchmarks.render import render_cycles
 
     names = ["point", "spot", "sun", "area square", "area disk", "world color"]
     figures = render_cycles.run(Options(quick=True, extra=names))
@@ -21,7 +21,7 @@ def test_lights_agree_with_cycles(blender):
 
 
 def test_cancel_and_kill(blender):
-    from benchmarks import render_control
+    from benchmarks.render import render_control
 
     figures = render_control.run(Options(quick=True))
     assert figures["cancel"]["status"] == "cancelled" and figures["cancel"]["message"] == ""
@@ -29,7 +29,7 @@ def test_cancel_and_kill(blender):
 
 
 def test_translate_speed_runs(blender):
-    from benchmarks import translate_speed
+    from benchmarks.program import translate_speed
 
     figures = translate_speed.run(Options(quick=True))
     assert figures["flat"]["triangles"] == 20000 and figures["many instances of one cube"]["instances"] == 500
@@ -37,7 +37,7 @@ def test_translate_speed_runs(blender):
 
 def test_single_features_against_cycles(blender):
     """The stage, a lamp, a smooth-shaded cup with hard edges and the Texture Mapping panel agree with Cycles."""
-    from benchmarks import render_features
+    from benchmarks.render import render_features
 
     scenes = ["film/stage", "lamps/area disk", "normals/cup smooth", "textures/texture mapping panel"]
     figures = render_features.run(Options(quick=True, extra=["--only", *scenes]))

@@ -144,6 +144,18 @@ def test_an_object_reads_its_own_random_number(build, translate, filled):
     assert len(set(sizes)) == 2 and all(0 < size < 0.81 for size in sizes)
 
 
+def test_slots_with_one_fog_share_one_grid(filled, translate):
+    node, tree, _ = filled("ShaderNodeVolumeScatter")
+    feed(tree, node.inputs["Density"])
+    plane = next(obj for obj in bpy.data.objects if obj.type == "MESH")
+    for _ in range(3):
+        plane.data.materials.append(plane.data.materials[0])
+    scene = translate()
+    (instance,) = [each for each in scene.instances if each.shown_as == plane.name]
+    fogs = [m.name for m in scene.materials if m.medium is not None and m.medium.grid is not None]
+    assert len(instance.materials) == 4 and set(instance.materials) == set(fogs) and len(fogs) == 1
+
+
 def test_a_pattern_too_fine_for_the_grid_gets_a_note(filled, translate):
     node, tree, _ = filled("ShaderNodeVolumeScatter")
     noise = tree.nodes.new("ShaderNodeTexWhiteNoise")

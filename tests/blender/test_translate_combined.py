@@ -143,8 +143,8 @@ def test_a_lamp_whose_nodes_are_not_linked_is_black(build, translate):
 
 def test_the_ball_of_the_feature_scenes_is_measured(blender):
     """A mask that covers all would measure errors of the ball against the whole picture."""
-    from benchmarks._features.compare import ball_mask
-    from benchmarks._features.stage import Stage
+    from benchmarks.render.features.compare import ball_mask
+    from benchmarks.render.features.stage import Stage
 
     mask = ball_mask(Stage(4))
     assert 0.2 < mask.mean() < 0.4

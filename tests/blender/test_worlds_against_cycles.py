@@ -24,7 +24,7 @@ SCENES = (
 
 @pytest.mark.slow
 def test_features_agree_with_cycles(blender):
-    from benchmarks import render_features
+    from benchmarks.render import render_features
 
     found = render_features.run(Options(quick=True, extra=list(SCENES)))["scenes"]
     assert {name: row["verdict"] for name, row in found.items()} == dict.fromkeys(SCENES, render_features.AGREES), found

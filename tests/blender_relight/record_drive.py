@@ -11,7 +11,7 @@ sys.path[:0] = [path for path in os.environ.get("SPECTRAL_PATHS", "").split(os.p
 import bpy
 
 import blender_addon
-from benchmarks import _inside
+from benchmarks.viewport.window import inside
 from blender_addon import jobs
 from blender_addon.editing.dial import changes
 from blender_addon.operators.dial_record import SPECTRAL_OT_dial_record
@@ -44,7 +44,7 @@ def dial():
 
 
 def pressed(name, **values):
-    with _inside.in_view():
+    with inside.in_view():
         return sorted(getattr(bpy.ops.spectral, name)("INVOKE_DEFAULT", **values))
 
 
@@ -67,7 +67,7 @@ def drive():
     told["pressed"] = pressed("dial_record")
     told["twice"] = _refused()
     yield 0.5
-    yield from _inside.until(lambda: not running(), 120, "the recording")
+    yield from inside.until(lambda: not running(), 120, "the recording")
     yield 0.5
     told["recorded"] = [bool(dial().scene_hash), len(dial().bulbs), "Light Dial" in bpy.data.images, left()]
     changes.compare(scene)
@@ -76,7 +76,7 @@ def drive():
     pressed("dial_record")
     yield 0.01
     _esc()
-    yield from _inside.until(lambda: not running(), 120, "the end after Esc")
+    yield from inside.until(lambda: not running(), 120, "the end after Esc")
     yield 0.3
     told["stopped"] = [dial().facts, left()]
     dial().facts = facts
@@ -84,14 +84,14 @@ def drive():
     scene.camera = None
     bpy.context.collection.objects.unlink(camera)
     told["refused"] = _refused()
-    yield from _inside.until(lambda: not running(), 60, "the end without a camera")
+    yield from inside.until(lambda: not running(), 60, "the end without a camera")
     told["after an error"] = left()
     bpy.context.collection.objects.link(camera)
     scene.camera = camera
     bpy.data.objects["Light"].data.energy *= 2
     yield 0.3
     pressed("dial_record", only_changed=True)
-    yield from _inside.until(lambda: not running(), 120, "the second recording")
+    yield from inside.until(lambda: not running(), 120, "the second recording")
     yield 1.5
     told["again"] = [dial().changes, left()]
     told["file"] = Path(bpy.app.tempdir, "light_dial.transport.exr").is_file()
@@ -110,4 +110,4 @@ def _refused():
         return str(error)
 
 
-_inside.drive(drive(), told)
+inside.drive(drive(), told)

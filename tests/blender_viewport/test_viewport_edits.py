@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from benchmarks._random_edits import EDITS as RANDOM_EDITS  # noqa: E402
+from benchmarks.viewport.edits.objects import EDITS as RANDOM_EDITS  # noqa: E402
 
 
 def shader(material):

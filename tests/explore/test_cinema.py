@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks._cinema_check import kind_of, parse, problems
+from benchmarks.explore.checks.cinema import kind_of, parse, problems
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.cinema import csv_text, read_csv
 from spectral_core.explore.sweep.parameters import Parameter

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks._browser import Browser, find_browser
+from benchmarks.explore.checks.browser import Browser, find_browser
 from spectral_core.explore.page.build import PageTable, page_html, table_of_store, write_page
 from spectral_core.explore.page.bundle import modules, script
 from spectral_core.explore.page.live import LiveSweep

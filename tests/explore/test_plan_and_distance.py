@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks._cinema_check import problems
+from benchmarks.explore.checks.cinema import problems
 from spectral_core.cli import main
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.analysis.steps import add_distance

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks._lattice_designs import DESIGNS
-from benchmarks.lattice_acceptance import shipped
-from benchmarks.lattice_comparison import table_row
+from benchmarks.lattice.cases.designs import DESIGNS
+from benchmarks.lattice.lattice_acceptance import shipped
+from benchmarks.lattice.lattice_comparison import table_row
 
 PAGE = Path(__file__).parents[2] / "docs" / "lattice.md"
 

@@ -11,7 +11,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from benchmarks._lattice_polytopes import KINDS, random_polytope
+from benchmarks.lattice.cases.polytopes import KINDS, random_polytope
 from spectral_core.errors import InvalidInputError, SolveError, SpectralError
 from spectral_core.lattice import (
     Frame,

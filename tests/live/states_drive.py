@@ -18,9 +18,9 @@ import bmesh
 import bpy
 
 import blender_addon
-from benchmarks import _inside
-from benchmarks._inside import area, in_view, space
-from benchmarks._view_states import told, told_of
+from benchmarks.viewport.window import inside
+from benchmarks.viewport.window.inside import area, in_view, space
+from benchmarks.viewport.window.view_states import told, told_of
 
 blender_addon.register()
 bpy.context.preferences.view.show_splash = False
@@ -248,4 +248,4 @@ def drive():
         yield from told_of(name, name != "playing")
 
 
-_inside.drive(drive(), told)
+inside.drive(drive(), told)

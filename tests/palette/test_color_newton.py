@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks._palette_exact_cells import dragged
-from benchmarks.palette_speed import _next_edit, coupled_palette
+from benchmarks.palette.cases.exact_cells import dragged
+from benchmarks.palette.palette_speed import coupled_palette, next_edit
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
@@ -36,7 +36,7 @@ def objectives(
     """Relative difference of the objective to that of a cold solve, and the engine's steps, of each soft answer."""
     found, steps = [], []
     for number in range(edits):
-        answer = session.edit(*_next_edit(session, kind, number, rng))
+        answer = session.edit(*next_edit(session, kind, number, rng))
         quadratic = side_of(session.problem)
         cold = solve(quadratic)
         assert answer.kkt_residual < 1e-6

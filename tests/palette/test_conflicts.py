@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.palette_joint import generated_palette
-from benchmarks.palette_speed import coupled_palette
+from benchmarks.palette.palette_joint import generated_palette
+from benchmarks.palette.palette_speed import coupled_palette
 from spectral_core.palette import Cell, PaletteLight, PaletteReflectance, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
@@ -162,7 +162,7 @@ def test_the_gradient_of_variable_projection_equals_differences_of_phi(seed, rng
 def test_designed_lights_are_optimal_for_both_sides():
     """Clarabel improves neither side from the returned point."""
     pytest.importorskip("cvxpy")
-    from benchmarks._palette_hard_check import side_gains
+    from benchmarks.palette.checks.optimality import side_gains
 
     for seed in range(6):
         solution = solve_palette(generated_palette(seed), explain=False)

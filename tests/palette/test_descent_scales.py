@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from benchmarks.palette_joint import generated_palette
+from benchmarks.palette.palette_joint import generated_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state

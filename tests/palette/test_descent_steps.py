@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.palette_joint import generated_palette
+from benchmarks.palette.palette_joint import generated_palette
 from spectral_core.palette.design import interior
 from spectral_core.palette.design.interior import _Descent, _reach, joint_descent
 from spectral_core.palette.design.joint import Joint

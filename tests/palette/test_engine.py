@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks._palette_hard_cases import hard_problem
-from benchmarks.palette_speed import coupled_palette
+from benchmarks.palette.cases.hard import hard_problem
+from benchmarks.palette.palette_speed import coupled_palette
 from spectral_core.palette import Cell, PaletteReflectance, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
@@ -268,7 +268,7 @@ def test_the_best_color_in_a_box_under_a_metric_is_not_the_clipped_one(rng):
 def test_palettes_whose_wrong_answers_were_once_accepted(seed):
     """Nearly dependent exact rows; groups with boxes under the perceptual metric; a small side."""
     pytest.importorskip("cvxpy")
-    from benchmarks._palette_hard_check import side_gains
+    from benchmarks.palette.checks.optimality import side_gains
 
     solution = solve_palette(hard_problem(seed)[0], explain=False)
     if solution.status.trusted:

@@ -65,7 +65,7 @@ def test_lights_of_far_apart_power_are_named() -> None:
 
 def test_a_material_that_exact_cells_make_black_is_reported():
     """Its reflectance is a rounding error, which only a light of far more power would show."""
-    from benchmarks._palette_hard_cases import hard_problem
+    from benchmarks.palette.cases.hard import hard_problem
 
     solution = solve_palette(hard_problem(1926)[0])
     assert solution.status == "invisible"

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks._palette_hard_check import side_gains
-from benchmarks.palette_joint import generated_palette
+from benchmarks.palette.checks.optimality import side_gains
+from benchmarks.palette.palette_joint import generated_palette
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler

@@ -10,11 +10,11 @@ import pytest
 from scipy.linalg import null_space
 from scipy.optimize import lsq_linear
 
-from benchmarks import _palette_hard_statement as independent
-from benchmarks._palette_hard_cases import hard_problem
-from benchmarks._palette_hard_check import side_gains
-from benchmarks._palette_odd_cases import odd_problem
-from benchmarks.palette_joint import generated_palette
+from benchmarks.palette.cases.hard import hard_problem
+from benchmarks.palette.cases.odd import odd_problem
+from benchmarks.palette.checks import statement as independent
+from benchmarks.palette.checks.optimality import side_gains
+from benchmarks.palette.palette_joint import generated_palette
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSolution, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.palette_joint import generated_palette
-from benchmarks.palette_speed import coupled_palette
+from benchmarks.palette.palette_joint import generated_palette
+from benchmarks.palette.palette_speed import coupled_palette
 from spectral_core.palette import Cell, PaletteProblem, solve_palette
 from spectral_core.palette.conflicts import find_conflicts
 from spectral_core.palette.responses import NEAR, Responses

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.palette_speed import coupled_palette
+from benchmarks.palette.palette_speed import coupled_palette
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
@@ -159,12 +159,12 @@ def test_distinct_cells_stay_distinct_while_others_are_edited():
 
 def test_no_edit_takes_many_steps(rng):
     """Colors, weights to 1000 and exact cells: daqp finds the bounds of each spectrum, Newton's method the colors."""
-    from benchmarks.palette_speed import _next_edit, coupled_palette
+    from benchmarks.palette.palette_speed import coupled_palette, next_edit
 
     session = PaletteSession(coupled_palette((8, 8, 31), rng))
     steps = []
     for number in range(64):
-        session.edit(*_next_edit(session, "mixed", number, rng))
+        session.edit(*next_edit(session, "mixed", number, rng))
         steps.append(session._rounds.engines["reflectances"].steps)
     assert max(steps) < 150
     assert np.median(steps) <= 3

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import _palette_thesis_data as thesis
-from benchmarks.palette_robust import metamer_cells, pairs_by_observer
+from benchmarks.palette.cases import thesis_data as thesis
+from benchmarks.palette.palette_robust import metamer_cells, pairs_by_observer
 from spectral_core.palette import (
     Cell,
     PaletteLight,

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import _palette_thesis_data as thesis
-from benchmarks.palette_thesis import mean_delta_e_1976
+from benchmarks.palette.cases import thesis_data as thesis
+from benchmarks.palette.palette_thesis import mean_delta_e_1976
 from spectral_core.palette import solve_palette
 from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.design import rounds

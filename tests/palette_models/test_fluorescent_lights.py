@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks._palette_hard_check import side_gains
+from benchmarks.palette.checks.optimality import side_gains
 from spectral_core.errors import GridMismatchError, InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.assemble.criteria import second_differences

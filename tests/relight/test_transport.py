@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks._relight_scenes import under_lights
+from benchmarks.relight.cases.scenes import under_lights
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.render import render_scene
 from spectral_core.render.relight.band_storage import BandStorage

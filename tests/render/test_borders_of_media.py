@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks._meshes import at
-from benchmarks._plan_scenes import Stage
+from benchmarks.render.cases.meshes import at
+from benchmarks.render.cases.plan_scenes import Stage
 from spectral_core.render.plan.borders import OFFSET, with_borders_apart
 from spectral_core.scene import ScatteringMedium, Scene, gray
 from spectral_core.scene.geometry import Mesh, placed_boxes

@@ -9,10 +9,10 @@ pytest.importorskip("mitsuba")
 
 
 def test_a_designed_chart_renders_as_designed():
-    from benchmarks.render_chart import _errors, designed_chart
+    from benchmarks.render.render_chart import chart_errors, designed_chart
 
     solution = designed_chart(seed=11)
     assert solution.status.usable
     for light in range(3):
-        errors, _ = _errors(solution, light, 512)
+        errors, _ = chart_errors(solution, light, 512)
         assert errors.mean() < 0.3 and errors.max() < 1.0

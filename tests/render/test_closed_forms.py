@@ -10,7 +10,7 @@ pytest.importorskip("mitsuba")
 
 @pytest.mark.parametrize("name", ["prism", "lamps", "thin-film", "fluorescence"])
 def test_a_closed_form_holds_within_noise(name):
-    from benchmarks._closed_cases import CASES
+    from benchmarks.render.checks.closed_cases import CASES
 
     found = list(CASES[name][0](64, "rgb"))
     assert len(found) >= 12
@@ -20,7 +20,7 @@ def test_a_closed_form_holds_within_noise(name):
 def test_a_slab_follows_fresnel_with_all_internal_reflections():
     from itertools import islice
 
-    from benchmarks._closed_forms import slab
+    from benchmarks.render.checks.closed_forms import slab
 
     found = list(islice(slab(256, "rgb"), 8, 16))  # index 1.5
     assert [each for each in found if not each.agrees] == []
@@ -31,7 +31,7 @@ def test_a_slab_follows_fresnel_with_all_internal_reflections():
 @pytest.mark.parametrize("name", ["Glossy, Beckmann", "Glossy, GGX, multiple scattering", "Principled, coat"])
 def test_no_surface_reflects_more_light_than_it_receives(name):
     """The largest directional albedo over roughness and angle, including 89 degrees and the inner side."""
-    from benchmarks._furnace_scenes import SURFACES, tile_albedos
+    from benchmarks.render.checks.furnace_scenes import SURFACES, tile_albedos
 
     albedo, noise, lost = tile_albedos(SURFACES[name], 128, "rgb")
     assert (albedo - 4.5 * noise).max() < 1.002 and lost == 0

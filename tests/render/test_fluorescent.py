@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from benchmarks._meshes import at, square
+from benchmarks.render.cases.meshes import at, square
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.paint.fluorescence import FluorescentSurface, led
 from spectral_core.render.job import RenderJob

@@ -174,7 +174,7 @@ def test_a_uniform_world_beside_a_sun_is_not_sampled_as_a_light():
     """The picture equals one with world sampling and has a tenth of the noise, because every ray can hit the world."""
     from dataclasses import replace
 
-    from benchmarks._meshes import at, box, square
+    from benchmarks.render.cases.meshes import at, box, square
     from spectral_core.render.job import RenderJob
     from spectral_core.render.plan.effects import plan_effects
     from spectral_core.scene import (

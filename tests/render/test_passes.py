@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from benchmarks._meshes import at, box, sphere, square
+from benchmarks.render.cases.meshes import at, box, sphere, square
 from spectral_core.errors import UnknownNameError
 from spectral_core.render.passes.cryptomatte import id_of, murmur_hash
 from spectral_core.render.still import render_scene

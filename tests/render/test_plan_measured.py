@@ -237,7 +237,7 @@ def test_a_medium_that_absorbs_alone_calls_for_no_bounces():
 
 
 def test_a_volume_among_media_that_are_too_thin_keeps_its_shading():
-    from benchmarks._plan_scenes import SINGLE, staged
+    from benchmarks.render.cases.plan_scenes import SINGLE, staged
 
     still = staged(SINGLE["cloud"], (8, 6), 1.0)[0]
     still = replace(still, film=replace(still.film, samples=4))
@@ -253,7 +253,7 @@ def test_a_volume_among_media_that_are_too_thin_keeps_its_shading():
 
 def test_a_volume_in_fog_is_a_medium_too():
     """Even light, so that the volume shines and absorbs alone: its light through fog that absorbs."""
-    from benchmarks._plan_scenes import SINGLE, staged
+    from benchmarks.render.cases.plan_scenes import SINGLE, staged
 
     still = staged(SINGLE["cloud"], (24, 18), 1.0)[0]
     cloud = replace(still.volumes[0], lighting="even")

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import _furnace_scenes
-from benchmarks._film_forms import reflected
+from benchmarks.render.checks import furnace_scenes
+from benchmarks.render.checks.film_forms import reflected
 from spectral_core.errors import InvalidInputError
 from spectral_core.render import plan_from_data, render_scene
 from spectral_core.render.plan.simulated import simulated_scene
@@ -111,7 +111,7 @@ def test_an_image_sets_the_thickness(surface, transport):
 
 @pytest.mark.parametrize("name", ["Glass, thin film", "Metal, thin film", "Principled, thin film"])
 def test_a_film_adds_no_energy(name):
-    from benchmarks._furnace_scenes import SURFACES, tile_albedos
+    from benchmarks.render.checks.furnace_scenes import SURFACES, tile_albedos
 
     albedo, noise, lost = tile_albedos(SURFACES[name], 64, "spectral")
     assert (albedo.mean(axis=-1) - 4.5 * noise.mean(axis=-1)).max() < 1.004 and lost == 0
@@ -140,8 +140,8 @@ def test_impossible_thicknesses_are_refused():
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 def test_rough_glass_keeps_its_energy_under_a_film(monkeypatch, transport):
     """From behind, facets past the angle of total reflection decide: two means of their cosines missed 3 %."""
-    monkeypatch.setattr(_furnace_scenes, "ROUGHNESS", (0.8, 1.0))
+    monkeypatch.setattr(furnace_scenes, "ROUGHNESS", (0.8, 1.0))
     glass = Glass(gray(1.0), 1.0, 1.5, thin_film_thickness=700.0, thin_film_ior=2.0)
-    found, _, lost = _furnace_scenes.tile_albedos(lambda rough: replace(glass, roughness=rough), 1024, transport)
+    found, _, lost = furnace_scenes.tile_albedos(lambda rough: replace(glass, roughness=rough), 1024, transport)
     assert lost == 0
     assert np.abs(found.mean(axis=-1) - 1).max() < 0.009

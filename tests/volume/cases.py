@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks._volume_oracle import march_oracle
+from benchmarks.volume.checks.oracle import march_oracle
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.renderer import VolumeRenderer

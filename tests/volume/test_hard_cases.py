@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.volume_hard import cases, judge, refused
+from benchmarks.volume.volume_hard import cases, judge, refused
 
 pytest.importorskip("drjit")
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks._volume_oracle import gaussian_transmittance, march_oracle, ramp_transmittance, slab
+from benchmarks.volume.checks.oracle import gaussian_transmittance, march_oracle, ramp_transmittance, slab
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import REFERENCE, USUAL

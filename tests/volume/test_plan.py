@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks._volume_exact import exact_amounts
+from benchmarks.volume.checks.exact import exact_amounts
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping

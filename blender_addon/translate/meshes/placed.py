@@ -60,7 +60,10 @@ def place_mesh(found: Collected, obj: Any, instance: Any, materials_of: Material
     mesh, materials, reads = shared.mesh, shared.materials, shared.reads
     if shared.varies:
         mesh = displaced(found, obj, instance, mesh, materials)
-        materials = [in_mesh(found, obj, instance, mesh, item, (rows,)) for item in materials]
+        # slots with one material share its medium: several would be equal grids, and take turns in the kept parts
+        different = {id(item): item for item in materials}
+        made = {key: in_mesh(found, obj, instance, mesh, item, (rows,)) for key, item in different.items()}
+        materials = [made[id(item)] for item in materials]
     name = found.unique("instance", obj.name_full)
     fields = shared.fields | {
         "name": name,

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Closed forms, reference renders and comparisons for the benchmarks of rendering."""

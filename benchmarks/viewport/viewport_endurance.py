@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Rendered view through random edits, undos, files, mode switches and kills: outdated pictures, and recovery.
+
+A plane, a ball and a lamp at 96×64 in Blender without a window; the session is the one of a 3D view, with its own
+render process. After each change the view has to settle (``--changes N``, 1000; ``--kills N``, 30 spread over them).
+Changes are deletes, renames, new objects, materials and nodes, numbers, meshes, drivers and keys, rigs, shape keys,
+layers, linked data, images, an undo or redo of any of them, another file or the same one loaded, data appended, the
+mode switched, the camera turned, a wanted color dragged; some come while another one is still being translated. Every
+few changes the picture is compared with that of another process which loads the whole scene afresh, sample for sample.
+``--kill-each N`` instead kills the process N times during each type of change that is limited in time (``--only A,B``:
+these), at a random moment. ``--minutes N`` ends a run earlier, ``--seed N`` repeats one. Hours on two cores: new nodes
+compile kernels.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks import Options
+from benchmarks.viewport.edits.session import HEIGHT, SAMPLES, TIMED, WIDTH, context, followed, kinds_of, start
+
+OPTIONS = ("--changes", "--kills", "--kill-each", "--only", "--minutes", "--seed")
+PATIENCE_S = 300.0
+COMPARED_EVERY = 5
+"""Changes between two comparisons with a fresh process."""
+TOLD_EVERY = 25
+"""Changes between two lines on the progress."""
+LATEST_KILL_S = 0.6
+"""A process is killed so long after the change at most: while it loads, records or traces."""
+HURRIED = 0.3
+"""Share of changes that come while the view still translates another one."""
+LARGEST_ERROR = 2e-3
+"""Mean difference, as a share of the mean, between a view and a fresh one: their random numbers are the same."""
+CERTAIN_SAMPLES = (64, 4096)
+"""Samples of pictures whose means are compared; 64 miss the mean of a small object in the dark by up to 5 %."""
+LARGEST_MEAN_ERROR = 1e-2
+"""The same of a picture's mean in spectral transport: wavelengths are drawn by the spectra with which a scene was
+loaded, so that after an edit in place the noise differs from that of a fresh view.
+"""
+
+
+def run(options: Options) -> dict[str, Any]:
+    """Change, settle, compare, count."""
+    import blender_addon
+
+    blender_addon.register_once()
+    from blender_addon import jobs
+
+    changes = _number(options, "--changes", 12 if options.quick else 1000)
+    kills = _number(options, "--kills", 2 if options.quick else 30)
+    seed, each = _number(options, "--seed", int.from_bytes(os.urandom(3), "little")), _number(options, "--kill-each", 0)
+    end = time.monotonic() + 60 * _number(options, "--minutes", 10_000)
+    print(f"seed {seed}, {changes} changes, {kills} kills" if not each else f"seed {seed}, {each} kills of each kind")
+    with tempfile.TemporaryDirectory() as folder:
+        trial = Trial(np.random.default_rng(seed), Path(folder))
+        try:
+            killed = set(np.linspace(1, changes - 1, kills).astype(int).tolist())
+            planned: list[tuple[str, bool]] = [("", number in killed) for number in range(changes)]
+            if each:
+                planned = [(name, True) for _ in range(each) for name in _only(options)]
+            for number, (name, kill) in enumerate(planned):
+                if time.monotonic() < end:
+                    trial.change(number, name, kill=kill)
+                    if number % TOLD_EVERY == TOLD_EVERY - 1:
+                        print(f"{number + 1} changes, {trial.compared} pictures compared", flush=True)
+        finally:
+            trial.close()
+            jobs.live().close()
+    figures = trial.figures()
+    for name, value in figures.items():
+        print(f"{name}: {value}")
+    return figures
+
+
+class Trial:
+    """One run: the view, a process that loads each scene anew, and the counts."""
+
+    def __init__(self, rng: np.random.Generator, folder: Path) -> None:
+        from spectral_core.render.live.link import LiveLink
+
+        self.rng, self.folder, self.fresh = rng, folder, LiveLink()
+        self.counts: Counter[str] = Counter()
+        self.wrong: list[str] = []
+        self.memory: list[int] = []
+        self.compared, self.dark, self.errors = 0, 0, [0.0]
+        self.session: Any = None
+        start(folder)
+        self.kinds = kinds_of(self)
+        self.new_view()
+
+    def new_view(self) -> None:
+        """The calls that Blender makes when a 3D view is switched to Rendered mode."""
+        from blender_addon.editing.viewport.session import ViewSession
+
+        if self.session is not None:
+            self.session.leave()
+        self.session, self.context = ViewSession(lambda: None), context()
+
+    def change(self, number: int, name: str = "", *, kill: bool) -> None:
+        """One change of a kind (a random one by default); the view settles, and is compared where it is its turn."""
+        import bpy
+
+        from blender_addon import jobs
+
+        name = name or str(self.rng.choice(list(self.kinds)))
+        if not kill and self.rng.random() < HURRIED:
+            self._hurry()
+        self._make(name)
+        process = jobs.live().process_id
+        self.session.look(self.context, bpy.context.view_layer.depsgraph)
+        if kill and process is not None:
+            time.sleep(float(self.rng.uniform(0.0, LATEST_KILL_S)))
+            os.kill(process, signal.SIGKILL)
+            self.counts["killed"] += 1
+        shown = self._settled()
+        if shown is None:
+            self._found(f"{number} {name}: no picture within {PATIENCE_S:g} s")
+            return
+        self.memory.append(shown.frame.memory)
+        if number % COMPARED_EVERY == 0 or kill:
+            self._compare(f"{number} {name}", shown)
+
+    def _make(self, name: str) -> None:
+        self.counts[name] += 1
+        try:
+            followed(lambda: self.session, self.context, lambda: self.kinds[name](self.rng))
+        except RuntimeError as error:  # an operator that cannot be called without a window
+            self.counts[f"{name} (refused: {str(error).strip().splitlines()[-1]})"] += 1
+
+    def _hurry(self) -> None:
+        """A change of which a few parts are translated, each in a redraw of its own, before the next change comes."""
+        import bpy
+
+        from blender_addon.editing.viewport import session as sessions
+
+        usual, sessions.UPDATE_S = sessions.UPDATE_S, -1.0
+        try:
+            self._make(str(self.rng.choice(list(self.kinds))))
+            for _ in range(int(self.rng.integers(8))):
+                self.session.look(self.context, bpy.context.view_layer.depsgraph)
+            self.counts["interrupted"] += self.session._is_unfinished
+        finally:
+            sessions.UPDATE_S = usual
+
+    def _settled(self) -> Any:
+        """The finished picture of the view's present request; None if it does not come."""
+        import bpy
+
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            picture = self.session.look(self.context, bpy.context.view_layer.depsgraph)[0]
+            if picture.is_current and picture.shown is not None and picture.shown.frame.is_done:
+                return picture.shown
+            time.sleep(0.01)
+        return None
+
+    def _compare(self, what: str, shown: Any) -> None:
+        """Compare with a process without earlier data that loads a full translation; in spectral transport with more
+        samples if noise may be the difference.
+        """
+        import bpy
+
+        from blender_addon.editing.palette.picture import shown_in
+        from blender_addon.translate.scene import translate_scene
+        from spectral_core.scene import Camera
+
+        depsgraph, side = bpy.context.evaluated_depsgraph_get(), self.session._sides[0]
+        known = self.session.link._scenes[self.session._stage_of(side)]
+        camera = Camera(world_from_camera=np.eye(4))
+        true = translate_scene(depsgraph, film=known.film, seen_from=camera, designed=shown_in(depsgraph.scene))
+        stage = f"fresh {what}"
+        self.fresh.show(stage, true)
+        try:
+            found = self._pictured(self.fresh, stage, SAMPLES)
+            if found is None:
+                self._found(f"{what}: the fresh process shows nothing: {self.fresh.trouble(stage)}")
+                return
+            self.compared += 1
+            self.dark += not found.pixels[..., :3].any()
+            error, limit = _difference(found, shown), LARGEST_ERROR
+            if shown.frame.is_spectral and error > limit:
+                # both see the same scene, so that more samples tell noise from another scene
+                error, limit = self._certain_error(self.session._stage_of(side), stage), LARGEST_MEAN_ERROR
+        finally:
+            self.fresh.drop(stage)
+        self.errors.append(error)
+        if error > limit:
+            self._found(f"{what}: differs from a fresh view by {error:.1e} of its mean")
+
+    def _found(self, what: str) -> None:
+        """Note a fault; it is printed at once, as a run takes long."""
+        self.wrong.append(what)
+        print("wrong:", what, flush=True)
+
+    def _certain_error(self, own_stage: str, fresh_stage: str) -> float:
+        """Largest difference of a channel's mean, as a share of the mean, with more samples until it is small."""
+        error = float(np.inf)
+        for samples in CERTAIN_SAMPLES:
+            own = self._pictured(self.session.link, own_stage, samples)
+            sure = self._pictured(self.fresh, fresh_stage, samples)
+            if own is None or sure is None:
+                return float(np.inf)
+            size = max(float(np.abs(sure.pixels[..., :3]).mean()), 1e-3)
+            error = float(np.abs((sure.pixels - own.pixels).mean(axis=(0, 1))).max()) / size
+            if error <= LARGEST_MEAN_ERROR:
+                break
+        return error
+
+    def _pictured(self, link: Any, stage: str, samples: int) -> Any:
+        """The finished picture of a stage from the view's eye; None if it does not come."""
+        from spectral_core.render.live.view import ViewRequest
+
+        name = f"{stage} at {samples}"
+        request = ViewRequest(stage, self.session._sides[0].viewpoint, WIDTH, HEIGHT, samples, 0)
+        generation = link.look(name, request, lambda: None)
+        end = time.monotonic() + PATIENCE_S
+        try:
+            while time.monotonic() < end:
+                link.wait(name, generation, 1.0)
+                latest = link.latest(name)
+                if latest is not None and latest.frame.is_done:
+                    return latest
+                time.sleep(0.01)
+            return None
+        finally:
+            link.close_view(name)
+
+    def figures(self) -> dict[str, Any]:
+        """The results."""
+        link, memory = self.session.link, np.array(self.memory or [0]) / 1e6
+        return {
+            "changes": sum(self.counts[name] for name in self.kinds),
+            "kinds_tried": sum(self.counts[name] > 0 for name in self.kinds),
+            "kinds": dict(sorted(self.counts.items())),
+            "kills": self.counts["killed"],
+            "interrupted": self.counts["interrupted"],
+            "restarts": link.restarts,
+            "compared": self.compared,
+            "compared_in_the_dark": self.dark,
+            "worst_error": max(self.errors),
+            "first_memory_mb": float(memory[0]),
+            "most_memory_mb": float(memory.max()),
+            "wrong": self.wrong,
+            "holds": {
+                "no picture is stale and none is missing": not self.wrong,
+                "every kill is recovered from": link.restarts >= self.counts["killed"],
+                "memory is bounded": float(memory.max()) <= 3 * float(memory[0]) + 1000,
+            },
+        }
+
+    def close(self) -> None:
+        """End the processes."""
+        self.session.leave()
+        self.fresh.close()
+
+
+def _difference(found: Any, shown: Any) -> float:
+    """Mean difference of two pictures, as a share of the mean."""
+    size = max(float(np.abs(found.pixels[..., :3]).mean()), 1e-3)
+    return float(np.abs(found.pixels - shown.pixels).mean()) / size
+
+
+def _only(options: Options) -> tuple[str, ...]:
+    """The types of change that are killed."""
+    if "--only" not in options.extra:
+        return TIMED
+    return tuple(options.extra[options.extra.index("--only") + 1].split(","))
+
+
+def _number(options: Options, name: str, usual: int) -> int:
+    return int(options.extra[options.extra.index(name) + 1]) if name in options.extra else usual

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# ruff: noqa: E402
+"""Runs inside a Blender with a window, for ``viewport-latency``: from a dragged color to the redraw that shows it."""
+
+import os
+import sys
+import time
+
+sys.path[:0] = [path for path in os.environ.get("SPECTRAL_PATHS", "").split(os.pathsep) if path]
+
+import bpy
+import numpy as np
+
+import blender_addon
+from benchmarks.palette import palette_live
+from benchmarks.viewport.window import inside
+from blender_addon.editing.dial.picture import PICTURE
+from blender_addon.editing.palette import live
+
+blender_addon.register()
+bpy.context.preferences.view.show_splash = False
+SETTINGS = inside.settings()
+PATIENCE_S = 120.0
+rng = np.random.default_rng(7)
+told: dict = {"drags": []}
+
+
+def drags():
+    """A wanted color is dragged over a recording of 31 bands; work of the extension, and of Blender.
+
+    An image editor shows the re-lit picture. The same editor is also redrawn without any change.
+    """
+    for block in (*bpy.data.objects, *bpy.data.materials, *bpy.data.lights, *bpy.data.meshes):
+        bpy.data.batch_remove([block])
+    width, height = (240, 135) if SETTINGS["quick"] else (960, 540)
+    with inside.in_view():
+        scene = palette_live.room(width, height)
+        bpy.ops.spectral.dial_record("EXEC_DEFAULT")
+    cell = palette_live.paper(scene)
+    yield 2.0
+    editor = inside.area()
+    editor.type = "IMAGE_EDITOR"
+    editor.spaces.active.image = bpy.data.images[PICTURE]
+    ends: list = []
+    follow = live.LIVE._follow
+
+    def followed(changed_scene):
+        clock, work = time.perf_counter(), time.thread_time()
+        follow(changed_scene)
+        ends.append((time.perf_counter(), 1e3 * (time.perf_counter() - clock), 1e3 * (time.thread_time() - work)))
+
+    live.LIVE._follow = followed
+    shown: list = []
+    draws = bpy.types.SpaceImageEditor
+    handler = draws.draw_handler_add(lambda: shown.append(time.perf_counter()), (), "WINDOW", "POST_PIXEL")
+
+    def drawn_after(moment):
+        yield from inside.until(lambda: bool(shown) and shown[-1] > moment, PATIENCE_S, "a redraw")
+        return next(t for t in shown if t > moment)
+
+    for number in range(2 + SETTINGS["count"]):
+        start = time.perf_counter()
+        editor.tag_redraw()
+        idle = (yield from drawn_after(start)) - start
+        yield 0.1
+        ends.clear()
+        start = time.perf_counter()
+        cell.target = rng.uniform(0.2, 0.8, 3)
+        yield from inside.until(lambda: bool(ends), PATIENCE_S, "a dragged color")
+        solved, clock, work = ends[0]
+        end = yield from drawn_after(solved)
+        if number >= 2:  # the first loads the solver
+            told["drags"].append({"ms": 1e3 * (solved - start), "clock_ms": clock, "work_ms": work,
+                                  "shown_ms": 1e3 * (end - start), "idle_ms": 1e3 * idle,
+                                  "relit": scene.spectral.palette.picture.startswith("Re-lit")})  # fmt: skip
+        yield 0.7
+    draws.draw_handler_remove(handler, "WINDOW")
+
+
+def drive():
+    yield 1.0
+    yield from inside.only_the_view()
+    yield from drags()
+
+
+inside.drive(drive(), told)
