@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import warnings
+from collections.abc import Iterator
 from typing import Any
 
 import bpy
@@ -100,6 +102,22 @@ def set_image_format(settings: Any, file_format: str, **options: Any) -> None:
     settings.file_format = file_format
     for name, value in options.items():
         setattr(settings, name, value)
+
+
+OF_IMAGE_FORMATS = ("media_type", "file_format", "color_mode", "color_depth", "compression", "color_management")
+"""Settings of saved renders in an order in which they can be set: each limits the choices of the next."""
+
+
+@contextlib.contextmanager
+def image_format(settings: Any, file_format: str, **options: Any) -> Iterator[None]:
+    """Choose how a render is saved, and restore the earlier choice at the end, be it a movie or a multilayer file."""
+    kept = {name: getattr(settings, name) for name in OF_IMAGE_FORMATS if hasattr(settings, name)}
+    try:
+        set_image_format(settings, file_format, **options)
+        yield
+    finally:
+        for name, value in kept.items():
+            setattr(settings, name, value)
 
 
 def is_before_5_2() -> bool:

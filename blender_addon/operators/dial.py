@@ -115,17 +115,8 @@ def _write_picture(scene: Scene, path: Path) -> None:
             image.file_format = "OPEN_EXR"
             image.save(filepath=str(unfinished), save_copy=True)
         return
-    settings = scene.render.image_settings
-    kept = {
-        name: getattr(settings, name) for name in ("media_type", "file_format", "color_mode") if hasattr(settings, name)
-    }
-    try:
-        compat.set_image_format(settings, "PNG", color_mode="RGB")
-        with whole_file(path) as unfinished:
-            image.save_render(str(unfinished), scene=scene)
-    finally:
-        for name, value in kept.items():
-            setattr(settings, name, value)
+    with compat.image_format(scene.render.image_settings, "PNG", color_mode="RGB"), whole_file(path) as unfinished:
+        image.save_render(str(unfinished), scene=scene)
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
 from bpy.types import Scene
 
-from ..compat import working_space
+from ..compat import image_format, working_space
 
 if TYPE_CHECKING:
     from spectral_core.render.relight.view_transform import ViewTransform
@@ -48,28 +48,49 @@ def view_transform_of(scene: Scene) -> ViewTransform | None:
 def view_name(scene: Scene) -> str:
     """All settings of the view as text, ``PLAIN_VIEW`` for the plain sRGB curve."""
     view = scene.view_settings
-    curves = view.curve_mapping.curves if view.use_curve_mapping else ()
-    points = [[tuple(point.location) for point in curve.points] for curve in curves]
+    mapping = view.curve_mapping if view.use_curve_mapping else None
+    points = [[tuple(point.location) for point in curve.points] for curve in mapping.curves] if mapping else []
     said = (scene.display_settings.display_device, view.view_transform, view.look, view.exposure, view.gamma, points)
-    return PLAIN_VIEW if said == ("sRGB", "Standard", "None", 0.0, 1.0, []) else repr(said)
+    # settings that few scenes use follow only where they are used: fingerprints of earlier sweeps stay
+    further = {name: value for name, value in _settings(view).items() if name not in USUAL}
+    if not further.pop("use_white_balance", False):
+        further = {name: value for name, value in further.items() if not name.startswith("white_balance_")}
+    if mapping:
+        handles = [[point.handle_type for point in curve.points] for curve in mapping.curves]
+        further |= {"curves": _settings(mapping), "handles": handles}
+    if said == ("sRGB", "Standard", "None", 0.0, 1.0, []) and not further:
+        return PLAIN_VIEW
+    return repr((*said, further) if further else said)
+
+
+USUAL = ("view_transform", "look", "exposure", "gamma", "use_curve_mapping")
+"""Settings of a view that its name always has."""
+
+
+def _settings(block: Any) -> dict[str, Any]:
+    """The settings of a block, as Blender lists them: those of a new version are not overlooked."""
+    names = [prop.identifier for prop in block.bl_rna.properties if not prop.is_readonly]
+    values = {name: getattr(block, name) for name in names}
+    return {
+        name: value if isinstance(value, str | bool | float | int) else tuple(value) for name, value in values.items()
+    }
 
 
 def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
-    """Linear pixels (height, width, 3) as in a 16-bit PNG of a render, 0 to 1."""
+    """Linear pixels (height, width, 3) as in a 16-bit PNG of a render in the scene's view, 0 to 1."""
     height, width = linear.shape[:2]
-    settings = scene.render.image_settings
-    kept = (settings.file_format, settings.color_mode, settings.color_depth, settings.compression)
     image = bpy.data.images.new(NAME, width, height, float_buffer=True)
     read = None
+    # without compression it takes a third of the time; a view of the output files' own is not what the artist sees
+    how = {"color_mode": "RGB", "color_depth": "16", "compression": 0, "color_management": "FOLLOW_SCENE"}
     try:
-        settings.file_format, settings.color_mode, settings.color_depth = "PNG", "RGB", "16"
-        settings.compression = 0  # a third of the time
         pixels = np.concatenate([linear, np.ones((height, width, 1))], axis=-1).astype(np.float32)
         image.colorspace_settings.name = "Linear Rec.709"
         image.pixels.foreach_set(pixels.ravel())
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "view.png"
-            image.save_render(str(path), scene=scene)
+            with image_format(scene.render.image_settings, "PNG", **how):
+                image.save_render(str(path), scene=scene)
             read = bpy.data.images.load(str(path))
             read.colorspace_settings.name = "Non-Color"
             found = np.empty(4 * width * height, np.float32)
@@ -78,7 +99,4 @@ def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
         bpy.data.images.remove(image)
         if read is not None:
             bpy.data.images.remove(read)
-        # the compression belongs to the format
-        settings.compression = kept[3]
-        settings.file_format, settings.color_mode, settings.color_depth = kept[:3]
     return found.reshape(height, width, 4)[..., :3].astype(np.float64)

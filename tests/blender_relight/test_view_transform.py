@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The table of the scene's view: settings of output files have no effect on it and stay as they are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from blender_addon.compat import OF_IMAGE_FORMATS, set_image_format  # noqa: E402
+from blender_addon.translate.view_transform import shown_pixels, view_name, view_transform_of  # noqa: E402
+
+GRAY = np.full((2, 2, 3), 0.18)
+
+
+def kept(settings):
+    return {name: getattr(settings, name) for name in OF_IMAGE_FORMATS if hasattr(settings, name)}
+
+
+def output_as(scene, file_format):
+    """Choose the format of output files; returns their settings."""
+    settings = scene.render.image_settings
+    if file_format == "FFMPEG" and hasattr(settings, "media_type"):
+        settings.media_type = "VIDEO"
+    elif file_format == "FFMPEG":
+        settings.file_format = file_format
+    else:
+        set_image_format(settings, file_format, color_depth="32")
+    return settings
+
+
+@pytest.mark.parametrize("file_format", ["FFMPEG", "OPEN_EXR_MULTILAYER", "OPEN_EXR"])
+def test_output_files_of_any_kind_neither_change_the_view_nor_are_changed(blender, file_format):
+    scene = bpy.context.scene
+    scene.view_settings.view_transform = "AgX"
+    expected = shown_pixels(scene, GRAY)
+    settings = output_as(scene, file_format)
+    settings.color_management = "OVERRIDE"
+    settings.view_settings.view_transform = "Raw"
+    before = kept(settings)
+    np.testing.assert_array_equal(shown_pixels(scene, GRAY), expected)
+    assert kept(settings) == before
+
+
+def test_a_scene_whose_output_is_a_movie_can_be_recorded_and_its_dial_saved(stage, tmp_path):
+    scene = bpy.context.scene
+    scene.view_settings.view_transform = "AgX"
+    settings = output_as(scene, "FFMPEG")
+    scene.render.resolution_y = 16  # Blender renders no movie of fewer rows
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    assert bpy.ops.spectral.dial_save(filepath=str(tmp_path / "mixed.png")) == {"FINISHED"}
+    assert (tmp_path / "mixed.png").stat().st_size and settings.file_format == "FFMPEG"
+
+
+def change_white_balance(view):
+    view.use_white_balance, view.white_balance_temperature = True, 3000
+
+
+def change_black_level(view):
+    view.curve_mapping.black_level = (0.1, 0.1, 0.1)
+    view.curve_mapping.update()
+
+
+def change_handle(view):
+    view.curve_mapping.curves[3].points[1].handle_type = "VECTOR"
+    view.curve_mapping.update()
+
+
+@pytest.mark.parametrize("change", [change_white_balance, change_black_level, change_handle])
+def test_a_setting_that_changes_the_shown_colors_makes_another_table(blender, change):
+    scene = bpy.context.scene
+    view = scene.view_settings
+    view.view_transform, view.use_curve_mapping = "AgX", True
+    view.curve_mapping.curves[3].points.new(0.3, 0.6)
+    view.curve_mapping.update()
+    name, table = view_name(scene), view_transform_of(scene).table
+    change(view)
+    assert view_name(scene) != name
+    assert np.abs(view_transform_of(scene).table - table).max() > 0.01
