@@ -222,8 +222,10 @@ class ViewSession:
             return 0.0
         request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
-        longest = BUSY_REDRAW_S if jobs.process.is_busy else REDRAW_S
-        wait_s = side.patience.wait_s(side.generation, side.changed, began, longest - max(self.drawings, default=0.0))
+        wait_s = 0.0
+        if side.key and self.drawings:  # the first drawing of a view, or of a second side, compiles its shaders
+            longest = (BUSY_REDRAW_S if jobs.process.is_busy else REDRAW_S) - max(self.drawings)
+            wait_s = side.patience.wait_s(side.generation, side.changed, began, longest)
         side.key, side.viewpoint, side.changed = key, viewpoint, frozenset()
         return wait_s
 
