@@ -182,7 +182,7 @@ def test_fog_of_the_world_that_varies_gets_a_note(build, translate):
 def smoke(tmp_path):
     """A Volume object with two grids of different boxes, and its material's node tree."""
     from blender_addon import compat
-    from spectral_core.volume.files.openvdb_format import find_openvdb
+    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
 
     openvdb = find_openvdb()
     if openvdb is None:

@@ -172,7 +172,7 @@ def test_reflectances_share_one_scale(blender):
     ],
 )
 def test_a_narrow_table_shows_the_lights_around_the_selected_one(active, count, fitting, shown):
-    from blender_addon.panels.palette_table import page_of
+    from blender_addon.panels.palette.table import page_of
 
     page = page_of(active, count, fitting)
     assert (page.start, page.stop) == shown

@@ -17,7 +17,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "transfer"
 
 @pytest.fixture(autouse=True)
 def _openvdb():
-    from spectral_core.volume.files.openvdb_format import find_openvdb
+    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
 
     if find_openvdb() is None:
         pytest.skip("no OpenVDB module here")
@@ -228,7 +228,7 @@ def test_a_sequence_shows_the_file_of_each_frame(blender, tmp_path):
 
 
 def test_a_volume_shows_the_chosen_grid_of_its_file(blender, ramp, tmp_path):
-    from spectral_core.volume.files.openvdb_format import find_openvdb
+    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
 
     openvdb, data = find_openvdb(), imported(ramp[0]).data
     path = bpy.path.abspath(data.filepath)

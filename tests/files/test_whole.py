@@ -137,8 +137,8 @@ WITHIN_WHOLE = {
     "spectral_core/lattice/measure/plotting.py": 1,
     "spectral_core/render/cost/figure.py": 1,  # into the unfinished file of whole_file
     "spectral_core/spectra/pictures.py": 3,  # one of them into a temporary folder, read at once
-    "spectral_core/volume/files/nrrd_format.py": 1,
-    "spectral_core/volume/files/openvdb_format.py": 1,
+    "spectral_core/volume/files/formats/nrrd_format.py": 1,
+    "spectral_core/volume/files/formats/openvdb_format.py": 1,
     "spectral_core/volume/files/vdb/write.py": 1,
     "spectral_core/volume/files/write.py": 1,
 }

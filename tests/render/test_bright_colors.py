@@ -35,7 +35,7 @@ def test_a_color_above_1_reflects_more_than_arrives(transport, paint):
 
 
 def test_bent_diffuse_light_fades_as_in_cycles():
-    from spectral_core.render.plugins.closures.upright import softening
+    from spectral_core.render.plugins.closures.facets.upright import softening
     from spectral_core.render.variant import activate, choose_backend
 
     mi = activate(choose_backend("rgb"))

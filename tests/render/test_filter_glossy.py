@@ -32,7 +32,7 @@ pytest.importorskip("mitsuba")
 
 
 def test_alpha_follows_the_least_density_of_the_bounces_before():
-    from spectral_core.render.plugins.closures import microfacet
+    from spectral_core.render.plugins.closures.facets import microfacet
     from spectral_core.render.variant import activate, choose_backend
 
     mi = activate(choose_backend("rgb"))

@@ -16,7 +16,7 @@ def facets(roughness, stretch):
     mi = activate(choose_backend("rgb"))
     import drjit as dr
 
-    from spectral_core.render.plugins.closures.phong import Phong
+    from spectral_core.render.plugins.closures.facets.phong import Phong
 
     size = SIDE * SIDE
     place = dr.arange(mi.UInt32, size)

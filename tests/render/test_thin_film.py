@@ -40,7 +40,7 @@ def film(thickness, index, transport="spectral", wavelengths=NM):
     mi = activate(choose_backend(transport))
     import drjit as dr
 
-    from spectral_core.render.plugins.closures.film import FilmAt, response
+    from spectral_core.render.plugins.closures.facets.film import FilmAt, response
 
     class Table:
         def entry(self, place):

@@ -38,7 +38,7 @@ def unit(vectors):
 
 
 def test_reflected_views_stay_outside_and_valid_normals_are_unchanged(rng):
-    from spectral_core.render.plugins.closures.upright import with_valid_normal
+    from spectral_core.render.plugins.closures.facets.upright import with_valid_normal
     from spectral_core.render.variant import activate, choose_backend
 
     mi = activate(choose_backend("rgb"))

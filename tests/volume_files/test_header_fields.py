@@ -11,7 +11,7 @@ import pytest
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.volume.files import read_volume
-from spectral_core.volume.files.nrrd_format import MOST_LINES_SKIPPED
+from spectral_core.volume.files.formats.nrrd_format import MOST_LINES_SKIPPED
 from tests.volume_files.volume_fixtures import ORIGIN, SPACING, check, fixture_values, world
 
 META = {"NDims": "3", "DimSize": "4 3 5", "ElementType": "MET_SHORT"}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import FileFormatError
-from spectral_core.volume.files import openvdb_format
+from spectral_core.volume.files.formats import openvdb_format
 from spectral_core.volume.files.read import read_volume
 from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
 from spectral_core.volume.files.vdb.read import descriptors, read_grid, transform_of

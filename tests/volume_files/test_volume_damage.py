@@ -109,7 +109,7 @@ def test_truncated_files_of_vtk_and_itk_are_refused(tmp_path, name):
 
 @pytest.mark.parametrize("own", [True, False])
 def test_truncated_vdb_files_are_refused(tmp_path, monkeypatch, own):
-    from spectral_core.volume.files import openvdb_format
+    from spectral_core.volume.files.formats import openvdb_format
 
     if own:
         monkeypatch.setattr(openvdb_format, "find_openvdb", lambda: None)
@@ -153,7 +153,7 @@ def test_flipped_bytes_in_files_of_vtk_and_itk(tmp_path, name):
 
 
 def test_flipped_bytes_in_written_vdb_files(tmp_path, monkeypatch):
-    from spectral_core.volume.files import openvdb_format
+    from spectral_core.volume.files.formats import openvdb_format
 
     monkeypatch.setattr(openvdb_format, "find_openvdb", lambda: None)
     path = write_volume(ScalarVolume("v", VALUES), tmp_path / "a.vdb")

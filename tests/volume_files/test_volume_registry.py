@@ -85,10 +85,9 @@ def test_every_format_has_a_reader():
     import importlib
 
     for entry in known_formats():
-        assert callable(importlib.import_module(f"spectral_core.volume.files.{entry.name}_format").read)
-        assert (
-            hasattr(importlib.import_module(f"spectral_core.volume.files.{entry.name}_format"), "write") == entry.writes
-        )
+        module = importlib.import_module(f"spectral_core.volume.files.formats.{entry.name}_format")
+        assert callable(module.read)
+        assert hasattr(module, "write") == entry.writes
 
 
 def shared_volumes() -> Path:

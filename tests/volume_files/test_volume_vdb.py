@@ -24,7 +24,7 @@ from tests.volume_files.volume_fixtures import (
 
 @pytest.fixture
 def openvdb():
-    from spectral_core.volume.files.openvdb_format import find_openvdb
+    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
 
     module = find_openvdb()
     if module is None:
@@ -35,7 +35,7 @@ def openvdb():
 @pytest.fixture(params=["module", "own code"])
 def vdb_code(request, monkeypatch):
     """The OpenVDB module, and the code that replaces it if it is missing."""
-    from spectral_core.volume.files import openvdb_format
+    from spectral_core.volume.files.formats import openvdb_format
 
     if request.param == "own code":
         monkeypatch.setattr(openvdb_format, "find_openvdb", lambda: None)
@@ -122,7 +122,7 @@ def test_masked_values_and_tiles_equal_those_of_openvdb(tmp_path, openvdb, monke
 
 
 def test_blosc_without_openvdb_names_the_remedy(tmp_path, openvdb, monkeypatch):
-    from spectral_core.volume.files import openvdb_format
+    from spectral_core.volume.files.formats import openvdb_format
 
     path = write_volume(ScalarVolume("v", fixture_values("float32")), tmp_path / "a.vdb")
     monkeypatch.setattr(openvdb_format, "find_openvdb", lambda: None)

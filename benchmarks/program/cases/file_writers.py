@@ -113,7 +113,8 @@ def _pictures(side: int) -> list[Writer]:
 
 def _volumes(side: int) -> list[Writer]:
     from spectral_core.volume.field import ScalarVolume
-    from spectral_core.volume.files import openvdb_format, read_volume, write_volume
+    from spectral_core.volume.files import read_volume, write_volume
+    from spectral_core.volume.files.formats import openvdb_format
     from spectral_core.volume.files.vdb.write import write_grid
 
     rng = np.random.default_rng(8)

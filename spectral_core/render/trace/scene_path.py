@@ -13,7 +13,7 @@ from typing import Any
 
 from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
-from spectral_core.render.plugins.closures import microfacet
+from spectral_core.render.plugins.closures.facets import microfacet
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace import hit_sides, lobes, path_limits, portals, reradiation
@@ -103,7 +103,7 @@ def scene_path_class(variant: str) -> Any:
             from_within = self.tables.from_within(shape, si, path.ray.d)
             unseen = path.active & si.is_valid() & (self.tables.passes(shape, path.kind) | from_within)
             path.within -= dr.select(unseen & from_within, dr.minimum(path.within, 1), 0)
-            si.dn_du = -path.ray.d  # the viewer's direction for closures, see plugins.closures.upright
+            si.dn_du = -path.ray.d  # the viewer's direction for closures, see plugins.closures.facets.upright
             si.dn_dv = ray_marks(mi, dr, path)
             microfacet.blur(si, self.filter_glossy, path.least_density)
             si.wi = self.upright(si)

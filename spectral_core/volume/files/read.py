@@ -28,7 +28,7 @@ def read_volume(
     if raw is not None and path.is_dir():
         raise InvalidInputError(f"{path} is a folder; a raw layout describes one file")
     chosen = by_name("raw") if raw is not None else detect_format(path)
-    reader = importlib.import_module(f"spectral_core.volume.files.{chosen.name}_format")
+    reader = importlib.import_module(f"spectral_core.volume.files.formats.{chosen.name}_format")
     with reading(path, f"a volume in the format {chosen.description}"):
         if not path.is_dir():
             require_regular(path)

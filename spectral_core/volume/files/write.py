@@ -27,7 +27,7 @@ def write_volume(volume: ScalarVolume, path: str | Path) -> Path:
         )
     if not path.parent.is_dir():
         raise InvalidInputError(f"the folder {path.parent} does not exist; create it before writing {path.name}")
-    writer = importlib.import_module(f"spectral_core.volume.files.{chosen.name}_format")
+    writer = importlib.import_module(f"spectral_core.volume.files.formats.{chosen.name}_format")
     with whole_file(path, check=getattr(writer, "require_whole", None)) as unfinished:
         writer.write(volume, unfinished)
     return path

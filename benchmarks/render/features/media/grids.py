@@ -31,7 +31,7 @@ def _smoke() -> dict[str, np.ndarray]:
 
 def _file(names: tuple[str, ...]) -> str:
     """A file of some of the grids, in object space a cube from -1 to 1."""
-    from spectral_core.volume.files.openvdb_format import find_openvdb
+    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
 
     openvdb: Any = find_openvdb()
     path = Path(_FOLDER.name) / f"{'_'.join(names)}.vdb"

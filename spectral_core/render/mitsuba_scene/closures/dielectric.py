@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.plugins.closures import albedo
-from spectral_core.render.plugins.closures.film import response
+from spectral_core.render.plugins.closures.facets import albedo
+from spectral_core.render.plugins.closures.facets.film import response
 from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
 from spectral_core.scene import Computed, Glass, Metal, Principled, Scalar, nominal_ior
 from spectral_core.spectra.spectrum import Spectrum

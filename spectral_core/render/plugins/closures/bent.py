@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.facets.upright import is_drawn, softening, toward_viewer, with_valid_normal
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.closures.upright import is_drawn, softening, toward_viewer, with_valid_normal
 
 
 def register(mi: Any, dr: Any) -> None:

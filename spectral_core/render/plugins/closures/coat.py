@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from spectral_core.render.plugins.closures.facets.microfacet import Microfacets, kept_energy, least_alpha
+from spectral_core.render.plugins.closures.facets.upright import sees_facets, toward_viewer, with_valid_normal
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, least_alpha
-from spectral_core.render.plugins.closures.upright import sees_facets, toward_viewer, with_valid_normal
 
 
 class Coat:

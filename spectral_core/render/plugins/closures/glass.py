@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins.closures.albedo import HIGHEST
-from spectral_core.render.plugins.closures.film import facing_of, film_of
+from spectral_core.render.plugins.closures.facets.albedo import HIGHEST
+from spectral_core.render.plugins.closures.facets.film import facing_of, film_of
+from spectral_core.render.plugins.closures.facets.microfacet import Microfacets, kept_of, least_alpha
+from spectral_core.render.plugins.closures.facets.upright import is_sampled, keeps_side, sees_facets, with_valid_normal
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_of, least_alpha
-from spectral_core.render.plugins.closures.upright import is_sampled, keeps_side, sees_facets, with_valid_normal
 from spectral_core.render.plugins.numbers import channel_mean
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins.closures.albedo import HIGHEST
 from spectral_core.render.plugins.closures.coat import Coat
-from spectral_core.render.plugins.closures.film import facing_of, film_of, metal_reflectance
+from spectral_core.render.plugins.closures.facets.albedo import HIGHEST
+from spectral_core.render.plugins.closures.facets.film import facing_of, film_of, metal_reflectance
+from spectral_core.render.plugins.closures.facets.microfacet import Microfacets, least_alpha
+from spectral_core.render.plugins.closures.facets.upright import sees_facets, softening, with_valid_normal
 from spectral_core.render.plugins.closures.lobe import register_closure
 from spectral_core.render.plugins.closures.matt import oren_nayar
-from spectral_core.render.plugins.closures.microfacet import Microfacets, least_alpha
 from spectral_core.render.plugins.closures.rough import both_sides
-from spectral_core.render.plugins.closures.upright import sees_facets, softening, with_valid_normal
 from spectral_core.render.plugins.numbers import channel_mean
 
 MOST_FACING = 0.99

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins.closures.film import film_of, metal_reflectance
+from spectral_core.render.plugins.closures.facets.film import film_of, metal_reflectance
+from spectral_core.render.plugins.closures.facets.microfacet import Microfacets, kept_energy, least_alpha
+from spectral_core.render.plugins.closures.facets.phong import Phong
+from spectral_core.render.plugins.closures.facets.upright import keeps_side, sees_facets, with_valid_normal
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, least_alpha
-from spectral_core.render.plugins.closures.phong import Phong
-from spectral_core.render.plugins.closures.upright import keeps_side, sees_facets, with_valid_normal
 
 
 def both_sides(mi: Any, dr: Any) -> Any:

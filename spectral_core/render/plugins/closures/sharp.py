@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.facets.microfacet import least_alpha
+from spectral_core.render.plugins.closures.facets.upright import sees_facets, toward_viewer, with_valid_normal
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import least_alpha
-from spectral_core.render.plugins.closures.upright import sees_facets, toward_viewer, with_valid_normal
 
 PORTAL = 0x4000
 """Mitsuba's flag ``NonSymmetric``, which marks rays that go on elsewhere."""

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.plugins.closures.albedo import SIZE, nodes
+from spectral_core.render.plugins.closures.facets.albedo import SIZE, nodes
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 
 TABLE = Path(__file__).with_name("sheen.npy")

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from spectral_core.render.plugins.closures.facets.upright import with_valid_normal
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.upright import with_valid_normal
 
 SHORTEST = 1e-4
 """Least radius of a walk: its steps must be longer than the offset of its start."""

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from spectral_core.render.plugins.closures.facets.upright import mark_drawn
 from spectral_core.render.plugins.closures.lobe import OWN
 from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.closures.upright import mark_drawn
 from spectral_core.render.plugins.surfaces.kinds import ClosureKind, computed_inputs
 from spectral_core.render.plugins.surfaces.table import FACTOR, SurfaceTables
 from spectral_core.render.plugins.terminator import faded

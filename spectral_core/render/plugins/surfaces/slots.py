@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins.closures.albedo import LAYERS, SIZE
+from spectral_core.render.plugins.closures.facets.albedo import LAYERS, SIZE
 from spectral_core.render.plugins.paints import spectrum_rows
 from spectral_core.render.plugins.paints.interpreter import Interpreter
 from spectral_core.render.plugins.paints.loaded import TracedProgram

@@ -10,8 +10,9 @@ from __future__ import annotations
 from math import pi
 from typing import Any
 
+from spectral_core.render.plugins.closures.facets.microfacet import least_alpha
+from spectral_core.render.plugins.closures.facets.upright import is_sampled
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import least_alpha
 from spectral_core.render.plugins.closures.strands.fiber import (
     FIBER,
     LEAST,
@@ -23,7 +24,6 @@ from spectral_core.render.plugins.closures.strands.fiber import (
     trimmed_logistic,
     wrapped,
 )
-from spectral_core.render.plugins.closures.upright import is_sampled
 from spectral_core.render.plugins.numbers import lightness
 
 

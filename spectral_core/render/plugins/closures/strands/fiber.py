@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import cos, factorial, log, pi
 from typing import Any
 
-from spectral_core.render.plugins.closures.upright import toward_viewer
+from spectral_core.render.plugins.closures.facets.upright import toward_viewer
 from spectral_core.scene.hair import STRAND_SIDES
 
 FIBER = 0x1000

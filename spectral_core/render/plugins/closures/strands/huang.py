@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.facets.microfacet import least_alpha
+from spectral_core.render.plugins.closures.facets.upright import drawn_elsewhere
 from spectral_core.render.plugins.closures.lobe import OWN, Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import least_alpha
 from spectral_core.render.plugins.closures.strands.fiber import FIBER, LEAST, MOST, fiber_at
 from spectral_core.render.plugins.closures.strands.pierced import Strand
 from spectral_core.render.plugins.closures.strands.proposal import Proposal
 from spectral_core.render.plugins.closures.strands.section import Section
 from spectral_core.render.plugins.closures.strands.traced import traced
-from spectral_core.render.plugins.closures.upright import drawn_elsewhere
 
 
 def register(mi: Any, dr: Any) -> None:

@@ -3,9 +3,9 @@
 
 from bpy.types import Context, PropertyGroup, UILayout
 
-from ..drawing.icons import picture_icon
-from ..editing.palette.possible import picture_of
-from .parts import wrapped
+from ...drawing.icons import picture_icon
+from ...editing.palette.possible import picture_of
+from ..parts import wrapped
 
 
 def draw_possible(layout: UILayout, context: Context, palette: PropertyGroup) -> None:

@@ -24,12 +24,12 @@ from numpy.typing import NDArray
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import FREE_BYTES, MOST_EXPANSION, half_of_memory
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.formats.vtk_format import choose_array
 from spectral_core.volume.files.payload import affine, make_volume, pick_component
 from spectral_core.volume.files.request import ReadRequest
 from spectral_core.volume.files.vdb.read import grid_names, read_grid
 from spectral_core.volume.files.vdb.walk import sound_metadata
 from spectral_core.volume.files.vdb.write import write_grid
-from spectral_core.volume.files.vtk_format import choose_array
 
 DENSITY_GRID = "density"
 """Name of the written grid, which Blender's materials expect."""

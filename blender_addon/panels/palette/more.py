@@ -5,8 +5,8 @@ import json
 
 from bpy.types import Context, UILayout
 
-from ..drawing.icons import swatch_icon
-from .parts import wrapped
+from ...drawing.icons import swatch_icon
+from ..parts import wrapped
 
 MOST_SWATCHES = 12
 """Most swatches in one row; a larger table shows its first materials."""

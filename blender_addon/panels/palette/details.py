@@ -3,9 +3,9 @@
 
 from bpy.types import Context, PropertyGroup, UILayout, bpy_prop_collection
 
-from ..properties.palette_cell import BOXED, REFERRING
-from ..translate.palette.table import active_cell, may_refer, references
-from .parts import draw_curve, draw_source, wrapped
+from ...properties.palette_cell import BOXED, REFERRING
+from ...translate.palette.table import active_cell, may_refer, references
+from ..parts import draw_curve, draw_source, wrapped
 from .possible import draw_possible
 
 CONFLICTS_SHOWN = 2

@@ -6,13 +6,13 @@ from collections.abc import Callable
 import bpy
 from bpy.types import Context, Panel, PropertyGroup, UILayout
 
-from ..editing.palette.bindings import faults
-from ..editing.palette.picture import RELIT
-from ..editing.palette.solve import NEEDS_BUTTON
-from .palette_details import CONFLICTS_SHOWN, draw_cell, draw_conflict, draw_light, draw_material
-from .palette_more import draw_alternatives, draw_paint
-from .palette_table import draw_table
-from .parts import wrapped
+from ...editing.palette.bindings import faults
+from ...editing.palette.picture import RELIT
+from ...editing.palette.solve import NEEDS_BUTTON
+from ..parts import wrapped
+from .details import CONFLICTS_SHOWN, draw_cell, draw_conflict, draw_light, draw_material
+from .more import draw_alternatives, draw_paint
+from .table import draw_table
 
 STATUS = {
     "solved": ("CHECKMARK", "All targets met"),

@@ -21,7 +21,7 @@ import numpy as np
 from spectral_core.errors import FileFormatError
 from spectral_core.files.guarded import MOST_HEADER_BYTES, read_bytes
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.files.raw_format import read_layout
+from spectral_core.volume.files.formats.raw_format import read_layout
 from spectral_core.volume.files.request import RawLayout, ReadRequest
 
 _TYPES = {

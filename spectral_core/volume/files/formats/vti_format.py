@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
 from spectral_core.files.guarded import half_of_memory, read_bytes, require_room
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.formats.vtk_format import choose_array
 from spectral_core.volume.files.payload import BROKEN_STREAM, affine, make_volume, parse_text, pick_component
 from spectral_core.volume.files.request import ReadRequest
-from spectral_core.volume.files.vtk_format import choose_array
 
 _TYPES = {f"{kind}{bits}": f"{kind[0].lower()}{bits // 8}" for kind in ("UInt", "Int") for bits in (8, 16, 32, 64)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}

@@ -3,11 +3,11 @@
 
 from bpy.types import Context, PropertyGroup, UILayout
 
-from ..drawing.icons import curve_icon
-from ..drawing.text import text_width
-from ..properties.palette_cell import MODES
-from ..translate.palette.table import palette_of
-from .parts import ICON_PIXELS, told_apart, width_of
+from ...drawing.icons import curve_icon
+from ...drawing.text import text_width
+from ...properties.palette_cell import MODES
+from ...translate.palette.table import palette_of
+from ..parts import ICON_PIXELS, told_apart, width_of
 
 MODE_ICON = {identifier: "NONE" if icon == "COLOR" else icon for identifier, _, _, icon, _ in MODES}
 LEAST_CELL = 46.0
