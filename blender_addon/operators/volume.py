@@ -23,7 +23,7 @@ PRESETS = [
     ("wide", "Wide", "Three overlapping, mostly transparent materials over the whole range", 0),
     ("narrow", "Shells", "Two isosurface-like shells", 1),
     ("opaque", "Solid", "Two solid materials: both nearly opaque", 2),
-    ("xray", "Radiograph", "Light in proportion to the value, none taken", 3),
+    ("xray", "Radiograph", "Light in proportion to the value, none removed", 3),
     ("edges", "Edges", "Only where the value changes quickly", 4),
 ]
 

@@ -75,8 +75,8 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     )
     intensity: FloatProperty(
         name="Intensity", default=1.0, min=0.0, soft_max=10.0, update=_changed,
-        description="Factor on all lights. With all of n bulbs on and the selector at the center of their polygon, "
-        "n is the light as recorded",
+        description="Factor on all lights. With n bulbs on and the selector at the center of their polygon, "
+        "n gives the light as recorded",
     )  # fmt: skip
     bulbs: CollectionProperty(type=SpectralDialBulb)
     active: IntProperty(name="Bulb", min=0)

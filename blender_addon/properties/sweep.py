@@ -51,7 +51,7 @@ class SpectralSweep(bpy.types.PropertyGroup):
         min=1,
         max=100,
         subtype="PERCENTAGE",
-        description="Size of the pictures, of the output's",
+        description="Size of the pictures in percent of the output size",
     )
     samples: IntProperty(name="Samples", default=32, min=1, max=65536, description="Light paths per pixel")
     workers: IntProperty(name="Workers", default=1, min=1, max=64, description="Renderers that run at the same time")

@@ -40,7 +40,7 @@ VOLUME_FIELDS = by_name(
     ),
     Field(
         "lighting", EnumProperty, "lighting", name="Lighting", default="scene",
-        description="How materials that are lit get their light. Of several volumes the most thorough counts for all",
+        description="How lit materials get their light. Of several volumes, the most thorough setting counts for all",
         items=[
             ("even", "Even", "White light from everywhere: each material shows its color, easiest to read", 0),
             ("scene", "Scene", "The scene's lights, with shading by the gradient of the data", 1),

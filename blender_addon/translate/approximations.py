@@ -71,11 +71,11 @@ def _note_faces(translation: Translation, scene: Scene, meshes: dict[str, Mesh],
     """Note faces that lie on each other; ``passes``: names of the materials that light passes through."""
     for name, other in coincident(scene, meshes, passes):
         message = (
-            f"faces of it coincide with faces of {other!r}: Cycles loses light between them, and here it is kept; "
-            "move it by a thousandth of its size"
+            f"faces of it coincide with faces of {other!r}: Cycles loses light between them, here it is kept; "
+            "move the object by a thousandth of its size"
         )
         translation.note(name, message)
-    darkens = "Cycles darkens them by chance, and here they are as bright as one"
+    darkens = "Cycles darkens them by chance; here they look like a single face"
     twice = dict(doubled(scene, meshes))
     for name, other in twice.items():
         place = "each other" if other == name else f"faces of {other!r}"

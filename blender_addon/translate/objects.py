@@ -89,11 +89,11 @@ class Collected:
         return name if count == 1 else self.unique(kind, f"{name} #{count}")
 
     def settle_names(self) -> None:
-        """What the present object has taken names for is stored: it keeps them."""
+        """Keep the names that the present object has taken."""
         self._taken.clear()
 
     def free_names(self) -> None:
-        """The present object is not complete, and will be visited again."""
+        """Release the names of the present object, which will be visited again."""
         for key in self._taken:
             self._names[key] -= 1
         self._taken.clear()

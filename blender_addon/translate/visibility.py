@@ -194,7 +194,7 @@ def _members(collection: Any) -> tuple[set[Any], set[Any]]:
 
 
 def _outside(linked: dict[str, tuple[set[Any], set[Any]]], obj: Any, shown_by: Any) -> tuple[str, ...]:
-    """Lights that leave an object out; of an instance whose object no light names, what shows it counts."""
+    """Lights that leave an object out. If no light names an instance's object, its instancer counts."""
     number = obj.original.session_uid
     if shown_by is not None and not any(number in side for sides in linked.values() for side in sides):
         number = shown_by.original.session_uid

@@ -58,8 +58,8 @@ class Shares:
 def worst_case_shares(solve: Callable[[], dict[RowKey, float]], shares: Shares) -> float | None:
     """Move the shares until the largest error is within TOLERANCE of its bound; ``solve`` returns the rows' errors.
 
-    Returns the remaining difference relative to the largest error; None without robust rows. The last call of ``solve``
-    uses the last shares but one, to which the answer belongs.
+    Returns the remaining difference relative to the largest error; None without robust rows. The answer
+    is that of the last ``solve``, before the last update of the shares.
     """
     left = None
     for _ in range(ITERATIONS):

@@ -111,7 +111,7 @@ class Camera:
         if not 0 < self.near < self.far:
             raise InvalidInputError(f"camera clips at {self.near:g} and {self.far:g}; expected 0 < near < far")
         if (self.kind == "panoramic") != (self.panorama is not None):
-            raise InvalidInputError("a camera has a panorama where its kind is 'panoramic', and there alone")
+            raise InvalidInputError("a camera of kind 'panoramic' needs a panorama, and no other has one")
 
     def window(self, film: Film) -> tuple[float, ...]:
         """Width and height of the frame at distance 1, the shift of its center in frames, 1 for a perspective."""
@@ -130,7 +130,7 @@ class Film:
 
     ``crop``: (left, bottom, width, height) in pixels of the full frame, y upward, or None. ``samples`` per pixel.
     ``pixel_aspect``: height of a pixel over its width. ``transparent``: the camera does not see the environment.
-    ``transparent_glass``: nor does it through smooth glass, if the film is transparent.
+    ``transparent_glass``: the same through smooth glass, if the film is transparent.
     ``filter_width``: full width of the pixel filter, in pixels. ``exposure``: factor on the linear picture.
     """
 

@@ -121,7 +121,7 @@ def hosek(turbidity: float, albedo: float, sun: Array, directions: Array) -> Arr
 def sun_disk(
     directions: Array, elevation_rad: float, toward_sun: Array, angle_rad: float, horizon_rad: float, edges: list[Array]
 ) -> Array:
-    """Radiance (..., 3) of a disk along unit directions (..., 3), as in Cycles darker around its center, 0 beside it.
+    """Radiance (..., 3) of a disk along unit directions (..., 3), as in Cycles darker toward its rim, 0 beside it.
 
     ``edges``: radiance (3,) at its lower and its upper edge, between which it changes with elevation.
     """

@@ -17,7 +17,7 @@ def overlap_told(translate):
 
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.9, 0.0, 0.4), (0.3, -1.2, 2.0)])
 def test_faces_that_overlap_in_part_get_a_note(build, translate, turn):
-    """In any plane and with any triangles: Cycles darkens them by chance, ours are as bright as one."""
+    """In any plane and with any triangles: Cycles darkens them by chance, ours look like a single face."""
     place = Euler(turn).to_matrix().to_4x4()
     floor = build.plane(name="Floor", size=4.0)
     poster = build.plane(name="Poster", size=1.0)

@@ -14,7 +14,7 @@ REMEMBERED, FEWEST = 5, 2
 redraws are slow, a picture in time gains more than a late one loses, because it needs no second redraw.
 """
 TRIED_AGAIN = 4
-"""Of so many changes that would not be waited for, one is."""
+"""One in so many changes without a wait gets a wait."""
 
 
 @dataclass

@@ -45,7 +45,7 @@ BUSY_REDRAW_S = 0.06
 UPDATE_S = 0.06
 """Time of one update after which it begins no further mesh, material or lamp; the next redraw continues."""
 FINE_LEVEL, FINE_WAIT_S = 4, 0.035
-"""Distance of pixels of a picture that a redraw prefers to a coarser one, and its wait for it: 30 redraws a second."""
+"""Pixel distance of the picture that a redraw prefers, and its longest wait for it: 30 redraws a second."""
 DRAWINGS = 5
 """Redraws whose longest drawing a wait leaves time for: where both processors are at work, these times vary much."""
 _names = itertools.count(1)

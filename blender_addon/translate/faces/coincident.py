@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faces of objects that lie on each other, where light passes, or that are there twice: Cycles meets one of the two by
-chance.
-"""
+"""Faces that lie on others where light passes, or that are there twice: Cycles hits one of the two by chance."""
 
 from __future__ import annotations
 

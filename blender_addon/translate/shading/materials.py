@@ -61,7 +61,7 @@ def default_volume() -> TranslatedMaterial:
 
 
 CHANCE_RAYS = frozenset(f"ray:Is {kind} Ray" for kind in ("Diffuse", "Glossy", "Reflection", "Transmission"))
-"""Types of rays that light has only where a ray hits it: where a renderer samples the light, it has none of them."""
+"""Types that a ray has only if it hits the light by chance: rays to a sampled light have none of them."""
 MOST_FRAMES = 50_000
 """Python's limit on nested calls while a material is read: a chain of a thousand nodes needs more than its default."""
 

@@ -174,7 +174,7 @@ class Board:
         if self._learning is None:
             return
         travel = {c: abs(p - self._learn_start.get(c, p)) for c, (p, _) in latest.items()}
-        # The low byte of a 14-bit fader saws over its whole range: where both halves have come, only the pair counts.
+        # The low byte of a 14-bit fader jumps over its whole range: if both halves arrive, only the pair counts.
         moved = [c for c, distance in travel.items() if distance >= LEARN_TRAVEL and not self._is_half(c)]
         if not moved:
             return

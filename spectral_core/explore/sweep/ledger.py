@@ -161,7 +161,7 @@ class Ledger:
             return cursor.rowcount
 
     def attempts(self, key: str, how: str | None = None) -> int:
-        """Number of attempts of a point, or of those that ended so."""
+        """Number of attempts of a point; with ``how``, of those that ended in this way."""
         with self._lock:
             query = "SELECT COUNT(*) FROM attempts WHERE key = ?" + ("" if how is None else " AND how = ?")
             return int(self._connection.execute(query, (key,) if how is None else (key, how)).fetchone()[0])

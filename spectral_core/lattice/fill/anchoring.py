@@ -94,8 +94,8 @@ def _anchored_general(region: Region) -> Anchored:
     size = float(np.abs(bounds).max()) or 1.0
     bounds = bounds / size
     ball = _rescaled(region.norm_ball, shift, size)
-    # The linear program knows the ball by half-spaces only. Where its center lies outside the ball, the tangent plane
-    # that separates it joins them, and the next center is nearer.
+    # The linear program knows the ball by half-spaces only. If its solution lies outside the ball, the tangent plane
+    # between them is added, and the next solution is nearer.
     for _ in range(MAX_TANGENTS):
         start, radius = _chebyshev_center(rows, bounds)
         center = _analytic_center(rows, bounds, start) if radius > THINNEST else start
@@ -124,7 +124,7 @@ def _anchored_general(region: Region) -> Anchored:
     # Two ellipsoids contain the region: one from its half-spaces, one from the ball that they cut. The smaller one
     # leaves fewer partial choices to the search.
     around_cap = cap_ellipsoid(local, scaled_rows / size)
-    if np.linalg.slogdet(around_cap[0])[1] > np.linalg.slogdet(metric / size)[1]:  # the smaller ellipsoid
+    if np.linalg.slogdet(around_cap[0])[1] > np.linalg.slogdet(metric / size)[1]:
         return Anchored(region, where, scaled_rows / size, *around_cap, local)
     return Anchored(region, where, scaled_rows / size, metric / size, middle * size, local)
 
@@ -256,7 +256,7 @@ def _ball_gauge(ball: NormBall, vectors: Matrix) -> Matrix:
     if not ball.center.any():
         return ball.norms(vectors)
     # The center is at least this deep inside, so the gauge lies between |v| / 4 and |v| / reach.
-    reach = 1.0 - float(ball.norms(np.zeros((1, len(ball.center))))[0])  # the gauge is at most |v| / reach
+    reach = 1.0 - float(ball.norms(np.zeros((1, len(ball.center))))[0])
     high = np.linalg.norm(np.abs(vectors / ball.radii), ord=ball.p, axis=1) / reach + 1e-300
     low = 0.25 * high * reach
     for _ in range(60):

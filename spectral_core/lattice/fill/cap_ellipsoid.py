@@ -36,7 +36,7 @@ def cap_ellipsoid(ball: NormBall, rows: Matrix) -> tuple[Matrix, Matrix]:
         depth = min(float(depths[deepest]), 1.0 - 1e-9)  # at 1 the half-space only touches: rounding, not emptiness
         squeeze = 2.0 * (1.0 + n * depth) / ((n + 1.0) * (1.0 + depth))
         growth = n**2 * (1.0 - depth**2) / (n**2 - 1.0)
-        # A cut through less than 1/n beyond the middle leaves no smaller ellipsoid.
+        # A plane that lies 1/n or more beyond the middle cannot make the ellipsoid smaller.
         if depth <= -1.0 / n or n * np.log(growth) + np.log1p(-squeeze) > -LEAST_GAIN:
             break
         direction = across[deepest] / lengths[deepest]

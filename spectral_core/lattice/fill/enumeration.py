@@ -49,7 +49,7 @@ class Window:
         frame, self._r = np.linalg.qr(whitened @ self._change)
         # On z = frameᵀ W v the region is rows z <= gauge, within the ball of radius gauge around gauge · middle.
         every = np.linalg.solve((frame.T @ region.metric).T, region.rows.T).T
-        # The nearest planes prune nearly all that all do; the last coordinate is tested against every one.
+        # The nearest planes prune nearly as much as all of them; the last coordinate is tested against all.
         self._rows = every[np.argsort(-np.linalg.norm(every, axis=1), kind="stable")[:MAX_PRUNING_ROWS]]
         # The triangular factor lets coordinates be fixed from the last to the first, each by those after it.
         self._start = frame.T @ (region.metric @ offset)

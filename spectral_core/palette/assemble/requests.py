@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 WEIGHT_RATIO = 1e4
 """Largest ratio between the weights of two cells; double precision does not hold the squares of larger ones."""
 SMOOTHNESS_RANGE = (1e-6, 30.0)
-"""Smoothness, relative to the median weight of cells, between which the problem stays solvable in double precision."""
+"""Range of the smoothness, relative to the median weight of cells, that double precision can solve."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

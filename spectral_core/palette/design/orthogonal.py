@@ -29,7 +29,7 @@ MANY = 100
 UNITS = 1e-2, 1e-4, 1e-6
 """Units of the changes that piqp tries, of spectra near 1: an objective near rounding needs small ones."""
 WORK = 4e9
-"""Cubes of the samples of a spectrum, times changes of bounds, in one answer: a second or two."""
+"""Most changes of bounds in one answer, times the cube of the samples of a spectrum: a second or two."""
 ROUNDING = 1e-13
 """Share of a gradient's terms that counts as rounding."""
 HELD = 1e-13

@@ -29,7 +29,7 @@ SECONDS = 2.0
 
 
 def brightened_to_fit(assembler: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteState:
-    """All lights times the largest reflectance that a design without upper bound has, if above it (section 5.5)."""
+    """Brighten all lights so that a design without upper bound on reflectance fits below the bound (section 5.5)."""
     low, high = assembler.problem.reflectance_bounds
     open_ended = Assembler(replace(assembler.problem, reflectance_bounds=(low, np.inf)), assembler.requests)
     answer = Engine().solve(softened(open_ended.assembled("reflectances", state).quadratic))

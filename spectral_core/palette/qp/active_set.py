@@ -84,7 +84,7 @@ class ActiveSet(HeldBounds):
             if here is None:
                 here = self._start()
             first, part, end, below = self._first_breakpoint(past, here, goal, low)
-            # Exact rows that depend on each other at the held bounds leave an unknown no way but in and out.
+            # If exact rows depend on each other at the held bounds, one unknown may be freed and held forever.
             stalled = stalled + 1 if first == last and part == 0.0 else 0
             if stalled == STALLED:
                 return False
@@ -121,8 +121,8 @@ class ActiveSet(HeldBounds):
     ) -> tuple[int, float, float, bool]:
         """Ratio test along the line from the present point to the goal.
 
-        The first unknown that meets its bound, or the first multiplier that meets 0, ends the linear piece: its number,
-        the part of the line, its end, and True if that is below.
+        The first unknown that meets its bound, or the first multiplier that meets 0, ends the linear piece. Returns its
+        number, the part of the line, the bound or 0, and True if the goal is below.
         """
         start, aim = here[past], goal[past]
         below = aim < low[past]

@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 SHARP = 1e-8
 """KKT residual up to which refinement has nothing to gain after an edit."""
 STRAIN, ROUNDING = 1e3, 1e-5
-"""Multiplier of an exact row from which an answer may be strained, and its share that is compared with the objective:
-a slack of 1e-11, which no check can tell from 0, then buys a millionth of the objective."""
+"""An answer is strained if the multiplier of an exact row exceeds STRAIN, and ROUNDING times it the objective: a slack
+of 1e-11, which no check can tell from 0, then changes the objective by a millionth."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

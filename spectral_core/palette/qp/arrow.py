@@ -68,7 +68,7 @@ def squared(block: Block, unit: float, cap: float) -> Spectrum:
     """A block's rows as squares and border rows; weights relative to ``unit``, in H at most ``cap``."""
     relative = block.weights / unit
     exact = np.isinf(relative)
-    # An exact row also counts in H, with the median weight: its error is 0 there, and H keeps its rank without it.
+    # An exact row also counts in H, with the median weight: its error is 0 at the answer, and it keeps H regular.
     weights = np.where(exact, 1.0, np.minimum(relative, cap))
     in_border = exact | (relative > cap)
     weighted = weights[:, None] * block.rows

@@ -60,7 +60,8 @@ class Block:
     def scale(self) -> float:
         """Reference size of the gradient by x: the gradient of an error of 1 in the color of the lightest cell.
 
-        No large weight then hides an error of a cell of small weight. Where roughness is less than that, it counts.
+        No large weight then hides an error of a cell of small weight. Where the largest curvature is less, it is
+        the scale.
         """
         strength, shown, squares, curvature = self._visibility
         lightest = float((self.soft_weights * strength)[shown & (self.soft_weights > 0)].min(initial=np.inf))

@@ -72,8 +72,8 @@ class ColorNewton(ActiveSet):
         if begin is not self.x or free is not self.free:
             self.begin(begin, free)
         colors = self.x[: self.colors].copy()
-        # A changed spectrum moves to its optimum at the old colors. All spectra are then at theirs, so that the present
-        # piece is that of a point; and the walk, should it follow, moves the linear term by the colors alone.
+        # A changed spectrum moves to its optimum at the old colors. Then all spectra are at their optimum, the present
+        # piece is that of a point, and a later walk moves the linear term by the colors alone.
         for k in range(len(self._kept)) if changed is None else changed:
             self._place(k, colors)
         self._refresh()

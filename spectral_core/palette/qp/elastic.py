@@ -54,7 +54,7 @@ class Elastic:
         self._unit = 1.0
 
     def forget(self) -> None:
-        """The next problem is another one."""
+        """Forget the last problem."""
         self._asked = self._found = None
 
     def of(

@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MOST_EXCHANGES = 40
-"""Exchanges after which a block of fewer samples is factored anew: each adds some rounding. Larger ones take as many as
-they have samples."""
+"""Most exchanges before a block is factored anew, or the number of its samples if that is larger: each adds some
+rounding."""
 LEAST_PIVOT = 1e-5
 """Pivot below which an exchange would lose its digits, relative to that of the sample by itself (its curvature)."""
 

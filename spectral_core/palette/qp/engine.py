@@ -32,8 +32,7 @@ COLD_SHARP = 1e-9
 FINE_STEPS = 12
 """Active-set steps that a refinement may take."""
 ELASTIC_STEPS = 20
-"""Most breakpoints of the walk to an elastic answer, and of the one from it: a cold solve costs less than longer ones.
-"""
+"""Most breakpoints of a walk to an elastic answer, or from it to the exact one: a cold solve costs less than more."""
 NEAR_STEPS = 60
 """Most breakpoints of the walk from one elastic answer to the next, and from the guess of an interior point of small
 spectra. Where it needs more, bounds are active whose multipliers are 0, and the walk may exchange them without end.
@@ -41,7 +40,7 @@ spectra. Where it needs more, bounds are active whose multipliers are 0, and the
 DIRECT_STEPS, DIRECT_SIZE = 60, 400
 """Most steps of piqp after a walk that did not reach its end, and most unknowns for which it is then the fastest."""
 CONFLICTING = 1e-3
-"""Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
+"""Miss of a row of an elastic answer, in linear RGB, above which it surely cannot hold."""
 NEAR = 1e-7
 """Distance to a bound at which an interior answer counts as lying on it."""
 
@@ -150,7 +149,7 @@ class Engine:
             return None
         begin, free = active.x, active.free
         if changed is None:
-            # The first method moves them.
+            # ``settle`` changes them.
             begin, free = begin.copy(), free.copy()
         same_bounds = active.lower is problem.lower and active.upper is problem.upper
         if not same_bounds:

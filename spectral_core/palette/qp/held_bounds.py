@@ -19,8 +19,8 @@ Mask = NDArray[np.bool_]
 SLACK = 1e-12
 """Distance beyond a bound, and gradient off a bound, that counts as rounding; relative to the bound and to H."""
 EXACT, NOT_WORST = 1e-11, 1e-3
-"""Residual of a block below which a refinement leaves it as it is: about an error of color, in linear RGB; and relative
-to the largest of all blocks.
+"""Residuals below which a block is not refined: about a color error in linear RGB; and relative to the largest residual
+of all blocks.
 """
 
 _NONE = np.zeros(0)
@@ -68,7 +68,7 @@ class HeldBounds:
         self.x = np.clip(x, self.lower, self.upper)
         # A value between its bounds is free, whatever the claim: a held value must be at a bound.
         self.free = (free | ((self.x > self.lower) & (self.x < self.upper))) & self._movable
-        # Blocks whose bounds are held as they were then are still right.
+        # Blocks whose bounds are held as at their last elimination stay valid.
         moved = (self.free != self._held_free) | (~self.free & (self.x != self._held))
         self._touch(moved)
 
@@ -132,7 +132,6 @@ class HeldBounds:
         # A color at the border of its box is known; its column moves to the right-hand side.
         held = np.where(free, 0.0, self.x[:colors])
         full[1:] = held + self._color_solve(system, right - system @ held)
-        # Back substitution: all spectra at once, from the colors just found.
         goal = self._map @ full
         # A held color has a multiplier too: the rest of its row of the Schur system.
         goal[:colors] = np.where(free, full[1:], system @ full[1:] - right)

@@ -84,7 +84,7 @@ def checked(
     stepped -= x
     kkt = _largest(stepped)
     if np.isnan(kkt):
-        # A multiplier that is no number explains nothing; a maximum over several checks would lose it.
+        # NaN multipliers fail the check; a later maximum could hide the NaN.
         return FAILED
     equality = 0.0
     misses = problem.all_misses(x) if misses is None else misses

@@ -190,7 +190,6 @@ class Quadratic:
             by_colors = self.known_ties.T @ (self.known_weights * shown)
         if self.stack is not None:
             forces = np.asarray(forces)
-            # Aᵀ of each block times its forces, as one batched product.
             own = np.matmul(forces[:, None, :], self.stack.rows)[:, 0]
             own += x[colors.size :].reshape(own.shape) @ self.blocks[0].gram
             if colors.size:
@@ -207,8 +206,8 @@ class Quadratic:
         colors, values = self.split(x)
         total = float(self.known_weights @ (self.known_targets + self.known_ties @ colors.ravel()) ** 2)
         for block, value in zip(self.blocks, values, strict=True):
-            # Not through the Gram matrix: of a smooth bright light that leaves rounding alone, a millionth of ε instead
-            # of its square.
+            # Not through the Gram matrix: for a smooth bright light it gives only rounding, a millionth of ε instead of
+            # ε².
             rough = block.roughness @ value
             total += float(block.soft_weights @ block.misses(value, colors.ravel()) ** 2 + rough @ rough)
         return total / 2

@@ -2,7 +2,7 @@
 """The error of more samples than a probe has, block by block.
 
 Noise that is drawn from a neighborhood (``resample``) has the long tails of rare light, whose error hardly falls at
-first. Where light is common, a pixel's own noise, halved, tells better: between both, by the signs of rare light.
+first. Where light is common, a pixel's own noise, halved, predicts better; signs of rare light weigh the two.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FEWER = 4
 RARE_SHARE = 0.25
 """Share of the error in pixels that have met none of the light, from which on all noise counts as rare."""
 LAG = 0.5
-"""What is left, after as many samples again, of the lag of the latest ones behind noise that is common."""
+"""Part of the measured lag behind common noise that is expected after twice the samples."""
 
 
 def later_laws(halves: Array, blocks: NDArray[np.integer[Any]], error: float, trend: float) -> Laws:

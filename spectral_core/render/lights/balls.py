@@ -213,7 +213,7 @@ class Balls:
         shares = step * step * (3.0 - 2.0 * step)
         if self.have_balls:
             # for receivers within the ball the cone has no edge, as in Cycles, whose rays miss the half of the ball
-            # that is turned away from them; sampling lights finds that half, and its share is a half on matt surfaces
+            # that is turned away from them; sampling lights finds that half, and its share is a half on matte surfaces
             center, radius = self.place(slot, active)
             away = place - center
             within = (dr.squared_norm(away) <= radius * radius) & ~self._faces(slot, active)

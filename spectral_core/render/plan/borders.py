@@ -3,7 +3,7 @@
 
 A ray that passes a border continues a short way behind it, so that it does not meet the same face again. It would not
 meet another face in the same plane either: the ray would stay in a medium that it has left, or pass the floor. Such
-borders are therefore drawn in by a few of these ways, and several in one plane by different ones.
+borders are therefore moved inward by a few such lengths, several in one plane by different ones.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from spectral_core.scene.geometry import Mesh, box_of, placed_boxes
 Array = NDArray[np.float64]
 
 OFFSET = 1500 * 2.0**-24
-"""Way by which Mitsuba moves the start of a ray from its surface, over 1 plus the largest coordinate."""
+"""Length by which Mitsuba moves the start of a ray from its surface, over 1 plus the largest coordinate."""
 APART = 3.0
-"""Distance between faces that shared a plane, in such ways."""
+"""Distance between faces that shared a plane, in such lengths."""
 MOST_FACES = 256
 """Triangles of a mesh whose own planes are compared; of one with more, those of the box around it."""
 _PARALLEL = 1e-5

@@ -149,7 +149,7 @@ class EffectPlan:
 
 def table(plan: EffectPlan) -> str:
     """The plan as text: effect, value, error of omitting it, origin of the error, share of the time, reason."""
-    lines = [f"{'effect':22} {'value':10} {'ΔE without':>10} {'is':9} {'time':>5}  reason"]
+    lines = [f"{'effect':22} {'value':10} {'ΔE without':>10} {'origin':9} {'time':>5}  reason"]
     for each in plan.decisions:
         error = "?" if each.error is None else ">99" if each.error > 99 else f"{each.error:.2g}"
         mark = "*" if each.source == "artist" else ""

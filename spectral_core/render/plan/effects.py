@@ -97,8 +97,8 @@ def everything_on(scene: Scene) -> EffectPlan:
     """The plan with all effects: spectra, dispersion, media and transparency, many bounces.
 
     Reference for other plans: time saved, error made. Where no light and no material has a spectrum, three channels
-    define the picture: spectra are on if they show the same one, as of gray surfaces, and off where products of colors
-    are others than those of the spectra that stand for them. ``accepted`` of the transport is then that of spectra.
+    define the picture: spectra are on if they show the same picture, as for gray surfaces, and off where products of
+    colors differ from products of their spectra. If they are on, ``accepted`` of the transport is their error.
     """
     plan = plan_from_data(scene, 0.0)
     rounding = rgb_transport_error(scene) if plan["transport"].how == "exact" else 0.0

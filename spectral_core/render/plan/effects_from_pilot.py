@@ -24,8 +24,8 @@ from spectral_core.scene import Glass, Glossy, Metal, Principled, leaves
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
 """Candidate numbers of bounces."""
 HIDDEN, WORTHWHILE = 0.01, 0.1
-"""ΔE2000 of light that nobody misses; and the least share of the time that a limit on bounces saves which omits more.
-Few paths are left after some bounces: to omit their light saves a hundredth of the time and darkens corners.
+"""ΔE2000 of light that nobody misses; and the further share of the time that a limit on bounces must save to omit more.
+Few paths are left after some bounces: omitting them saves a hundredth of the time and darkens corners.
 """
 SHARP_ROUGHNESS = 0.25
 """Roughness below which a lobe is so narrow that paths may miss a lamp in it."""
@@ -63,7 +63,7 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
 
 
 def _direct_alone(found: Found, transport: Effect, bounces: Effect) -> Effect:
-    """Without light after a bounce, and with nothing that light passes, no color meets another one."""
+    """If no light is reflected twice and light passes nothing, surfaces are compared one by one."""
     last, inventory = bounces.levels[-1], found.inventory
     passes = inventory.transparent or inventory.refractive or inventory.media or inventory.dispersive
     if transport.how == "exact" or passes or last.value != "0" or last.error > THIN:
@@ -91,8 +91,8 @@ def _with_last(effect: Effect, error: float, share: float) -> Effect:
 
 
 def _chain(name: str, count: str, reason: str, loses: str, pilot: Pilot, unseen: float) -> Effect:
-    """Numbers of bounces, each with the light beyond it in the pilot; without those that omit visible light and save
-    little. What the pilot may have missed is stated, and counts as such light only by the tolerance.
+    """Numbers of bounces, each with the light beyond it in the pilot, except those that omit visible light and save
+    little. Light that the pilot may have missed adds to the error only, not to this exception.
     """
     levels, hidden = [Level(str(COUNTED[0]))], 0.0
     error, seen, saves = 0.0, 0.0, 0.0

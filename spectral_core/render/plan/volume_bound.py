@@ -14,7 +14,7 @@ from spectral_core.volume.transfer import interpolate
 DENSEST = 0.2
 """Optical depth beyond which a volume is not bounded."""
 MOST_VOXELS = 1 << 21
-"""Voxels whose least and largest value are found; more would take as long as an edit of the scene may."""
+"""Most voxels that are searched for the least and largest value; more would delay an edit of the scene."""
 
 
 def error_of_volumes(scene: Scene) -> float:

@@ -19,7 +19,7 @@ from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 EXACT_GRID = SpectralGrid.uniform(380.0, 780.0, 10.0)
 """Default grid of an exact recording: that of the palette's designs."""
 _LEAST_WEIGHT = 1e-3
-"""Of the observer's sensitivity, relative to its largest: keeps the projection well-conditioned at the grid's ends."""
+"""Added to the observer's sensitivity, relative to its largest: the projection stays well-conditioned at the ends."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -133,9 +133,9 @@ class Accumulator:
             one = dr.select(ends, mi.UInt32(1), 0)
             return index + one, sums, covered, lost + dr.select(finite, mi.UInt32(0), one), path, sampler
 
-        # A lane whose path has ended starts the next one with its next ray. In a loop over paths within one over
-        # samples it would wait for the longest path of its packet. Not in spectral transport: each ray would then take
-        # the time to draw wavelengths and to weight them, more than is gained.
+        # A lane whose path has ended starts the next one with its next ray. In nested loops over samples and paths
+        # it would wait for the longest path of its packet. Spectral transport does not do so: to draw and to weight
+        # wavelengths for each ray would cost more than is gained.
         restarts = getattr(integrator, "restarts", False) and self._measuring is None
         restarts = restarts and not first_hit.looks_through and not first_hit.hidden
         start = (first, tile.sums, tile.covered, tile.lost, *((integrator.State(), sampler) if restarts else ()))
@@ -212,7 +212,7 @@ class Accumulator:
         elif extra:
             passed += dr.select(seen & dr.isfinite(extra[0]), extra[0], 0.0)  # the share behind glass
         (radiance, later), finite = self._finite((radiance, later), seen)
-        radiance -= dr.select(seen, behind, 0.0)  # the uncovered share shows the environment: subtracted in expectation
+        radiance -= dr.select(seen, behind, 0.0)  # radiance holds the environment behind: its mean is subtracted
         covered = 1.0 - channel_mean(dr, passed)
         if self._sees_partly:  # outside a fisheye's circle the picture is empty
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)

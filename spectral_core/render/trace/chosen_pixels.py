@@ -65,8 +65,8 @@ class ChosenPixels(Accumulator):
         more: NDArray[np.integer[Any]],
         half: int | NDArray[np.integer[Any]],
     ) -> Sums:
-        """Trace samples ``done`` to ``done + more`` of pixels, all (n,), with the random numbers of one half (0, 1) or
-        of one for each, (n,).
+        """Trace samples ``done`` to ``done + more`` of ``pixels``, (n,) each. ``half``: whose random numbers, one for
+        all pixels or one for each.
         """
         mi = self._mi
         # each lane is one pixel, so that pixels far apart take the same launch

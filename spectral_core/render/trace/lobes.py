@@ -40,8 +40,8 @@ def kinds_of(bsdf: Any, both_sides: Any) -> Any:
     import drjit as dr
     import mitsuba as mi
 
-    # A light is skipped only if it is hidden from all of these types. A type too many can therefore only keep a light
-    # that could have been skipped.
+    # A light is skipped only if it is hidden from all of these types. An additional type is harmless: it only keeps a
+    # light that could be skipped.
     flags = bsdf.flags()
     has = lambda lobes: (flags & int(lobes)) != 0  # noqa: E731
     diffuse = dr.select(has(mi.BSDFFlags.Diffuse), mi.UInt32(int(Rays.DIFFUSE)), 0)

@@ -111,7 +111,7 @@ def roulette(path: Any, sampler: Any, strongest: Any, bounces: Any) -> Any:
 
 
 def through_glass(met: Any, si: Any, path: Any, active: Any, *, counts: bool) -> None:
-    """Take the environment behind smooth glass out of what a ray has met; ``counts``: book its share as clear."""
+    """Remove the environment behind smooth glass from a ray's light; ``counts``: add its share to ``through``."""
     import drjit as dr
     import mitsuba as mi
 
@@ -210,8 +210,8 @@ def shone_through(
 def shone_past_strands(
     tables: Any, most_layers: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], start: tuple[Any, ...]
 ) -> Any:
-    """``shone_through`` where only the far walls of strands are no obstacle; ``start``: the hit that the ray comes
-    from, its shape, whether it may lie within another strand, and True for the rays to trace.
+    """``shone_through`` if all but the far walls of strands are obstacles; ``start``: the hit that the ray comes from,
+    its shape, whether it may lie within another strand, and True for the rays to trace.
 
     From outside all strands, a ray enters one only through a wall that occludes it: past the wall of its own strand
     any hit will do, which takes less time than the nearest. Rays from within others take the long way.

@@ -10,8 +10,8 @@ from spectral_core.scene import UNLIMITED_PATHS, LightPaths
 ROULETTE_BOUNCES = 3
 """Number of bounces from which Russian roulette may end a path."""
 ROULETTE_SHARE = 1.3
-"""Chance that a path goes on, over the square root of its throughput: the least variance for the time in rooms of
-surfaces, hair and glass; by the throughput itself, many rays of much light ended, which tells in noise.
+"""Chance that a path goes on, over the square root of its throughput. It gives the least variance for the time in
+rooms, hair and glass; with the throughput itself many bright paths ended, which made noise.
 """
 ROULETTE_SURE = 16
 """Number of bounces up to which paths of full throughput go on for sure; then they end, too, in closed white rooms."""

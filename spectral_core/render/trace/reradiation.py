@@ -232,7 +232,7 @@ def _seen_light(closures: Sequence[Fluorescent], lights: Sequence[Spectrum]) -> 
     ]
     viewer = observer(STANDARD)
     seen = np.interp(EXCITED_NM, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0), left=0, right=0)
-    # excitation of other dyes counts where nobody sees the light
+    # invisible light counts a little: it may excite other dyes
     seen += 0.05 * float(seen.max())
     total = (sent + np.mean(reflected, axis=0) * light) * seen
     return np.stack([sent * seen, total]) / max(float(total.max()), 1e-300)

@@ -243,7 +243,7 @@ def scene_path_class(variant: str) -> Any:
             wanted &= drawn.pdf != 0.0
             self.asked = drawn.number
             wo = si.to_local(drawn.direction)
-            # of a surface, the closures that the light is visible to count; see ``lobes``
+            # on a surface, only closures that see the light count; see ``lobes``
             kind = dr.select(floats, int(Rays.VOLUME), dr.select(matt, self.kind_of(bsdf, si, wo), 0))
             wanted &= self.tables.lights_it(drawn.number, kind, path.depth, dr.select(floats, 0, shape))
             # reflecting lobes check the geometry themselves, with a normal that may differ from the hit's

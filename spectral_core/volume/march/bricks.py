@@ -114,7 +114,7 @@ def _single(bound: NDArray[Any], outward: float) -> Array:
     rounded: Array = bound.astype(np.float32)
     if bound.dtype.itemsize < 4 or bound.dtype == np.float32:
         return rounded
-    # A bound must stay one: 2^24 + 1 rounds to a float32 below it, and a brick would lose its largest value.
+    # A bound must not shrink: 2^24 + 1 rounds to a smaller float32, and a brick would lose its largest value.
     return np.where(rounded.astype(np.float64) == bound, rounded, np.nextafter(rounded, np.float32(outward)))
 
 

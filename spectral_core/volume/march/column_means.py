@@ -24,7 +24,7 @@ class Reading(Protocol):
 def column_means(table: DeviceTable, before: Reading, after: Reading, segment: Segment) -> list[Any]:
     """Mean of each column between two stored values, the second one in ``segment``.
 
-    Inside one segment the column's line at the middle is exact. Otherwise it is the difference of the running
+    Inside one segment the column's line at the middle is exact. Otherwise the mean is the difference of the running
     integrals, unless their rounding error is too large: then the line of the segment in which the step ends.
     """
     import drjit as dr

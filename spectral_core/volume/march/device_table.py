@@ -115,7 +115,7 @@ class DeviceTable:
     def _upload_guide(self, knots: Floats) -> None:
         types, guide = self.types, Guide.of(knots)
         self.probes = guide.probes
-        # Probes may reach past the last knot, where every value is below.
+        # Probes may read past the last knot: every value is below the padding.
         padded = np.concatenate([knots, np.full(1 << guide.probes, np.inf, np.float32)])
         threshold = padded[guide.first + (1 << guide.probes - 1) - 1]
         self.guide = types.Float(aligned(np.column_stack([threshold, guide.first]).astype(np.float32).ravel()))

@@ -20,8 +20,8 @@ from spectral_core.volume.march.arithmetic import bounded, larger, mean_attenuat
 from spectral_core.volume.march.path import FieldPath, Path
 from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Step, StepOptics, quadrature_of
 
-# Up to 1.4 planned steps fit into one step, up to 2.4 into two: there the error that a further step saves, which falls
-# as the square of their number, is worth as much as the step.
+# A way of up to 1.4 planned steps is one step, of up to 2.4 two. At these limits the error that one more step saves is
+# worth its time; errors fall as the square of the number of steps.
 _SHARED = 0.6
 
 
@@ -186,7 +186,7 @@ def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
         # The way to the next face is divided evenly: a full step and a short rest err more than two steps between.
         face = field.rays.until_face(local)
         planned = face / larger(dr.floor(face / planned + _SHARED), 1.0)
-    # A rule without a first step makes no step in the iteration of a skip, or the limit on short steps would.
+    # If the rule has no first step, a skip ends the iteration; the least step would follow here otherwise.
     if data.grid.grid.first == 0.0:
         planned = dr.select(steps, planned, 0.0)
     skip = field.rays.line.skip(found)

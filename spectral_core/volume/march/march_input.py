@@ -26,8 +26,8 @@ class Limits:
     field has a kink there, so that the tip of an object that a ray grazes lies on such a face, between the ends of two
     steps however short they are. ``approaches``: where the rule knows the distance to the nearest visible value, a step
     from an invisible one is no longer than that, and at least twice ``shortest_step``. So a ray finds an object that it
-    grazes inside a cell over a few hundredths of a voxel, which is opaque where extinction is high. Only pre-integrated
-    marches of adaptive rules do so; midpoint and uniform steps ignore it.
+    grazes for a few hundredths of a voxel inside a cell: where extinction is high, so short a way is opaque.
+    Only pre-integrated marches of adaptive rules do so; midpoint and uniform steps ignore it.
     """
 
     least_transmittance: float = 1e-5

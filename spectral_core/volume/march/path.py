@@ -96,8 +96,8 @@ class FieldPath:
         if self.begin is None:
             return True
         local = self.local(t)
-        # Loose at the entry, so that rounding of a shared t does not lose the first brick; strict at the exit, where it
-        # costs a step of no length.
+        # A margin at the entry keeps rounding of a shared t from losing the first brick; at the exit it would add a
+        # step of no length.
         return (local > -10.0 * _REST) & (local < self.rays.length - _REST)
 
     def until_entry(self, t: Any) -> Any:

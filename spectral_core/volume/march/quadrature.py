@@ -193,7 +193,7 @@ class Preintegrated:
             certain, least = smaller(now.clear * ahead.pace, ahead.skip), 2.0 * field.data.shortest_step
             nears = (now.clear > 0.0) & (certain < ahead.planned - least)
             reach = dr.select(nears, larger(certain, least), reach)
-            # A full step from the near side of a thin object would end behind it, and mean values almost without it.
+            # A full step from the front of a thin object would end behind it; its mean would hardly show the object.
             reach = dr.select(now.clear > 0.0, reach, smaller(reach, _WIDENING * now.step))
         return dr.select(ahead.steps, reach, 0.0 if rest is None else rest)
 

@@ -81,7 +81,6 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables, unit
     unit : float
         Data units in one stored unit of the field, for the paces.
     """
-    # One index into the flattened (lowest, highest) tables.
     pair = ranges.bins(statistics.low) * BINS + ranges.bins(statistics.high)
     shows, empty = ranges.empties(statistics)
     edge, longest, paces = statistics.edge, np.inf, None
@@ -89,7 +88,7 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables, unit
         relative = np.ones(pair.shape)
     elif rule == "thesis":
         frequency = essential_frequency(ranges.table)
-        # A step in the middle of a window of two voxels either way, as long as the window.
+        # The slope holds for two voxels on each side of a step's middle: for 4 in all.
         relative, longest = _inverse(2.0 * frequency * statistics.slope), 4.0
     else:
         # Second derivative of g(f(x)) by the chain rule: g'' f'² + g' f''. g is piecewise linear: its kink, met within

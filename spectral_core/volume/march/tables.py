@@ -83,7 +83,7 @@ def tabulate(transfer: TransferFunction, volume: ScalarVolume, gradient_high: fl
     table = _segments(
         _between(knots, low, high),
         lambda v: _columns(transfer, *flat.curves(v)),
-        # Curves take the later height at a jump. Seen in a mirror that is the earlier one: the limit from the left.
+        # At a jump a curve gives its limit from the right, so the mirrored curve at -v gives that from the left.
         lambda v: _columns(transfer, *mirrored.curves(-v)),
         len(transfer.materials),
     )
