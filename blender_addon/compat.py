@@ -104,20 +104,38 @@ def set_image_format(settings: Any, file_format: str, **options: Any) -> None:
         setattr(settings, name, value)
 
 
-OF_IMAGE_FORMATS = ("media_type", "file_format", "color_mode", "color_depth", "compression", "color_management")
+OF_IMAGE_FORMATS = (
+    "media_type", "file_format", "color_mode", "color_depth", "compression", "color_management", "views_format",
+)  # fmt: skip
 """Settings of saved renders in an order in which they can be set: each limits the choices of the next."""
 
 
+def output_settings(render: Any) -> list[tuple[Any, str, Any]]:
+    """Everything that another format of saved renders may change: owner, name and value, in an order to restore it.
+
+    With a movie format Blender replaces settings of the movie that it holds for invalid, so these come after it.
+    """
+    image, movie = render.image_settings, render.ffmpeg
+    names = [prop.identifier for prop in movie.bl_rna.properties if not prop.is_readonly]
+    of_movie = sorted(names, key=lambda name: (name != "format", "codec" not in name))
+    ordered = [(image, name) for name in OF_IMAGE_FORMATS[:2]] + [(movie, name) for name in of_movie]
+    ordered += [(image, name) for name in OF_IMAGE_FORMATS[2:]]
+    if getattr(image, "has_linear_colorspace", False):  # else its name is none that can be set
+        ordered += [(image.linear_colorspace_settings, "name")]
+    return [(owner, name, getattr(owner, name)) for owner, name in ordered if hasattr(owner, name)]
+
+
 @contextlib.contextmanager
-def image_format(settings: Any, file_format: str, **options: Any) -> Iterator[None]:
+def image_format(render: Any, file_format: str, **options: Any) -> Iterator[None]:
     """Choose how a render is saved, and restore the earlier choice at the end, be it a movie or a multilayer file."""
-    kept = {name: getattr(settings, name) for name in OF_IMAGE_FORMATS if hasattr(settings, name)}
+    kept = output_settings(render)
     try:
-        set_image_format(settings, file_format, **options)
+        set_image_format(render.image_settings, file_format, **options)
         yield
     finally:
-        for name, value in kept.items():
-            setattr(settings, name, value)
+        for owner, name, value in kept:
+            if getattr(owner, name) != value:
+                setattr(owner, name, value)
 
 
 def is_before_5_2() -> bool:

@@ -118,7 +118,7 @@ class Waiting:
     """
 
     _thread: threading.Thread | None = None
-    _timer: Any
+    _timer: Any = None
     _scene: int
     _answers: list[Any]
 
@@ -151,6 +151,9 @@ class Waiting:
         except (SpectralError, OSError) as error:
             self.leave()
             return self.refused(error)
+        except BaseException:
+            self.leave()
+            raise
         return self._ended(context.scene, _answer_of(work))
 
     def invoke(self, context: Context, _event: Event) -> set[str]:
@@ -168,6 +171,9 @@ class Waiting:
         except (SpectralError, OSError) as error:
             self.leave()
             return self.refused(error)
+        except BaseException:
+            self.leave()
+            raise
         manager = context.window_manager
         self._timer = manager.event_timer_add(LOOK_AGAIN_S, window=context.window)
         manager.modal_handler_add(self)
@@ -185,7 +191,19 @@ class Waiting:
         if event.type != "TIMER" or paused_seconds() >= LONG_PAUSE_S:
             return {"PASS_THROUGH"}
         with pause():
-            return self._look(context)
+            try:
+                return self._look(context)
+            except BaseException:  # what `prepare` has taken would be missing until Blender ends
+                if self._timer is not None:
+                    self._stop(context)
+                    self.leave()
+                raise
+
+    def _stop(self, context: Context) -> None:
+        """Stop looking for the answer."""
+        context.window_manager.event_timer_remove(self._timer)
+        self._timer = None
+        clear_status(context)
 
     def _look(self, context: Context) -> set[str]:
         if not self.is_prepared():
@@ -202,8 +220,7 @@ class Waiting:
                 self._answers.append(error)
         if self._thread is not None and self._thread.is_alive():
             return {"PASS_THROUGH"}
-        context.window_manager.event_timer_remove(self._timer)
-        clear_status(context)
+        self._stop(context)
         if scene is None:
             self.leave()
             return {"CANCELLED"}  # deleted in the meantime

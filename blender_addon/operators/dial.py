@@ -115,7 +115,7 @@ def _write_picture(scene: Scene, path: Path) -> None:
             image.file_format = "OPEN_EXR"
             image.save(filepath=str(unfinished), save_copy=True)
         return
-    with compat.image_format(scene.render.image_settings, "PNG", color_mode="RGB"), whole_file(path) as unfinished:
+    with compat.image_format(scene.render, "PNG", color_mode="RGB"), whole_file(path) as unfinished:
         image.save_render(str(unfinished), scene=scene)
 
 

@@ -18,6 +18,7 @@ from spectral_core.files.whole import make_folder
 from ..editing.dial import changes, live
 from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, store_members
+from ..editing.dial.paths import path_for_recording
 from ..editing.dial.recording import Recording, remember_recorded
 from ..translate.dial import storage_name
 from ..translate.view_transform import view_transform_of
@@ -57,20 +58,21 @@ def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
     can write.
     """
     dial = scene.spectral.dial
-    _take(scene, recorded.mix.transport, recording.members)
-    live.remember(scene, recorded.mix)
+    live.remember(scene, recorded.mix)  # first: whatever fails later, the recording may have taken hours
+    gone = _take(scene, recorded.mix.transport, recording.members)
     remember_recorded(scene, recording)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
         live.show(scene)
     if recorded.unsaved is not None:
         raise FileWriteError(f"{recorded.unsaved}. The recording is in memory: write it elsewhere with Save Transport")
+    notes = [f"of {gone} of its lights the objects were deleted meanwhile, so Apply cannot dim them"] if gone else []
     if not dial.filepath and not bpy.data.filepath:
-        return "; it is in a temporary folder, so keep it with Save Transport, or save the .blend before recording"
-    return ""
+        notes.append("it is in a temporary folder, so save the .blend, or keep it with Save Transport")
+    return "".join(f"; {note}" for note in notes)
 
 
-def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
-    """Match the bulbs to a transport's light groups."""
+def _take(scene: Scene, transport: "Transport", members: list[Member]) -> int:
+    """Match the bulbs to a transport's light groups; returns the number of lights that were deleted meanwhile."""
     dial = scene.spectral.dial
     dial.scene_hash = ""  # no picture yet: the bulbs change one by one
     if tuple(bulb.name for bulb in dial.bulbs) != transport.groups:
@@ -82,12 +84,13 @@ def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
     if not dial.keeps_spectra:
         for bulb in dial.bulbs:
             bulb.lamp = ""
-    store_members(dial.bulbs, members)
+    gone = store_members(dial.bulbs, members)
     _color_bulbs(dial, transport)
     width, height = transport.size
     dial.facts = f"{width}×{height}, {transport.samples} samples, {storage_name(transport.storage)}"
     dial.message = ""
     dial.scene_hash = transport.scene_hash
+    return gone
 
 
 def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
@@ -170,7 +173,7 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
         if self._is_stopped:
             raise RenderCancelled("stopped before the recording began")
         recording = self.read(context, only_changed=self.only_changed)
-        path = live.transport_path(dial_in(context))
+        path = path_for_recording(context.scene)
         return lambda: _record(recording, path)
 
     def end(self, scene: Scene, answer: _Recorded) -> None:

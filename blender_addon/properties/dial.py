@@ -101,6 +101,7 @@ class SpectralLightDial(bpy.types.PropertyGroup):
         name="File", subtype="FILE_PATH", options=path_options(),
         description="File of the transport; empty: beside the .blend file",
     )  # fmt: skip
+    own_ending: StringProperty(description="Part of the file's name, where several scenes of a .blend have recordings")
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
     facts: StringProperty(description="Facts of the recording, for the panel")
     keeps_spectra: BoolProperty(default=True, description="Whether lights of the recording can have new spectra")

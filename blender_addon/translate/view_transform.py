@@ -89,7 +89,7 @@ def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
         image.pixels.foreach_set(pixels.ravel())
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "view.png"
-            with image_format(scene.render.image_settings, "PNG", **how):
+            with image_format(scene.render, "PNG", **how):
                 image.save_render(str(path), scene=scene)
             read = bpy.data.images.load(str(path))
             read.colorspace_settings.name = "Non-Color"

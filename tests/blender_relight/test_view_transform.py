@@ -8,14 +8,14 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from blender_addon.compat import OF_IMAGE_FORMATS, set_image_format  # noqa: E402
+from blender_addon.compat import output_settings, set_image_format  # noqa: E402
 from blender_addon.translate.view_transform import shown_pixels, view_name, view_transform_of  # noqa: E402
 
 GRAY = np.full((2, 2, 3), 0.18)
 
 
-def kept(settings):
-    return {name: getattr(settings, name) for name in OF_IMAGE_FORMATS if hasattr(settings, name)}
+def kept(render):
+    return [(name, value) for _, name, value in output_settings(render)]
 
 
 def output_as(scene, file_format):
@@ -38,9 +38,26 @@ def test_output_files_of_any_kind_neither_change_the_view_nor_are_changed(blende
     settings = output_as(scene, file_format)
     settings.color_management = "OVERRIDE"
     settings.view_settings.view_transform = "Raw"
-    before = kept(settings)
+    before = kept(scene.render)
     np.testing.assert_array_equal(shown_pixels(scene, GRAY), expected)
-    assert kept(settings) == before
+    assert kept(scene.render) == before
+
+
+@pytest.mark.parametrize(
+    ("container", "codec", "color"),
+    [("MPEG4", "MPEG4", "RGB"), ("MKV", "FFV1", "RGBA"), ("OGG", "THEORA", "RGB"), ("QUICKTIME", "PNG", "RGBA")],
+)
+def test_the_codec_of_a_movie_stays(blender, container, codec, color):
+    """Blender replaces the settings of a movie without audio whenever a movie becomes the format."""
+    scene = bpy.context.scene
+    scene.view_settings.view_transform = "AgX"
+    settings, movie = output_as(scene, "FFMPEG"), scene.render.ffmpeg
+    movie.format, movie.codec, movie.constant_rate_factor = container, codec, "LOSSLESS"
+    settings.color_mode = color
+    before = kept(scene.render)
+    shown_pixels(scene, GRAY)
+    assert kept(scene.render) == before
+    assert (movie.format, movie.codec, settings.color_mode) == (container, codec, color)
 
 
 def test_a_scene_whose_output_is_a_movie_can_be_recorded_and_its_dial_saved(stage, tmp_path):

@@ -166,3 +166,21 @@ def test_another_file_ends_the_work_and_its_words_in_the_status_bar(context, ope
     operator.cancel(context)
     assert context.words[-1] is None and operator.left == 1
     operator.cancel(SimpleNamespace(workspace=None))  # a window that is closed has none
+
+
+@pytest.mark.parametrize("step", ["prepare", "is_prepared", "begin"])
+@pytest.mark.parametrize("how", ["now", "in a window"])
+def test_an_unexpected_error_takes_back_what_was_prepared(operator, context, step, how):
+    def fail(*_arguments, **_options):
+        raise RuntimeError("a bug")
+
+    if how == "now" and step == "is_prepared":
+        pytest.skip("nothing is waited for")
+    if how == "in a window":
+        assert operator.start(context) == {"RUNNING_MODAL"}
+        operator.is_ready = True
+    setattr(operator, step, fail)
+    with pytest.raises(RuntimeError, match="a bug"):
+        operator.execute(context) if how == "now" or step == "prepare" else operator.modal(context, TIMER)
+    assert operator.left == 1
+    assert context.window_manager.timers == (1 if how == "in a window" and step == "prepare" else 0)

@@ -22,12 +22,15 @@ from ...properties import hooks
 from ...properties.hooks import Topic
 from ..behind import Behind
 from ..deferred import Deferred, redraw
+from .paths import follow_save, note_paths, transport_path
 from .picture import PICTURE, place
 
 if TYPE_CHECKING:
     from spectral_core.render.relight.transport import Transport
 
 DELAY_SECONDS = 0.005
+MISSING = (0, 0)
+"""Time and size of a file that is not there."""
 
 
 @dataclass
@@ -37,6 +40,11 @@ class _Session:
     stamp: tuple[str, int, int]
     live: Any
     lamps: list[Any]
+
+    def is_current(self, stamp: tuple[str, int, int], dial: PropertyGroup) -> bool:
+        """True if the file is unchanged, or is missing while this is the dial's recording: a save moved its path."""
+        is_missing = stamp[1:] == MISSING
+        return self.stamp == stamp or (is_missing and self.live.transport.scene_hash == dial.scene_hash)
 
 
 _sessions: dict[int, _Session] = {}
@@ -50,15 +58,6 @@ def design(scene: Scene, lights: dict[str, tuple[Any, float]]) -> bool:
     if lights:
         _designed[scene.session_uid] = lights
     return bool(before)
-
-
-def transport_path(dial: PropertyGroup) -> Path:
-    """File of a dial's transport."""
-    if dial.filepath:
-        return Path(bpy.path.abspath(dial.filepath))
-    if bpy.data.filepath:
-        return Path(bpy.data.filepath).with_suffix(".transport.exr")
-    return Path(bpy.app.tempdir or ".") / "light_dial.transport.exr"
 
 
 def shares_of(dial: PropertyGroup) -> np.ndarray:
@@ -90,7 +89,7 @@ def live_mix(scene: Scene) -> Any:
         raise InvalidInputError("no transport is recorded yet; press Record")
     path = transport_path(dial)
     known, stamp = _sessions.get(scene.session_uid), _stamp(path)
-    if known is None or known.stamp != stamp:
+    if known is None or not known.is_current(stamp, dial):
         transport = read_transport(path, scene_hash=dial.scene_hash)
         known = _Session(stamp, LiveMix(transport), [""] * len(transport.groups))
         _sessions[scene.session_uid] = known
@@ -104,7 +103,7 @@ def _stamp(path: Path) -> tuple[str, int, int]:
     try:
         facts = path.stat()
     except OSError:
-        return str(path), 0, 0
+        return str(path), *MISSING
     return str(path), facts.st_mtime_ns, facts.st_size
 
 
@@ -209,7 +208,7 @@ def _follow(scene: bpy.types.Scene) -> None:
         return
     known, path = _sessions.get(scene.session_uid), transport_path(scene.spectral.dial)
     stamp = _stamp(path)
-    if known is not None and known.stamp == stamp:
+    if known is not None and known.is_current(stamp, scene.spectral.dial):
         _show_quietly(scene)
         return
     scene_hash = scene.spectral.dial.scene_hash
@@ -277,7 +276,7 @@ def _after_load(*_: object) -> None:
 
 
 HANDLERS = {"frame_change_post": _after_frame, "undo_post": _after_undo, "redo_post": _after_undo,
-            "load_post": _after_load}  # fmt: skip
+            "load_post": _after_load, "save_pre": note_paths, "save_post": follow_save}  # fmt: skip
 
 
 def register() -> None:

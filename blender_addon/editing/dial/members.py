@@ -23,10 +23,12 @@ DIMMER = "Light Dial of "
 
 @dataclass(frozen=True)
 class Member:
-    """Data of ``SpectralDialMember``; ``owner``: a lamp's or emissive mesh's Object, or a World."""
+    """Data of ``SpectralDialMember``. ``owner``: session number of a lamp's or emissive mesh's Object, or of a World;
+    the data itself may be deleted while it is recorded, or be another one after an undo.
+    """
 
     group: str
-    owner: Any
+    owner: int
     slot: int
     node: str
     base: float
@@ -41,10 +43,10 @@ def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> 
     for each in objects:
         group = each.name_full if one_per_light else each.lightgroup
         if each.type == "LIGHT" and each.data.energy > 0:
-            found.append(Member(group, each, -1, "", each.data.energy))
+            found.append(Member(group, each.session_uid, -1, "", each.data.energy))
         elif each.type in ("MESH", "CURVE", "SURFACE", "FONT", "META"):
             for number, slot in enumerate(each.material_slots):
-                found += [Member(group, each, number, *entry) for entry in _emissive(slot.material)]
+                found += [Member(group, each.session_uid, number, *entry) for entry in _emissive(slot.material)]
     world = scene.world
     if world is not None:
         group = getattr(world, "lightgroup", "") or ("World" if one_per_light else "")
@@ -53,7 +55,7 @@ def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> 
         while group in taken:
             number += 1
             group = f"{name}.{number:03d}"
-        found += [Member(group, world, -1, *entry) for entry in _emissive(world)]
+        found += [Member(group, world.session_uid, -1, *entry) for entry in _emissive(world)]
     return found
 
 
@@ -93,14 +95,17 @@ def _dimmer_value(tree: NodeTree, node: Node) -> float:
     return 1.0 if dimmer is None else dimmer.inputs[1].default_value
 
 
-def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> None:
-    """Store members with the bulbs of their groups."""
+def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> int:
+    """Store members with the bulbs of their groups; returns the number of those whose data are gone."""
+    alive = {each.session_uid: each for each in (*bpy.data.objects, *bpy.data.worlds)}
     for bulb in bulbs:
         bulb.members.clear()
         for member in members:
-            if member.group == bulb.name:
+            if member.group == bulb.name and member.owner in alive:
                 kept = bulb.members.add()
-                kept.owner, kept.slot, kept.node, kept.base = member.owner, member.slot, member.node, member.base
+                kept.owner = alive[member.owner]
+                kept.slot, kept.node, kept.base = member.slot, member.node, member.base
+    return sum(member.owner not in alive for member in members)
 
 
 def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndarray) -> int:
