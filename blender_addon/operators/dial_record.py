@@ -23,7 +23,7 @@ from ..editing.dial.recording import Recording, remember_recorded
 from ..translate.dial import storage_name
 from ..translate.view_transform import view_transform_of
 from .common import UNDOABLE, Waiting, WaitingForFile, chosen_path
-from .dial import dial_in, reset
+from .dial import reset
 
 if TYPE_CHECKING:
     from spectral_core.render.relight.mix import LiveMix

@@ -123,6 +123,7 @@ WRITES = re.compile(
     r"""|os\.(?:replace|rename)\(|\.replace\(target|openvdb\.write|nrrd\.write"""
 )
 WITHIN_WHOLE = {
+    "blender_addon/editing/dial/paths.py": 1,
     # calls that write to the new file of whole_file, by module
     "blender_addon/commands/render.py": 1,
     "blender_addon/operators/dial.py": 2,
