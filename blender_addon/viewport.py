@@ -58,6 +58,8 @@ class Viewport:
             pictures = self._session.look(context, depsgraph)
         if not pictures:
             pictures = self._session.look(context, depsgraph)  # the error, until the next edit
+        if self._session.needs_update:
+            engine.tag_update()
         began = time.monotonic()
         scene, region = depsgraph.scene_eval, context.region
         settings, scale = scene.spectral.viewport, bpy.context.preferences.system.ui_scale

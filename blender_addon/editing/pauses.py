@@ -23,11 +23,18 @@ _by_timers = [0.0]
 _open: list[float] = []
 """Time on the clock at which each open pause began, the outermost first."""
 _usual: list[float] = []
+_round = [0]
+"""Number of rounds with pauses so far."""
 
 
 def paused_seconds() -> float:
     """Time of all pauses of this round, of one that is not over, too."""
     return _paused[0] + (time.monotonic() - _open[0] if _open else 0.0)
+
+
+def round_number() -> int | None:
+    """Number of this round of Blender's events, in which the extension has paused; None without a window."""
+    return None if bpy.app.background else _round[0]
 
 
 @contextmanager
@@ -56,6 +63,7 @@ def _add(seconds: float, of_timer: bool) -> None:
 
 def _next_round() -> float | None:
     """Blender calls its timers at the beginning of each round."""
+    _round[0] += 1
     _paused[0], _by_timers[0] = _by_timers[0], 0.0
     return 0.0 if _paused[0] else None
 

@@ -25,7 +25,7 @@ from ... import jobs
 from ...properties.hooks import Topic, ignore, listen
 from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
-from ...translate.viewport.kept import Unfinished
+from ...translate.viewport.kept import Forbidden, Unfinished
 from ...translate.viewport.look import look_of
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
@@ -91,6 +91,8 @@ class ViewSession:
         self._sides: list[_Side] = []
         self._trouble = ""
         self._is_unfinished = False
+        self.needs_update = False
+        """True if a redraw cannot continue the update, since Blender forbids what it needs while it draws."""
         self.drawings: deque[float] = deque(maxlen=DRAWINGS)
         """Seconds of the latest redraws with a new picture, without their waits."""
 
@@ -103,20 +105,22 @@ class ViewSession:
         """Send the changes of an edit. Called on the main thread, the only one that may read the depsgraph."""
         stage = self._enter(context, depsgraph)
         with pause():
-            _stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene))
+            if not self.needs_update or len(depsgraph.updates):
+                _stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene), self.name)
             self._send(context, depsgraph, _stages[stage])
 
     def _send(self, context: Any, depsgraph: Any, stage: Stage) -> None:
         """Translate and send the scene, or a part of the translation if it takes long."""
         settings = depsgraph.scene.spectral.viewport
-        stage.kept.limit(UPDATE_S)
-        self._is_unfinished = False
+        stage.kept.limit(max(UPDATE_S - paused_seconds(), 0.0))  # the views of one round share the time
+        self._is_unfinished = self.needs_update = False
         try:
             scene = self._translated(context, depsgraph, stage)
             chosen = [settings.look, settings.other][: 2 if settings.is_split else 1]
             looks = [look_of(look, depsgraph.scene) for look in chosen]
-        except Unfinished:
+        except Unfinished as unfinished:
             self._is_unfinished, self._trouble = True, ""
+            self.needs_update = isinstance(unfinished, Forbidden)
             return
         except SpectralError as error:
             self._trouble = str(error)
@@ -159,7 +163,7 @@ class ViewSession:
 
         film = Film(
             960, 540, samples=1, seed=source.spectral.render.seed, transparent=source.render.film_transparent,
-            **pixel_filter_of(source),
+            transparent_glass=bool(cycles_settings(source, "film_transparent_glass", False)), **pixel_filter_of(source),
         )  # fmt: skip
         camera = Camera(world_from_camera=np.eye(4))  # the camera of a view is part of each request for a picture
         scene = translate_scene(
@@ -173,7 +177,7 @@ class ViewSession:
         """The pictures to draw now, from left to right; requests new ones if anything has changed."""
         if not self._stage:
             self.update(context, depsgraph)
-        elif self._is_unfinished:
+        elif self._is_unfinished and not self.needs_update:
             with pause():
                 self._send(context, depsgraph, _stages[self._stage])
         if self._is_unfinished:
@@ -243,8 +247,8 @@ class ViewSession:
         stage.users.discard(self.name)
         if not stage.users:
             del _stages[self._stage]
-            for side in self._sides:
-                self.link.drop(self._stage_of(side))
+            for number in range(2):  # the sides of another view, if this one has none
+                self.link.drop(f"{self._stage}.{number}")
         self._stage, self._sides = "", []
 
 

@@ -13,6 +13,7 @@ import bpy
 from ...compat import working_space
 from ...translate.shading.images import are_outdated
 from ...translate.viewport.kept import Kept
+from ..pauses import round_number
 
 NOTHING: Mapping[int, Any] = MappingProxyType({})
 EXCHANGES = ("undo_pre", "undo_post", "redo_pre", "redo_post", "load_pre", "load_post")
@@ -25,6 +26,7 @@ class Stage:
     """Data that all translations of one scene share.
 
     ``users``: names of the views. ``epoch``, ``frame``, ``designed``: exchange of data, frame and palette of ``kept``.
+    ``evaluation``: round and edits of the last evaluation, ``told``: the views that have told of it.
     """
 
     kept: Kept = field(default_factory=Kept)
@@ -32,12 +34,14 @@ class Stage:
     epoch: Any = None
     frame: Any = None
     designed: Mapping[int, Any] = field(default_factory=dict)
+    evaluation: Any = None
+    told: set[str] = field(default_factory=set)
 
-    def keep_up(self, depsgraph: Any, designed: Mapping[int, Any] = NOTHING) -> None:
+    def keep_up(self, depsgraph: Any, designed: Mapping[int, Any] = NOTHING, view: str = "") -> None:
         """Drop the parts that edits have changed, and all parts if Blender does not report the changes.
 
-        ``designed``: spectra of the palette that are shown before they are applied, by session number. Call it for
-        each evaluation of the depsgraph.
+        ``designed``: spectra of the palette that are shown before they are applied, by session number. Each ``view``
+        calls it for each evaluation of the depsgraph; what the first has translated is not dropped for the others.
         """
         source = depsgraph.scene
         epoch, frame = (_epochs[0], working_space(bpy.data)), (source.frame_current, source.frame_subframe)
@@ -48,10 +52,23 @@ class Stage:
         self.epoch, self.frame = epoch, frame
         if are_outdated(self.kept.images, bpy.data.images):
             self.kept.forget_images()
-        self.kept.forget(depsgraph.updates)
+        if not self._is_told_again(depsgraph.updates, view):
+            self.kept.forget(depsgraph.updates)
         before, self.designed = self.designed, designed
         keys = before.keys() | designed.keys()
         self.kept.redesign({key for key in keys if before.get(key) is not designed.get(key)})
+
+    def _is_told_again(self, updates: Any, view: str) -> bool:
+        """True if another view has told of the same evaluation in this round, and this one has not."""
+        if len(self.users) < 2:
+            return False
+        edits = [(each.id.original.session_uid, each.is_updated_geometry, each.is_updated_transform,
+                  each.is_updated_shading) for each in updates]  # fmt: skip
+        evaluation = round_number(), edits
+        is_known = evaluation[0] is not None and evaluation == self.evaluation and view not in self.told
+        self.told = self.told | {view} if is_known else {view}
+        self.evaluation = evaluation
+        return is_known
 
 
 @bpy.app.handlers.persistent

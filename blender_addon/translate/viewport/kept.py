@@ -47,6 +47,10 @@ class Unfinished(Exception):
     """A translation has reached its time limit. The parts made so far are kept: the next one continues."""
 
 
+class Forbidden(Unfinished):
+    """A translation has to write to Blender's data while Blender draws, which forbids it: an update continues it."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
     """One kept part. ``makers``: session numbers of its sources. ``state``: other data that it depends on."""

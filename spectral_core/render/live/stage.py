@@ -187,4 +187,5 @@ class Stage:
 def _sampling(scene: Scene) -> Any:
     """The settings of the film that a loaded scene depends on."""
     film = scene.film
-    return film.transparent, film.filter_width, film.filter_kind, film.seed, np.array(film.pixel_aspect)
+    clear = film.transparent, film.transparent_glass
+    return clear, film.filter_width, film.filter_kind, film.seed, np.array(film.pixel_aspect)

@@ -13,6 +13,8 @@ from typing import Any
 
 import bpy
 
+from .permitted import permitted
+
 MISSING = (1.0, 0.0, 1.0)
 """The color that Cycles shows where a picture or a tile is missing; its alpha is 1."""
 
@@ -69,6 +71,11 @@ def frame_image(image: Any, number: int) -> Iterator[Any]:
         yield found
 
 
+def _set_as(made: Any, like: Any) -> None:
+    made.colorspace_settings.name = like.colorspace_settings.name
+    made.alpha_mode = like.alpha_mode
+
+
 @contextmanager
 def _loaded(like: Any, path: str) -> Iterator[Any]:
     """A file as an image of the same settings."""
@@ -77,8 +84,7 @@ def _loaded(like: Any, path: str) -> Iterator[Any]:
         return
     made = bpy.data.images.load(path, check_existing=False)
     try:
-        made.colorspace_settings.name = like.colorspace_settings.name
-        made.alpha_mode = like.alpha_mode
+        permitted(lambda: _set_as(made, like))
         yield made
     finally:
         bpy.data.images.remove(made)

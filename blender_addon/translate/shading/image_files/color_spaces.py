@@ -11,6 +11,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .permitted import permitted
+
 Array = NDArray[Any]
 
 WIDTH = 1024
@@ -23,7 +25,7 @@ def scene_linear(colors: Array, space: str) -> Array:
     packed = (levels[..., 0] << 16) | (levels[..., 1] << 8) | levels[..., 2]
     found, place = np.unique(packed, return_inverse=True)
     rgb = np.stack([(found >> shift) & 255 for shift in (16, 8, 0)], axis=-1) / np.float32(255)
-    return _converted(rgb.astype(np.float32), space)[place.reshape(packed.shape)]
+    return permitted(lambda: _converted(rgb.astype(np.float32), space))[place.reshape(packed.shape)]
 
 
 def _converted(rgb: Array, space: str) -> Array:
