@@ -16,6 +16,7 @@ import numpy as np
 from . import compat
 from .drawing.viewport import Canvas, draw_divider, draw_message
 from .editing.viewport.session import Picture, ViewSession
+from .translate.shading.image_files.permitted import drawing
 
 
 class Viewport:
@@ -54,7 +55,7 @@ class Viewport:
     def draw(self, engine: Any, context: Any, depsgraph: Any) -> None:
         """Draw the latest pictures, side by side in a split view."""
         pictures: list[Picture] = []
-        with self._reporting():  # a long update continues in redraws
+        with self._reporting(), drawing():  # a long update continues in redraws
             pictures = self._session.look(context, depsgraph)
         if not pictures:
             pictures = self._session.look(context, depsgraph)  # the error, until the next edit

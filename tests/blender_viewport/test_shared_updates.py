@@ -10,12 +10,12 @@ import pytest
 
 pytest.importorskip("bpy")
 
-import bpy  # noqa: E402
+import bpy
 
-from blender_addon.editing.viewport import session as sessions  # noqa: E402
-from blender_addon.editing.viewport import stages  # noqa: E402
-from blender_addon.translate.shading.image_files.permitted import permitted  # noqa: E402
-from blender_addon.translate.viewport.kept import Forbidden, Part  # noqa: E402
+from blender_addon.editing.viewport import session as sessions
+from blender_addon.editing.viewport import stages
+from blender_addon.translate.shading.image_files.permitted import drawing, permitted
+from blender_addon.translate.viewport.kept import Forbidden, Part
 
 FORBIDDEN = "Writing to ID classes in this context is not allowed: Image.png, Image data-block, error setting"
 
@@ -76,6 +76,13 @@ def test_a_write_that_blender_forbids_is_repeated_on_the_thread_of_a_render():
     thread.start()
     thread.join(10)
     assert answers == ["written"] and len(calls) == 3
+
+
+def test_nothing_is_written_while_a_view_is_drawn():
+    """A temporary image would be an edit of the file, after which everything is translated again."""
+    with drawing(), pytest.raises(Forbidden):
+        permitted(lambda: pytest.fail("it was called"))
+    assert permitted(lambda: 7) == 7
 
 
 def test_other_errors_of_a_write_are_raised():

@@ -71,9 +71,15 @@ def frame_image(image: Any, number: int) -> Iterator[Any]:
         yield found
 
 
-def _set_as(made: Any, like: Any) -> None:
-    made.colorspace_settings.name = like.colorspace_settings.name
-    made.alpha_mode = like.alpha_mode
+def _read_as(like: Any, path: str) -> Any:
+    made = bpy.data.images.load(path, check_existing=False)
+    try:
+        made.colorspace_settings.name = like.colorspace_settings.name
+        made.alpha_mode = like.alpha_mode
+    except AttributeError:  # see ``permitted``
+        bpy.data.images.remove(made)
+        raise
+    return made
 
 
 @contextmanager
@@ -82,9 +88,8 @@ def _loaded(like: Any, path: str) -> Iterator[Any]:
     if not Path(path).is_file():
         yield None
         return
-    made = bpy.data.images.load(path, check_existing=False)
+    made = permitted(lambda: _read_as(like, path))
     try:
-        permitted(lambda: _set_as(made, like))
         yield made
     finally:
         bpy.data.images.remove(made)
