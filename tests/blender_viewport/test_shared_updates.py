@@ -35,7 +35,7 @@ def stage(blender, monkeypatch):
 
 
 def told(stage, view, *updates):
-    """The kinds of kept parts after a view has told of an evaluation, beside the one of a material that is made anew."""
+    """The keys of the parts that are kept after a view has told of an evaluation."""
     depsgraph = SimpleNamespace(scene=bpy.context.scene, updates=updates)
     stage.keep_up(depsgraph, view=view)
     return set(stage.kept.parts)

@@ -33,7 +33,7 @@ def permitted(write: Callable[[], Value]) -> Value:
     """The result of ``write``, which is called again until Blender permits it.
 
     Blender forbids it on all threads while it draws. A render waits for the end of the drawing. Raises Forbidden on the
-    main thread, which draws itself; ``write`` is not called then, since an image that it makes, and removes again, is an
+    main thread, which draws itself; ``write`` is not called then, since an image that it makes and removes again is an
     edit of the file.
     """
     is_main = threading.current_thread() is threading.main_thread()
