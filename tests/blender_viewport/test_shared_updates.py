@@ -63,6 +63,31 @@ def test_views_share_what_the_first_of_them_has_translated(stage):
     assert told(stage, "right", update_of(material)) == set(), "no other view could have told of it"
 
 
+def test_a_view_passes_over_the_evaluation_of_another_scene(blender, monkeypatch):
+    """Blender tells every view of each evaluation; a view of another scene would read its own depsgraph for nothing."""
+    calls = []
+    monkeypatch.setattr(sessions.ViewSession, "_send", lambda *_: calls.append("sent"))
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    mine = SimpleNamespace(scene=depsgraph.scene, view_layer=depsgraph.view_layer, updates=(), mode="VIEWPORT")
+    other = SimpleNamespace(scene=SimpleNamespace(session_uid=-1), view_layer=depsgraph.view_layer, mode="VIEWPORT")
+    space = SimpleNamespace(local_view=None, use_local_collections=False)
+    context, session = SimpleNamespace(space_data=space), sessions.ViewSession(lambda: None)
+    stages._evaluated(None, other)
+    session.update(context, mine)
+    assert calls == ["sent"], "the first update of a view"
+    session.update(context, mine)
+    assert calls == ["sent"]
+    stages._evaluated(None, mine)
+    session.update(context, mine)
+    assert calls == ["sent"] * 2, "its own evaluation, of which Blender names no edit"
+    stages._evaluated(None, other)
+    monkeypatch.setitem(vars(space), "use_local_collections", True)
+    session.update(context, mine)
+    session.update(context, mine)
+    assert calls == ["sent"] * 4, "Blender does not name the objects of a local view"
+    session.leave()
+
+
 def test_a_write_that_blender_forbids_is_repeated_on_the_thread_of_a_render():
     calls, answers = [], []
 

@@ -103,7 +103,10 @@ class ViewSession:
 
     def update(self, context: Any, depsgraph: Any) -> None:
         """Send the changes of an edit. Called on the main thread, the only one that may read the depsgraph."""
-        stage = self._enter(context, depsgraph)
+        before, stage = self._stage, self._enter(context, depsgraph)
+        is_local = context.space_data.local_view is not None or context.space_data.use_local_collections
+        if before == stage and not (is_local or self.needs_update) and stages.is_of_another(depsgraph):
+            return  # the depsgraph of this view may even be unevaluated, and refer to data that are gone
         with pause():
             if not self.needs_update or len(depsgraph.updates):
                 _stages[stage].keep_up(depsgraph, shown_in(depsgraph.scene), self.name)

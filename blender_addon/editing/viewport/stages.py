@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -17,8 +18,13 @@ from ..pauses import round_number
 
 NOTHING: Mapping[int, Any] = MappingProxyType({})
 EXCHANGES = ("undo_pre", "undo_post", "redo_pre", "redo_post", "load_pre", "load_post")
+EVALUATIONS = ("depsgraph_update_post", "frame_change_post")
+SAME_S = 0.2
+"""Time after an evaluation in which Blender tells the views of it."""
 _epochs = [0]
 """Number of complete exchanges of data, by an undo or by loading a file."""
+_latest: list[Any] = [None, 0.0]
+"""Scene and view layer that were evaluated last, and when."""
 
 
 @dataclass
@@ -71,6 +77,22 @@ class Stage:
         return is_known
 
 
+def is_of_another(depsgraph: Any) -> bool:
+    """True if Blender has just evaluated another scene or view layer: it tells all views of each evaluation."""
+    return len(depsgraph.updates) == 0 and _latest[0] != _key(depsgraph) and time.monotonic() - _latest[1] < SAME_S
+
+
+def _key(depsgraph: Any) -> tuple[int, str]:
+    return depsgraph.scene.session_uid, depsgraph.view_layer.name
+
+
+@bpy.app.handlers.persistent
+def _evaluated(_scene: Any, depsgraph: Any) -> None:
+    """Blender calls it before it tells the views."""
+    if depsgraph.mode == "VIEWPORT":
+        _latest[:] = _key(depsgraph), time.monotonic()
+
+
 @bpy.app.handlers.persistent
 def _exchanged(*_: object) -> None:
     """An undo or a file gives other data the same session numbers, without reporting an edit."""
@@ -78,12 +100,16 @@ def _exchanged(*_: object) -> None:
 
 
 def register() -> None:
-    """Start listening to undo and files."""
+    """Start listening to undo, files and evaluations."""
     for name in EXCHANGES:
         getattr(bpy.app.handlers, name).append(_exchanged)
+    for name in EVALUATIONS:
+        getattr(bpy.app.handlers, name).append(_evaluated)
 
 
 def unregister() -> None:
     """Stop listening."""
     for name in EXCHANGES:
         getattr(bpy.app.handlers, name).remove(_exchanged)
+    for name in EVALUATIONS:
+        getattr(bpy.app.handlers, name).remove(_evaluated)
