@@ -112,9 +112,9 @@ def test_nothing_is_written_while_a_view_is_drawn():
 
 def test_other_errors_of_a_write_are_raised():
     def write():
-        raise AttributeError("'Image' object has no attribute 'colour'")
+        raise AttributeError("'Image' object has no attribute 'gamma'")
 
-    with pytest.raises(AttributeError, match="colour"):
+    with pytest.raises(AttributeError, match="gamma"):
         permitted(write)
 
 
