@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sweep of the open file: its document, its run in a separate process, its page, its points set in the scene."""
+"""The sweep of the open file: its run in a separate process, its page, its points set in the scene."""
 
 from __future__ import annotations
 
-import json
-import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -15,15 +12,14 @@ from typing import Any
 import bpy
 from bpy.types import PropertyGroup, Scene
 
-from spectral_core import child
 from spectral_core.errors import InvalidInputError, RenderError, SpectralError
 from spectral_core.explore.page.live import LiveSweep
 from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
-from spectral_core.explore.sweep.parameters import Parameter
-from spectral_core.explore.sweep.store import Store, cdb_folder
-from spectral_core.files.whole import make_folder, write_text
+from spectral_core.explore.sweep.store import Store
 
+from .deferred import redraw
+from .sweep_documents import command_line, folder_of, parameters_of, write_documents
 from .sweep_points import set_point
 from .sweep_run import Run
 from .sweep_settings import column_name, setting_at
@@ -31,11 +27,41 @@ from .sweep_settings import column_name, setting_at
 POLL_S = 0.5
 _run: Run | None = None
 _server: PageServer | None = None
+_scene_uid = _served_uid = 0
+"""``session_uid`` of the scene of the run and of the page: it does not change when a scene is renamed. 0: none."""
 
 
 def running() -> Run | None:
-    """The present run."""
+    """The present run, None once its process has ended."""
+    return _run if _run is not None and _run.process.poll() is None else None
+
+
+def _forget() -> None:
+    """End the run; computed points stay."""
+    global _run
+    if _run is not None:
+        run, _run = _run, None
+        run.end()
+        run.log.close()
+
+
+def _begin(scene: Scene, command: list[str], folder: Path, total: int) -> Run:
+    """Start the process of a run."""
+    global _run, _scene_uid
+    _forget()
+    _run, _scene_uid = Run(command, folder, total), scene.session_uid
+    scene.spectral.sweep.status, scene.spectral.sweep.total = "starting", total
     return _run
+
+
+def _require_no_run() -> None:
+    if running() is not None:
+        raise InvalidInputError("a sweep is running; wait for it or cancel it")
+
+
+def _open_scene(uid: int) -> Scene | None:
+    """The scene with this ``session_uid``, None if it was deleted or its file is not open any more."""
+    return next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
 
 
 def add(scene: Scene, path: str) -> PropertyGroup:
@@ -57,92 +83,22 @@ def add(scene: Scene, path: str) -> PropertyGroup:
     return entry
 
 
-def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
-    """The core's parameters. Raises InvalidInputError for an invalid range or name, or without parameters."""
-    if not len(sweep.parameters):
-        raise InvalidInputError("nothing is swept; right-click a setting and choose Add to Sweep")
-    made = []
-    for entry in sweep.parameters:
-        setting = setting_at(entry.name)
-        if setting.choices:
-            choices = tuple(word.strip() for word in entry.choices.split(",") if word.strip())
-            for choice in choices:
-                setting.checked(choice)
-            made.append(Parameter(entry.label, kind="choice", choices=choices, path=entry.name))
-            continue
-        kind: Any = "integer" if entry.whole else "real"
-        made.append(Parameter(entry.label, entry.low, entry.high, scale=entry.scale, kind=kind, path=entry.name))
-    return made
-
-
-def folder_of(sweep: PropertyGroup) -> Path:
-    """Folder of the sweep: beside the file, or a temporary folder for a file that was never saved."""
-    if sweep.folder.startswith("//") and not bpy.data.filepath:
-        return Path(bpy.app.tempdir or tempfile.gettempdir()) / "sweep.cdb"
-    return cdb_folder(Path(bpy.path.abspath(sweep.folder).rstrip("/\\")))
-
-
-def write_documents(scene: Scene) -> tuple[Path, Path]:
-    """Write a copy of the file and the sweep's document beside the folder; returns document and folder."""
-    sweep = scene.spectral.sweep
-    parameters = parameters_of(sweep)
-    folder = folder_of(sweep)
-    make_folder(folder.parent)
-    blend = folder.with_suffix(".sweep.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
-    lines = [
-        'format = "spectral-scene sweep"', "version = 1", "", "[compute]", 'kind = "blend"',
-        f"blend = {json.dumps(blend.name)}", f"percentage = {sweep.percentage}", f"samples = {sweep.samples}", "",
-        "[design]", f"kind = {json.dumps(sweep.design)}", f"budget = {sweep.budget}",
-    ]  # fmt: skip
-    for parameter in parameters:
-        lines += ["", "[[parameters]]", *(f"{key} = {json.dumps(value)}" for key, value in parameter.to_dict().items())]
-    document = folder.with_suffix(".sweep.toml")
-    write_text(document, "\n".join(lines) + "\n")
-    return document, folder
-
-
-def command_line(document: Path, folder: Path, workers: int, *more: str) -> list[str]:
-    """The command that runs a sweep in the present Blender; ``more``: further options."""
-    words = ["sweep", str(document), "--out", str(folder), "--workers", str(workers), *more]
-    package = __package__.rpartition(".")[0]
-    if not bpy.app.binary_path:
-        # not with this process's module path: a loaded bpy adds a folder to it that hides bpy itself
-        return [sys.executable, *child.ISOLATED, "-m", package, *words]
-    # in the new process the extension may be disabled, or not installed if it runs from its sources
-    code = (
-        "import importlib, os, sys; "
-        f"sys.path[:] = {child.trusted_path()!r}; import bpy; "
-        f"importlib.import_module({package!r}).register_once(); "
-        f"status = importlib.import_module({package + '.commands'!r}).main({words!r}); sys.stdout.flush(); "
-        "os._exit(status)"
-    )
-    return [bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr", code]
-
-
 def start(scene: Scene) -> Run:
     """Start the sweep in a separate process."""
-    global _run
-    if _run is not None and _run.process.poll() is None:
-        raise InvalidInputError("a sweep is running; wait for it or cancel it")
+    _require_no_run()
     sweep = scene.spectral.sweep
     document, folder = write_documents(scene)
-    _run = Run(command_line(document, folder, sweep.workers), folder, sweep.budget)
-    sweep.status, sweep.done, sweep.total = "starting", 0, sweep.budget
-    return _run
+    sweep.done = 0
+    return _begin(scene, command_line(document, folder, sweep.workers), folder, sweep.budget)
 
 
 def resume(scene: Scene) -> None:
     """Render the points that the page added, from the copy of the file of the sweep."""
-    global _run
-    if _run is not None and _run.process.poll() is None:
-        raise InvalidInputError("a sweep is running; wait for it or cancel it")
+    _require_no_run()
     sweep, folder = scene.spectral.sweep, folder_of(scene.spectral.sweep)
     with Store.open(folder) as store:
         total = len(store.ledger.rows())
-    command = command_line(folder.with_suffix(".sweep.toml"), folder, sweep.workers, "--pending")
-    _run = Run(command, folder, total)
-    sweep.status, sweep.total = "starting", total
+    _begin(scene, command_line(folder.with_suffix(".sweep.toml"), folder, sweep.workers, "--pending"), folder, total)
 
 
 def look(scene: Scene) -> bool:
@@ -170,6 +126,22 @@ def look(scene: Scene) -> bool:
     return False
 
 
+def watch() -> None:
+    """Update the progress by a timer until the run ends."""
+    if not bpy.app.timers.is_registered(tick):
+        bpy.app.timers.register(tick, first_interval=POLL_S, persistent=True)
+
+
+def tick() -> float | None:
+    """Update the progress. Blender's timer calls this."""
+    scene = _open_scene(_scene_uid)
+    if scene is None:
+        _forget()  # the scene was deleted
+    is_running = scene is not None and look(scene)
+    redraw("VIEW_3D")
+    return POLL_S if is_running else None
+
+
 def wait(scene: Scene) -> None:
     """Wait for the run, without a window. Raises RenderError if it failed."""
     run = _run
@@ -180,10 +152,15 @@ def wait(scene: Scene) -> None:
 
 
 def cancel() -> None:
-    """End the run."""
-    if _run is None:
+    """End the run; computed points stay."""
+    run, scene = running(), _open_scene(_scene_uid)
+    if run is None:
         raise InvalidInputError("no sweep is running")
-    _run.end()
+    _forget()
+    if scene is not None:
+        sweep = scene.spectral.sweep
+        sweep.done = run.done()
+        sweep.status = f"cancelled; {sweep.done} of {run.total} points stay, and the next run continues"
 
 
 def estimate(scene: Scene) -> str:
@@ -216,11 +193,11 @@ def rows(scene: Scene) -> list[Row]:
 
 def serve(scene: Scene) -> str:
     """Serve the page of the sweep; returns its address. Points are applied on the main thread."""
-    global _server
+    global _server, _served_uid
     stop_serving()
     folder = folder_of(scene.spectral.sweep)
     rows(scene)
-    name = scene.name
+    uid = _served_uid = scene.session_uid
 
     def apply(values: Mapping[str, Any]) -> None:
         given = dict(values)
@@ -229,10 +206,14 @@ def serve(scene: Scene) -> str:
             set_point(target, given)
             bpy.ops.ed.undo_push(message="Apply Sweep Point")
 
-        _on_main_thread(name, set_scene)
+        _on_main_thread(uid, set_scene)
+
+    def run_pending(target: Scene) -> None:
+        with bpy.context.temp_override(scene=target):
+            bpy.ops.spectral.sweep_run(pending=True)
 
     def render() -> str:
-        _on_main_thread(name, lambda _scene: bpy.ops.spectral.sweep_run(pending=True))
+        _on_main_thread(uid, run_pending)
         return "Blender renders the points in the background; reload the page to see them"
 
     # only the main thread may change the file, and a render opens one: both run there
@@ -241,12 +222,16 @@ def serve(scene: Scene) -> str:
     return _server.address
 
 
-def _on_main_thread(name: str, work: Callable[[Scene], Any]) -> None:
-    """Execute a page's work on a scene when Blender is idle; the panel shows errors."""
+def _on_main_thread(uid: int, work: Callable[[Scene], Any]) -> None:
+    """Execute a page's work on its scene when Blender is idle; the panel shows errors."""
+    if uid != _served_uid:
+        raise InvalidInputError("the scene of this page is no longer open in Blender; open its file and press Explore")
 
     def run() -> None:
-        scene = bpy.data.scenes.get(name)
+        global _served_uid
+        scene = _open_scene(uid)
         if scene is None:
+            _served_uid = 0  # the scene was deleted: the page reports it from now on
             return
         try:
             work(scene)
@@ -266,15 +251,26 @@ def stop_serving() -> None:
         _server = None
 
 
+@bpy.app.handlers.persistent
+def _after_load(*_: object) -> None:
+    """Another file is open: end the run of the earlier one, which no panel shows any more."""
+    global _served_uid
+    _served_uid = 0
+    if _run is not None:
+        _forget()
+        for scene in bpy.data.scenes:
+            scene.spectral.sweep.status = "the sweep of the earlier file was ended; its points stay, run it again there"
+
+
 def register() -> None:
-    """Adds nothing; the module holds the run and the server."""
+    """Start listening to files that are opened."""
+    bpy.app.handlers.load_post.append(_after_load)
 
 
 def unregister() -> None:
     """End the run and the server."""
-    global _run
-    if _run is not None:
-        _run.end()
-        _run.log.close()
-        _run = None
+    bpy.app.handlers.load_post.remove(_after_load)
+    if bpy.app.timers.is_registered(tick):
+        bpy.app.timers.unregister(tick)
+    _forget()
     stop_serving()

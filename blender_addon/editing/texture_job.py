@@ -7,7 +7,6 @@ import json
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
 
 import bpy
 from bpy.types import Image, PropertyGroup, Scene
@@ -22,6 +21,7 @@ from spectral_core.spectra.color import display_rgb_from_linear
 
 from ..translate.texture_project import project_of, report_lines
 from .background import BackgroundCommand
+from .deferred import redraw
 
 POLL_S = 0.25
 DOCUMENT = "texture.toml"
@@ -32,14 +32,29 @@ class Job(BackgroundCommand):
     """The design, and the scene that waits for it."""
 
     def __init__(self, scene: Scene, document: Path, folder: Path) -> None:
-        self.scene, self.folder = scene.name, folder
+        self.folder = folder
+        self._scene_uid = scene.session_uid  # it does not change when the scene is renamed
         words = ("texture", str(document), "--out", str(folder), "--progress")
         super().__init__(child.command(find_python(), "spectral_core.cli", *words))
 
+    @property
+    def scene(self) -> Scene | None:
+        """The scene, None if it was deleted or its file is not open any more."""
+        return next((each for each in bpy.data.scenes if each.session_uid == self._scene_uid), None)
+
 
 def running() -> bool:
-    """True if a texture is being designed."""
-    return _job is not None
+    """True while a texture is being designed."""
+    return _job is not None and _job.process.poll() is None
+
+
+def _forget() -> None:
+    """End the design."""
+    global _job
+    if _job is not None:
+        job, _job = _job, None
+        job.end()
+        job.log.close()
 
 
 def folder_of(design: PropertyGroup) -> Path:
@@ -52,7 +67,7 @@ def folder_of(design: PropertyGroup) -> Path:
 def start(scene: Scene) -> None:
     """Start a design. Raises InvalidInputError if something is missing, or if a design is running."""
     global _job
-    if _job is not None:
+    if running():
         raise InvalidInputError("a texture is being designed; wait for it or cancel it")
     design = scene.spectral.texture
     folder = folder_of(design)
@@ -60,6 +75,7 @@ def start(scene: Scene) -> None:
     project = project_of(design, folder)
     document = folder / DOCUMENT
     write_document(document, document_of(project), comment="Made by the panel Spectral Texture in Blender.")
+    _forget()
     _job = Job(scene, document, folder)
     design.status, design.progress, design.failed = "starting", 0.0, False
 
@@ -70,10 +86,9 @@ def look() -> bool:
     if _job is None:
         return False
     job = _job
-    code = job.process.poll()
-    scene = bpy.data.scenes.get(job.scene)
+    code, scene = job.process.poll(), job.scene
     if scene is None:
-        cancel()
+        _forget()
         return False
     design, words = scene.spectral.texture, job.lines()
     steps = [line.split(maxsplit=2) for line in words if line.startswith("progress ")]
@@ -114,9 +129,22 @@ def _loaded(path: Path, name: str) -> Image:
     return image
 
 
+def watch() -> None:
+    """Update the progress by a timer until the design ends."""
+    if not bpy.app.timers.is_registered(tick):
+        bpy.app.timers.register(tick, first_interval=POLL_S, persistent=True)
+
+
+def tick() -> float | None:
+    """Update the progress. Blender's timer calls this."""
+    is_running = look()
+    redraw("VIEW_3D")
+    return POLL_S if is_running else None
+
+
 def wait() -> None:
     """Wait for the design, without a window. Raises RenderError if it failed."""
-    scene = bpy.data.scenes.get(_job.scene) if _job is not None else None
+    scene = _job.scene if _job is not None else None
     while look():
         time.sleep(0.05)
     if scene is not None and scene.spectral.texture.failed:
@@ -125,22 +153,31 @@ def wait() -> None:
 
 def cancel() -> None:
     """End the design. Raises InvalidInputError if none is running."""
-    global _job
-    if _job is None:
+    if _job is None or not running():
         raise InvalidInputError("no texture is being designed")
-    job, _job = _job, None
-    job.end()
-    job.log.close()
-    scene: Any = bpy.data.scenes.get(job.scene)
+    scene = _job.scene
+    _forget()
     if scene is not None:
         scene.spectral.texture.status = "cancelled"
 
 
+@bpy.app.handlers.persistent
+def _after_load(*_: object) -> None:
+    """Another file is open: end the design of the earlier one, which nothing can take over."""
+    if _job is not None:
+        _forget()
+        for scene in bpy.data.scenes:
+            scene.spectral.texture.status = "the design of the earlier file was ended; press Design Texture there again"
+
+
 def register() -> None:
-    """Adds nothing; the module holds the job."""
+    """Start listening to files that are opened."""
+    bpy.app.handlers.load_post.append(_after_load)
 
 
 def unregister() -> None:
     """End the job."""
-    if _job is not None:
-        cancel()
+    bpy.app.handlers.load_post.remove(_after_load)
+    if bpy.app.timers.is_registered(tick):
+        bpy.app.timers.unregister(tick)
+    _forget()

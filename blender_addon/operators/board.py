@@ -3,7 +3,7 @@
 
 import bpy
 from bpy.props import IntProperty, StringProperty
-from bpy.types import Context, Event, PropertyGroup
+from bpy.types import Context, Event, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper
 
 from spectral_core.errors import InvalidInputError
@@ -25,6 +25,16 @@ def _require_running() -> live.Session:
     return running
 
 
+def _started(operator: Operator, context: Context) -> tuple[live.Session, str]:
+    """The board, just started, and the reasons why devices did not open, which the panel shows too."""
+    running, missing = live.start(context.scene)
+    board = board_in(context)
+    board.status = "; ".join(filter(None, (*missing, board.status)))  # a binding that is invalid is there already
+    for text in missing:
+        operator.report({"WARNING"}, text)
+    return running, "; ".join(missing)
+
+
 class SPECTRAL_OT_board_start(bpy.types.Operator):
     """Listen to the faders"""
 
@@ -34,10 +44,7 @@ class SPECTRAL_OT_board_start(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> set[str]:
-        running, missing = live.start(context.scene)
-        board_in(context).status = "; ".join(missing)
-        for text in missing:
-            self.report({"WARNING"}, text)
+        running, _ = _started(self, context)
         if not running.links:
             live.stop()
             self.report({"WARNING"}, "no board was found, so nothing was started")
@@ -93,10 +100,12 @@ class SPECTRAL_OT_board_learn(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         number_at(self.target)
-        running = live.session() or live.start(context.scene)[0]
+        running, reasons = live.session(), ""
+        if running is None:
+            running, reasons = _started(self, context)
         if not running.links:
             live.stop()
-            raise InvalidInputError("no board was found; connect one, or switch OSC on")
+            raise InvalidInputError(f"no board was found: {reasons or 'MIDI and OSC are off; switch one of them on'}")
         running.board.learn(self.target)
         self.report({"INFO"}, "move a fader")
 

@@ -29,7 +29,9 @@ class SPECTRAL_OT_palette_add(bpy.types.Operator):
     bl_label = "Add to Palette"
     bl_options = UNDOABLE
     side: EnumProperty(name="Add", items=SIDES)
-    name: StringProperty(name="Name", description="Empty for the selected object's light or material, or a number")
+    name: StringProperty(
+        name="Name", options={"SKIP_SAVE"}, description="Empty for the selected object's light or material, or a number"
+    )
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -64,7 +66,9 @@ class SPECTRAL_OT_palette_remove(bpy.types.Operator):
     bl_label = "Remove from Palette"
     bl_options = UNDOABLE
     side: EnumProperty(name="Remove", items=SIDES)
-    index: IntProperty(name="Index", default=-1, min=-1, description="Number from 0; -1 for the selected one")
+    index: IntProperty(
+        name="Index", default=-1, min=-1, options={"SKIP_SAVE"}, description="Number from 0; -1 for the selected one"
+    )
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -113,8 +117,8 @@ class SPECTRAL_OT_palette_select(bpy.types.Operator):
     bl_idname = "spectral.palette_select"
     bl_label = "Select Cell"
     bl_options = {"INTERNAL"}
-    row: IntProperty(min=-1, default=-1)
-    column: IntProperty(min=-1, default=-1)
+    row: IntProperty(min=-1, default=-1, options={"SKIP_SAVE"})
+    column: IntProperty(min=-1, default=-1, options={"SKIP_SAVE"})
 
     @classmethod
     def description(cls, context: Context, properties: PropertyGroup) -> str:

@@ -8,7 +8,6 @@ from bpy.types import Context, Event
 from spectral_core.errors import InvalidInputError
 
 from ..editing import sweep as editing
-from ..editing.deferred import redraw
 from ..editing.sweep_points import keyframe_path, set_point
 from .common import UNDOABLE, paths_under_pointer, reporting, require_index, with_menu_entry
 
@@ -82,17 +81,7 @@ class SPECTRAL_OT_sweep_run(bpy.types.Operator):
         if bpy.app.background:
             editing.wait(context.scene)
             return
-        name = context.scene.name
-
-        def tick() -> float | None:
-            scene = bpy.data.scenes.get(name)
-            if scene is None:
-                return None
-            more = editing.look(scene)
-            redraw("VIEW_3D")
-            return editing.POLL_S if more else None
-
-        bpy.app.timers.register(tick, first_interval=editing.POLL_S)
+        editing.watch()
 
 
 class SPECTRAL_OT_sweep_cancel(bpy.types.Operator):

@@ -151,13 +151,17 @@ class SPECTRAL_OT_volume_material_remove(_OnVolume, bpy.types.Operator):
 
 
 class SPECTRAL_OT_volume_curve_add(_OnVolume, bpy.types.Operator):
-    """Give the selected material a separate curve for its emission or its edges"""
+    """Give the selected material a separate curve for its emission or its edges, or a new one for its density"""
 
     bl_idname = "spectral.volume_curve_add"
     bl_label = "Add Curve"
     which: EnumProperty(
         name="Curve",
-        items=[("emission", "Emission", "Over the data", 0), ("gradient", "Edges", "Over their change", 1)],
+        items=[
+            ("emission", "Emission", "Over the data", 0),
+            ("gradient", "Edges", "Over their change", 1),
+            ("density", "Density", "Over the data", 2),
+        ],
     )
 
     @reporting

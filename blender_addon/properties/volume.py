@@ -16,9 +16,9 @@ from bpy.props import (
     PointerProperty,
     StringProperty,
 )
-from bpy.types import Context, PropertyGroup
+from bpy.types import Context, Depsgraph, PropertyGroup, Scene, Volume
 
-from ..compat import path_options
+from ..compat import is_editable, path_options
 from .fields import Field, by_name
 from .spectrum import SpectralSpectrum
 
@@ -116,15 +116,38 @@ class SpectralVolume(bpy.types.PropertyGroup):
 CLASSES = (SpectralVolumeMaterial, SpectralVolume)
 
 
+def own_curves(volume: Volume) -> None:
+    """Give a Volume a separate node group of its curves if other data use the same one, or if it is linked.
+
+    Blender copies the pointer to the node group alone when a Volume is copied. Every change of curves begins with this.
+    """
+    tree = volume.spectral.curves
+    if tree is not None and (tree.library is not None or tree.users - tree.use_fake_user > 1):
+        volume.spectral.curves = tree.copy()
+
+
+@bpy.app.handlers.persistent
+def _separate_copies(_scene: Scene, depsgraph: Depsgraph) -> None:
+    """Separate the curves of a copied Volume, because the curve widgets in the panel change nodes without a call."""
+    if not depsgraph.id_type_updated("VOLUME") or bpy.app.is_job_running("RENDER"):
+        return  # nothing is written while a render reads
+    for update in depsgraph.updates:
+        volume = update.id.original
+        if isinstance(volume, Volume) and is_editable(volume):
+            own_curves(volume)
+
+
 def register() -> None:
-    """Add ``spectral`` to Volume data-blocks."""
+    """Add ``spectral`` to Volume data-blocks, and start separating the curves of copies."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Volume.spectral = PointerProperty(type=SpectralVolume, name="Spectral")
+    bpy.app.handlers.depsgraph_update_post.append(_separate_copies)
 
 
 def unregister() -> None:
     """Remove the attribute; stored data stay in the file."""
+    bpy.app.handlers.depsgraph_update_post.remove(_separate_copies)
     del bpy.types.Volume.spectral
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

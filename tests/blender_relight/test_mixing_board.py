@@ -170,3 +170,37 @@ def test_missing_hardware_is_reported_and_is_no_error(stage, monkeypatch, capfd)
     settings.use_osc, settings.osc_port = True, 0
     assert bpy.ops.spectral.board_start() == {"FINISHED"}
     mixing_board_live.stop()
+
+
+def test_learning_reports_why_a_device_did_not_open(stage, monkeypatch):
+    from blender_addon.editing.board import live as mixing_board_live
+    from spectral_core.explore.board import midi
+
+    monkeypatch.setattr(midi, "port_names", list)
+    settings = stage.spectral.board
+    settings.use_midi, settings.use_osc = True, False
+    with pytest.raises(RuntimeError, match="no board was found: no MIDI device is connected"):
+        bpy.ops.spectral.board_learn(target=ENERGY)
+    assert "no MIDI device is connected" in settings.status
+    assert mixing_board_live.session() is None
+    settings.use_osc, settings.osc_port, settings.status = True, 0, ""
+    assert bpy.ops.spectral.board_learn(target=ENERGY) == {"FINISHED"}
+    assert "no MIDI device is connected" in settings.status
+    mixing_board_live.stop()
+    settings.use_midi = settings.use_osc = False
+    with pytest.raises(RuntimeError, match="MIDI and OSC are off; switch one of them on"):
+        bpy.ops.spectral.board_learn(target=ENERGY)
+
+
+def test_starting_keeps_the_report_of_a_binding_that_is_invalid(stage, monkeypatch):
+    from blender_addon.editing.board import live as mixing_board_live
+    from spectral_core.explore.board import midi
+
+    monkeypatch.setattr(midi, "port_names", list)
+    settings = stage.spectral.board
+    settings.use_midi, settings.osc_port = True, 0
+    bind(settings, ENERGY, "a", 0, 100)
+    settings.bindings[0].control = "nonsense"
+    assert bpy.ops.spectral.board_start() == {"FINISHED"}
+    assert "no MIDI device is connected" in settings.status and "nonsense" in settings.status
+    mixing_board_live.stop()

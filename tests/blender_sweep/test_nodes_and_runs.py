@@ -19,7 +19,7 @@ import bpy
 from blender_addon.editing import sweep as sweeps
 from blender_addon.editing import sweep_node
 from blender_addon.editing.sweep_node import BlendNode, blend_node
-from spectral_core.errors import RenderError
+from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Parameter, Space
@@ -166,11 +166,11 @@ def test_points_that_the_page_added_are_computed_with_the_panels_workers(
     assert "--pending" in words and words.split("--workers")[1].split()[0].strip("',") == "3"
 
 
-def test_the_page_applies_points_and_starts_renders_on_the_main_thread(
-    scene: Any, rows: list[Row], monkeypatch: Any  # noqa: F811
-) -> None:  # fmt: skip
-    later: list[Any] = []
+@pytest.fixture
+def page(scene: Any, rows: list[Row], monkeypatch: Any) -> Any:  # noqa: F811
+    """The actions of the page of the scene, without a server; ``closed`` has an entry once its store is closed."""
     served: list[Any] = []
+    closed: list[Any] = []
 
     class Server:
         address = "http://127.0.0.1/"
@@ -186,19 +186,39 @@ def test_the_page_applies_points_and_starts_renders_on_the_main_thread(
 
     monkeypatch.setattr(sweeps, "PageServer", Server)
     monkeypatch.setattr(sweeps, "LiveSweep", lambda store, **given: SimpleNamespace(store=SimpleNamespace(
-        close=lambda: later.append("closed")), **given))  # fmt: skip
-    monkeypatch.setattr(sweeps, "_on_main_thread", lambda name, work: later.append((name, work)))
+        close=lambda: closed.append(1)), closed=closed, **given))  # fmt: skip
     assert sweeps.serve(scene) == Server.address
-    page = served[0].live
+    yield served[0].live
+    sweeps.stop_serving()
+
+
+def test_the_page_applies_points_and_starts_renders_on_the_main_thread(
+    scene: Any, rows: list[Row], page: Any, monkeypatch: Any  # noqa: F811
+) -> None:  # fmt: skip
+    later: list[Any] = []
+    resumed: list[Any] = []
+    monkeypatch.setattr(sweeps, "_on_main_thread", lambda uid, work: later.append((uid, work)))
+    monkeypatch.setattr(sweeps, "resume", resumed.append)
+    monkeypatch.setattr(sweeps, "wait", lambda _: None)
     page.apply(rows[2].parameters)
     assert "background" in page.render()
-    (name, work), (again, _) = later
-    assert name == again == scene.name
+    (uid, work), (again, run_pending) = later
+    assert uid == again == scene.session_uid
     with contextlib.suppress(RuntimeError):  # without a window there is no undo
         work(scene)
     assert bpy.data.objects["Camera"].location[2] == pytest.approx(3.75)
+    other = bpy.data.scenes.new("Other")  # the window may show another scene than the one of the page
+    run_pending(other)
+    assert resumed == [other]
     sweeps.stop_serving()
-    assert later[-1] == "closed" and sweeps._server is None
+    assert page.closed and sweeps._server is None
+
+
+def test_the_page_of_a_file_that_is_no_longer_open_reports_it(scene: Any, rows: list[Row], page: Any) -> None:  # noqa: F811
+    bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
+    for action in (page.render, lambda: page.apply(rows[2].parameters)):
+        with pytest.raises(InvalidInputError, match="the scene of this page is no longer open"):
+            action()
 
 
 def test_an_added_setting_is_the_active_one(scene: Any) -> None:  # noqa: F811

@@ -119,7 +119,7 @@ def tick():
             state["step"] = 1
             return 1.0
         if state["step"] == 1:
-            if editing.running() is not None and time.monotonic() < state["end"]:
+            if bpy.app.timers.is_registered(editing.tick) and time.monotonic() < state["end"]:
                 return 0.5
             finish()
             state["step"], state["end"] = 2, time.monotonic() + float(os.environ.get("SPECTRAL_HOLD", "2"))

@@ -19,7 +19,9 @@ class SPECTRAL_OT_look_under(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     kind: EnumProperty(items=LOOKS, name="Look")
-    name: StringProperty(name="Name", description="Name of the palette light, light group or lamp")
+    name: StringProperty(
+        name="Name", options={"SKIP_SAVE"}, description="Name of the palette light, light group or lamp"
+    )
     side: EnumProperty(
         items=[("look", "Left", "The whole view, or its left side"), ("other", "Right", "The right side")], name="Side"
     )

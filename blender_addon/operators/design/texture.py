@@ -11,7 +11,6 @@ from spectral_core.errors import InvalidInputError
 
 from ... import compat
 from ...editing import texture_job
-from ...editing.deferred import redraw
 from ...properties.texture import NODE
 from ...translate.spectra.stored import store_spectrum
 from ..common import UNDOABLE, add_or_remove, reporting
@@ -30,13 +29,7 @@ class SPECTRAL_OT_texture_design(bpy.types.Operator):
         if bpy.app.background:
             texture_job.wait()
             return
-
-        def tick() -> float | None:
-            more = texture_job.look()
-            redraw("VIEW_3D")
-            return texture_job.POLL_S if more else None
-
-        bpy.app.timers.register(tick, first_interval=texture_job.POLL_S)
+        texture_job.watch()
 
 
 class SPECTRAL_OT_texture_cancel(bpy.types.Operator):

@@ -6,6 +6,10 @@ import numpy as np
 from bpy.types import Node, PropertyGroup, Volume
 from numpy.typing import ArrayLike
 
+from spectral_core.errors import InvalidInputError
+
+from ...properties.volume import own_curves
+
 CURVES = ("density", "emission", "gradient")
 JUMP = 2e-6
 """Curve widgets cannot hold two points at one position; a smaller distance is a jump."""
@@ -27,11 +31,11 @@ def add_material(volume: Volume, name: str) -> PropertyGroup:
 def remove_material(volume: Volume, index: int) -> None:
     """Remove a material and its curves."""
     settings = volume.spectral
-    tree = settings.curves
+    own_curves(volume)
     for which in CURVES:
         node = curve_node(volume, settings.materials[index], which)
         if node is not None:
-            tree.nodes.remove(node)
+            settings.curves.nodes.remove(node)
     settings.materials.remove(index)
     settings.active = min(settings.active, max(len(settings.materials) - 1, 0))
     volume.update_tag()
@@ -52,6 +56,7 @@ def curve_node(volume: Volume, material: PropertyGroup, which: str) -> Node | No
 def set_curve(volume: Volume, material: PropertyGroup, which: str, positions: ArrayLike, heights: ArrayLike) -> None:
     """Straight lines through the points; two equal positions are a jump."""
     settings = volume.spectral
+    own_curves(volume)
     if settings.curves is None:
         settings.curves = bpy.data.node_groups.new(f".{volume.name} curves", "ShaderNodeTree")
     node = curve_node(volume, material, which)
@@ -77,8 +82,16 @@ def set_curve(volume: Volume, material: PropertyGroup, which: str, positions: Ar
 
 
 def curve_points(volume: Volume, material: PropertyGroup, which: str) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n,) and heights (n,) of a curve as straight lines; curved parts are sampled finely."""
+    """Positions (n,) and heights (n,) of a curve as straight lines; curved parts are sampled finely.
+
+    Emission and edges have a ramp until their curve is drawn. Raises InvalidInputError for a lost curve of the density.
+    """
     node = curve_node(volume, material, which)
+    if node is None and which == "density":
+        raise InvalidInputError(
+            f"the density curve of material {material.name!r} of volume {volume.name!r} is lost; press Draw its Curve, "
+            "or choose a preset"
+        )
     if node is None:
         return np.array([0.0, 1.0]), np.array([0.0, 1.0])
     mapping = node.mapping

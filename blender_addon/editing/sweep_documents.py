@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a sweep of the open file runs with: its parameters, its folder, its document, its command line."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.types import PropertyGroup, Scene
+
+from spectral_core import child
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.parameters import Parameter
+from spectral_core.explore.sweep.store import cdb_folder
+from spectral_core.files.whole import make_folder, write_text
+
+from .sweep_settings import setting_at
+
+
+def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
+    """The core's parameters. Raises InvalidInputError for an invalid range or name, or without parameters."""
+    if not len(sweep.parameters):
+        raise InvalidInputError("nothing is swept; right-click a setting and choose Add to Sweep")
+    made = []
+    for entry in sweep.parameters:
+        setting = setting_at(entry.name)
+        if setting.choices:
+            choices = tuple(word.strip() for word in entry.choices.split(",") if word.strip())
+            for choice in choices:
+                setting.checked(choice)
+            made.append(Parameter(entry.label, kind="choice", choices=choices, path=entry.name))
+            continue
+        kind: Any = "integer" if entry.whole else "real"
+        made.append(Parameter(entry.label, entry.low, entry.high, scale=entry.scale, kind=kind, path=entry.name))
+    return made
+
+
+def folder_of(sweep: PropertyGroup) -> Path:
+    """Folder of the sweep: beside the file, or a temporary folder for a file that was never saved."""
+    if sweep.folder.startswith("//") and not bpy.data.filepath:
+        return Path(bpy.app.tempdir or tempfile.gettempdir()) / "sweep.cdb"
+    return cdb_folder(Path(bpy.path.abspath(sweep.folder).rstrip("/\\")))
+
+
+def write_documents(scene: Scene) -> tuple[Path, Path]:
+    """Write a copy of the file and the sweep's document beside the folder; returns document and folder."""
+    sweep = scene.spectral.sweep
+    parameters = parameters_of(sweep)
+    folder = folder_of(sweep)
+    make_folder(folder.parent)
+    blend = folder.with_suffix(".sweep.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
+    lines = [
+        'format = "spectral-scene sweep"', "version = 1", "", "[compute]", 'kind = "blend"',
+        f"blend = {json.dumps(blend.name)}", f"percentage = {sweep.percentage}", f"samples = {sweep.samples}", "",
+        "[design]", f"kind = {json.dumps(sweep.design)}", f"budget = {sweep.budget}",
+    ]  # fmt: skip
+    for parameter in parameters:
+        lines += ["", "[[parameters]]", *(f"{key} = {json.dumps(value)}" for key, value in parameter.to_dict().items())]
+    document = folder.with_suffix(".sweep.toml")
+    write_text(document, "\n".join(lines) + "\n")
+    return document, folder
+
+
+def command_line(document: Path, folder: Path, workers: int, *more: str) -> list[str]:
+    """The command that runs a sweep in the present Blender; ``more``: further options."""
+    words = ["sweep", str(document), "--out", str(folder), "--workers", str(workers), *more]
+    package = __package__.rpartition(".")[0]
+    if not bpy.app.binary_path:
+        # not with this process's module path: a loaded bpy adds a folder to it that hides bpy itself
+        return [sys.executable, *child.ISOLATED, "-m", package, *words]
+    # in the new process the extension may be disabled, or not installed if it runs from its sources
+    code = (
+        "import importlib, os, sys; "
+        f"sys.path[:] = {child.trusted_path()!r}; import bpy; "
+        f"importlib.import_module({package!r}).register_once(); "
+        f"status = importlib.import_module({package + '.commands'!r}).main({words!r}); sys.stdout.flush(); "
+        "os._exit(status)"
+    )
+    return [bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr", code]

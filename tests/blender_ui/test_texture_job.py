@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A design of a texture when its scene is renamed or deleted, another file is opened, or the process ends by itself."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("bpy")
+pytest.importorskip("OpenEXR")
+
+import bpy
+
+from blender_addon.editing import texture_job
+from spectral_core.errors import InvalidInputError
+from tests.blender_ui.test_texture_panel import design, image  # noqa: F401 - a fixture
+
+WORDS = "print('progress 0.25 solving colors', flush=True); import time; time.sleep(300)"
+
+
+@pytest.fixture
+def scene(design: Any, tmp_path: Any, monkeypatch: Any) -> Iterator[Any]:  # noqa: F811
+    """A saved file whose design is a process that prints one line and waits."""
+    design.first, _ = image(bpy, "first", 1)
+    design.second, _ = image(bpy, "second", 2)
+    for each in (design.first, design.second):
+        each.pack()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    monkeypatch.setattr(texture_job.child, "command", lambda *_: [sys.executable, "-c", WORDS])
+    yield bpy.context.scene
+    texture_job._forget()
+    if bpy.app.timers.is_registered(texture_job.tick):
+        bpy.app.timers.unregister(texture_job.tick)
+
+
+def started(scene: Any) -> Any:
+    """The process of a new design, which has printed its line."""
+    texture_job.start(scene)
+    job = texture_job._job
+    assert job is not None
+    while not job.lines() and job.process.poll() is None:
+        time.sleep(0.01)
+    return job.process
+
+
+def test_the_progress_of_a_renamed_scene_is_updated(scene: Any) -> None:
+    started(scene)
+    scene.name = "Renamed"
+    assert texture_job.tick() == texture_job.POLL_S
+    assert (scene.spectral.texture.status, scene.spectral.texture.progress) == ("solving colors", 0.25)
+
+
+def test_another_file_ends_the_design_and_can_have_its_own(scene: Any) -> None:
+    process = started(scene)
+    texture_job.watch()
+    bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
+    assert not texture_job.running() and process.poll() is not None
+    assert bpy.app.timers.is_registered(texture_job.tick)
+    opened = bpy.context.scene
+    assert "the design of the earlier file was ended" in opened.spectral.texture.status
+    assert texture_job.tick() is None
+    started(opened)
+    assert texture_job.tick() == texture_job.POLL_S and opened.spectral.texture.status == "solving colors"
+
+
+def test_a_cancelled_design_is_over_at_once(scene: Any) -> None:
+    process = started(scene)
+    assert bpy.ops.spectral.texture_cancel() == {"FINISHED"}
+    assert not texture_job.running() and process.poll() is not None
+    assert scene.spectral.texture.status == "cancelled"
+    with pytest.raises(RuntimeError, match="no texture is being designed"):
+        bpy.ops.spectral.texture_cancel()
+
+
+def test_a_process_that_has_ended_is_no_design(scene: Any) -> None:
+    """Even before the timer has noticed it."""
+    process = started(scene)
+    with pytest.raises(InvalidInputError, match="wait for it or cancel it"):
+        texture_job.start(scene)
+    process.kill()
+    process.wait()
+    assert not texture_job.running()
+    assert started(scene).poll() is None
+
+
+def test_the_design_of_a_deleted_scene_ends(scene: Any) -> None:
+    other = scene.copy()
+    process = started(other)
+    bpy.data.scenes.remove(other)
+    assert texture_job.tick() is None
+    assert not texture_job.running() and process.poll() is not None
