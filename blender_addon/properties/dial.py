@@ -102,6 +102,7 @@ class SpectralLightDial(bpy.types.PropertyGroup):
         description="File of the transport; empty: beside the .blend file",
     )  # fmt: skip
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
+    picture: PointerProperty(type=bpy.types.Image, description="Image that follows the dial")
     facts: StringProperty(description="Facts of the recording, for the panel")
     keeps_spectra: BoolProperty(default=True, description="Whether lights of the recording can have new spectra")
     recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")

@@ -70,7 +70,7 @@ NO_INPUT = {
         SpectralPalette.milliseconds SpectralPalette.light_scale SpectralPalette.worst_delta_e
         SpectralSpectrum.message SpectralTextureNode.message SpectralVolume.facts SpectralDialMember.*
         SpectralDialBulb.members
-        SpectralDialBulb.color SpectralLightDial.scene_hash SpectralLightDial.facts
+        SpectralDialBulb.color SpectralLightDial.scene_hash SpectralLightDial.facts SpectralLightDial.picture
         SpectralLightDial.keeps_spectra SpectralLightDial.recorded_parts SpectralLightDial.recorded_groups
         SpectralLightDial.changes SpectralLightDial.message SpectralMixingBoard.status
         SpectralMixingBoard.simultaneity SpectralSweep.point SpectralSweep.status SpectralSweep.done
