@@ -6,6 +6,7 @@ scene for Mitsuba.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import json
 import shutil
@@ -79,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
         frames = _frames(arguments, scene)
         written = [_render_frame(arguments, scene, frame, out) for frame in frames]
     report: dict[str, Any] = {
-        "files": [entry["file"] for entry in written],
+        "files": [file for entry in written for file in entry["files"]],
         "frames": written,
         "colors": _colors(scene, out, arguments.bands),
         "notes": list(
@@ -88,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
         "seconds": round(time.perf_counter() - start, 3),
     }
     for entry in written:
-        print(f"{entry['file']}: {entry['samples']} samples in {entry['seconds']:.1f} s, ", end="")
+        print(f"{', '.join(entry['files'])}: {entry['samples']} samples in {entry['seconds']:.1f} s, ", end="")
         print(f"{entry['transport']} ({entry['variant']})")
         if entry["passes"]:
             print(f"passes: {', '.join(entry['passes'])}")
@@ -160,15 +161,16 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
             raise RenderError(f"frame {frame}: {_blend.blender_message(error)}") from error
         result = _finished(jobs.records, frame)
         if arguments.bands is None:
-            with whole_file(path) as unfinished:
-                shutil.copyfile(plain, unfinished)
+            files = _copied(plain, path)
         else:
             from spectral_core.render.spectral_exr import write_spectral_exr
 
             write_spectral_exr(path, result)
+            files = [str(path)]
     return {
         "frame": frame,
-        "file": str(path),
+        "file": files[0],
+        "files": files,
         "samples": result.samples,
         "seconds": round(result.seconds, 3),
         "transport": result.plan["transport"].value,
@@ -179,6 +181,23 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         "outcome": None if result.outcome is None else dataclasses.asdict(result.outcome),
         "notes": [f"{note.subject}: {note.message}" for note in result.notes],
     }
+
+
+def _copied(plain: Path, path: Path) -> list[str]:
+    """Copy what Blender wrote instead of ``plain`` to ``path``, all files or none; returns the copies.
+
+    There are several for a stereo render: Blender adds the suffix of each view to the name.
+    """
+    made = {
+        each: path.with_name(path.stem + each.stem.removeprefix(plain.stem) + path.suffix)
+        for each in sorted(plain.parent.glob(f"{plain.stem}*{plain.suffix}"))
+    }
+    if not made:
+        raise RenderError(f"Blender wrote no picture for {path}; its messages above say why")
+    with contextlib.ExitStack() as whole:
+        for each, copy in made.items():
+            shutil.copyfile(each, whole.enter_context(whole_file(copy)))
+    return list(map(str, made.values()))
 
 
 def _tick(scene: Any, names: list[str]) -> None:

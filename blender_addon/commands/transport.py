@@ -10,11 +10,12 @@ import time
 from pathlib import Path
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import require_writable
 
 from . import _blend
 from .plan import translated_scene
 
-KINDS = ("dial", "bands31", "bands61", "bands121", "exact")
+STORAGE_NAMES = ("dial", "bands31", "bands61", "bands121", "exact")
 """Names in ``relight.storages``; a literal, so that a command's help imports no renderer."""
 
 
@@ -23,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _blend.add_scene_arguments(parser)
     parser.add_argument("--out", type=Path, metavar="FILE.exr", help="transport file; default SCENE.transport.exr")
     parser.add_argument(
-        "--storage", choices=KINDS, default="dial",
+        "--storage", choices=STORAGE_NAMES, default="dial",
         help="dial: mixtures of the lights; bands: new spectra, approximately; exact: new spectra on a 10 nm grid",
     )  # fmt: skip
     parser.add_argument(
@@ -61,6 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
         "peak_bytes": peak_bytes(storage, *scene.film.size, len(names)), "groups": list(names),
     }  # fmt: skip
     if not arguments.estimate:
+        require_writable(out)  # a recording takes hours
         with RenderProcess() as renderer:
             transport = record_transport(
                 scene, storage, one_per_light=arguments.one_per_light, view=view, render=renderer.render,

@@ -21,6 +21,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import make_folder
+from spectral_core.volume.files.registry import known_formats
 
 from ..properties.volume import RANGE_KEY
 from ..translate.volume_looks import transfer as volume_transfer
@@ -31,10 +32,10 @@ if TYPE_CHECKING:
     from spectral_core.volume.field import ScalarVolume
     from spectral_core.volume.files.sequence import VolumeSequence
 
-ENDINGS = (
-    ".nrrd", ".nhdr", ".vdb", ".vtk", ".vti", ".npy", ".npz", ".tif", ".tiff", ".nii", ".nii.gz", ".mhd", ".mha",
-    ".dat", ".raw",
-)  # fmt: skip
+ENDINGS = tuple(ending for known in known_formats() for ending in known.extensions)
+OPENED_BY_BLENDER = (".vdb", ".tif", ".tiff", ".hdr")
+"""Endings of grids and images that Blender itself opens where a file is dropped into a 3D view."""
+MENU_TEXT = f"Volume ({'/'.join(known.extensions[0] for known in known_formats())})"
 RAW_TYPES = [
     (name, name, "", number)
     for number, name in enumerate(("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"))
@@ -42,10 +43,13 @@ RAW_TYPES = [
 
 
 class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
-    """Import a volume (NRRD, NIfTI, VTK, OpenVDB, MetaImage, TIFF, NumPy, raw) with a transfer function"""
+    """Import a volume with a transfer function"""
 
     bl_idname = "spectral.volume_import"
     bl_label = "Import Volume"
+    bl_description = (
+        f"Import a volume ({', '.join(known.description for known in known_formats())}) with a transfer function"
+    )
     bl_options = UNDOABLE
     filter_glob: StringProperty(default=";".join(f"*{ending}" for ending in ENDINGS), options={"HIDDEN"})
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
@@ -223,7 +227,8 @@ class SPECTRAL_FH_volume(bpy.types.FileHandler):
     bl_idname = "SPECTRAL_FH_volume"
     bl_label = "Volume"
     bl_import_operator = "spectral.volume_import"
-    bl_file_extensions = ";".join(ending for ending in ENDINGS if ending not in (".vdb", ".tif", ".tiff", ".nii.gz"))
+    # Blender compares the last ending of a name alone, so not .nii.gz
+    bl_file_extensions = ";".join(each for each in ENDINGS if each not in OPENED_BY_BLENDER and each.count(".") == 1)
 
     @classmethod
     def poll_drop(cls, context: Context) -> bool:
@@ -231,7 +236,7 @@ class SPECTRAL_FH_volume(bpy.types.FileHandler):
 
 
 def _import_entry(self: bpy.types.Menu, _context: Context) -> None:
-    self.layout.operator("spectral.volume_import", text="Volume (.nrrd/.nii/.vti/.vdb/.mhd/.tif/.npy/.raw)")
+    self.layout.operator("spectral.volume_import", text=MENU_TEXT)
 
 
 MENUS = ("TOPBAR_MT_file_import", "VIEW3D_MT_volume_add")

@@ -103,6 +103,7 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     )  # fmt: skip
     own_ending: StringProperty(description="Part of the file's name, where several scenes of a .blend have recordings")
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
+    picture: PointerProperty(type=bpy.types.Image, description="Image that follows the dial")
     facts: StringProperty(description="Facts of the recording, for the panel")
     keeps_spectra: BoolProperty(default=True, description="Whether lights of the recording can have new spectra")
     recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")

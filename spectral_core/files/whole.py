@@ -70,11 +70,7 @@ def whole_file(
             yield unfinished
             _finish(unfinished, lock, target, check, durable)
     finally:
-        if fcntl is None:  # Windows removes no open file; elsewhere the lock must outlive the removal
-            lock.release()
-        with contextlib.suppress(OSError):
-            unfinished.unlink(missing_ok=True)
-        lock.release()
+        _remove(unfinished, lock)
 
 
 def write_bytes(path: str | Path, data: bytes) -> None:
@@ -98,6 +94,18 @@ def make_folder(path: str | Path) -> Path:
         reason = error.strerror or str(error) if in_the_way is None else f"{in_the_way} is a file"
         raise FileWriteError(f"the folder {folder} cannot be made: {reason}; choose another folder") from error
     return folder
+
+
+def require_writable(path: str | Path) -> None:
+    """Make the folder of a file that is written after hours of work, and try to make the file.
+
+    What is at the path stays unchanged. Raises FileWriteError and InvalidInputError as ``whole_file``.
+    """
+    target = Path(path)
+    _require_replaceable(target)
+    make_folder(target.parent)
+    unfinished, lock = _create(target)
+    _remove(unfinished, lock)
 
 
 def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str) -> None:
@@ -166,6 +174,14 @@ def _create(target: Path) -> tuple[Path, _Lock]:
         with contextlib.suppress(OSError):
             os.fchmod(descriptor, stat.S_IMODE(target.stat().st_mode))
     return unfinished, lock
+
+
+def _remove(unfinished: Path, lock: _Lock) -> None:
+    if fcntl is None:  # Windows removes no open file; elsewhere the lock must outlive the removal
+        lock.release()
+    with contextlib.suppress(OSError):
+        unfinished.unlink(missing_ok=True)
+    lock.release()
 
 
 def _finish(unfinished: Path, lock: _Lock, target: Path, check: Callable[[Path], object] | None, durable: bool) -> None:

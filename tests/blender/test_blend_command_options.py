@@ -207,6 +207,28 @@ def test_a_transport_is_recorded_with_its_options_into_its_file(saved, capfd, mo
     assert dial != exact and options["one_per_light"] is False and str(written[0]) == "scene.transport.exr"
 
 
+def test_the_folder_of_a_transport_is_made_and_tried_before_it_is_recorded(saved, capfd, monkeypatch, tmp_path):
+    import spectral_core.render as render
+    from spectral_core.render.relight import transport, transport_file
+
+    made: list[Any] = []
+
+    def record(*_: Any, **__: Any) -> Any:
+        made.append((tmp_path / "new" / "folder").is_dir())
+        return SimpleNamespace(groups=["all"])
+
+    monkeypatch.setattr(render, "RenderProcess", lambda: Process([], render=None))
+    monkeypatch.setattr(transport, "record_transport", record)
+    monkeypatch.setattr(transport_file, "write_transport", lambda *_: None)
+    out = tmp_path / "new" / "folder" / "s.exr"
+    assert call(capfd, "transport", saved, "--out", out, "--estimate")[0] == 0
+    assert not (tmp_path / "new").exists()
+    assert call(capfd, "transport", saved, "--out", out)[0] == 0
+    assert made == [True]
+    assert call(capfd, "transport", saved, "--out", saved / "s.exr")[0] == 1
+    assert made == [True]  # nothing was recorded for a folder that cannot be made
+
+
 def test_a_frame_is_set_before_a_scene_is_written_for_mitsuba(saved, capfd, monkeypatch, tmp_path):
     from spectral_core.render import mitsuba_export
 

@@ -59,6 +59,32 @@ def test_render_writes_linear_exr_and_an_animation(saved, tmp_path, capfd):
     np.testing.assert_allclose(np.array(image.pixels[:]).reshape(-1, 4)[:, :3], 0.5, rtol=0.02)
 
 
+@pytest.mark.parametrize(("views_format", "ending", "options"), [
+    ("INDIVIDUAL", ".png", ()), ("INDIVIDUAL", ".exr", ("--multilayer",)), ("STEREO_3D", ".png", ()),
+])  # fmt: skip
+def test_a_stereo_render_is_written_in_all_its_files(saved, tmp_path, capfd, views_format, ending, options):
+    render = bpy.context.scene.render
+    render.use_multiview = True
+    render.image_settings.views_format = views_format
+    bpy.ops.wm.save_mainfile()
+    out = tmp_path / "pictures" / f"{{eye}}#{ending}"
+    status, text, _ = call(capfd, "render", saved, "--out", out, *options, "--json")
+    report = json.loads(text.splitlines()[-1])
+    eyes = ("_L", "_R") if views_format == "INDIVIDUAL" else ("",)
+    expected = [str(out.with_name(f"{{eye}}#{eye}{ending}")) for eye in eyes]
+    assert status == 0 and report["files"] == report["frames"][0]["files"] == expected
+    assert sorted(map(str, out.parent.iterdir())) == expected
+
+
+def test_a_stereo_render_leaves_no_file_if_one_cannot_be_written(saved, tmp_path, capfd):
+    bpy.context.scene.render.use_multiview = True
+    bpy.ops.wm.save_mainfile()
+    (tmp_path / "a_R.png").mkdir()
+    status, _, error = call(capfd, "render", saved, "--out", tmp_path / "a.png")
+    assert status == 1 and "a_R.png is a folder" in error
+    assert [path.name for path in tmp_path.glob("a*")] == ["a_R.png"]
+
+
 def test_render_writes_a_spectral_exr(saved, tmp_path, capfd):
     from spectral_core.render.spectral_exr import read_spectral_exr
 

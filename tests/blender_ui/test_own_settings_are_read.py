@@ -71,6 +71,7 @@ NO_INPUT = {
         SpectralSpectrum.message SpectralTextureNode.message SpectralVolume.facts SpectralDialMember.*
         SpectralDialBulb.members
         SpectralDialBulb.color SpectralLightDial.scene_hash SpectralLightDial.own_ending SpectralLightDial.facts
+        SpectralLightDial.picture
         SpectralLightDial.keeps_spectra SpectralLightDial.recorded_parts SpectralLightDial.recorded_groups
         SpectralLightDial.changes SpectralLightDial.message SpectralMixingBoard.status
         SpectralMixingBoard.simultaneity SpectralSweep.point SpectralSweep.status SpectralSweep.done

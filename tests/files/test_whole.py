@@ -14,7 +14,14 @@ from pathlib import Path
 import pytest
 
 from spectral_core.errors import FileWriteError, InvalidInputError
-from spectral_core.files.whole import make_folder, require_own_kind, whole_file, write_bytes, write_text
+from spectral_core.files.whole import (
+    make_folder,
+    require_own_kind,
+    require_writable,
+    whole_file,
+    write_bytes,
+    write_text,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -161,6 +168,19 @@ def test_a_folder_that_cannot_be_made_is_named_with_the_file_in_its_way(tmp_path
     (tmp_path / "taken").write_text("")
     with pytest.raises(FileWriteError, match=r"below cannot be made: .*taken is a file; choose another folder"):
         make_folder(tmp_path / "taken" / "below")
+
+
+def test_a_path_is_tried_before_long_work(tmp_path: Path) -> None:
+    (tmp_path / "old.txt").write_text("old")
+    require_writable(tmp_path / "old.txt")
+    require_writable(tmp_path / "new" / "folder" / "a.txt")
+    assert (tmp_path / "old.txt").read_text() == "old"
+    assert list((tmp_path / "new" / "folder").iterdir()) == []
+    with pytest.raises(FileWriteError, match=r"old.txt is a file; choose another folder"):
+        require_writable(tmp_path / "old.txt" / "a.txt")
+    with pytest.raises(InvalidInputError, match="is a folder"):
+        require_writable(tmp_path / "new")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["new", "old.txt"]
 
 
 def test_no_other_place_makes_folders_with_those_above_them() -> None:

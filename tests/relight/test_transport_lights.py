@@ -152,7 +152,7 @@ def test_an_emissive_principled_surface_is_a_light(scene: Scene) -> None:
 def test_commands_list_the_available_storages() -> None:
     from blender_addon.commands import transport as command
 
-    assert tuple(STORAGES) == command.KINDS
+    assert tuple(STORAGES) == command.STORAGE_NAMES
     for name in STORAGES:
         storage = storage_named(name)
         back = storage_of_document(storage.kind, None if storage.grid is None else storage.grid.wavelengths_nm.tolist())

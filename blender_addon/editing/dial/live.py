@@ -23,7 +23,7 @@ from ...properties.hooks import Topic
 from ..behind import Behind
 from ..deferred import Deferred, redraw
 from .paths import follow_save, note_paths, transport_path
-from .picture import PICTURE, place
+from .picture import picture_for, picture_of, place
 
 if TYPE_CHECKING:
     from spectral_core.render.relight.transport import Transport
@@ -171,26 +171,21 @@ def show(scene: Scene) -> Any:
         raise
     if dial.message:
         dial.message = ""
-    image = _store(pixels)
+    image = _store(scene, pixels)
     place(scene, image, over_camera=dial.over_camera)
     return image
 
 
 def uncover(scene: Scene) -> None:
     """Remove the picture from the camera view until it is shown again."""
-    image = bpy.data.images.get(PICTURE)
+    image = picture_of(scene)
     if image is not None:
         place(scene, image, over_camera=False)
 
 
-def _store(pixels: np.ndarray) -> Any:
+def _store(scene: Scene, pixels: np.ndarray) -> Any:
     height, width = pixels.shape[:2]
-    image = bpy.data.images.get(PICTURE)
-    if image is None or not image.is_float:
-        image = bpy.data.images.new(PICTURE, width, height, alpha=True, float_buffer=True)
-        image.colorspace_settings.name = "Linear Rec.709"
-    elif tuple(image.size) != (width, height):
-        image.scale(width, height)
+    image = picture_for(scene, width, height)
     image.pixels.foreach_set(pixels.reshape(-1))
     image.update()
     return image

@@ -1,31 +1,92 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The relit picture in the artist's view: over the camera view, in any workspace, with the scene's view transform."""
+"""The relit picture in the artist's view: over the camera view, in any workspace, with the scene's view transform.
+
+Each scene has an image of its own: ``dial.picture``, which follows both through new names. A copy of a scene has the
+image of its original; the name of the scene on the image tells them apart until the copy's first picture.
+"""
 
 from __future__ import annotations
 
-from bpy.types import Context, Image, Scene
+import bpy
+from bpy.types import Camera, Context, Image, Scene
 
 from ... import compat
 
 PICTURE = "Light Dial"
+OWNER = "spectral_dial_of"
+"""Custom property of an image: name of the scene whose dial was last shown in it."""
+
+
+def picture_of(scene: Scene) -> Image | None:
+    """The image of a scene's dial. One that has no scene, as in files of earlier versions, is found by its name."""
+    image = scene.spectral.dial.picture
+    if image is None:
+        unowned = bpy.data.images.get((PICTURE, None))
+        return None if unowned is None or _owners(unowned) else unowned
+    others = [each.name for each in _owners(image) if each != scene]
+    return None if image.library is not None or image.get(OWNER) in others else image
+
+
+def picture_for(scene: Scene, width: int, height: int) -> Image:
+    """The image of a scene's dial in this size. It is made if there is none.
+
+    An image that was saved as a file or packed is replaced, in all places that use it: it no longer holds the picture's
+    floats, or Blender would write the next picture over the artist's file.
+    """
+    image = picture_of(scene)
+    if image is None or image.source != "GENERATED" or not image.is_float:
+        image = _made(image, width, height)
+    elif tuple(image.size) != (width, height):
+        image.scale(width, height)
+    if scene.spectral.dial.picture != image:
+        scene.spectral.dial.picture = image
+    if image.get(OWNER) != scene.name:
+        image[OWNER] = scene.name
+    return image
+
+
+def _made(replaced: Image | None, width: int, height: int) -> Image:
+    """A new image, in place of another one."""
+    image = bpy.data.images.new(PICTURE, width, height, alpha=True, float_buffer=True)
+    image.colorspace_settings.name = "Linear Rec.709"
+    if replaced is not None:
+        name = replaced.name
+        replaced.user_remap(image)
+        bpy.data.images.remove(replaced)
+        image.name = name
+    return image
+
+
+def _owners(image: Image) -> list[Scene]:
+    """Scenes whose dial has this image: one, or more after a scene was copied."""
+    return [each for each in bpy.data.scenes if each.spectral.dial.picture == image]
 
 
 def place(scene: Scene, image: Image, *, over_camera: bool) -> None:
-    """Show ``image`` over the camera view, as a background image of the camera, or remove it."""
+    """Show ``image`` over the camera view, as a background image of the camera, or remove it from every camera.
+
+    A camera of several scenes shows the picture of the last one only.
+    """
+    if not over_camera:
+        for each in bpy.data.cameras:
+            if compat.is_editable(each):
+                _remove(each, {image})
+        return
     if scene.camera is None or scene.camera.type != "CAMERA" or not compat.is_editable(scene.camera.data):
         return
     camera = scene.camera.data
-    kept = next((each for each in camera.background_images if each.image == image), None)
-    if not over_camera:
-        if kept is not None:
-            camera.background_images.remove(kept)
-        return
-    if kept is None:
-        kept = camera.background_images.new()
-        kept.image = image
-        kept.alpha, kept.display_depth, kept.frame_method = 1.0, "FRONT", "FIT"
+    _remove(camera, {each.spectral.dial.picture for each in bpy.data.scenes} - {image, None})
+    if all(each.image != image for each in camera.background_images):
+        shown = camera.background_images.new()
+        shown.image = image
+        shown.alpha, shown.display_depth, shown.frame_method = 1.0, "FRONT", "FIT"
         camera.show_background_images = True
     image.use_view_as_render = True  # shown through the scene's view transform, as a render is
+
+
+def _remove(camera: Camera, images: set[Image]) -> None:
+    for each in [each for each in camera.background_images if each.image in images]:
+        camera.background_images.remove(each)
 
 
 def look(context: Context, image: Image) -> bool:

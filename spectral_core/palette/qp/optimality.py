@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The KKT check: the single place that decides if an answer is optimal. Every engine's answer must pass it.
+"""The KKT check: decides if an answer is optimal. The answer of every engine of this folder must pass it; the steps of
+most-distinct palettes, which are stated differently, have their own (``palette.distinct.step``).
 
 The check uses the multipliers of the rows, not their weights times their errors: at a weight of 1000 the error of a row
 is rounding, and its square carries no information (Nocedal and Wright 2006, section 12.3, states the conditions).

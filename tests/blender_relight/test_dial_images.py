@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The image of a dial: one for each scene, in saved files too, and its background in cameras."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from blender_addon.editing.dial import live  # noqa: E402
+from blender_addon.editing.dial.picture import OWNER, PICTURE  # noqa: E402
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    """Show a gray of this level as the relit picture of a scene; returns the image."""
+
+    def show(scene, level, size=(16, 12)):
+        pixels = np.full((size[1], size[0], 4), level, np.float32)
+        monkeypatch.setattr(live, "live_mix", lambda _: SimpleNamespace(picture=lambda _: pixels))
+        return live.show(scene)
+
+    return show
+
+
+@pytest.fixture
+def scene(blender):
+    """An empty scene with a camera."""
+    scene = bpy.context.scene
+    scene.name = "Day"
+    scene.camera = camera_in(scene, "Front")
+    return scene
+
+
+def camera_in(scene, name):
+    made = bpy.data.objects.new(name, bpy.data.cameras.new(name))
+    scene.collection.objects.link(made)
+    return made
+
+
+def backgrounds(name):
+    return [each.image for each in bpy.data.cameras[name].background_images]
+
+
+def level_of(image):
+    pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    return float(pixels.mean())
+
+
+def save_as_file(image, path, kind):
+    image.filepath_raw, image.file_format = str(path), kind
+    image.save()
+
+
+@pytest.mark.parametrize("kind", ["PNG", "OPEN_EXR"])
+def test_a_picture_that_was_saved_as_a_file_is_replaced_where_it_is_used(scene, shown, tmp_path, kind):
+    image = shown(scene, 0.25)
+    material = bpy.data.materials.new("Screen")
+    from blender_addon import compat
+
+    compat.use_nodes(material).nodes.new("ShaderNodeTexImage").image = image
+    material.use_fake_user = True
+    path = tmp_path / "kept"
+    save_as_file(image, path, kind)
+    written = path.read_bytes()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    for level in (0.5, 0.75):
+        image = shown(bpy.context.scene, level)
+        assert list(bpy.data.images) == [image] and image.name == PICTURE and image.is_float
+        assert backgrounds("Front") == [image] and level_of(image) == pytest.approx(level)
+    used = [each.image for each in bpy.data.materials["Screen"].node_tree.nodes if each.type == "TEX_IMAGE"]
+    assert used == [image]
+    assert image.source == "GENERATED" and path.read_bytes() == written
+
+
+def test_a_packed_picture_is_replaced(scene, shown):
+    image = shown(scene, 0.25)
+    image.pack()
+    image = shown(scene, 0.5)
+    assert list(bpy.data.images) == [image] and image.packed_file is None and backgrounds("Front") == [image]
+    assert level_of(image) == pytest.approx(0.5)
+
+
+def test_a_picture_keeps_its_image_over_saving_new_names_and_another_size(scene, shown, tmp_path):
+    shown(scene, 0.25)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    scene, image = bpy.context.scene, bpy.data.images[PICTURE]
+    scene.name, image.name = "Evening", "Mixed"
+    assert shown(scene, 0.5, size=(20, 10)) == image and tuple(image.size) == (20, 10)
+    assert list(bpy.data.images) == [image] and backgrounds("Front") == [image]
+
+
+def test_an_image_of_an_earlier_version_is_taken_over(scene, shown):
+    image = bpy.data.images.new(PICTURE, 16, 12, alpha=True, float_buffer=True)
+    assert shown(scene, 0.5) == image and image[OWNER] == "Day"
+
+
+def test_each_scene_has_its_picture(scene, shown):
+    other = bpy.data.scenes.new("Night")
+    other.camera = camera_in(other, "Back")
+    day, night = shown(scene, 0.75), shown(other, 0.25)
+    assert day != night and backgrounds("Front") == [day] and backgrounds("Back") == [night]
+    assert (level_of(day), level_of(night)) == pytest.approx((0.75, 0.25))
+    assert shown(scene, 0.5) == day and level_of(night) == pytest.approx(0.25)
+    live.uncover(other)
+    assert backgrounds("Front") == [day] and backgrounds("Back") == []
+
+
+@pytest.mark.parametrize("first", ["original", "copy"])
+def test_a_copied_scene_gets_a_picture_of_its_own(scene, shown, first):
+    image = shown(scene, 0.75)
+    twin = scene.copy()
+    order = [scene, twin] if first == "original" else [twin, scene]
+    for each in order:
+        shown(each, 0.25 if each == twin else 0.5)
+        assert backgrounds("Front") == [each.spectral.dial.picture]  # the camera of both shows the last one
+    assert scene.spectral.dial.picture == image and twin.spectral.dial.picture != image
+    assert level_of(image) == pytest.approx(0.5)
+    assert level_of(twin.spectral.dial.picture) == pytest.approx(0.25)
+
+
+def test_a_copy_of_a_renamed_scene_does_not_take_its_picture(scene, shown):
+    image = shown(scene, 0.75)
+    scene.name = "Morning"
+    twin = scene.copy()
+    assert shown(scene, 0.5) == image and shown(twin, 0.25) != image
+
+
+def test_pictures_are_removed_from_every_camera(scene, shown):
+    image = shown(scene, 0.5)
+    scene.camera = camera_in(scene, "Side")
+    shown(scene, 0.5)
+    own = bpy.data.images.new("Reference", 4, 4)
+    bpy.data.cameras["Front"].background_images.new().image = own
+    assert backgrounds("Front") == [image, own] and backgrounds("Side") == [image]
+    scene.spectral.dial.over_camera = False
+    shown(scene, 0.5)
+    assert backgrounds("Front") == [own] and backgrounds("Side") == []
+
+
+def test_pictures_without_a_camera_are_removed_too(scene, shown):
+    shown(scene, 0.5)
+    scene.camera, scene.spectral.dial.over_camera = None, False
+    shown(scene, 0.5)
+    assert backgrounds("Front") == []
+
+
+def test_a_linked_scene_has_one_picture(scene, shown, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (there, here):
+        here.scenes = there.scenes
+    linked = here.scenes[0]
+    image = shown(linked, 0.25)
+    assert shown(linked, 0.5) == image and list(bpy.data.images) == [image]
+    assert shown(bpy.context.scene, 0.75) != image and level_of(image) == pytest.approx(0.5)
+
+
+def test_views_are_not_told_of_the_image_at_each_change(scene, shown):
+    """A reported image would make 3D views read all images again."""
+    told = []
+
+    def listen(_scene, depsgraph):
+        told.extend(type(update.id).__name__ for update in depsgraph.updates)
+
+    shown(scene, 0.25)
+    bpy.context.view_layer.update()
+    bpy.app.handlers.depsgraph_update_post.append(listen)
+    try:
+        for level in (0.5, 0.75):
+            shown(scene, level)
+            bpy.context.view_layer.update()
+    finally:
+        bpy.app.handlers.depsgraph_update_post.remove(listen)
+    assert "Image" not in told
