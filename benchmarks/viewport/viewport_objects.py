@@ -51,6 +51,9 @@ class Unsent:
     def trouble(self, _view: str) -> str:
         return ""
 
+    def pause(self, _view: str, *, is_paused: bool) -> None:
+        pass
+
     def close_view(self, _view: str) -> None:
         pass
 

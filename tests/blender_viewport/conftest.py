@@ -16,6 +16,7 @@ class Link:
 
     def __init__(self) -> None:
         self.scenes, self.requests, self.dropped, self.closed = {}, [], [], []
+        self.paused = {}
 
     def show(self, stage, scene):
         from spectral_core.render.live.changes import difference
@@ -37,6 +38,9 @@ class Link:
 
     def trouble(self, view):
         return ""
+
+    def pause(self, view, *, is_paused):
+        self.paused[view] = is_paused
 
     def close_view(self, view):
         self.closed.append(view)

@@ -142,3 +142,39 @@ def test_a_view_ends_with_its_engine(stage):
     del engine
     assert stage.link.closed == [f"{name}.0"]
     kept()  # a picture that arrives too late
+
+
+def test_a_pause_is_told_to_the_renderer(stage):
+    """The renderer went on to the last sample, and traced the edits that were made meanwhile."""
+    settings, name = stage.scene.spectral.viewport, f"{stage.session.name}.0"
+    updated(stage)
+    assert stage.link.paused == {name: False}
+    settings.is_paused = True
+    updated(stage)
+    assert stage.link.paused == {name: True}
+    settings.is_paused = False
+    updated(stage)
+    assert stage.link.paused == {name: False}
+
+
+def test_a_view_whose_scene_cannot_be_translated_can_be_paused(stage):
+    updated(stage)
+    stage.session.fail("no translation")
+    stage.scene.spectral.viewport.is_paused = True
+    pictures = stage.session.look(stage.context, bpy.context.evaluated_depsgraph_get())
+    assert pictures[0].trouble == "no translation"
+    assert list(stage.link.paused.values()) == [True]
+
+
+def test_a_view_is_resumed_after_its_new_request(stage, monkeypatch):
+    """Otherwise a picture of the viewpoint of before the pause is traced first."""
+    updated(stage)
+    stage.scene.spectral.viewport.is_paused = True
+    updated(stage)
+    stage.context.region.width += 10
+    resumed = []
+    monkeypatch.setattr(stage.link, "pause", lambda view, *, is_paused: resumed.append(len(stage.link.requests)))
+    asked = len(stage.link.requests)
+    stage.scene.spectral.viewport.is_paused = False
+    updated(stage)
+    assert resumed == [asked + 1]

@@ -16,8 +16,9 @@ pytest.importorskip("mitsuba")
 
 from spectral_core import child
 from spectral_core.render.live.area import Place
-from spectral_core.render.live.link import MOST_CRASHES, LiveLink
+from spectral_core.render.live.link import LiveLink
 from spectral_core.render.live.messages import Frame
+from spectral_core.render.live.running import MOST_CRASHES
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.render.process.interpreter import find_python
 from spectral_core.render.process.renderer import Worker

@@ -253,3 +253,24 @@ def test_a_border_shows_its_part_of_the_picture(looker: Looker, scene: Scene) ->
     shown = looker.picture_of(generation)
     assert shown.frame.corner == (11, 3)
     np.testing.assert_allclose(shown.pixels, whole[3:17, 11:32], atol=1e-5)
+
+
+def test_a_paused_view_keeps_its_picture_through_an_edit(looker: Looker, scene: Scene) -> None:
+    link = looker.link
+    link.show("stage", scene)
+    request = ViewRequest("stage", Viewpoint.of_camera(scene.camera, scene.film), WIDTH, HEIGHT, 1 << 16, 0)
+    generation = link.look("view", request, looker.told.set)
+    assert link.wait("view", generation, PATIENCE_S, level=1)
+    link.pause("view", is_paused=True)
+    time.sleep(0.5)  # the launch in progress ends
+    kept = link.latest("view")
+    link.show("stage", with_surface(scene, "red", color=Color([0.1, 0.9, 0.1])))
+    time.sleep(1.0)
+    assert kept is not None and link.latest("view") is kept
+    link.pause("view", is_paused=False)
+    end = time.monotonic() + PATIENCE_S
+    while (shown := link.latest("view")) is None or shown is kept or shown.frame.level > 1:
+        assert time.monotonic() < end, "it was not resumed"
+        time.sleep(0.01)
+    assert np.abs(shown.pixels - kept.pixels).mean() > 1e-3
+    assert np.abs(looker.settled(scene) - fresh(scene)).mean() < 1e-4

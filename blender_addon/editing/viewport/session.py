@@ -178,6 +178,8 @@ class ViewSession:
 
     def look(self, context: Any, depsgraph: Any) -> list[Picture]:
         """The pictures to draw now, from left to right; requests new ones if anything has changed."""
+        if depsgraph.scene.spectral.viewport.is_paused:  # also while the scene cannot be translated
+            self._pause(is_paused=True)
         if not self._stage:
             self.update(context, depsgraph)
         elif self._is_unfinished and not self.needs_update:
@@ -194,10 +196,16 @@ class ViewSession:
             # Blender's own work since the beginning of this round is not the extension's
             began = time.monotonic() - paused_seconds()
             with pause():
-                self._wait(began, {side.name: self._ask(side, began, context, depsgraph) for side in self._sides})
+                waits = {side.name: self._ask(side, began, context, depsgraph) for side in self._sides}
+                self._pause(is_paused=False)  # after the requests: those of before the pause are not traced first
+                self._wait(began, waits)
         for side in self._sides:
             side.patience.notice(self.link.latest(side.name))
         return [self._picture(side) for side in self._sides]
+
+    def _pause(self, *, is_paused: bool) -> None:
+        for side in self._sides:
+            self.link.pause(side.name, is_paused=is_paused)
 
     def _wait(self, began: float, waits: dict[str, float]) -> None:
         """Wait for the first pictures, and a short time for finer ones."""

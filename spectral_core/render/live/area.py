@@ -3,25 +3,40 @@
 turn.
 
 A slot begins with a number that the writer changes before and after writing, so that a reader detects an overwrite. The
-session creates and deletes the file; a writer that crashes leaves nothing behind.
+session creates and deletes the file; a writer that crashes leaves nothing behind. The name of the file contains the
+number of the session's process, so that a later session can delete the files of one that has crashed.
 """
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import itertools
 import mmap
 import os
+import re
+import socket
+import sys
 import tempfile
+import zlib
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 SLOTS = 3
+PREFIX = "spectral-view-"
 _HEAD = 64
 """Bytes before the pixels of a slot."""
 _BUSY = np.uint64(0xFFFFFFFFFFFFFFFF)
+_numbers = itertools.count(1)
+"""Numbers of the pictures of this process: a place in one area fits no picture of the area that replaces it."""
+_made: set[str] = set()
+"""Files that this process has made and not deleted yet."""
+_left: set[str] = set()
+"""Those of them that are to be deleted: Windows refuses it while a process has the file mapped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,20 +57,24 @@ class PixelArea:
         self._size = _HEAD + 16 * pixels
         with Path(path).open("r+b") as file:
             self._map = mmap.mmap(file.fileno(), SLOTS * self._size)
-        self._number = 0
+        self._turn = 0
 
     @classmethod
     def make(cls, pixels: int) -> PixelArea:
         """Create an area, in memory if the system has a folder for that. Raises OSError if there is not enough
         space.
         """
-        folder = "/dev/shm" if Path("/dev/shm").is_dir() else None
-        handle, path = tempfile.mkstemp(prefix="spectral-view-", dir=folder)
+        handle, path = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-{_system()}-", dir=_folder())
+        _made.add(path)
         try:
-            os.truncate(handle, SLOTS * (_HEAD + 16 * pixels))
-        finally:
-            os.close(handle)
-        return cls(path, pixels)
+            try:
+                os.truncate(handle, SLOTS * (_HEAD + 16 * pixels))
+                return cls(path, pixels)
+            finally:
+                os.close(handle)  # after it was mapped: Windows lets nobody delete it in between
+        except BaseException:
+            _delete(path)
+            raise
 
     def _parts(self, slot: int, count: int) -> tuple[NDArray[np.uint64], NDArray[np.float32]]:
         start = slot * self._size
@@ -65,23 +84,101 @@ class PixelArea:
     def write(self, pixels: NDArray[np.float32]) -> Place:
         """Put a picture (height, width, 4) into the next slot."""
         height, width = pixels.shape[:2]
-        self._number += 1
-        slot = self._number % SLOTS
+        self._turn += 1
+        slot, number = self._turn % SLOTS, next(_numbers)
         head, body = self._parts(slot, height * width)
         head[0] = _BUSY
         body.reshape(height, width, 4)[:] = pixels
-        head[0] = self._number
-        return Place(slot, self._number, height, width)
+        head[0] = number
+        return Place(slot, number, height, width)
 
     def read(self, place: Place) -> NDArray[np.float32] | None:
-        """A copy of the picture at a position; None if the writer has overwritten it."""
-        head, body = self._parts(place.slot, place.height * place.width)
+        """A copy of the picture at a position; None if the writer has overwritten it, or the area is closed."""
+        try:
+            head, body = self._parts(place.slot, place.height * place.width)
+        except ValueError:
+            if self._map.closed:
+                return None
+            raise
         if head[0] != place.number:
             return None
         pixels = body.reshape(place.height, place.width, 4).copy()
         return pixels if head[0] == place.number else None
 
+    def close(self) -> None:
+        """Release the memory here; if another thread reads it at present, it is released after that."""
+        with contextlib.suppress(BufferError):
+            self._map.close()
+
     def remove(self) -> None:
-        """Delete the file; mapped memory stays valid until both processes release it."""
+        """Close the area and delete the file, at the latest at the end of this process. A process that has it mapped
+        keeps its memory.
+        """
+        self.close()
+        _delete(self.path)
+
+
+def delete_left() -> None:
+    """Try again to delete the files that the system has refused to delete."""
+    for path in tuple(_left):
         with contextlib.suppress(OSError):
-            Path(self.path).unlink()
+            Path(path).unlink(missing_ok=True)
+            _made.discard(path)
+            _left.discard(path)
+
+
+def clean() -> None:
+    """Delete files that are left: of this process, and of processes that have ended without deleting them."""
+    delete_left()
+    form = re.compile(rf"{PREFIX}([1-9][0-9]{{0,9}})-{_system()}-\w+")
+    with contextlib.suppress(OSError):  # a folder that cannot be listed
+        for path in Path(_folder()).glob(f"{PREFIX}*"):
+            found = form.fullmatch(path.name)
+            if found is not None and _has_ended(int(found[1])):
+                with contextlib.suppress(OSError):  # another session has deleted it, or it belongs to another user
+                    path.unlink()
+
+
+def _delete(path: str) -> None:
+    _left.add(path)
+    delete_left()
+
+
+@atexit.register
+def _delete_made() -> None:
+    """At the end of this process delete its files. A copy of the process (``os.fork``) has another number."""
+    _left.update(path for path in _made if Path(path).name.startswith(f"{PREFIX}{os.getpid()}-"))
+    delete_left()
+
+
+def _folder() -> str:
+    return "/dev/shm" if Path("/dev/shm").is_dir() else tempfile.gettempdir()
+
+
+@cache
+def _system() -> str:
+    """A mark of the system that numbers this process: computers and containers may share a folder, but no numbers."""
+    try:
+        numbering = Path("/proc/self/ns/pid").stat().st_ino
+    except OSError:
+        numbering = 0
+    return f"{zlib.crc32(f'{socket.gethostname()} {numbering}'.encode()):08x}"
+
+
+def _has_ended(number: int) -> bool:
+    """True if no process has this number, and its files may be deleted.
+
+    This process keeps its own. Windows is not asked: there ``os.kill`` would end the process, and the system refuses to
+    delete a file that a process has mapped.
+    """
+    if number == os.getpid():
+        return False
+    if sys.platform == "win32":
+        return True
+    try:
+        os.kill(number, 0)  # sends nothing
+    except ProcessLookupError:
+        return True
+    except (OSError, OverflowError):  # a process of another user, or no number of this system
+        return False
+    return False

@@ -3,18 +3,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import queue
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
-from spectral_core.errors import RenderError
-from spectral_core.render.live.area import PixelArea
+from spectral_core.render.live.area import PixelArea, clean, delete_left
 from spectral_core.render.live.changes import difference
 from spectral_core.render.live.messages import AreaName, Shown
+from spectral_core.render.live.running import Limits, inform, reason, send_pending
 from spectral_core.render.live.view import ViewRequest
 from spectral_core.render.process.interpreter import find_python
 from spectral_core.render.process.renderer import ProcessEnded, Worker
@@ -23,12 +23,8 @@ from spectral_core.scene import Scene
 MODULE = "spectral_core.render.live.server"
 NICENESS = 8
 """Added to the process's niceness, so that pictures that are refined delay neither Blender's drawing nor a solver."""
-MOST_CRASHES, CRASH_SPAN_S = 3, 30.0
-"""After so many crashes in this time, and no finished picture since them, only the next change restarts the process."""
 COARSEST = 1 << 16
 """Distance of two pixels that any picture keeps."""
-MEMORY_GROWTH, MEMORY_ALLOWANCE = 3.0, 1e9
-"""Factor on the memory after the first picture, and bytes: a process that exceeds both is replaced."""
 
 
 @dataclass
@@ -37,6 +33,7 @@ class _View:
     area: PixelArea
     on_news: Callable[[], None]
     shown: Shown | None = None
+    is_paused: bool = False
     trouble: str = ""
 
 
@@ -56,9 +53,8 @@ class LiveLink:
         self._scenes: dict[str, Scene] = {}
         self._views: dict[str, _View] = {}
         self._generation = 0
-        self._crashes: list[float] = []
+        self._limits = Limits()
         self._is_starting = self._is_closed = False
-        self._first_memory = 0
         self.restarts = 0
         """Number of restarts after a crash or excessive memory."""
         self.sent_scenes = 0
@@ -87,11 +83,11 @@ class LiveLink:
             request = replace(request, generation=self._generation)
             pixels = (request.width + 8) * (request.height + 8)
             kept = self._views.get(view)
-            if kept is None or kept.area.pixels < pixels:
-                shown = None if kept is None else kept.shown
-                if kept is not None:
-                    kept.area.remove()
-                self._views[view] = _View(request, PixelArea.make(pixels), on_news, shown)
+            if kept is None:
+                self._views[view] = _View(request, PixelArea.make(pixels), on_news)
+            elif kept.area.pixels < pixels:
+                self._views[view] = _View(request, PixelArea.make(pixels), on_news, kept.shown, kept.is_paused)
+                kept.area.remove()
             else:
                 kept.request, kept.on_news, kept.trouble = request, on_news, ""
             if self._worker is None:
@@ -99,6 +95,14 @@ class LiveLink:
             else:
                 self._post_view(view)
             return self._generation
+
+    def pause(self, view: str, *, is_paused: bool) -> None:
+        """Trace a view no further, and keep its picture, until it is resumed. A view without a request has no pause."""
+        with self._lock:
+            kept = self._views.get(view)
+            if kept is not None and kept.is_paused is not is_paused:
+                kept.is_paused = is_paused
+                self._post(("pause", (view, is_paused)))
 
     def latest(self, view: str) -> Shown | None:
         """The latest picture of a view, for any of its requests."""
@@ -161,6 +165,7 @@ class LiveLink:
             self._news.notify_all()
         if worker is not None:
             worker.end()
+            delete_left()
 
     def _post_scene(self, stage: str) -> None:
         self.sent_scenes += self._worker is not None
@@ -168,60 +173,71 @@ class LiveLink:
 
     def _post_view(self, name: str) -> None:
         kept = self._views[name]
+        if kept.is_paused:
+            self._post(("pause", (name, True)))
         self._post(("view", (name, kept.request, AreaName(kept.area.path, kept.area.pixels))))
 
     def _post(self, message: Any) -> None:
         if self._worker is not None:
             self._outbox.put(message)
 
-    def _send(self, worker: Worker, outbox: queue.SimpleQueue[Any]) -> None:
-        """Send pending messages on a thread: a process that compiles does not read, and the session must not wait."""
-        while (message := outbox.get()) is not None:
-            with contextlib.suppress(RenderError, ValueError):  # the reading thread notices it, too
-                worker.post(message)
-
     def _start(self) -> None:
         """Start a process on a thread: the session does not wait for it."""
         if not self._is_starting and not self._is_closed:
             self._is_starting = True
-            threading.Thread(target=self._run, daemon=True).start()
+            try:
+                threading.Thread(target=self._run, daemon=True).start()
+            except RuntimeError as error:  # the system has no thread left
+                self._not_started(error)
+
+    def _not_started(self, error: Exception) -> None:
+        """Say why no process could be started; another one would not start either, before the next change."""
+        self._is_starting = False
+        self._say(reason(error, "The render process could not be started; the next change tries again"))
 
     def _run(self) -> None:
         """Start a process, send everything to it, and read its messages until it ends."""
         try:
+            clean()
             worker = Worker(self._python or find_python(), MODULE, niceness=NICENESS)
-        except RenderError as error:
+        except ProcessEnded as error:
             self._is_starting = False
-            if isinstance(error, ProcessEnded):
-                self._after_crash(None, str(error))
-            else:  # another one would not start either
-                self._say(str(error))
+            self._after_crash(None, str(error))
             return
+        except Exception as error:  # noqa: BLE001 - the views say it, and the next change tries again
+            self._not_started(error)
+            return
+        outbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
         with self._lock:
-            self._is_starting, self._first_memory = False, 0
+            self._is_starting = False
             if self._is_closed:
                 worker.end()
                 return
-            self._worker, self._outbox = worker, queue.SimpleQueue()
-            outbox = self._outbox
+            self._limits.begin()
+            self._worker, self._outbox = worker, outbox
+            for name in self._views:  # before the scenes: those of paused views are not loaded
+                self._post_view(name)
             for stage in self._scenes:
                 self._post_scene(stage)
-            for name in self._views:
-                self._post_view(name)
-        threading.Thread(target=self._send, args=(worker, outbox), daemon=True).start()
+        after_crash = partial(self._after_crash, worker)
         try:
+            threading.Thread(target=send_pending, args=(worker, outbox, after_crash), daemon=True).start()
             while worker is self._worker:
                 message = worker.next_message(1.0)
                 if message is not None:
                     self._hear(worker, *message)
-        except RenderError as error:
-            self._after_crash(worker, str(error))
-        except (ValueError, OSError):
-            pass  # it was ended from here, and its log is closed
+        except Exception as error:  # noqa: BLE001 - the views say it
+            if worker is self._worker:  # else it was ended from here, and its log is closed
+                after_crash(reason(error, "the answers of the render process could not be read"))
         finally:
             outbox.put(None)
 
     def _hear(self, worker: Worker, kind: str, content: Any) -> None:
+        if kind == "lost":  # a change could not be made to the scene of this stage
+            with self._lock:
+                if worker is self._worker and content in self._scenes:
+                    self._post_scene(content)
+            return
         kept = self._views.get(content.view)
         # without the lock: Blender's main thread would wait for the copy, and for a processor to make it
         pixels = kept.area.read(content.place) if kept is not None and kind == "frame" else None
@@ -237,19 +253,15 @@ class LiveLink:
                 if content.generation >= kept.request.generation:
                     kept.trouble = ""
                 if content.is_done:
-                    self._crashes.clear()
-            elif kind == "trouble":
+                    self._limits.finish()
+            elif content.generation >= kept.request.generation:  # trouble; it is told anew to each request
                 kept.trouble = content.message
             told = kept.on_news
             self._news.notify_all()
-            too_large = kind == "frame" and self._is_too_large(content.memory)
-        told()
+            too_large = kind == "frame" and self._limits.is_too_large(content.memory)
+        inform(told)
         if too_large:
             self._replace(worker)
-
-    def _is_too_large(self, memory: int) -> bool:
-        self._first_memory = self._first_memory or memory
-        return memory > MEMORY_GROWTH * self._first_memory + MEMORY_ALLOWANCE
 
     def _replace(self, worker: Worker) -> None:
         """Start a new process in place of one that uses too much memory."""
@@ -267,13 +279,9 @@ class LiveLink:
             if worker is not self._worker or self._is_closed:
                 return
             self._worker = None
-            now = time.monotonic()
-            self._crashes = [moment for moment in self._crashes if now - moment < CRASH_SPAN_S] + [now]
-            gives_up = len(self._crashes) > MOST_CRASHES
-            ending = "It is tried again after the next change." if gives_up else "It is started again."
-            words = f" Its last words: {text.splitlines()[-1]}." if gives_up and worker is None and "\n" in text else ""
-            self._say(f"{text.splitlines()[0].split('. Nothing')[0]}.{words} {ending}")
-            if not gives_up:
+            restarts, words = self._limits.crash(text, has_answered=worker is not None)
+            self._say(words)
+            if restarts:
                 self.restarts += 1
                 self._start()
         if worker is not None:
@@ -287,4 +295,4 @@ class LiveLink:
                 kept.trouble = text
             self._news.notify_all()
         for kept in views:
-            kept.on_news()
+            inform(kept.on_news)

@@ -67,7 +67,7 @@ class Server:
         self._tell, self._hear_more = tell, hear_more
         self._stages: dict[str, _Kept] = {}
         self._views: dict[str, _View] = {}
-        self._paused = False
+        self._paused: set[str] = set()  # views that are traced no further until they are resumed
 
     @property
     def is_idle(self) -> bool:
@@ -75,7 +75,23 @@ class Server:
         return self._next_view() is None
 
     def hear(self, kind: str, content: Any) -> None:
-        """Accept a message; this neither traces nor loads anything."""
+        """Accept a message; this neither traces nor loads anything.
+
+        If it fails, the session is told, and sends the scene of a change anew. It ignores what it is told of a view
+        that it has closed or enlarged since: the file of that is gone.
+        """
+        try:
+            self._accept(kind, content)
+        except Exception as error:  # noqa: BLE001 - it is no error of a scene, and the process serves on
+            traceback.print_exc()
+            if kind == "change":
+                self._tell(("lost", content[0]))
+            elif kind == "view":
+                self._close(content[0])
+                text = f"This view failed ({type(error).__name__}: {error}); switch it to Solid and back to Rendered."
+                self._tell(("trouble", Trouble(content[0], content[1].generation, text)))
+
+    def _accept(self, kind: str, content: Any) -> None:
         if kind == "scene":
             name, scene = content
             kept = self._stages.setdefault(name, _Kept())
@@ -88,15 +104,25 @@ class Server:
         elif kind == "view":
             name, request, area = content
             self._hear_view(name, request, area)
+        elif kind == "pause":
+            name, is_paused = content
+            (self._paused.add if is_paused else self._paused.discard)(name)
         elif kind == "close":
-            self._views.pop(content, None)
+            self._close(content)
+            self._paused.discard(content)
         elif kind == "drop":
             self._stages.pop(content, None)
-            self._views = {name: view for name, view in self._views.items() if view.request.stage != content}
+            for name in [name for name, view in self._views.items() if view.request.stage == content]:
+                self._accept("close", name)
+
+    def _close(self, name: str) -> None:
+        if (view := self._views.pop(name, None)) is not None:
+            view.area.close()
 
     def _hear_view(self, name: str, request: ViewRequest, area: AreaName) -> None:
         view, kept = self._views.get(name), self._stages.get(request.stage)
         if view is None or view.area.path != area.path:
+            self._close(name)
             self._views[name] = _View(request, PixelArea(area.path, area.pixels))
         elif kept is None or not self._stands(view, kept, request):
             view.request, view.picture = request, None
@@ -104,6 +130,8 @@ class Server:
             view.request = request
             if view.picture is not None and view.picture.level:
                 self._show(name, view, kept, view.picture, request)
+        if kept is not None and kept.trouble and not kept.is_pending:  # the session shows it for this request, too
+            self._tell(("trouble", Trouble(name, request.generation, kept.trouble)))
 
     @staticmethod
     def _stands(view: _View, kept: _Kept, request: ViewRequest) -> bool:
@@ -115,7 +143,7 @@ class Server:
     def work(self) -> None:
         """Update scenes, and trace one launch of the view that has waited longest."""
         for name, kept in self._stages.items():
-            if kept.is_pending and kept.scene is not None:
+            if kept.is_pending and kept.scene is not None and not self._rests(name):
                 self._bring_up(name, kept)
         found = self._next_view()
         if found is None:
@@ -168,9 +196,14 @@ class Server:
         waiting = [
             (0 if view.picture is None else view.picture.launches, name)
             for name, view in self._views.items()
-            if self._can_trace(view)
+            if name not in self._paused and self._can_trace(view)
         ]
         return None if not waiting else (min(waiting)[1], self._views[min(waiting)[1]])
+
+    def _rests(self, stage: str) -> bool:
+        """True if all views of a stage are paused: its changes are made after one is resumed."""
+        views = [name for name, view in self._views.items() if view.request.stage == stage]
+        return bool(views) and self._paused.issuperset(views)
 
     def _can_trace(self, view: _View) -> bool:
         kept = self._stages.get(view.request.stage)
@@ -250,6 +283,9 @@ def _listen(stream: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
             messages.put(receive(stream))
         except (EOFError, OSError):
             os._exit(0)  # the session has ended
+        except Exception:  # noqa: BLE001 - the rest of the stream means nothing; the session starts another process
+            traceback.print_exc()
+            os._exit(1)
 
 
 def _tell(answers: BinaryIO, message: Any) -> None:
