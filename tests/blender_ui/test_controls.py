@@ -17,7 +17,7 @@ from blender_addon import interface
 
 PANELS = Path(blender_addon.__file__).parent / "panels"
 TESTS = Path(__file__).parent
-FILES = sorted(PANELS.glob("*.py"))
+FILES = sorted(PANELS.rglob("*.py"))
 CALLS = [
     node
     for file in FILES

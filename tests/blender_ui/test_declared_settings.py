@@ -257,7 +257,7 @@ def test_a_volume_setting_is_kept_and_its_absence_is_detected(blender, monkeypat
 
 def test_panels_show_every_declared_setting():
     shown = set()
-    for file in Path(panels.__file__).parent.glob("*.py"):
+    for file in Path(panels.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "prop":
                 shown |= {arg.value for arg in node.args[1:2] if isinstance(arg, ast.Constant)}
