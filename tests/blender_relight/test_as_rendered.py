@@ -110,7 +110,7 @@ def test_two_that_overlap_restore_the_settings_of_the_artist(stage):
 
 
 def test_the_picture_of_f12_stays(stage, tmp_path):
-    stage.render.engine, stage.cycles.samples = "CYCLES", 1
+    stage.render.engine, stage.cycles.samples, stage.cycles.use_denoising = "CYCLES", 1, False
     bpy.ops.render.render()
 
     def picture(name):
