@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
 from spectral_core.scene import Scene
@@ -50,10 +51,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def translated_scene(arguments: argparse.Namespace) -> Scene:
-    """Scene data of the open file as a render reads them: a render begins, and ends once the scene is translated."""
+    """Scene data of the open file as a render reads them: a render begins, and ends once the scene is translated.
+
+    They are those of the first view layer that is rendered; others are named on standard error.
+    """
     import bpy
 
     from .. import jobs
+    from ..editing.dial.as_rendered import Layers, first_layer, only_translated
 
     caught: list[Scene] = []
 
@@ -61,11 +66,15 @@ def translated_scene(arguments: argparse.Namespace) -> Scene:
         caught.append(_blend.with_variant(scene, arguments.variant))
         raise RenderCancelled("only the plan was requested")
 
-    with jobs.request(jobs.RenderRequest(translated=catch)):
+    source = bpy.context.scene
+    layers = Layers.of(source, first_layer(source))
+    with only_translated(source, layers.name), jobs.request(jobs.RenderRequest(translated=catch)):
         try:
             bpy.ops.render.render()
         except RuntimeError as error:
             raise RenderError(_blend.blender_message(error)) from error
     if not caught:
         raise RenderError("Blender did not start the render; its messages above say why")
+    if layers.told:
+        print(f"note: {layers.told}", file=sys.stderr)
     return caught[0]

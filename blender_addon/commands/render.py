@@ -76,6 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError("spectral bands and passes are files of different layouts; request one of them")
     with _blend.chatter_to_stderr():
         scene = _blend.open_scene(arguments)
+        without = _without_strips(scene)
         _tick(scene, arguments.passes)
         frames = _frames(arguments, scene)
         written = [_render_frame(arguments, scene, frame, out) for frame in frames]
@@ -84,7 +85,9 @@ def run(arguments: argparse.Namespace) -> int:
         "frames": written,
         "colors": _colors(scene, out, arguments.bands),
         "notes": list(
-            dict.fromkeys([*_blend.missing_files(), *(note for entry in written for note in entry.pop("notes"))])
+            dict.fromkeys(
+                [*_blend.missing_files(), *without, *(note for entry in written for note in entry.pop("notes"))]
+            )
         ),
         "seconds": round(time.perf_counter() - start, 3),
     }
@@ -198,6 +201,18 @@ def _copied(plain: Path, path: Path) -> list[str]:
         for each, copy in made.items():
             shutil.copyfile(each, whole.enter_context(whole_file(copy)))
     return list(map(str, made.values()))
+
+
+def _without_strips(scene: Any) -> list[str]:
+    """Switch the sequencer off, which F12 would show in place of the scene; returns a note if it has visible strips."""
+    if not scene.render.use_sequencer or scene.sequence_editor is None:
+        return []
+    scene.render.use_sequencer = False
+    editor = scene.sequence_editor
+    strips = editor.strips if hasattr(editor, "strips") else editor.sequences  # before 4.4
+    if all(each.type == "SOUND" or each.mute for each in strips):
+        return []
+    return ["Sequencer: the scene itself is rendered, without the strips of its sequencer, which F12 shows instead"]
 
 
 def _tick(scene: Any, names: list[str]) -> None:

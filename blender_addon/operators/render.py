@@ -2,7 +2,7 @@
 """The plan of the renderer: make it, override a decision, release it; and the cost of accuracy."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 from bpy.props import StringProperty
@@ -11,6 +11,7 @@ from bpy.types import Context, Event, PropertyGroup
 from spectral_core.errors import InvalidInputError
 
 from .. import jobs
+from ..editing.dial.as_rendered import AsRendered
 from ..translate.settings import overrides_of
 from .common import UNDOABLE, Waiting, chosen_path, reporting
 
@@ -18,12 +19,6 @@ if TYPE_CHECKING:
     from spectral_core.render import CostCurve
     from spectral_core.render.plan.effects import EffectPlan
     from spectral_core.scene import Scene
-
-
-def _translated(context: Context, *, compares_faces: bool = False) -> "Scene":
-    from ..translate.scene import translate_scene
-
-    return translate_scene(context.evaluated_depsgraph_get(), compares_faces=compares_faces)
 
 
 def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
@@ -41,15 +36,41 @@ def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
         line.is_artists = decision.source == "artist"
 
 
-class _Planning(Waiting):
+class _Reading(Waiting):
+    """Base of operators that need the scene as F12 renders it, which may differ from what the viewport shows."""
+
+    _asked: AsRendered | None = None
+
+    def prepare(self, context: Context, *, at_once: bool) -> None:
+        self._asked = AsRendered(context, at_once=at_once)
+
+    def is_prepared(self) -> bool:
+        return self._asked is None or not self._asked.is_running
+
+    def read(self) -> "Scene":
+        """The scene. Raises InvalidInputError if it could not be translated."""
+        assert self._asked is not None
+        return self._asked.take()
+
+    def end(self, scene: bpy.types.Scene, answer: Any) -> None:
+        if self._asked is not None and self._asked.layers.told:
+            self.report({"WARNING"}, self._asked.layers.told)  # type: ignore[attr-defined]
+
+    def leave(self) -> None:
+        if self._asked is not None:
+            self._asked.leave()
+
+
+class _Planning(_Reading):
     """Plans the scene in the renderer's process, which may have to start, or to end a render first."""
 
     def begin(self, context: Context) -> Callable[[], "EffectPlan"]:
-        scene = _translated(context)
+        scene = self.read()
         return lambda: jobs.process.plan(scene)
 
     def end(self, scene: bpy.types.Scene, answer: "EffectPlan") -> None:
         store_plan(scene.spectral.render, answer)
+        super().end(scene, answer)
 
 
 class SPECTRAL_OT_plan(_Planning, bpy.types.Operator):
@@ -75,12 +96,19 @@ class SPECTRAL_OT_plan_override(_Planning, bpy.types.Operator):
             return super().invoke(context, event)
         return context.window_manager.invoke_props_dialog(self)
 
-    def begin(self, context: Context) -> Callable[[], "EffectPlan"]:
+    def prepare(self, context: Context, *, at_once: bool) -> None:
         settings = context.scene.spectral.render
         if not self.effect or not self.value:
             raise InvalidInputError("name the effect and the value to override it with")
         self._before = overrides_of(settings)
         _set_override(settings, self.effect, self.value)
+        try:
+            super().prepare(context, at_once=at_once)
+        except Exception:
+            self.failed(context.scene)
+            raise
+
+    def begin(self, context: Context) -> Callable[[], "EffectPlan"]:
         try:
             return super().begin(context)
         except Exception:
@@ -118,9 +146,9 @@ class SPECTRAL_OT_plan_release(_Planning, bpy.types.Operator):
     bl_options = UNDOABLE
     effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
 
-    def begin(self, context: Context) -> Callable[[], "EffectPlan"]:
+    def prepare(self, context: Context, *, at_once: bool) -> None:
         _set_override(context.scene.spectral.render, self.effect, None)
-        return super().begin(context)
+        super().prepare(context, at_once=at_once)
 
 
 def store_curve(settings: PropertyGroup, curve: "CostCurve") -> None:
@@ -140,7 +168,7 @@ def store_curve(settings: PropertyGroup, curve: "CostCurve") -> None:
         settings.cost_summary += f" {now.rare.text}"
 
 
-class SPECTRAL_OT_cost(Waiting, bpy.types.Operator):
+class SPECTRAL_OT_cost(_Reading, bpy.types.Operator):
     """Measure error against time on some of the picture's pixels, and predict both for the whole picture"""
 
     bl_idname = "spectral.cost"
@@ -148,12 +176,13 @@ class SPECTRAL_OT_cost(Waiting, bpy.types.Operator):
     bl_options = UNDOABLE
 
     def begin(self, context: Context) -> Callable[[], "CostCurve"]:
-        scene = _translated(context)
+        scene = self.read()
         context.scene.spectral.render.cost_summary = "Measuring…"
         return lambda: jobs.process.cost_curve(scene)
 
     def end(self, scene: bpy.types.Scene, answer: "CostCurve") -> None:
         store_curve(scene.spectral.render, answer)
+        super().end(scene, answer)
 
     def failed(self, scene: bpy.types.Scene) -> None:
         scene.spectral.render.cost_summary = ""
@@ -178,7 +207,11 @@ class SPECTRAL_OT_write_mitsuba(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         from spectral_core.render.mitsuba_export import write_mitsuba
 
-        made = write_mitsuba(_translated(context, compares_faces=True), chosen_path(self.directory))
+        path = chosen_path(self.directory)
+        asked = AsRendered(context, at_once=True)
+        made = write_mitsuba(asked.take(), path)
+        if asked.layers.told:
+            self.report({"WARNING"}, asked.layers.told)
         for note in made.notes:
             self.report({"WARNING"}, f"{note.subject}: {note.message}")
         self.report({"INFO"}, f"{made.scene}: {len(made.files)} files")

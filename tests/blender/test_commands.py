@@ -137,6 +137,22 @@ def test_render_denoises_on_request_if_the_package_is_installed(saved, tmp_path,
     assert status == 0 and json.loads(text.splitlines()[-1])["frames"][0]["denoised"] == ""
 
 
+@pytest.mark.parametrize("mute", [False, True])
+def test_render_shows_the_scene_and_names_strips_that_f12_shows_instead(saved, tmp_path, capfd, mute):
+    editor = bpy.context.scene.sequence_editor_create()
+    strips = editor.strips if hasattr(editor, "strips") else editor.sequences
+    length = "length" if "length" in strips.bl_rna.functions["new_effect"].parameters else "frame_end"
+    strips.new_effect(name="Color", type="COLOR", channel=1, frame_start=1, **{length: 25}).mute = mute
+    bpy.ops.wm.save_mainfile()
+    out = tmp_path / "scene.exr"
+    status, text, _ = call(capfd, "render", saved, "--out", out, "--json")
+    report = json.loads(text.splitlines()[-1])
+    assert status == 0 and report["frames"][0]["samples"] == 3
+    assert sum(note.startswith("Sequencer: ") for note in report["notes"]) == (0 if mute else 1)
+    image = bpy.data.images.load(str(out))
+    np.testing.assert_allclose(np.array(image.pixels[:]).reshape(-1, 4)[:, :3], 0.5, rtol=0.02)
+
+
 def test_plan_prints_reasons(saved, capfd):
     status, text, _ = call(capfd, "plan", saved, "--set", "bounces=3", "--json")
     rows = {row["effect"]: row for row in json.loads(text.splitlines()[-1])["plan"]}

@@ -50,19 +50,24 @@ def pressed(name, **values):
 
 def running():
     names = {each.bl_idname for each in bpy.context.window.modal_operators}
-    return bool(names & {"SPECTRAL_OT_dial_record", "SPECTRAL_OT_dial_load", "SCREEN_OT_render", "RENDER_OT_render"})
+    ours = {"SPECTRAL_OT_dial_record", "SPECTRAL_OT_dial_load", "SPECTRAL_OT_plan"}
+    return bool(names & {*ours, "SCREEN_OT_render", "RENDER_OT_render"})
 
 
 def left():
     """What must be as before."""
     preferences = bpy.context.preferences.view.render_display_type
-    return [bpy.context.scene.render.engine, preferences, jobs.current_request().translated is None]
+    render = bpy.context.scene.render
+    own = [render.engine, render.use_compositing, render.use_sequencer]
+    own += [each.use for each in bpy.context.scene.view_layers]
+    return [*own, preferences, jobs.current_request().translated is None]
 
 
 def drive():
     yield 1.0
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y, scene.spectral.render.samples = 96, 54, 2
+    scene.view_layers.new("Second")  # the window shows the first one
     told["before"] = left()
     told["pressed"] = pressed("dial_record")
     told["twice"] = _refused()
@@ -94,6 +99,11 @@ def drive():
     yield from inside.until(lambda: not running(), 120, "the second recording")
     yield 1.5
     told["again"] = [dial().changes, left()]
+    pressed("plan")
+    told["plan"] = [_refused()]
+    yield from inside.until(lambda: not running(), 120, "the plan")
+    yield 0.3
+    told["plan"] += [len(scene.spectral.render.plan) > 5, left()]
     told["file"] = Path(bpy.app.tempdir, "light_dial.transport.exr").is_file()
 
 

@@ -65,6 +65,9 @@ def test_record_as_a_button_leaves_nothing_behind(tmp_path):
     assert result["stopped"] == ["unchanged", before]
     assert result["after an error"] == before
     assert result["again"] == ["", before]
+    refused, *planned = result["plan"]
+    assert "renders at present" in refused
+    assert planned == [True, before]
     assert result["file"]
-    words = ("being recorded", "recorded", "stopped", "camera", "recorded")
-    assert [word in text for word, text in zip(words, result["reports"], strict=True)] == [True] * 5
+    words = ("being recorded", "recorded", "stopped", "camera", "recorded", "renders at present")
+    assert [word in text for word, text in zip(words, result["reports"], strict=True)] == [True] * len(words)

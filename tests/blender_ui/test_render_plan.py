@@ -108,3 +108,67 @@ def test_a_target_error_or_time_reaches_the_translated_scene(blender, settings):
     assert asked().target_error == 0.5 and asked().time_budget_s is None
     settings.goal = "TIME"
     assert asked().target_error is None and asked().time_budget_s == 7.0
+
+
+def add_what_the_viewport_shows_differently(blender):
+    """A cube that renders alone show, one that the viewport alone shows, and a sphere with finer faces in renders."""
+    for name in ("Rendered", "Shown"):
+        blender.ops.mesh.primitive_cube_add(location=(3, 0, 0))
+        blender.context.object.name = name
+    blender.data.objects["Rendered"].hide_viewport = blender.data.objects["Shown"].hide_render = True
+    blender.ops.mesh.primitive_cube_add(location=(-3, 0, 0))
+    blender.context.object.name = "Fine"
+    modifier = blender.context.object.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels, modifier.render_levels = 0, 2
+
+
+def read_by(blender, monkeypatch, tmp_path, operator):
+    """The scene that an operator reads; nothing is traced or written."""
+    from blender_addon import jobs
+    from spectral_core.errors import RenderCancelled
+    from spectral_core.render import mitsuba_export, plan_from_data
+
+    seen = []
+
+    def stopped(scene, *_):
+        seen.append(scene)
+        raise RenderCancelled("enough")
+
+    monkeypatch.setattr(jobs.process, "plan", lambda scene: seen.append(scene) or plan_from_data(scene))
+    monkeypatch.setattr(jobs.process, "cost_curve", stopped)
+    monkeypatch.setattr(mitsuba_export, "write_mitsuba", stopped)
+    options = {"directory": str(tmp_path / "export")} if operator == "write_mitsuba" else {}
+    if operator == "plan":
+        blender.ops.spectral.plan()
+    else:
+        with pytest.raises(RuntimeError, match="enough"):
+            getattr(blender.ops.spectral, operator)(**options)
+    return seen[0]
+
+
+@pytest.mark.parametrize("operator", ["plan", "cost", "write_mitsuba"])
+def test_an_operator_reads_the_scene_as_f12_renders_it(blender, settings, monkeypatch, tmp_path, operator):
+    add_what_the_viewport_shows_differently(blender)
+    blender.context.scene.render.engine = "CYCLES"
+    scene = read_by(blender, monkeypatch, tmp_path, operator)
+    names = {each.name for each in scene.instances}
+    assert "Rendered" in names and "Shown" not in names
+    fine = next(each for each in scene.instances if each.name == "Fine")
+    assert len(next(each for each in scene.meshes if each.name == fine.mesh).triangles) > 12
+    assert blender.context.scene.render.engine == "CYCLES"
+
+
+def test_a_plan_says_which_view_layers_are_left_out(blender, settings, monkeypatch, tmp_path, capfd):
+    read_by(blender, monkeypatch, tmp_path, "plan")
+    assert "left out" not in capfd.readouterr().out
+    blender.context.scene.view_layers.new("Near")
+    read_by(blender, monkeypatch, tmp_path, "plan")
+    assert "Warning: only the view layer 'ViewLayer' was read; left out: 'Near'" in capfd.readouterr().out
+
+
+def test_an_override_that_cannot_be_planned_is_dropped(blender, settings):
+    camera = blender.context.scene.camera
+    blender.data.objects.remove(camera)
+    with pytest.raises(RuntimeError, match="camera"):
+        blender.ops.spectral.plan_override(effect="bounces", value="3")
+    assert overrides_of(settings) == {}

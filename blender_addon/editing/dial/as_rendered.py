@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack, suppress
-from typing import TYPE_CHECKING, Any, NoReturn
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import bpy
-from bpy.types import Context
+from bpy.types import Context, Scene, ViewLayer
 
 from spectral_core.errors import InvalidInputError, RenderCancelled
 
@@ -18,31 +20,121 @@ if TYPE_CHECKING:
 
 NO_RENDER = "Blender did not start the render; is there a camera?"
 RENDERS = "Blender renders at present; wait for the end of that render, or stop it, and press the button again"
+SETTINGS = {"engine": "SPECTRAL", "use_compositing": False, "use_sequencer": False}
+"""Settings of a render that only translates the scene.
+
+A compositor would write the files of its File Output nodes, and render other scenes; strips would be shown in place of
+the scene.
+"""
+SLOT = "Spectral translation"
+"""Name of the render slot that receives the empty picture of such a render."""
+
+
+@dataclass(frozen=True)
+class Layers:
+    """The view layer that is translated. ``left_out``: names of the others that F12 renders."""
+
+    name: str
+    left_out: tuple[str, ...]
+
+    @classmethod
+    def of(cls, scene: Scene, layer: ViewLayer) -> Layers:
+        """Those of a scene, with the layer to translate."""
+        others = () if scene.render.use_single_layer else scene.view_layers
+        return cls(layer.name, tuple(each.name for each in others if each.use and each.name != layer.name))
+
+    @property
+    def told(self) -> str:
+        """Message about the layers that are left out, "" if there are none."""
+        names = ", ".join(map(repr, self.left_out))
+        return f"only the view layer {self.name!r} was read; left out: {names}" if names else ""
+
+
+def first_layer(scene: Scene) -> ViewLayer:
+    """The first view layer that is rendered, or the first one if none is."""
+    return next((each for each in scene.view_layers if each.use), scene.view_layers[0])
+
+
+_translated: dict[int, Layers] = {}
+"""By session number of the scene: the layers of its last translation."""
+
+
+def translated_layers(scene: Scene) -> Layers | None:
+    """The layers of the scene's last translation by AsRendered; None before the first one."""
+    return _translated.get(scene.session_uid)
+
+
+def _switch(scene: Scene, layer: str) -> Callable[[], None]:
+    """Give the scene SETTINGS, and one view layer to render; the function that is returned restores its own.
+
+    The argument ``layer`` of Blender's operator is no way to that: without a window Blender ignores it, and with one it
+    delays the job, so that none runs at first, as after its end.
+    """
+    number, kept = scene.session_uid, {name: getattr(scene.render, name) for name in SETTINGS}
+    rendered = {each.name: each.use for each in scene.view_layers}
+    _set(scene, SETTINGS, dict.fromkeys(rendered, False) | {layer: True})
+
+    def restore() -> None:
+        # an undo replaces the scene by another one with the same number; a deleted scene has none
+        for each in bpy.data.scenes:
+            if each.session_uid == number:
+                _set(each, kept, rendered)
+
+    return restore
+
+
+@contextmanager
+def only_translated(scene: Scene, layer: str) -> Iterator[None]:
+    """Within it a render of the scene uses SETTINGS, and renders the view layer of that name."""
+    restore = _switch(scene, layer)
+    try:
+        yield
+    finally:
+        restore()
+
+
+def _set(scene: Scene, values: dict[str, Any], rendered: dict[str, bool]) -> None:
+    """Set settings of renders, and which view layers are rendered; a name that is not known was given meanwhile."""
+    for name, value in values.items():
+        setattr(scene.render, name, value)
+    for layer in scene.view_layers:
+        layer.use = rendered.get(layer.name, True)
 
 
 class AsRendered:
     """Translation of a scene by a render: at once, or in Blender's render job, so that the interface goes on.
 
-    Between its start and ``take`` the scene's engine is SPECTRAL. Raises InvalidInputError if no render can start.
+    The view layer is that of the window, and is the only one that is rendered between the start and ``take``, with
+    SETTINGS; if another translation starts in between, the scene has its own settings before that. ``layers``: those
+    that are translated and left out. Raises InvalidInputError if no render can start.
     """
 
+    _current: ClassVar[AsRendered | None] = None
+    """The last one, until it is taken: two that overlap would restore the settings of each other."""
+
     def __init__(self, context: Context, *, at_once: bool) -> None:
+        if not bpy.app.background and bpy.app.is_job_running("RENDER"):
+            raise InvalidInputError(RENDERS)
+        if AsRendered._current is not None:
+            AsRendered._current.leave()
         self._scenes: list[SpectralScene] = []
         self._failed = len(jobs.failures())
+        self.layers = _translated[context.scene.session_uid] = Layers.of(context.scene, context.view_layer)
         self._until_taken = ExitStack()
-        self._until_taken.callback(_set_engine, context.scene.render, context.scene.render.engine)
-        self._until_taken.enter_context(jobs.request(jobs.RenderRequest(translated=self._catch)))
-        context.scene.render.engine = "SPECTRAL"
+        AsRendered._current = self
         try:
-            if at_once:
-                bpy.ops.render.render(scene=context.scene.name)
-            else:
-                _start_job(context.scene.name)
+            self._until_taken.callback(_switch(context.scene, self.layers.name))
+            self._until_taken.enter_context(jobs.request(jobs.RenderRequest(translated=self._catch)))
+            with _slot():
+                if at_once:
+                    bpy.ops.render.render(scene=context.scene.name)
+                else:
+                    _start_job(context.scene.name)
         except RuntimeError as error:
-            self._until_taken.close()
+            self.leave()
             raise InvalidInputError(str(error).strip().removeprefix("Error: ")) from error
-        except InvalidInputError:
-            self._until_taken.close()
+        except BaseException:
+            self.leave()
             raise
 
     def _catch(self, scene: SpectralScene) -> NoReturn:
@@ -57,6 +149,8 @@ class AsRendered:
     def leave(self) -> None:
         """End without a scene."""
         self._until_taken.close()
+        if AsRendered._current is self:
+            AsRendered._current = None
 
     def take(self) -> SpectralScene:
         """The scene; call it once. Raises InvalidInputError if the render failed before its translation."""
@@ -67,9 +161,23 @@ class AsRendered:
         raise InvalidInputError(failed[-1].message if failed else NO_RENDER)
 
 
-def _set_engine(render: Any, engine: str) -> None:
-    with suppress(ReferenceError):  # the scene was deleted
-        render.engine = engine
+@contextmanager
+def _slot() -> Iterator[None]:
+    """A render that starts within it has a slot of its own: Blender frees the picture in the slot of a render."""
+    image = next((each for each in bpy.data.images if each.type == "RENDER_RESULT"), None)
+    if image is None:  # nothing was rendered
+        yield
+        return
+    slots = image.render_slots
+    shown, names = slots.active_index, [each.name for each in slots]
+    if SLOT not in names:
+        slots.new(name=SLOT)
+        names.append(SLOT)
+    slots.active_index = names.index(SLOT)
+    try:
+        yield
+    finally:
+        slots.active_index = shown
 
 
 def _start_job(name: str) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import bpy
-from bpy.types import Depsgraph, LayerCollection, Object, Scene
+from bpy.types import Depsgraph, LayerCollection, Object, Scene, ViewLayer
 
 from spectral_core.errors import SpectralError
 
@@ -20,6 +20,7 @@ from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Unfinished
 from ..deferred import Deferred
 from ..viewport.stages import Stage
+from .as_rendered import first_layer, translated_layers
 from .live import redraw_dial
 
 REST_SECONDS = 1.0
@@ -50,13 +51,19 @@ _hashes: dict[int, dict[int, tuple[Any, str]]] = {}
 
 HIDDEN = "hidden"
 """Value in place of the hash of a part that is rendered but hidden in the viewport, so that it cannot be compared."""
+LAYER = "the view layer"
+"""Name of the part whose value is the name of the view layer that the others belong to."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Everything that a recording depends on, by name; ``hidden``: names whose hash is HIDDEN."""
+    """Everything that a recording depends on, by name; ``hidden``: names whose hash is HIDDEN.
+
+    ``layer``: name of the view layer.
+    """
 
     scene: int
+    layer: str
     values: dict[str, Any]
     hidden: tuple[str, ...]
 
@@ -68,23 +75,30 @@ class Parts:
         made = {id(part): known.get(id(part)) or (part, scene_hash(part)[:DIGITS]) for part in self.values.values()}
         if not bpy.app.background:
             _hashes[self.scene] = made
-        return dict.fromkeys(self.hidden, HIDDEN) | {name: made[id(part)][1] for name, part in self.values.items()}
+        hashes = {name: made[id(part)][1] for name, part in self.values.items()}
+        return {LAYER: self.layer} | dict.fromkeys(self.hidden, HIDDEN) | hashes
 
 
 def parts_of(scene: Scene) -> dict[str, str]:
     """Name to hash of everything that the recording depends on, as the viewport has it now."""
-    return read_parts(scene).hashes()
+    return read_parts(scene, layer=recorded_layer(scene)).hashes()
 
 
-def read_parts(scene: Scene, seconds: float = math.inf, *, continues: bool = False) -> Parts:
+def read_parts(scene: Scene, seconds: float = math.inf, *, continues: bool = False, layer: str = "") -> Parts:
     """Everything that the recording depends on, as the viewport has it now.
 
     Parts that are hidden from renders do not count, whatever the viewport shows; HIDDEN stands for those that only
     the viewport hides. ``seconds``: raises Unfinished after about so long; ``continues``: True for a call after that.
+    ``layer``: name of the view layer; without it that of the last translation.
     """
-    view_layer = scene.view_layers[0] if bpy.context.scene != scene else bpy.context.view_layer
+    view_layer = _view_layer(scene, layer)
+    if view_layer.depsgraph is None:  # no window has shown it
+        view_layer.update()
     depsgraph = view_layer.depsgraph
     stage = _stage_of(scene)
+    if stage is not None and stage.users != {view_layer.name}:
+        stage.kept.clear()  # those of another view layer
+        stage.users = {view_layer.name}
     if not continues:
         depsgraph.update()
     if stage is not None:
@@ -105,24 +119,37 @@ def read_parts(scene: Scene, seconds: float = math.inf, *, continues: bool = Fal
         singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
         parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
     unseen = [obj for obj in rendered.values() if not obj.visible_get(view_layer=view_layer)]
-    return Parts(scene.session_uid, parts, tuple(name for obj in unseen for name in _names(obj)))
+    return Parts(scene.session_uid, view_layer.name, parts, tuple(name for obj in unseen for name in _names(obj)))
 
 
 class Shares:
-    """Reads the parts of a scene in shares, between which Blender's main thread is free. ``parts``: the outcome."""
+    """Reads the parts of a scene in shares, between which Blender's main thread is free. ``parts``: the outcome.
 
-    def __init__(self) -> None:
+    ``layer``: as in ``read_parts``.
+    """
+
+    def __init__(self, layer: str = "") -> None:
         self.parts: Parts | None = None
+        self._layer = layer
         self._continues = False
 
     def read(self, scene: Scene) -> bool:
         """Read one share; True if no share is left. Raises SpectralError."""
         if self.parts is None:
             try:
-                self.parts = read_parts(scene, SHARE_SECONDS, continues=self._continues)
+                self.parts = read_parts(scene, SHARE_SECONDS, continues=self._continues, layer=self._layer)
             except Unfinished:
                 self._continues = True
         return self.parts is not None
+
+
+def _view_layer(scene: Scene, name: str) -> ViewLayer:
+    """The view layer of that name, or that of the last translation, or that of the window."""
+    last = translated_layers(scene)
+    for known in (name, "" if last is None else last.name):
+        if scene.view_layers.get(known) is not None:
+            return scene.view_layers[known]
+    return bpy.context.view_layer if bpy.context.scene == scene else first_layer(scene)
 
 
 def _stage_of(scene: Scene) -> Stage | None:
@@ -172,6 +199,11 @@ def recorded_parts(scene: Scene) -> dict[str, str]:
     return parts if isinstance(parts, dict) else {}
 
 
+def recorded_layer(scene: Scene) -> str:
+    """Name of the view layer that was recorded; "" if unknown, as in files of an earlier version."""
+    return str(recorded_parts(scene).get(LAYER, ""))
+
+
 def compare(scene: Scene, parts: Parts | None = None) -> str:
     """Compare the scene with the recorded one, store the differences on the dial and return them; "" for none.
 
@@ -180,14 +212,19 @@ def compare(scene: Scene, parts: Parts | None = None) -> str:
     dial, recorded = scene.spectral.dial, recorded_parts(scene)
     if not dial.scene_hash or not recorded:
         return ""
+    layer = recorded.pop(LAYER, "")
+    if layer and scene.view_layers.get(layer) is None:
+        dial.changes = f"view layer {layer!r} was removed or renamed"
+        return dial.changes
     began = time.monotonic()
     try:
-        now = (parts or read_parts(scene)).hashes()
+        now = (parts or read_parts(scene, layer=layer)).hashes()
     except SpectralError as error:
         dial.changes = str(error)
         return dial.changes
     if time.monotonic() - began > SLOW_SECONDS:
         _slow.add(scene.session_uid)
+    del now[LAYER]
     dial.changes = told(recorded, now)
     return dial.changes
 
@@ -204,7 +241,7 @@ def told(recorded: dict[str, str], now: dict[str, str]) -> str:
 
 def _compare_and_show(scene: Scene) -> bool:
     """Read a share of the scene, and compare after the last one; False if another share is left."""
-    shares = _shares.setdefault(scene.session_uid, Shares())
+    shares = _shares.setdefault(scene.session_uid, Shares(recorded_layer(scene)))
     with suppress(SpectralError):  # the comparison reads the parts again, and tells the artist
         if not shares.read(scene):
             return False

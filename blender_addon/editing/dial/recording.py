@@ -16,6 +16,7 @@ from ... import jobs
 from ...translate.dial import storage_of
 from ...translate.view_transform import view_transform_of
 from . import changes, live
+from .as_rendered import translated_layers
 from .members import Member, members_of
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ class Recording:
     view: ViewTransform | None
     before: tuple[Fingerprint, Transport] | None = None
     """The present recording, if only lights that have changed since then are to be recorded."""
+    left_out: str = ""
+    """Message about view layers that are not recorded."""
     fingerprint: Any = None
     hashes: dict[str, str] = field(default_factory=dict)
     """Of ``parts``, after ``run``."""
@@ -60,7 +63,9 @@ class Recording:
         members = members_of(context.scene, shown, dial.one_per_light)
         parts, view = parts or changes.read_parts(context.scene), view_transform_of(context.scene)
         before = _present(context.scene) if only_changed else None
-        return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, before)
+        layers = translated_layers(context.scene)
+        left_out = "" if layers is None else layers.told
+        return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, before, left_out)
 
     def identify(self) -> None:
         """Compute the fingerprint of the scene, for which its effects are planned."""
@@ -90,10 +95,12 @@ class Recording:
     @property
     def told(self) -> str:
         """Message about a recording that does not cover everything."""
+        left_out = f"; {self.left_out}" if self.left_out else ""
         if self.again is None:
-            return ""
+            return left_out
         names = ", ".join(name or "ungrouped" for name in self.again)
-        return f"; only {names} rendered anew" if names else "; no light had changed, so nothing was rendered"
+        rendered = f"only {names} rendered anew" if names else "no light had changed, so nothing was rendered"
+        return f"; {rendered}{left_out}"
 
     def _note(self, progress: Progress) -> None:
         self.progress = progress.samples / progress.total
