@@ -88,3 +88,10 @@ class Translation:
 def overridden(depsgraph: Any, name: str) -> Any:
     """The view layer's override of all items of a type (``"material_override"``, …), None without one."""
     return getattr(depsgraph.view_layer_eval, name, None)
+
+
+def makers_of(obj: Any, instance: Any) -> frozenset[int]:
+    """Session numbers of the data that the geometry of an instance of the depsgraph is made from."""
+    source = obj.original
+    blocks = [source, getattr(source, "data", None), instance.parent.original if instance.parent else None]
+    return frozenset(block.session_uid for block in blocks if block is not None)
