@@ -24,6 +24,7 @@ from .shading.attributes import random_of
 from .shading.carried.instances import InstancePoints
 from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
+from .viewport.answers import kept_or_asked
 from .viewport.kept import Begun, Kept, Unfinished, kept_or_made
 from .viewport.walk import RepeatWalk, Trace, walk_of
 from .visibility import Culling, Linking, seen_as, shown_by
@@ -177,7 +178,7 @@ def _visit(found: Collected, instance: Any, shows: Callable[[Any], bool], cullin
 def _remade(found: Collected, material: Any) -> TranslatedMaterial:
     """A material that was edited."""
     number, make = material.original.session_uid, partial(_material, found.translation, material)
-    return kept_or_made(
+    return kept_or_asked(
         found.kept, found.translation, ("material", number), frozenset((number,)), material.name_full, make
     )
 
