@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,13 +16,17 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from .. import compat
 
+Question = Callable[["Translation"], Any]
+"""A question about data outside of the item that reads them; see ``translate.questions``."""
+
 
 @dataclass
 class Heard:
-    """Notes of a part of a translation, and True if it has read data of other items."""
+    """Notes of a part of a translation, True if it has read data of other items, its questions and their answers."""
 
     notes: tuple[Note, ...] = ()
     reads_elsewhere: bool = False
+    answers: dict[Question, Any] = field(default_factory=dict)
 
 
 @dataclass
@@ -41,6 +45,9 @@ class Translation:
     designed: Mapping[int, tuple[Spectrum, float]] = field(default_factory=dict)
     reads_elsewhere: bool = False
     _notes: dict[tuple[str, str], Note] = field(default_factory=dict)
+    _asked: dict[Question, Any] = field(default_factory=dict)
+    """The questions of the present part."""
+    _answers: dict[Question, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, depsgraph: Any, data: Any) -> Translation:
@@ -61,19 +68,28 @@ class Translation:
         """Add a note for the user, once."""
         self._notes.setdefault((subject, message), Note(subject, message))
 
+    def answer(self, question: Question) -> Any:
+        """The answer to a question, found once."""
+        if question not in self._answers:
+            self._answers[question] = question(self)
+        return self._answers[question]
+
+    def ask(self, question: Question) -> Any:
+        """The answer to a question. A view makes the present part again when the answer is another."""
+        self._asked[question] = answer = self.answer(question)
+        return answer
+
     @contextmanager
     def listening(self) -> Iterator[Heard]:
-        """Collect the notes and reads within it; the user receives the notes as always."""
-        notes, elsewhere, heard = self._notes, self.reads_elsewhere, Heard()
-        self._notes, self.reads_elsewhere = {}, False
+        """Collect the notes, reads and questions within it; the user receives the notes as always."""
+        notes, elsewhere, asked, heard = self._notes, self.reads_elsewhere, self._asked, Heard()
+        self._notes, self.reads_elsewhere, self._asked = {}, False, {}
         try:
             yield heard
         finally:
-            heard.notes, heard.reads_elsewhere = self.notes, self.reads_elsewhere
-            self._notes, self.reads_elsewhere = (
-                notes | {k: v for k, v in self._notes.items() if k not in notes},
-                (elsewhere or self.reads_elsewhere),
-            )
+            heard.notes, heard.reads_elsewhere, heard.answers = self.notes, self.reads_elsewhere, self._asked
+            self._notes = notes | {k: v for k, v in self._notes.items() if k not in notes}
+            self.reads_elsewhere, self._asked = elsewhere or self.reads_elsewhere, asked | self._asked
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -88,3 +104,10 @@ class Translation:
 def overridden(depsgraph: Any, name: str) -> Any:
     """The view layer's override of all items of a type (``"material_override"``, …), None without one."""
     return getattr(depsgraph.view_layer_eval, name, None)
+
+
+def makers_of(obj: Any, instance: Any) -> frozenset[int]:
+    """Session numbers of the data that the geometry of an instance of the depsgraph is made from."""
+    source = obj.original
+    blocks = [source, getattr(source, "data", None), instance.parent.original if instance.parent else None]
+    return frozenset(block.session_uid for block in blocks if block is not None)

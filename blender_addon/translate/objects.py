@@ -24,10 +24,11 @@ from .shading.attributes import random_of
 from .shading.carried.instances import InstancePoints
 from .shading.materials import TranslatedMaterial, default_volume, translate_material
 from .strands.placed import place_hair, place_strands
+from .viewport.answers import kept_or_asked
 from .viewport.kept import Begun, Kept, Unfinished, kept_or_made
 from .viewport.walk import RepeatWalk, Trace, walk_of
 from .visibility import Culling, Linking, seen_as, shown_by
-from .volumes import GridFile, has_transfer, translate_volume
+from .volumes import GridFile, has_transfer, saved_of, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces Blender lists as a separate mesh instance."""
@@ -177,7 +178,7 @@ def _visit(found: Collected, instance: Any, shows: Callable[[Any], bool], cullin
 def _remade(found: Collected, material: Any) -> TranslatedMaterial:
     """A material that was edited."""
     number, make = material.original.session_uid, partial(_material, found.translation, material)
-    return kept_or_made(
+    return kept_or_asked(
         found.kept, found.translation, ("material", number), frozenset((number,)), material.name_full, make
     )
 
@@ -215,7 +216,7 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
 def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     """A Volume object: through its transfer function if that is on, else by its material."""
     if has_transfer(obj.data):
-        volume = translate_volume(found.translation, found.unique("volume", obj.name_full), obj, instance)
+        volume = translate_volume(found, found.unique("volume", obj.name_full), obj, instance)
         found.volumes.append(volume)
         return
     override = overridden(found.translation.depsgraph, "material_override")
@@ -223,7 +224,8 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     if item.filling is None:
         found.translation.note(obj.name, "its material has no volume shader; nothing of it is visible")
         return
-    placed = in_volume(found, obj, instance, item, GridFile.of(obj.data, grids_read(item.filling.inputs)))
+    file = GridFile.of(obj.data, grids_read(item.filling.inputs), saved_of(found, obj, instance))
+    placed = in_volume(found, obj, instance, item, file)
     if placed is not None:
         hidden = seen_as(instance, found.translation.depsgraph.view_layer)["hidden_from"]
         found.enter(replace(placed, hidden_from=hidden) if hidden else placed, obj.original, shown_by(instance))

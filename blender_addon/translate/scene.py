@@ -24,7 +24,8 @@ from .lighting.patterns import follows_camera
 from .lighting.world import translate_world
 from .objects import collect, everything
 from .settings import sampling_of, settings_of
-from .viewport.kept import Kept, kept_or_made
+from .viewport.answers import forget_outdated, kept_or_asked
+from .viewport.kept import Kept
 
 USUAL_CLAMP = 10.0
 """Blender's default clamp on indirect light, which removes only fireflies."""
@@ -58,6 +59,7 @@ def translate_scene(
     film = film or translate_film(source, sampling.samples, sampling.seed)
     if kept is not None:
         translation.images = kept.images
+        forget_outdated(kept, translation)
     chosen = camera if camera is not None else source.camera
     viewed = seen_from or translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph))
     if source.render.use_motion_blur and not is_moving:
@@ -105,7 +107,7 @@ def _world(
         state += viewed.world_from_camera.tobytes(), viewed.window(film)
     make = partial(_translated_world, translation, world, viewed, is_view=len(state) > 2)
     key, makers = ("world", original.session_uid), frozenset((original.session_uid,))
-    return kept_or_made(kept, translation, key, makers, state, make)
+    return kept_or_asked(kept, translation, key, makers, state, make)
 
 
 def _translated_world(

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import itertools
+import weakref
+from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import lru_cache
 from os import stat_result
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +20,12 @@ from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
 
-from .context import Translation
+from .context import makers_of
 from .volume_looks import transfer as volume_looks
 from .volume_looks.look import look_of
+
+if TYPE_CHECKING:
+    from .objects import Collected
 
 MOST_VOXELS = 1 << 28
 """Voxels of a Volume object that are rendered by its material; larger ones are refused."""
@@ -40,13 +46,13 @@ def has_transfer(data: Any) -> bool:
     return settings is not None and bool(settings.enabled)
 
 
-def translate_volume(translation: Translation, name: str, obj: Any, instance: Any) -> VolumeObject:
+def translate_volume(found: Collected, name: str, obj: Any, instance: Any) -> VolumeObject:
     """The VolumeObject ``name`` of an evaluated Volume object. Raises InvalidInputError."""
-    data = obj.data
+    translation, data = found.translation, obj.data
     settings = data.spectral
     matrix = np.array(instance.matrix_world, dtype=np.float64)
     try:
-        volume = voxels_of(data)
+        volume = voxels_of(data, saved_of(found, obj, instance))
         placed = ScalarVolume(obj.name, volume.data, matrix @ volume.world_from_index)
         stated = volume_looks.stated_transfer(data, translation.rgb_from_working)
         transfer = stated.for_volume(placed, volume_looks.value_range(data))
@@ -55,15 +61,20 @@ def translate_volume(translation: Translation, name: str, obj: Any, instance: An
     return VolumeObject(name, placed.data, placed.world_from_index, transfer, **look_of(settings))
 
 
-def voxels_of(data: Any) -> ScalarVolume:
-    """The data of a Volume data-block at its present frame, in its object space. Raises SpectralError."""
-    path, state = _stated(data)
+def voxels_of(data: Any, saved: SavedGrids | None = None) -> ScalarVolume:
+    """The data of a Volume data-block at its present frame, in its object space; ``saved``: as in ``GridFile``.
+
+    Raises SpectralError.
+    """
+    if saved is None and is_made(data):
+        saved = SavedGrids(data)
+    path, state = _stated(data, saved)
     return _read(path, data.spectral.grid, state.st_mtime_ns, state.st_size)
 
 
-def _stated(data: Any) -> tuple[Path, stat_result]:
+def _stated(data: Any, saved: SavedGrids | None) -> tuple[Path, stat_result]:
     """The file of a Volume data-block at its present frame, and its size and time. Raises InvalidInputError."""
-    path = file_of(data)
+    path = file_of(data) if saved is None else saved.path
     try:
         return path, path.stat()
     except OSError as error:
@@ -74,18 +85,22 @@ def _stated(data: Any) -> tuple[Path, stat_result]:
 
 @dataclass(frozen=True)
 class GridFile:
-    """Grids of a file as it was at a time: two that are equal have the same numbers."""
+    """Grids of a file as it was at a time: two that are equal have the same numbers.
+
+    ``saved``: the file of grids that modifiers or nodes have made, None for a file of the user's.
+    """
 
     path: Path
     names: tuple[str, ...]
     modified: int
     size: int
+    saved: SavedGrids | None = field(default=None, compare=False)
 
     @classmethod
-    def of(cls, data: Any, names: list[str]) -> GridFile:
+    def of(cls, data: Any, names: list[str], saved: SavedGrids | None) -> GridFile:
         """The file of a Volume data-block at its present frame. Raises InvalidInputError."""
-        path, state = _stated(data)
-        return cls(path, tuple(names), state.st_mtime_ns, state.st_size)
+        path, state = _stated(data, saved)
+        return cls(path, tuple(names), state.st_mtime_ns, state.st_size, saved)
 
     def lattice(self) -> Lattice:
         """Its grids by name on the voxels of the first one; missing ones are left out.
@@ -178,23 +193,53 @@ def file_of(data: Any) -> Path:
         raise InvalidInputError(
             f"the sequence of volume {data.name!r} has no file for this frame: {data.grids.error_message}"
         )
-    if not data.filepath:
-        return _saved(data)
     return Path(bpy.path.abspath(data.filepath, library=data.library))
 
 
-_SAVED = TemporaryDirectory(prefix="spectral_volumes_", ignore_cleanup_errors=True)
+def is_made(data: Any) -> bool:
+    """True if the grids of an evaluated Volume data-block have no file: modifiers or nodes have made them."""
+    return not (data.is_sequence or data.filepath)
 
 
-def _saved(data: Any) -> Path:
-    """A file with the grids that modifiers or nodes have made."""
-    if not len(data.grids):
-        raise InvalidInputError(f"volume {data.name!r} has neither a file nor grids; give it one of them")
-    name = "".join(c if c.isalnum() else "_" for c in data.name_full)
-    path = Path(_SAVED.name) / f"{name}_{data.original.session_uid}.vdb"
-    if not data.grids.save(filepath=str(path)):
-        raise InvalidInputError(f"the grids of volume {data.name!r} cannot be saved: {data.grids.error_message}")
-    return path
+_FOLDER = TemporaryDirectory(prefix="spectral_volumes_", ignore_cleanup_errors=True)
+_numbers = itertools.count(1)
+
+
+class SavedGrids:
+    """A file of grids that modifiers or nodes have made; it is deleted with the last object that refers to this."""
+
+    def __init__(self, data: Any) -> None:
+        """``data``: an evaluated Volume data-block. Raises InvalidInputError if its grids cannot be saved."""
+        if not len(data.grids):
+            raise InvalidInputError(f"volume {data.name!r} has neither a file nor grids; give it one of them")
+        name = "".join(c if c.isalnum() else "_" for c in data.name_full)
+        self.path = Path(_FOLDER.name) / f"{name}_{next(_numbers)}.vdb"
+        weakref.finalize(self, _delete, self.path)
+        if not data.grids.save(filepath=str(self.path)):
+            raise InvalidInputError(f"the grids of volume {data.name!r} cannot be saved: {data.grids.error_message}")
+
+
+def _delete(path: Path) -> None:
+    with suppress(OSError):
+        path.unlink()
+
+
+def saved_of(found: Collected, obj: Any, instance: Any) -> SavedGrids | None:
+    """The saved grids of an evaluated Volume object, None if they have a file.
+
+    In a viewport they are those of an earlier translation until Blender reports another geometry of the object. Raises
+    InvalidInputError.
+    """
+    if not is_made(obj.data):
+        return None
+    if found.kept is None:
+        return SavedGrids(obj.data)
+    makers = makers_of(obj, instance)
+    key = ("grids", obj.data.as_pointer(), obj.data.session_uid, makers)
+    found.kept_meshes.add(key)
+    kept: Any = found.kept  # its meshes last as long as these grids
+    saved: SavedGrids = kept.mesh(key, makers, lambda: SavedGrids(obj.data))
+    return saved
 
 
 @lru_cache(maxsize=2)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -64,8 +66,8 @@ def evaluated(monkeypatch):
     return shapes
 
 
-def clouded(cloud):
-    """A Principled Volume shader on a Volume object."""
+def cloud_material():
+    """A material with a Principled Volume shader."""
     material = bpy.data.materials.new("Cloud")
     if material.node_tree is None:
         material.use_nodes = True
@@ -73,8 +75,14 @@ def clouded(cloud):
     tree.nodes.clear()
     volume, output = tree.nodes.new("ShaderNodeVolumePrincipled"), tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(volume.outputs[0], output.inputs["Volume"])
+    return material
+
+
+def clouded(cloud):
+    """A Principled Volume shader on a Volume object."""
+    material = cloud_material()
     cloud.data.materials.append(material)
-    return volume
+    return next(node for node in material.node_tree.nodes if node.type == "PRINCIPLED_VOLUME")
 
 
 def is_up_to_date(stage):
@@ -132,3 +140,104 @@ def test_a_moved_cloud_and_another_file_are_followed(volumes, tmp_path):
     first, last = (next(m for m in scene.materials if m.name == f"Cloud {k}") for k in (0, 2))
     np.testing.assert_array_equal(first.medium.grid.scattering, last.medium.grid.scattering)
     assert first.medium.density == last.medium.density
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The folder of saved grids."""
+    from blender_addon.translate import volumes
+
+    made = tmp_path / "saved"
+    made.mkdir()
+    monkeypatch.setattr(volumes, "_FOLDER", SimpleNamespace(name=str(made)))
+    return made
+
+
+@pytest.fixture
+def made(stage, folder):
+    """A cloud that geometry nodes make on a mesh object; the node with its density."""
+    tree = bpy.data.node_groups.new("Cloud", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    cube, given = tree.nodes.new("GeometryNodeVolumeCube"), tree.nodes.new("GeometryNodeSetMaterial")
+    for axis in "XYZ":
+        cube.inputs[f"Resolution {axis}"].default_value = 8
+    given.inputs["Material"].default_value = cloud_material()
+    tree.links.new(cube.outputs[0], given.inputs["Geometry"])
+    tree.links.new(given.outputs[0], tree.nodes.new("NodeGroupOutput").inputs[0])
+    holder = bpy.data.objects.new("Holder", bpy.data.meshes.new("Nothing"))
+    bpy.context.scene.collection.objects.link(holder)
+    holder.modifiers.new("Cloud", "NODES").node_group = tree
+    stage.density = cube.inputs["Density"]
+    updated(stage)
+    return stage
+
+
+def files(folder):
+    """The saved files of grids, with their times."""
+    return {path: path.stat().st_mtime_ns for path in folder.iterdir()}
+
+
+def densest(stage):
+    (medium,) = (material.medium for material in is_up_to_date(stage).materials if material.medium is not None)
+    return medium.density * float(medium.extinction.linear_rgb.max())
+
+
+def test_a_cloud_of_geometry_nodes_is_saved_once(made, folder):
+    before = files(folder)
+    assert len(before) == 1
+    densest(made)
+    updated(made, lambda stage: setattr(shader(stage.material)["Roughness"], "default_value", 0.2))
+    updated(made, lambda _stage: setattr(bpy.data.objects["Ball"], "location", (0, 1, 2)))
+    updated(made, lambda _stage: setattr(bpy.data.objects["Holder"], "location", (0, 1, 2)))
+    densest(made)
+    assert files(folder) == before
+
+
+def test_a_changed_cloud_replaces_its_file(made, folder):
+    seen = [files(folder)]
+    density = densest(made)
+    for value in (2.0, 3.0):
+        updated(made, lambda stage, value=value: setattr(stage.density, "default_value", value))
+        assert densest(made) == pytest.approx(value * density)
+        seen.append(files(folder))
+    assert [len(each) for each in seen] == [1, 1, 1]
+    assert len(set().union(*seen)) == 3
+
+
+def test_an_animated_cloud_has_one_file(made, folder):
+    for frame in (1, 20):
+        made.density.default_value = frame
+        made.density.keyframe_insert("default_value", frame=frame)
+    found = set()
+    for frame in range(2, 8):
+        updated(made, lambda _stage, frame=frame: bpy.context.scene.frame_set(frame))
+        found.add(densest(made))
+        assert len(files(folder)) == 1
+    assert len(found) == 6
+
+
+def test_the_file_of_a_cloud_ends_with_it(made, folder):
+    updated(made, lambda _stage: bpy.data.objects.remove(bpy.data.objects["Holder"]))
+    assert files(folder) == {}
+    assert whole(made).materials
+    assert files(folder) == {}
+
+
+def test_a_cloud_of_a_modifier_is_saved_once(stage, folder):
+    bpy.ops.mesh.primitive_cube_add(location=(0, 0, 3))
+    source = bpy.context.object
+    source.hide_set(True)
+    data = bpy.data.volumes.new("Made")
+    holder = bpy.data.objects.new("Made", data)
+    stage.scene.collection.objects.link(holder)
+    modifier = holder.modifiers.new("Made", "MESH_TO_VOLUME")
+    modifier.object = source
+    data.materials.append(cloud_material())
+    updated(stage)
+    before = files(folder)
+    assert len(before) == 1 and densest(stage) > 0
+    updated(stage, lambda stage: setattr(shader(stage.material)["Roughness"], "default_value", 0.2))
+    assert files(folder) == before
+    updated(stage, lambda _stage: setattr(modifier, "density", 3.0))
+    assert len(files(folder)) == 1 and files(folder) != before
+    is_up_to_date(stage)

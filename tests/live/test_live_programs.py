@@ -29,6 +29,7 @@ from spectral_core.scene import (
     RenderSettings,
     ScatteringMedium,
     Scene,
+    SunLight,
     gray,
 )
 from spectral_core.scene.geometry import Attribute
@@ -110,7 +111,10 @@ def test_a_replayed_launch_makes_no_numbers_of_its_own(scene: Scene, monkeypatch
             Instance("lamp", "two", at(0, 2, 2), ("glow",), hidden_from=Rays.CAMERA),
             Instance("cloud", "two", at(3, 2, 2), ("fog",)),
         ),
-        lights=tuple(replace(x, max_bounces=2, hidden_from=Rays.GLOSSY) for x in plain.lights),
+        lights=(
+            *(replace(x, max_bounces=2, hidden_from=Rays.GLOSSY) for x in plain.lights),
+            SunLight(name="sun", world_from_light=np.eye(4), irradiance=1.0, angle_rad=0.0),
+        ),
         film=replace(plain.film, transparent=True),
         settings=replace(plain.settings, light_paths=LightPaths(clamp_direct=5.0, clamp_indirect=3.0)),
     )

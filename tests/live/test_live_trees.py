@@ -15,7 +15,7 @@ pytest.importorskip("mitsuba")
 from spectral_core.render.live import edits
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.trees import Trees
-from spectral_core.scene import Instance, Scene
+from spectral_core.scene import Instance, Scene, SunLight, World
 from tests.live import test_live_session as session
 from tests.live.test_live_programs import _pictured
 from tests.live.test_live_session import at, with_light, with_place, with_stretch
@@ -111,6 +111,34 @@ def test_without_its_trees_mitsuba_builds_all(crowded: Scene, monkeypatch: pytes
     now = EDITS["mesh and place"](crowded, rng)
     np.testing.assert_allclose(_pictured(stage, now, 1), _pictured(Stage(), now, 1), atol=1e-4)
     assert stage.loads == 1
+
+
+@pytest.mark.parametrize("has_trees", [True, False])
+@pytest.mark.parametrize("has_world", [True, False])
+def test_a_sun_of_one_direction_is_shaded_by_what_has_left_the_scene(
+    crowded: Scene, has_world: bool, has_trees: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its shadow rays ended where the loaded scene did: an object beyond that had no shadow."""
+    if not has_trees:
+        monkeypatch.setattr(Trees, "of", lambda *_: None)
+    sun = SunLight(name="sun", world_from_light=np.eye(4), irradiance=3.0, angle_rad=0.0)
+    lit = replace(crowded, lights=(sun,), world=crowded.world if has_world else World())
+    stage, shaded = Stage(), EDITS["shade"](lit, np.random.default_rng(1))
+    tilted = with_light(shaded, "sun", world_from_light=tilt(0.1))
+    scenes = (lit, shaded, tilted, lit)
+    pictures = [_pictured(stage, each, 1) for each in scenes]
+    assert stage.loads == 1
+    assert stage.launcher.recordings == 1 or not has_trees
+    for each, picture in zip(scenes, pictures, strict=True):
+        np.testing.assert_allclose(picture, _pictured(Stage(), each, 1), atol=1e-4)
+    assert pictures[1].mean() < 0.7 * pictures[0].mean()
+
+
+def tilt(angle: float) -> np.ndarray:
+    """A rotation around the axis of y."""
+    matrix = np.eye(4)
+    matrix[:3:2, :3:2] = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
+    return matrix
 
 
 def test_handles_that_are_not_certain_are_refused(crowded: Scene) -> None:

@@ -12,6 +12,7 @@ from spectral_core.files.guarded import read_bytes
 from spectral_core.scene import Photometry
 from spectral_core.spectra.luminaire import every_degree, read_ies
 
+from ..questions import ContentOfText, StateOfFile
 from ..shading.reader import Reader, evaluator
 from ..shading.texture_nodes import place_of
 from ..shading.tree import Output, linked
@@ -63,10 +64,14 @@ def luminaire_of(reader: Reader, node: Any) -> Photometry | None:
     import bpy
 
     if node.mode == "INTERNAL":
+        if node.ies is not None:
+            reader.translation.ask(ContentOfText(node.ies.session_uid))
         text = node.ies.as_string() if node.ies is not None else ""
     else:
+        path = bpy.path.abspath(node.filepath)
+        reader.translation.ask(StateOfFile(path))
         try:
-            text = read_bytes(bpy.path.abspath(node.filepath), MOST_BYTES).decode("latin-1")
+            text = read_bytes(path, MOST_BYTES).decode("latin-1")
         except FileFormatError as error:
             reader.note(f"the file of {node.name!r} cannot be read ({error}); it is even and {BROKEN:g} strong")
             return None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from spectral_core.scene import Light
 
-from ..viewport.kept import kept_or_made
+from ..viewport.answers import kept_or_asked
 from ..viewport.owners import muted_links_of
 from ..viewport.walk import facts_of, single
 from .lights import translate_light
@@ -39,4 +39,4 @@ def _light(found: Collected, name: str, obj: Any, instance: Any) -> Light | None
         return make()
     makers = frozenset((original.session_uid, original.data.session_uid))
     state = (name, facts_of(obj), muted_links_of(original.data), tuple(map(tuple, instance.matrix_world)))
-    return kept_or_made(found.kept, found.translation, ("light", original.session_uid), makers, state, make)
+    return kept_or_asked(found.kept, found.translation, ("light", original.session_uid), makers, state, make)

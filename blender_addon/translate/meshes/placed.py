@@ -15,6 +15,7 @@ import numpy as np
 from spectral_core.scene import Instance, Mesh
 
 from ..approximations import note_missing
+from ..context import makers_of
 from ..displacement.moved import displaced
 from ..ledger import note_changed
 from ..placed_media import in_mesh
@@ -144,17 +145,9 @@ def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> M
         if found.kept is None:
             found.meshes[key] = make()
         else:
-            makers = _makers(obj, instance)  # another mesh may use the same memory later
+            makers = makers_of(obj, instance)  # another mesh may use the same memory later
             whole = (*key, name, makers)
             found.kept_meshes.add(whole)
             found.meshes[key] = found.kept.mesh(whole, makers, make)
         found.settle_names()
     return found.meshes[key]
-
-
-def _makers(obj: Any, instance: Any) -> frozenset[int]:
-    """Session numbers of the data that a mesh is made from; none if geometry nodes or the like create it anew."""
-    source = obj.original
-    data = getattr(source, "data", None)
-    blocks = [source, data, instance.parent.original if instance.parent else None]
-    return frozenset(block.session_uid for block in blocks if block is not None)

@@ -10,6 +10,7 @@ import numpy as np
 from spectral_core.scene.shading.geometry import FILTER_WIDTH, shifted_by
 
 from ..meshes.measures import READ
+from ..questions import distance_of_world
 from .attributes import ALPHA, POINT_PLACE, POINT_SIZE, view_layer_attribute
 from .fields import Value
 from .reader import NEUTRAL, Reader, evaluator
@@ -144,8 +145,7 @@ def _ambient_occlusion(reader: Reader, output: Output) -> Any:
     node, place = output.node, output.input("Distance")
     distance = reader.read(output, "Distance", 1.0)
     if place is not None and linked(place) is None and output.value("Distance") == 0:  # then the world's own
-        world = reader.translation.scene.world
-        distance = reader.literal(0.0 if world is None else float(world.light_settings.distance))
+        distance = reader.literal(reader.translation.ask(distance_of_world))
     settings = (min(int(node.samples), MOST_PROBES), bool(node.inside), bool(node.only_local))
     share = reader.emit("occlusion", normal_of(reader, output.input("Normal")), distance, settings=settings)
     if output.socket.type != "RGBA":

@@ -34,14 +34,20 @@ def texture_of(node: Any) -> SpectralTexture:
     """
     if not node.filepath:
         raise InvalidInputError("no file is chosen; choose the texture.exr that `spectral-scene texture` wrote")
-    path = Path(bpy.path.abspath(node.filepath, library=node.id_data.library))
+    path = file_of(node)
     if not path.is_file():
         raise InvalidInputError(f"there is no file {path}; choose the texture.exr again")
-    return _read(path, path.stat().st_mtime_ns)
+    state = path.stat()
+    return _read(path, state.st_mtime_ns, state.st_size)
+
+
+def file_of(node: Any) -> Path:
+    """The path of a node's file."""
+    return Path(bpy.path.abspath(node.filepath, library=node.id_data.library))
 
 
 @lru_cache(maxsize=4)
-def _read(path: Path, _changed_ns: int) -> SpectralTexture:
+def _read(path: Path, _changed_ns: int, _size: int) -> SpectralTexture:
     return read_texture(path)
 
 

@@ -12,11 +12,12 @@ from spectral_core.errors import SpectralError
 
 from ... import compat
 from ...properties.texture import NODE
+from ..questions import StateOfFile
 from .fields import Value
 from .image_files import MISSING
 from .images import alpha_is_read, image_of_node, tiles_of_node
 from .reader import NEUTRAL, Reader, evaluator
-from .texture import spectral_image_of
+from .texture import file_of, spectral_image_of
 from .tree import Output
 
 
@@ -75,6 +76,8 @@ def _spectral_texture(reader: Reader, output: Output) -> Any:
     if output.node.bl_idname != NODE:
         return reader.unknown(output)
     try:
+        if output.node.filepath:
+            reader.translation.ask(StateOfFile(str(file_of(output.node))))
         return spectral_image_of(output.node)
     except SpectralError as error:
         reader.note(f"Spectral Texture {output.node.name!r}: {error}; a neutral gray was used")

@@ -16,7 +16,7 @@ import numpy as np
 from spectral_core.render.job import Loaded
 from spectral_core.render.live import media
 from spectral_core.render.live.transplant import transplant
-from spectral_core.render.live.trees import Trees
+from spectral_core.render.live.trees import Trees, far_emitters
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
 from spectral_core.render.mitsuba_scene.light import LightObject
@@ -53,6 +53,9 @@ class Edit:
             self._loaded.scene.scene.parameters_changed()
             if self._trees is not None:
                 self._trees.tell_size()
+            else:
+                for emitter in far_emitters(self._loaded.scene.scene):
+                    emitter.set_scene(self._loaded.scene.scene)
 
     def _updated_trees(self) -> bool:
         """Change single trees; False if that is not possible."""

@@ -134,13 +134,13 @@ class Trees:
         return bool(self._embree["rtcGetDeviceError"](self._device) == 0)
 
     def tell_size(self) -> None:
-        """Make a box of twice the scene's size known to Mitsuba's environment, which sends shadow rays that far: the
-        scene may then grow. Call it after Mitsuba has made the scene itself known.
+        """Make a box of twice the scene's size known to the emitters that send shadow rays that far: the scene may then
+        grow. Call it after Mitsuba has made the scene itself known.
         """
         import mitsuba as mi
 
-        world, (low, high) = self._scene.environment(), self._bounds()
-        if world is None or not np.isfinite((low, high)).all():  # without any object there is no box
+        emitters, (low, high) = far_emitters(self._scene), self._bounds()
+        if not emitters or not np.isfinite((low, high)).all():  # without any object there is no box
             return
         size = 2 * (high - low)
         self._middle, self._radius = (low + high) / 2, float(np.linalg.norm(size)) / 2
@@ -150,7 +150,9 @@ class Trees:
         for name, values in given.items():
             parameters[name] = own_copy(type(parameters[name]), values)
         parameters.update()
-        world.set_scene(mi.load_dict({"type": "scene", "room": self._spare}, parallel=False, optimize=False))
+        room = mi.load_dict({"type": "scene", "room": self._spare}, parallel=False, optimize=False)
+        for emitter in emitters:
+            emitter.set_scene(room)
 
     def _follow_size(self) -> None:
         low, high = self._bounds()
@@ -174,6 +176,18 @@ class Trees:
         flat = np.ascontiguousarray(rows)
         room = self._embree["rtcSetNewGeometryBuffer"](mesh, buffer, 0, kind, 12, len(flat))
         ctypes.memmove(room, flat.ctypes.data, flat.nbytes)
+
+
+def far_emitters(scene: Any) -> list[Any]:
+    """The emitters that send shadow rays as far as the scene is large: the environment, and suns of one direction.
+
+    Mitsuba's scene makes its later size known to the environment alone.
+    """
+    import mitsuba as mi
+
+    suns = [each for each in scene.emitters() if mi.has_flag(each.flags(), mi.EmitterFlags.DeltaDirection)]
+    world = scene.environment()
+    return suns if world is None else [*suns, world]
 
 
 @cache

@@ -130,9 +130,9 @@ def _sun(
     half_angle = min(light.angle_rad, np.pi) / 2
     if half_angle < 1e-5 and light.pattern is None:
         irradiance = _emitted(context, light, color, light.irradiance)
-        emitter = context.load(
-            {"type": "directional", "direction": list(map(float, direction)), "irradiance": irradiance}
-        )
+        toward = context.mitsuba.ScalarVector3f(direction)
+        emitter = context.load({"type": "blender_sun", "direction": toward, "irradiance": irradiance})
+        emitter.reach.enclose(*scene_sphere)
         return [LightObject(emitter, emitter)]
     center, radius = scene_sphere
     half_angle = min(max(half_angle, 1e-4), np.radians(89.0))

@@ -24,10 +24,10 @@ def register(variant: str) -> None:
     import drjit
     import mitsuba
 
-    from spectral_core.render.plugins.lamps import emitters, environment
+    from spectral_core.render.plugins.lamps import emitters, environment, sun
     from spectral_core.render.plugins.paints import spectral_image, textures
 
-    for module in (textures, spectral_image, emitters, environment, *_closures()):
+    for module in (textures, spectral_image, emitters, environment, sun, *_closures()):
         module.register(mitsuba, drjit)
     _registered.add(variant)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import bpy
 import numpy as np
 
+from ...questions import IsWhatRenders
 from ..fields import Value
 from ..reader import Reader, evaluator
 from ..tree import Output
@@ -33,15 +33,9 @@ def _on_surface(reader: Reader, along: Value) -> Value:
     return reader.emit("along_surface", along, reader.point("normal"))
 
 
-def _is_what_renders(uv_map: str, material: str) -> bool:
-    """True if the UV map for rendering has this name on every mesh with the material."""
-    users = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
-    return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in users)
-
-
 def uv_axes(reader: Any, uv_map: str) -> tuple[Any, Any]:
     """Tangent and bitangent of a UV map, "" for the one that renders."""
-    if not uv_map or _is_what_renders(uv_map, reader.owner):
+    if not uv_map or reader.translation.ask(IsWhatRenders(uv_map, reader.owner)):
         return reader.point("tangent"), reader.point("bitangent")
     places = []
     for shift in range(3):
