@@ -17,7 +17,7 @@ from spectral_core.files.whole import make_folder
 
 from ..editing.dial import changes, live
 from ..editing.dial.as_rendered import AsRendered
-from ..editing.dial.members import Member, store_members
+from ..editing.dial.members import Member, color_bulbs, store_members
 from ..editing.dial.paths import path_for_recording
 from ..editing.dial.recording import Recording, remember_recorded
 from ..translate.dial import storage_name
@@ -85,24 +85,12 @@ def _take(scene: Scene, transport: "Transport", members: list[Member]) -> int:
         for bulb in dial.bulbs:
             bulb.lamp = ""
     gone = store_members(dial.bulbs, members)
-    _color_bulbs(dial, transport)
+    color_bulbs(dial.bulbs, transport.lights)
     width, height = transport.size
     dial.facts = f"{width}×{height}, {transport.samples} samples, {storage_name(transport.storage)}"
     dial.message = ""
     dial.scene_hash = transport.scene_hash
     return gone
-
-
-def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
-    """Give each bulb the color of its light; white if the lights of a group differ."""
-    import numpy as np
-
-    from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
-    from spectral_core.spectra.observer import xyz_of
-
-    for bulb, light in zip(dial.bulbs, transport.lights, strict=True):
-        linear = np.ones(3) if light is None else np.maximum(linear_rgb_from_xyz(xyz_of(light)), 0.0)
-        bulb.color = display_rgb_from_linear(linear / max(float(linear.max()), 1e-9))
 
 
 _under_way: set[int] = set()

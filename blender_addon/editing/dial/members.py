@@ -108,6 +108,16 @@ def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> int:
     return sum(member.owner not in alive for member in members)
 
 
+def color_bulbs(bulbs: bpy_prop_collection, lights: Sequence[Any]) -> None:
+    """Give each bulb the color of its light (an Illuminant); white if the lights of a group differ (None)."""
+    from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
+    from spectral_core.spectra.observer import xyz_of
+
+    for bulb, light in zip(bulbs, lights, strict=True):
+        linear = np.ones(3) if light is None else np.maximum(linear_rgb_from_xyz(xyz_of(light)), 0.0)
+        bulb.color = display_rgb_from_linear(linear / max(float(linear.max()), 1e-9))
+
+
 def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndarray) -> int:
     """Write base × weight to all lights and emissive objects of the bulbs; returns the number of written values.
 
