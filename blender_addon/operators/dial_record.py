@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
-from bpy.types import Context, Event, PropertyGroup, Scene
+from bpy.types import Context, Event, Scene
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
