@@ -133,7 +133,7 @@ def run(options: Options) -> dict[str, Any]:
     edges = {name: edge_figures(f, 300.0 if options.quick else 2000.0) for name, f in GAUSSIANS.items()}
     _print(cases, edges)
     pictures.mkdir(parents=True, exist_ok=True)
-    written = pictures.write(pictures, two_tones, slow_tone, raised_cosine, GAUSSIANS, dpi=40 if options.quick else 130)
+    written = drawings.write(pictures, two_tones, slow_tone, raised_cosine, GAUSSIANS, dpi=40 if options.quick else 130)
     print("pictures: " + ", ".join(path.name for path in written))
     return {"cases": cases, "kernel_edges": edges, "pictures": [str(path) for path in written]}
 

@@ -86,7 +86,7 @@ def test_bulbs_lose_their_lamps_in_a_recording_that_keeps_no_spectra(blender: An
         group_rgb=lambda *_: np.ones((2, 3)),
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(dial_record, "_color_bulbs", lambda *_: None)
+        patch.setattr(dial_record, "color_bulbs", lambda *_: None)
         dial_record._take(blender.context.scene, transport, [])
     assert dial.keeps_spectra == keeps and dial.scene_hash == "1" * 64
     assert {bulb.lamp for bulb in dial.bulbs} == ({"HP1"} if keeps else {""})
