@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
+from benchmarks.volume.pictures import analysis as drawings
 from spectral_core.volume.analysis import (
     SampledFunction,
     composite_bandlimit,

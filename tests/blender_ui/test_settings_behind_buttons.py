@@ -83,7 +83,7 @@ def test_bulbs_lose_their_lamps_in_a_recording_that_keeps_no_spectra(blender: An
     storage = SimpleNamespace(keeps_spectra=keeps, kind="bands", channel_count=3, channel_names=lambda: ("a", "b", "c"))
     transport = SimpleNamespace(
         groups=("Key", "Fill"), storage=storage, size=(4, 3), samples=7, scene_hash="1" * 64,
-        group_rgb=lambda *_: np.ones((2, 3)),
+        lights=(None, None), group_rgb=lambda *_: np.ones((2, 3)),
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(dial_record, "color_bulbs", lambda *_: None)
