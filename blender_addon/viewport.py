@@ -85,7 +85,7 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
     """Statistics for the corner of the view, and its present activity."""
     frames = [picture.shown.frame for picture in pictures if picture.shown is not None]
     if not frames:
-        return "", "Loading the scene"
+        return "", "Paused" if settings.is_paused else "Loading the scene"
     kind = "Spectral" if frames[0].is_spectral else "RGB"
     samples, seconds = min(frame.samples for frame in frames), max(frame.seconds for frame in frames)
     left = f" | {left_s:.0f} s left" if (left_s := time_left(samples, settings.samples, seconds)) >= 1 else ""

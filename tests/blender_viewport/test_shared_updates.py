@@ -176,3 +176,11 @@ def test_a_view_knows_all_settings_of_the_film_that_a_render_has(blender, monkey
     for name in set(film.__dataclass_fields__) - of_the_view:
         assert getattr(film, name) == getattr(expected, name), name
     assert film.transparent_glass
+
+
+def test_a_view_that_is_opened_while_paused_says_so():
+    from blender_addon.viewport import words
+
+    empty = [sessions.Picture(None, is_current=False)]
+    assert words(empty, SimpleNamespace(is_paused=True, samples=4)) == ("", "Paused")
+    assert words(empty, SimpleNamespace(is_paused=False, samples=4)) == ("", "Loading the scene")
