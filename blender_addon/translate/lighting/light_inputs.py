@@ -68,7 +68,7 @@ def luminaire_of(reader: Reader, node: Any) -> Photometry | None:
             reader.translation.ask(ContentOfText(node.ies.session_uid))
         text = node.ies.as_string() if node.ies is not None else ""
     else:
-        path = bpy.path.abspath(node.filepath)
+        path = bpy.path.abspath(node.filepath, library=node.id_data.library)
         reader.translation.ask(StateOfFile(path))
         try:
             text = read_bytes(path, MOST_BYTES).decode("latin-1")
