@@ -51,6 +51,18 @@ def test_a_recording_of_an_unsaved_file_is_kept_when_it_is_saved(stage, tmp_path
     np.testing.assert_array_equal(shown(scene), before)
 
 
+def test_a_recording_that_cannot_be_copied_is_named(stage, dial, tmp_path, monkeypatch):
+    from blender_addon.editing.dial import paths
+
+    def full(*_paths):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(paths.shutil, "copyfile", full)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "later.blend"))
+    assert "could not be copied" in dial.message and "Save Transport" in dial.message
+    assert not transport_path(dial).exists()
+
+
 def test_recordings_of_two_scenes_are_two_files(stage, dial):
     first, before = transport_path(dial), shown(stage)
     bpy.ops.scene.new(type="FULL_COPY")

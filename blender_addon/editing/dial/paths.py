@@ -5,20 +5,23 @@ from __future__ import annotations
 
 import shutil
 import threading
+from functools import partial
 from pathlib import Path
 
 import bpy
 from bpy.types import PropertyGroup, Scene
 
+from spectral_core.errors import FileWriteError
 from spectral_core.files.whole import whole_file
 
 ENDING = ".transport.exr"
+POLL_S = 0.2
 
 
 def transport_path(dial: PropertyGroup) -> Path:
     """File of a dial's transport."""
     if dial.filepath:
-        return Path(bpy.path.abspath(dial.filepath))
+        return Path(bpy.path.abspath(dial.filepath, library=dial.id_data.library))
     stem = Path(bpy.data.filepath) if bpy.data.filepath else Path(bpy.app.tempdir or ".") / "light_dial"
     return stem.with_suffix(dial.own_ending + ENDING)
 
@@ -57,15 +60,30 @@ def follow_save(*_: object) -> None:
         old, new = _before_save.pop(scene.session_uid, None), transport_path(dial)
         if old is None or old == new or new.exists() or not old.is_file():
             continue
+        errors: list[str] = []
+        thread = threading.Thread(target=_copy, args=(old, new, errors))  # no daemon: Blender waits for it at its end
+        thread.start()
+        report = partial(_report, scene.session_uid, thread, errors)
         if bpy.app.background:
-            _copy(old, new)
-        else:  # no daemon: Blender waits for the copy at its end
-            threading.Thread(target=_copy, args=(old, new)).start()
+            thread.join()
+            report()
+        else:
+            bpy.app.timers.register(report, first_interval=POLL_S, persistent=True)
 
 
-def _copy(old: Path, new: Path) -> None:
+def _copy(old: Path, new: Path, errors: list[str]) -> None:
     try:
         with whole_file(new) as unfinished:
             shutil.copyfile(old, unfinished)
-    except OSError as error:
-        print(f"The recording {old} could not be copied to {new}: {error}. Write it there with Save Transport.")
+    except (FileWriteError, OSError) as error:
+        errors.append(f"the recording {old} could not be copied to {new}: {error}; write it there with Save Transport")
+
+
+def _report(scene_uid: int, thread: threading.Thread, errors: list[str]) -> float | None:
+    """Tell the error of a copy in the panel. Blender's timer calls it until the copy ends."""
+    if thread.is_alive():
+        return POLL_S
+    for scene in bpy.data.scenes:
+        if scene.session_uid == scene_uid and errors:
+            scene.spectral.dial.message = errors[0]
+    return None

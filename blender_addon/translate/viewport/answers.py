@@ -8,12 +8,9 @@ from typing import Any, TypeVar
 
 from ..context import Translation
 from ..questions import IsWhatRenders
-from .kept import KNOWN, Kept, Part, kept_or_made
+from .kept import KNOWN, Kept, kept_or_made
 
 Value = TypeVar("Value")
-
-ANSWERS = ("answers", 0)
-"""Key of a part whose value holds the answers of all other parts by their keys; it ends with all parts."""
 
 
 def kept_or_asked(
@@ -31,10 +28,9 @@ def kept_or_asked(
     def asking() -> Value:
         with translation.listening() as heard:
             value = make()
-        held = _held(kept)
-        held.pop(key, None)
+        kept.answers.pop(key, None)
         if heard.answers:
-            held[key] = heard.answers
+            kept.answers[key] = heard.answers
         return value
 
     return kept_or_made(kept, translation, key, makers, state, asking)
@@ -49,7 +45,7 @@ def forget_outdated(kept: Kept, translation: Translation) -> None:
 
     A question about all meshes takes 10 ms for a thousand: it is passed over where only numbers or places have changed.
     """
-    held, updates = _held(kept), translation.depsgraph.updates
+    held, updates = kept.answers, translation.depsgraph.updates
     are_same = (
         bool(held)
         and bool(updates)
@@ -65,11 +61,3 @@ def forget_outdated(kept: Kept, translation: Translation) -> None:
         ):
             del held[key], kept.parts[key]
             kept.walk = kept.begun = None
-
-
-def _held(kept: Kept) -> dict[Any, Any]:
-    """The answers by the key of their part."""
-    if ANSWERS not in kept.parts:
-        kept.parts[ANSWERS] = Part({}, frozenset(), None, ())
-    found: dict[Any, Any] = kept.parts[ANSWERS].value
-    return found

@@ -87,6 +87,8 @@ class Kept:
     """Instances of the last complete walk, by name: equal ones stay the same objects, which later comparisons pass."""
     begun: Begun | None = None
     """A walk that has reached the time limit, until the next edit."""
+    answers: dict[Any, Any] = field(default_factory=dict)
+    """By the key of a part the questions that it has asked, with their answers; see ``answers``."""
     _settled_parts: int = 0
     """Number of parts after they were last freed."""
     _end: float = float("inf")
