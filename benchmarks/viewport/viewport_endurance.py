@@ -15,6 +15,7 @@ compile kernels.
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import tempfile
 import time
@@ -60,7 +61,7 @@ def run(options: Options) -> dict[str, Any]:
     end = time.monotonic() + 60 * _number(options, "--minutes", 10_000)
     print(f"seed {seed}, {changes} changes, {kills} kills" if not each else f"seed {seed}, {each} kills of each kind")
     with tempfile.TemporaryDirectory() as folder:
-        trial = Trial(np.random.default_rng(seed), Path(folder))
+        trial = Trial(np.random.default_rng(seed), Path(folder), options.out / "viewport-endurance")
         try:
             killed = set(np.linspace(1, changes - 1, kills).astype(int).tolist())
             planned: list[tuple[str, bool]] = [("", number in killed) for number in range(changes)]
@@ -83,10 +84,10 @@ def run(options: Options) -> dict[str, Any]:
 class Trial:
     """One run: the view, a process that loads each scene anew, and the counts."""
 
-    def __init__(self, rng: np.random.Generator, folder: Path) -> None:
+    def __init__(self, rng: np.random.Generator, folder: Path, faults: Path) -> None:
         from spectral_core.render.live.link import LiveLink
 
-        self.rng, self.folder, self.fresh = rng, folder, LiveLink()
+        self.rng, self.folder, self.faults, self.fresh = rng, folder, faults, LiveLink()
         self.counts: Counter[str] = Counter()
         self.wrong: list[str] = []
         self.memory: list[int] = []
@@ -194,6 +195,15 @@ class Trial:
         self.errors.append(error)
         if error > limit:
             self._found(f"{what}: differs from a fresh view by {error:.1e} of its mean")
+            self._keep(what, (found.pixels, shown.pixels), (true, known))
+
+    def _keep(self, what: str, pictures: tuple[Any, Any], scenes: tuple[Any, Any]) -> None:
+        """Write the pictures and scenes of a fault, fresh and shown, for whoever looks for its cause."""
+        import bpy
+
+        self.faults.mkdir(parents=True, exist_ok=True)
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.faults.resolve() / f"{what}.blend"), copy=True)
+        (self.faults / f"{what}.pickle").write_bytes(pickle.dumps((pictures, scenes)))
 
     def _found(self, what: str) -> None:
         """Note a fault; it is printed at once, as a run takes long."""

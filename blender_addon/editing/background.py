@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A command in a separate process while Blender stays responsive: its output so far, and its end."""
+"""Separate processes while Blender stays responsive: a command with its output so far, and workers with Blender."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Sequence
+
+import bpy
 
 from spectral_core import child
 
@@ -35,3 +37,24 @@ class BackgroundCommand:
             except subprocess.TimeoutExpired:
                 self.process.kill()
                 self.process.wait()
+
+
+def has_program() -> bool:
+    """True if this Blender is a program; bpy as a module has no interface that would stop."""
+    return bool(bpy.app.binary_path)
+
+
+def worker_command() -> tuple[str, ...]:
+    """Start of a worker's command line: Blender itself without a window, or this Python if bpy is a module of it."""
+    if has_program():
+        return bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr"
+    from spectral_core.render.process.interpreter import find_python
+
+    return find_python(), *child.ISOLATED, "-c"
+
+
+def worker_prelude(command: Sequence[str]) -> str:
+    """Code that such a worker runs first: bpy as a module must be loaded from its installed position, since it adds a
+    folder to the module path that hides it.
+    """
+    return "" if "--python-expr" in command else "import bpy"

@@ -18,7 +18,6 @@ from typing import Any
 import bpy
 import numpy as np
 
-from spectral_core import child
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
 from spectral_core.explore.sweep.document import entries
@@ -28,6 +27,7 @@ from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
 
 from ..translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
+from .background import worker_command, worker_prelude
 from .sweep_settings import setting_at
 
 PACKAGE = __package__.rpartition(".")[0]
@@ -89,8 +89,8 @@ class BlendNode:
 
     @property
     def worker_prelude(self) -> str:
-        """Load bpy from its installed position: once loaded, it adds a folder to the module path that hides it."""
-        return "" if "--python-expr" in self.command else "import bpy"
+        """Code that a worker runs first."""
+        return worker_prelude(self.command)
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
         scene = self.scene(parameters, seed)
@@ -159,15 +159,6 @@ class BlendNode:
         elif any(path.startswith(LIGHT_PATH) for _, path in self.paths):
             lines.append("lights are swept together with other properties, so every point is rendered")
         return lines
-
-
-def worker_command() -> tuple[str, ...]:
-    """Blender itself without a window, or this Python if bpy is an installed module."""
-    if bpy.app.binary_path:
-        return bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr"
-    from spectral_core.render.process.interpreter import find_python
-
-    return find_python(), *child.ISOLATED, "-c"
 
 
 def blend_node(table: dict[str, Any], space: Space, folder: Path) -> BlendNode:

@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The light dial without a mouse: reset it, show its picture, write the picture to files."""
 
-from pathlib import Path
+from collections.abc import Callable
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
-from bpy.types import Context, PropertyGroup, Scene
+from bpy.types import Context, Event, PropertyGroup, Scene
 from bpy_extras.io_utils import ExportHelper
 
-from spectral_core.errors import InvalidInputError
-from spectral_core.files.whole import whole_file
+from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError
 
-from .. import compat
 from ..editing.dial import changes, live
 from ..editing.dial.picture import look
-from .common import UNDOABLE, chosen_path, reporting
+from ..editing.dial.saving import Saving
+from .common import UNDOABLE, WaitingForFile, chosen_path, reporting
 
 
 def dial_in(context: Context) -> PropertyGroup:
@@ -78,8 +77,8 @@ class SPECTRAL_OT_dial_check(bpy.types.Operator):
         self.report({"WARNING" if found else "INFO"}, found or "the scene is unchanged since the recording")
 
 
-class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
-    """Write the relit picture to a file; with Animation one for each frame, as the selector is keyframed"""
+class SPECTRAL_OT_dial_save(WaitingForFile, bpy.types.Operator, ExportHelper):
+    """Write the relit picture to a file; with Animation one for each frame, as the selector is keyframed. Esc stops"""
 
     bl_idname = "spectral.dial_save"
     bl_label = "Save Relit Picture"
@@ -89,34 +88,57 @@ class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
     animation: BoolProperty(name="Animation", default=False, description="All frames of the scene, numbered")
     check_extension = None
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    _saving: Saving | None = None
+    _error: Exception | None = None
 
-        scene, path = context.scene, chosen_path(self.filepath)
-        if path.suffix.lower() not in (".png", ".exr"):
-            raise InvalidInputError(f"{path.name} is neither .png nor .exr")
-        if not self.animation:
-            _write_picture(scene, path)
-            return
-        before = scene.frame_current
+    def prepare(self, context: Context, *, at_once: bool) -> None:
+        scene = context.scene
+        frames = range(scene.frame_start, scene.frame_end + 1, scene.frame_step) if self.animation else ()
+        self._error = None
+        self._saving = Saving(scene, chosen_path(self.filepath), frames, at_once=at_once)
+        while at_once and not self.is_prepared():
+            pass
+
+    def is_prepared(self) -> bool:
+        if self._saving is None or self._error is not None:
+            return True
         try:
-            for frame in range(scene.frame_start, scene.frame_end + 1, scene.frame_step):
-                scene.frame_set(frame)
-                _write_picture(scene, path.with_name(f"{path.stem}{frame:04d}{path.suffix}"))
-        finally:
-            scene.frame_set(before)
+            return self._saving.step()
+        except (SpectralError, OSError) as error:
+            self._error = error  # `begin` raises it
+            return True
 
+    def begin(self, context: Context) -> Callable[[], None]:
+        assert self._saving is not None
+        if self._error is not None:
+            raise self._error
+        return self._saving.wait
 
-def _write_picture(scene: Scene, path: Path) -> None:
-    """PNG with the scene's view transform, EXR in linear light."""
-    image = live.show(scene)
-    if path.suffix.lower() == ".exr":
-        with whole_file(path) as unfinished:
-            image.file_format = "OPEN_EXR"
-            image.save(filepath=str(unfinished), save_copy=True)
-        return
-    with compat.image_format(scene.render, "PNG", color_mode="RGB"), whole_file(path) as unfinished:
-        image.save_render(str(unfinished), scene=scene)
+    def end(self, scene: Scene, answer: None) -> None:
+        assert self._saving is not None
+        self._saving.finish()
+        count = f" and {self._saving.total - 1} more" if self._saving.total > 1 else ""
+        self.report({"INFO"}, f"saved {self.filepath}{count}")
+
+    def modal(self, context: Context, event: Event) -> set[str]:
+        saving = self._saving
+        if event.type == "ESC" and event.value == "PRESS" and saving is not None:
+            self._error = RenderCancelled(f"stopped after {saving.saved} of {saving.total} pictures")
+            return {"RUNNING_MODAL"}
+        done = super().modal(context, event)
+        if event.type == "TIMER" and done == {"PASS_THROUGH"} and saving is not None and saving.total > 1:
+            context.workspace.status_text_set(f"Saving … {saving.saved} of {saving.total}; Esc stops it")
+        return done
+
+    def refused(self, error: Exception) -> set[str]:
+        if not isinstance(error, RenderCancelled):
+            return super().refused(error)
+        self.report({"WARNING"}, str(error))
+        return {"CANCELLED"}
+
+    def leave(self) -> None:
+        if self._saving is not None:
+            self._saving.end()
 
 
 register, unregister = bpy.utils.register_classes_factory(

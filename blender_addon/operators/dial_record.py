@@ -20,8 +20,8 @@ from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, color_bulbs, store_members
 from ..editing.dial.paths import path_for_recording
 from ..editing.dial.recording import Recording, remember_recorded
+from ..editing.dial.view_process import TableAhead
 from ..translate.dial import storage_name
-from ..translate.view_transform import view_transform_of
 from .common import UNDOABLE, Waiting, WaitingForFile, chosen_path
 from .dial import reset
 
@@ -105,7 +105,7 @@ class _Translating(Waiting):
     _asked: AsRendered | None = None
     _uid = 0
     _recording: Recording | None = None
-    _knows_view = False
+    _table: TableAhead | None = None
     _shares: changes.Shares | None = None
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
@@ -114,14 +114,12 @@ class _Translating(Waiting):
         self._asked = AsRendered(context, at_once=at_once)
         self._uid = context.scene.session_uid
         _under_way.add(self._uid)
+        self._table = None if at_once else TableAhead(context.scene)
 
     def is_prepared(self) -> bool:
         if self._recording is not None or self._asked is None:
             return True
-        if not self._asked.is_running and not self._knows_view:
-            with contextlib.suppress(OSError):  # the recording asks again, and reports it
-                view_transform_of(bpy.context.scene)  # in a step of its own; the recording finds it ready
-            self._knows_view = True
+        if self._table is not None and not self._table.is_ready():
             return False
         if self._asked.is_running:
             return False
@@ -140,6 +138,8 @@ class _Translating(Waiting):
     def leave(self) -> None:
         if self._asked is not None:
             self._asked.leave()
+        if self._table is not None:
+            self._table.end()
         _under_way.discard(self._uid)
 
 

@@ -19,8 +19,15 @@ if TYPE_CHECKING:
 NAME = "spectral view transform"
 PLAIN_VIEW = "sRGB"
 """The name of the view that is the plain sRGB curve."""
-_latest: dict[tuple[str, str], ViewTransform] = {}
-"""The last table by the working space and the settings of the view: saving its picture takes up to 0.1 s."""
+Key = tuple[str, str]
+"""The working space, and all settings of the view as text."""
+_latest: dict[Key, ViewTransform] = {}
+"""The last table: saving its picture takes up to 0.1 s, since Blender prepares the view for the processor."""
+
+
+def view_key(scene: Scene) -> Key:
+    """What the transform of ``scene`` depends on."""
+    return working_space(bpy.data), view_name(scene)
 
 
 def view_transform_of(scene: Scene) -> ViewTransform | None:
@@ -28,21 +35,34 @@ def view_transform_of(scene: Scene) -> ViewTransform | None:
 
     Blender has no function for it, so a picture of all table nodes is saved like a render.
     """
+    key = view_key(scene)
+    if key[1] == PLAIN_VIEW:
+        return None
+    if key not in _latest:
+        remember(key, sampled(scene))
+    return _latest[key]
+
+
+def is_known(key: Key) -> bool:
+    """True if ``view_transform_of`` answers at once."""
+    return key[1] == PLAIN_VIEW or key in _latest
+
+
+def remember(key: Key, transform: ViewTransform) -> None:
+    """Keep the transform of a view until the next one."""
+    _latest.clear()
+    _latest[key] = transform
+
+
+def sampled(scene: Scene) -> ViewTransform:
+    """The transform of ``scene`` as a table."""
     from spectral_core.render.relight.view_transform import ViewTransform, nodes
 
-    if view_name(scene) == PLAIN_VIEW:
-        return None
-    key = working_space(bpy.data), view_name(scene)
-    if key in _latest:
-        return _latest[key]
-    view = scene.view_settings
-    light = nodes()
+    view, light = scene.view_settings, nodes()
     grid = np.stack(np.meshgrid(light, light, light, indexing="ij"), axis=-1)
     shown = shown_pixels(scene, grid.reshape(len(light), -1, 3))
     name = view.view_transform if view.look == "None" else f"{view.view_transform}, {view.look}"
-    _latest.clear()
-    _latest[key] = ViewTransform(name, shown.reshape(grid.shape))
-    return _latest[key]
+    return ViewTransform(name, shown.reshape(grid.shape))
 
 
 def view_name(scene: Scene) -> str:
@@ -52,12 +72,12 @@ def view_name(scene: Scene) -> str:
     points = [[tuple(point.location) for point in curve.points] for curve in mapping.curves] if mapping else []
     said = (scene.display_settings.display_device, view.view_transform, view.look, view.exposure, view.gamma, points)
     # settings that few scenes use follow only where they are used: fingerprints of earlier sweeps stay
-    further = {name: value for name, value in _settings(view).items() if name not in USUAL}
+    further = {name: value for name, value in settings_of(view).items() if name not in USUAL}
     if not further.pop("use_white_balance", False):
         further = {name: value for name, value in further.items() if not name.startswith("white_balance_")}
     if mapping:
         handles = [[point.handle_type for point in curve.points] for curve in mapping.curves]
-        further |= {"curves": _settings(mapping), "handles": handles}
+        further |= {"curves": settings_of(mapping), "handles": handles}
     if said == ("sRGB", "Standard", "None", 0.0, 1.0, []) and not further:
         return PLAIN_VIEW
     return repr((*said, further) if further else said)
@@ -67,7 +87,7 @@ USUAL = ("view_transform", "look", "exposure", "gamma", "use_curve_mapping")
 """Settings of a view that its name always has."""
 
 
-def _settings(block: Any) -> dict[str, Any]:
+def settings_of(block: Any) -> dict[str, Any]:
     """The settings of a block, as Blender lists them: those of a new version are not overlooked."""
     names = [prop.identifier for prop in block.bl_rna.properties if not prop.is_readonly]
     values = {name: getattr(block, name) for name in names}

@@ -13,12 +13,14 @@ import bpy
 import blender_addon
 from benchmarks.viewport.window import inside
 from blender_addon import jobs
-from blender_addon.editing.dial import changes
+from blender_addon.editing.dial import changes, saving
+from blender_addon.operators.dial import SPECTRAL_OT_dial_save
 from blender_addon.operators.dial_record import SPECTRAL_OT_dial_record
+from blender_addon.translate import view_transform
 
 blender_addon.register()
 bpy.context.preferences.view.show_splash = False
-told: dict = {"reports": []}
+told: dict = {"reports": [], "here": []}
 
 
 def noted(kind):
@@ -36,7 +38,22 @@ def noted(kind):
     kind.refused, kind.end = on_refused, on_end
 
 
+def counted(owner, name):
+    """Remember calls of a function whose work a second Blender does."""
+    function = getattr(owner, name)
+
+    def called(*arguments):
+        told["here"].append(name)
+        return function(*arguments)
+
+    setattr(owner, name, called)
+
+
 noted(SPECTRAL_OT_dial_record)
+counted(saving.Saving, "_write_here")
+counted(saving, "write_picture")
+counted(view_transform, "shown_pixels")
+SPECTRAL_OT_dial_save.invoke = lambda self, context, _event: self.start(context)  # the browser cannot be driven
 
 
 def dial():
@@ -50,7 +67,7 @@ def pressed(name, **values):
 
 def running():
     names = {each.bl_idname for each in bpy.context.window.modal_operators}
-    ours = {"SPECTRAL_OT_dial_record", "SPECTRAL_OT_dial_load", "SPECTRAL_OT_plan"}
+    ours = {"SPECTRAL_OT_dial_record", "SPECTRAL_OT_dial_load", "SPECTRAL_OT_plan", "SPECTRAL_OT_dial_save"}
     return bool(names & {*ours, "SCREEN_OT_render", "RENDER_OT_render"})
 
 
@@ -105,6 +122,27 @@ def drive():
     yield 0.3
     told["plan"] += [len(scene.spectral.render.plan) > 5, left()]
     told["file"] = Path(bpy.app.tempdir, "light_dial.transport.exr").is_file()
+    yield from saved(scene)
+
+
+def saved(scene):
+    """The picture of four frames, saved as after the file browser; then one picture by a script, for comparison."""
+    folder = Path(bpy.app.tempdir)
+    scene.frame_start, scene.frame_end = 3, 6
+    pressed("dial_save", filepath=str(folder / "walk_.png"), animation=True)
+    yield 0.05
+    told["during"] = scene.frame_current, running()
+    yield from inside.until(lambda: not running(), 120, "the pictures")
+    told["walk"] = [(folder / f"walk_{number:04d}.png").is_file() for number in range(2, 8)]
+    told["frame"] = scene.frame_current
+    bpy.ops.spectral.dial_save(filepath=str(folder / "here.png"))
+    told["same"] = (folder / "here.png").read_bytes() == (folder / "walk_0005.png").read_bytes()
+    scene.frame_end = 400
+    pressed("dial_save", filepath=str(folder / "long_.png"), animation=True)
+    yield 2.0
+    _esc()
+    yield from inside.until(lambda: not running(), 60, "the end of the pictures after Esc")
+    told["long"] = [scene.frame_current, len(list(folder.glob("long_*.png"))) < 300]
 
 
 def _esc():

@@ -69,5 +69,10 @@ def test_record_as_a_button_leaves_nothing_behind(tmp_path):
     assert "renders at present" in refused
     assert planned == [True, before]
     assert result["file"]
+    assert result["during"] == [result["during"][0], True]
+    assert result["walk"] == [False, True, True, True, True, False]
+    assert result["frame"] == 1 and result["same"]
+    assert result["long"] == [1, True]
+    assert result["here"] == ["write_picture"]  # the one of the script
     words = ("being recorded", "recorded", "stopped", "camera", "recorded", "renders at present")
     assert [word in text for word, text in zip(words, result["reports"], strict=True)] == [True] * len(words)

@@ -45,10 +45,16 @@ def picture_for(scene: Scene, width: int, height: int) -> Image:
     return image
 
 
+def new_picture(name: str, width: int, height: int) -> Image:
+    """A new image for linear light."""
+    image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True)
+    image.colorspace_settings.name = "Linear Rec.709"
+    return image
+
+
 def _made(replaced: Image | None, width: int, height: int) -> Image:
     """A new image, in place of another one."""
-    image = bpy.data.images.new(PICTURE, width, height, alpha=True, float_buffer=True)
-    image.colorspace_settings.name = "Linear Rec.709"
+    image = new_picture(PICTURE, width, height)
     if replaced is not None:
         name = replaced.name
         replaced.user_remap(image)

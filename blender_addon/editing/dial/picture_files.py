@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files of the relit picture: PNG in the scene's view, EXR in linear light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bpy.types import Image, Scene
+
+from spectral_core.errors import FileWriteError, InvalidInputError
+from spectral_core.files.whole import whole_file
+
+from ... import compat
+
+ENDINGS = (".png", ".exr")
+
+
+def require_ending(path: Path) -> Path:
+    """``path``; raises InvalidInputError if its ending is not one of a picture."""
+    if path.suffix.lower() not in ENDINGS:
+        raise InvalidInputError(f"{path.name} is neither .png nor .exr")
+    return path
+
+
+@dataclass(frozen=True)
+class Output:
+    """A scene's settings for the files of renders, as plain values."""
+
+    image: tuple[tuple[str, Any], ...]
+    dither: float
+
+    @classmethod
+    def of(cls, scene: Scene) -> Output | None:
+        """Those of a scene; None if they have a view of their own."""
+        settings = scene.render.image_settings
+        if getattr(settings, "color_management", "") == "OVERRIDE":
+            return None
+        names = [name for name in compat.OF_IMAGE_FORMATS if hasattr(settings, name)]
+        return cls(tuple((name, getattr(settings, name)) for name in names), scene.render.dither_intensity)
+
+    def set_in(self, scene: Scene) -> None:
+        """Give a scene these settings."""
+        for name, value in self.image:
+            setattr(scene.render.image_settings, name, value)
+        scene.render.dither_intensity = self.dither
+
+
+def write_picture(scene: Scene, image: Image, path: Path) -> None:
+    """Write an image. Raises FileWriteError."""
+    try:
+        if path.suffix.lower() == ".exr":
+            with whole_file(path) as unfinished:
+                image.file_format = "OPEN_EXR"
+                image.save(filepath=str(unfinished), save_copy=True)
+            return
+        with compat.image_format(scene.render, "PNG", color_mode="RGB"), whole_file(path) as unfinished:
+            image.save_render(str(unfinished), scene=scene)
+    except RuntimeError as error:  # Blender's
+        raise FileWriteError(f"{path} could not be written: {error}") from error
