@@ -8,8 +8,7 @@ long, wavelengths take three times as long, and after each solve the second thre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import cache, wraps
 from threading import Lock
 from typing import Any, ParamSpec, TypeVar
@@ -35,28 +34,37 @@ class _Limit:
         self._lock, self._solves = Lock(), 0
         self._before: list[tuple[Any, int]] = []
 
-    @contextmanager
-    def held(self, libraries: list[Any]) -> Iterator[None]:
-        """Limit the libraries for the time of a block."""
+    def begin(self, libraries: Sequence[Any]) -> None:
+        """Limit the libraries until ``end``."""
         with self._lock:
             if not self._solves:
-                self._before = [(library, library.num_threads) for library in libraries]
-                for library in libraries:
-                    _set(library, 1)
+                self._before = _limited(libraries)
             self._solves += 1
-        try:
-            yield
-        finally:
-            with self._lock:
-                self._solves -= 1
-                if not self._solves:
-                    for library, count in self._before:
-                        _set(library, count)
+
+    def end(self) -> None:
+        """Restore the numbers, if no other thread solves."""
+        with self._lock:
+            self._solves -= 1
+            if not self._solves:
+                _restore(self._before)
+
+
+def _limited(libraries: Sequence[Any]) -> list[tuple[Any, int]]:
+    """Limit the libraries; returns the numbers of those that had more threads."""
+    # A call of a library takes a microsecond or two, which an edit of a palette would notice.
+    numbers = [(library, library.num_threads) for library in libraries]
+    before = [(library, number) for library, number in numbers if number != 1]
+    for library, _ in before:
+        _set(library, 1)
+    return before
+
+
+def _restore(before: Sequence[tuple[Any, int]]) -> None:
+    for library, number in before:
+        _set(library, number)
 
 
 def _set(library: Any, count: int) -> None:
-    if library.num_threads == count:
-        return
     # From version 3.8 on, threadpoolctl ignores every thread but the first that has ever set a number.
     clear = getattr(library, "clear_controlling_thread", None)
     if clear is not None:
@@ -69,6 +77,13 @@ def _set(library: Any, count: int) -> None:
 _PROCESS = _Limit()
 
 
+@cache
+def _kinds() -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """The libraries whose limit is of the process, and those of OpenMP, which have one for each thread."""
+    of_thread = tuple(each for each in _libraries() if getattr(each, "threading_layer", "") == "openmp")
+    return tuple(each for each in _libraries() if each not in of_thread), of_thread
+
+
 def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
     """Run ``function`` with BLAS limited to one thread; the previous number is restored afterward."""
 
@@ -77,15 +92,15 @@ def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
         # scipy has its own BLAS, which must be loaded before the libraries are searched.
         import scipy.linalg  # noqa: F401
 
-        of_thread = [each for each in _libraries() if getattr(each, "threading_layer", "") == "openmp"]
-        before = [(library, library.num_threads) for library in of_thread]
+        of_process, of_thread = _kinds()
+        before = _limited(of_thread)
         try:
-            for library in of_thread:  # OpenMP has a limit for each thread
-                _set(library, 1)
-            with _PROCESS.held([each for each in _libraries() if each not in of_thread]):
+            _PROCESS.begin(of_process)
+            try:
                 return function(*args, **kwargs)
+            finally:
+                _PROCESS.end()
         finally:
-            for library, count in before:
-                _set(library, count)
+            _restore(before)
 
     return limited

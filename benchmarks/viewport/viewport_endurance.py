@@ -20,6 +20,7 @@ import signal
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +29,10 @@ import numpy as np
 from benchmarks import Options
 from benchmarks.viewport.edits.session import HEIGHT, SAMPLES, TIMED, WIDTH, context, followed, kinds_of, start
 
-OPTIONS = ("--changes", "--kills", "--kill-each", "--only", "--minutes", "--seed")
+OPTIONS = ("--changes", "--kills", "--kill-each", "--only", "--minutes", "--seed", "--every")
 PATIENCE_S = 300.0
 COMPARED_EVERY = 5
-"""Changes between two comparisons with a fresh process."""
+"""Changes between two comparisons with a fresh process, unless ``--every`` says otherwise."""
 TOLD_EVERY = 25
 """Changes between two lines on the progress."""
 LATEST_KILL_S = 0.6
@@ -63,10 +64,12 @@ def run(options: Options) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         trial = Trial(np.random.default_rng(seed), Path(folder), options.out / "viewport-endurance")
         try:
+            trial.every = _number(options, "--every", COMPARED_EVERY)
+            trial.chosen = _only(options, trial.kinds)
             killed = set(np.linspace(1, changes - 1, kills).astype(int).tolist())
             planned: list[tuple[str, bool]] = [("", number in killed) for number in range(changes)]
             if each:
-                planned = [(name, True) for _ in range(each) for name in _only(options)]
+                planned = [(name, True) for _ in range(each) for name in _only(options, TIMED)]
             for number, (name, kill) in enumerate(planned):
                 if time.monotonic() < end:
                     trial.change(number, name, kill=kill)
@@ -95,6 +98,9 @@ class Trial:
         self.session: Any = None
         start(folder)
         self.kinds = kinds_of(self)
+        self.every, self.chosen = COMPARED_EVERY, tuple(self.kinds)
+        self.made: list[str] = []
+        """The types of all changes, in their order."""
         self.new_view()
 
     def new_view(self) -> None:
@@ -111,7 +117,7 @@ class Trial:
 
         from blender_addon import jobs
 
-        name = name or str(self.rng.choice(list(self.kinds)))
+        name = name or str(self.rng.choice(self.chosen))
         if not kill and self.rng.random() < HURRIED:
             self._hurry()
         self._make(name)
@@ -126,11 +132,12 @@ class Trial:
             self._found(f"{number} {name}: no picture within {PATIENCE_S:g} s")
             return
         self.memory.append(shown.frame.memory)
-        if number % COMPARED_EVERY == 0 or kill:
+        if number % self.every == 0 or kill:
             self._compare(f"{number} {name}", shown)
 
     def _make(self, name: str) -> None:
         self.counts[name] += 1
+        self.made.append(name)
         try:
             followed(lambda: self.session, self.context, lambda: self.kinds[name](self.rng))
         except RuntimeError as error:  # an operator that cannot be called without a window
@@ -144,7 +151,7 @@ class Trial:
 
         usual, sessions.UPDATE_S = sessions.UPDATE_S, -1.0
         try:
-            self._make(str(self.rng.choice(list(self.kinds))))
+            self._make(str(self.rng.choice(self.chosen)))
             for _ in range(int(self.rng.integers(8))):
                 self.session.look(self.context, bpy.context.view_layer.depsgraph)
             self.counts["interrupted"] += self.session._is_unfinished
@@ -203,7 +210,7 @@ class Trial:
 
         self.faults.mkdir(parents=True, exist_ok=True)
         bpy.ops.wm.save_as_mainfile(filepath=str(self.faults.resolve() / f"{what}.blend"), copy=True)
-        (self.faults / f"{what}.pickle").write_bytes(pickle.dumps((pictures, scenes)))
+        (self.faults / f"{what}.pickle").write_bytes(pickle.dumps((pictures, scenes, self.made)))
 
     def _found(self, what: str) -> None:
         """Note a fault; it is printed at once, as a run takes long."""
@@ -278,10 +285,10 @@ def _difference(found: Any, shown: Any) -> float:
     return float(np.abs(found.pixels - shown.pixels).mean()) / size
 
 
-def _only(options: Options) -> tuple[str, ...]:
-    """The types of change that are killed."""
+def _only(options: Options, usual: Iterable[str]) -> tuple[str, ...]:
+    """The types of change that are made or killed."""
     if "--only" not in options.extra:
-        return TIMED
+        return tuple(usual)
     return tuple(options.extra[options.extra.index("--only") + 1].split(","))
 
 
