@@ -15,7 +15,6 @@ compile kernels.
 from __future__ import annotations
 
 import os
-import pickle
 import signal
 import tempfile
 import time
@@ -27,10 +26,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
-from benchmarks.viewport.edits.session import HEIGHT, SAMPLES, TIMED, WIDTH, context, followed, kinds_of, start
+from benchmarks.viewport.checks.fresh import PATIENCE_S, FreshView
+from benchmarks.viewport.edits.session import TIMED, context, followed, kinds_of, start
 
 OPTIONS = ("--changes", "--kills", "--kill-each", "--only", "--minutes", "--seed", "--every")
-PATIENCE_S = 300.0
 COMPARED_EVERY = 5
 """Changes between two comparisons with a fresh process, unless ``--every`` says otherwise."""
 TOLD_EVERY = 25
@@ -39,14 +38,6 @@ LATEST_KILL_S = 0.6
 """A process is killed so long after the change at most: while it loads, records or traces."""
 HURRIED = 0.3
 """Share of changes that come while the view still translates another one."""
-LARGEST_ERROR = 2e-3
-"""Mean difference, as a share of the mean, between a view and a fresh one: their random numbers are the same."""
-CERTAIN_SAMPLES = (64, 4096)
-"""Samples of pictures whose means are compared; 64 miss the mean of a small object in the dark by up to 5 %."""
-LARGEST_MEAN_ERROR = 1e-2
-"""The same of a picture's mean in spectral transport: wavelengths are drawn by the spectra with which a scene was
-loaded, so that after an edit in place the noise differs from that of a fresh view.
-"""
 
 
 def run(options: Options) -> dict[str, Any]:
@@ -88,13 +79,11 @@ class Trial:
     """One run: the view, a process that loads each scene anew, and the counts."""
 
     def __init__(self, rng: np.random.Generator, folder: Path, faults: Path) -> None:
-        from spectral_core.render.live.link import LiveLink
-
-        self.rng, self.folder, self.faults, self.fresh = rng, folder, faults, LiveLink()
+        self.rng, self.folder, self.faults, self.fresh = rng, folder, faults, FreshView()
         self.counts: Counter[str] = Counter()
         self.wrong: list[str] = []
         self.memory: list[int] = []
-        self.compared, self.dark, self.errors = 0, 0, [0.0]
+        self.compared, self.repeated, self.dark, self.errors = 0, 0, 0, [0.0]
         self.session: Any = None
         start(folder)
         self.kinds = kinds_of(self)
@@ -171,84 +160,20 @@ class Trial:
         return None
 
     def _compare(self, what: str, shown: Any) -> None:
-        """Compare with a process without earlier data that loads a full translation; in spectral transport with more
-        samples if noise may be the difference.
-        """
-        import bpy
-
-        from blender_addon.editing.palette.picture import shown_in
-        from blender_addon.translate.scene import translate_scene
-        from spectral_core.scene import Camera
-
-        depsgraph, side = bpy.context.evaluated_depsgraph_get(), self.session._sides[0]
-        known = self.session.link._scenes[self.session._stage_of(side)]
-        camera = Camera(world_from_camera=np.eye(4))
-        true = translate_scene(depsgraph, film=known.film, seen_from=camera, designed=shown_in(depsgraph.scene))
-        stage = f"fresh {what}"
-        self.fresh.show(stage, true)
-        try:
-            found = self._pictured(self.fresh, stage, SAMPLES)
-            if found is None:
-                self._found(f"{what}: the fresh process shows nothing: {self.fresh.trouble(stage)}")
-                return
-            self.compared += 1
-            self.dark += not found.pixels[..., :3].any()
-            error, limit = _difference(found, shown), LARGEST_ERROR
-            if shown.frame.is_spectral and error > limit:
-                # both see the same scene, so that more samples tell noise from another scene
-                error, limit = self._certain_error(self.session._stage_of(side), stage), LARGEST_MEAN_ERROR
-        finally:
-            self.fresh.drop(stage)
-        self.errors.append(error)
-        if error > limit:
-            self._found(f"{what}: differs from a fresh view by {error:.1e} of its mean")
-            self._keep(what, (found.pixels, shown.pixels), (true, known))
-
-    def _keep(self, what: str, pictures: tuple[Any, Any], scenes: tuple[Any, Any]) -> None:
-        """Write the pictures and scenes of a fault, fresh and shown, for whoever looks for its cause."""
-        import bpy
-
-        self.faults.mkdir(parents=True, exist_ok=True)
-        bpy.ops.wm.save_as_mainfile(filepath=str(self.faults.resolve() / f"{what}.blend"), copy=True)
-        (self.faults / f"{what}.pickle").write_bytes(pickle.dumps((pictures, scenes, self.made)))
+        found = self.fresh.compared(self.session, shown, what)
+        self.compared += 1
+        self.repeated += found.repeated
+        self.dark += found.is_dark
+        self.errors.append(found.error)
+        if found.trouble:
+            self._found(f"{what}: {found.trouble}")
+            if found.evidence is not None:
+                found.keep(self.faults, what, self.made)
 
     def _found(self, what: str) -> None:
         """Note a fault; it is printed at once, as a run takes long."""
         self.wrong.append(what)
         print("wrong:", what, flush=True)
-
-    def _certain_error(self, own_stage: str, fresh_stage: str) -> float:
-        """Largest difference of a channel's mean, as a share of the mean, with more samples until it is small."""
-        error = float(np.inf)
-        for samples in CERTAIN_SAMPLES:
-            own = self._pictured(self.session.link, own_stage, samples)
-            sure = self._pictured(self.fresh, fresh_stage, samples)
-            if own is None or sure is None:
-                return float(np.inf)
-            size = max(float(np.abs(sure.pixels[..., :3]).mean()), 1e-3)
-            error = float(np.abs((sure.pixels - own.pixels).mean(axis=(0, 1))).max()) / size
-            if error <= LARGEST_MEAN_ERROR:
-                break
-        return error
-
-    def _pictured(self, link: Any, stage: str, samples: int) -> Any:
-        """The finished picture of a stage from the view's eye; None if it does not come."""
-        from spectral_core.render.live.view import ViewRequest
-
-        name = f"{stage} at {samples}"
-        request = ViewRequest(stage, self.session._sides[0].viewpoint, WIDTH, HEIGHT, samples, 0)
-        generation = link.look(name, request, lambda: None)
-        end = time.monotonic() + PATIENCE_S
-        try:
-            while time.monotonic() < end:
-                link.wait(name, generation, 1.0)
-                latest = link.latest(name)
-                if latest is not None and latest.frame.is_done:
-                    return latest
-                time.sleep(0.01)
-            return None
-        finally:
-            link.close_view(name)
 
     def figures(self) -> dict[str, Any]:
         """The results."""
@@ -261,6 +186,7 @@ class Trial:
             "interrupted": self.counts["interrupted"],
             "restarts": link.restarts,
             "compared": self.compared,
+            "compared_with_more_samples": self.repeated,
             "compared_in_the_dark": self.dark,
             "worst_error": max(self.errors),
             "first_memory_mb": float(memory[0]),
@@ -277,12 +203,6 @@ class Trial:
         """End the processes."""
         self.session.leave()
         self.fresh.close()
-
-
-def _difference(found: Any, shown: Any) -> float:
-    """Mean difference of two pictures, as a share of the mean."""
-    size = max(float(np.abs(found.pixels[..., :3]).mean()), 1e-3)
-    return float(np.abs(found.pixels - shown.pixels).mean()) / size
 
 
 def _only(options: Options, usual: Iterable[str]) -> tuple[str, ...]:
