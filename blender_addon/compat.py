@@ -90,6 +90,11 @@ def light_is_normalized(light: Any) -> bool:
     return bool(getattr(light, "normalize", True))
 
 
+def lamps_follow_instancers() -> bool:
+    """True from 4.5 on, whose Cycles treats lamps as objects: what shows an instance of one hides it, too."""
+    return "normalize" in bpy.types.Light.bl_rna.properties
+
+
 def light_temperature_k(light: Any) -> float | None:
     """Blackbody temperature of a light in kelvin, None if it is unused or unsupported."""
     return float(light.temperature) if getattr(light, "use_temperature", False) else None

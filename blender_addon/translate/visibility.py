@@ -57,16 +57,18 @@ def seen_as(instance: Any, layer: Any) -> dict[str, Any]:
     """Fields of an instance: the rays that it is hidden from, and whether it is a holdout or a shadow catcher.
 
     As in Cycles, an instance is a holdout or only indirect if what shows it (an empty with a collection, say) is one,
-    is hidden from the rays that either of the two is hidden from, and is a shadow catcher if either is.
+    a holdout if that is both; it is hidden from the rays that either of the two is hidden from, and is a shadow catcher
+    if either is.
     """
     obj, parent = instance.object, shown_by(instance)
     owner = obj if parent is None else parent
     hidden, original = hidden_from(obj) | hidden_from(owner), owner.original
-    if original.indirect_only_get(view_layer=layer):
+    is_holdout = bool(owner.is_holdout or original.holdout_get(view_layer=layer))
+    if original.indirect_only_get(view_layer=layer) and not is_holdout:
         hidden |= Rays.CAMERA
     return {
         "hidden_from": hidden,
-        "is_holdout": bool(owner.is_holdout or original.holdout_get(view_layer=layer)),
+        "is_holdout": is_holdout,
         "is_shadow_catcher": bool(obj.is_shadow_catcher or owner.is_shadow_catcher),
     }
 
