@@ -47,7 +47,8 @@ def shine_of(reader: LampReader) -> Shine:
     tint = translation.linear_rgb(lamp.color)
     nodes = _of_nodes(reader)
     spectrum = spectra.spectrum_of(translation, lamp)
-    if spectrum is not None:
+    is_own = isinstance(nodes.color, Spectrum) and not nodes.is_planckian
+    if spectrum is not None and not is_own:  # a node's spectrum has precedence over its lamp's
         return replace(nodes, color=spectrum, factor=nodes.factor * spectra.strength_of(translation, lamp))
     kelvin = compat.light_temperature_k(lamp)
     if kelvin is not None:

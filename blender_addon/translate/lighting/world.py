@@ -63,9 +63,12 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         reader = Reader(translation, world.name)
         lights, sees = (joined(reader, terms) for terms in _backgrounds(reader, tree))
     spectrum = spectra.spectrum_of(translation, world)
-    if spectrum is not None:
-        lights = sees = Term(spectrum, lights.strength * spectra.strength_of(translation, world))
-        suns = ()
+    is_own = isinstance(lights.color, Spectrum) and not lights.is_planckian
+    if spectrum is not None and not is_own:  # a node's spectrum has precedence over its world's
+        if suns or isinstance(lights.color, ImageTexture):
+            translation.note(world.name, "its spectrum replaces the image, pattern or sky of its background")
+        factor, (light, seen) = spectra.strength_of(translation, world), _strengths(translation, world, lights, sees)
+        lights, sees, suns = Term(spectrum, light * factor), Term(spectrum, seen * factor), ()
     made = World(
         color=lights.color, strength=lights.strength, world_from_environment=lights.turn, medium=medium,
         is_planckian=lights.is_planckian, **own,
@@ -74,6 +77,17 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         return made, suns
     view = World(color=sees.color, strength=sees.strength, world_from_environment=sees.turn)
     return replace(made, camera_view=view), suns
+
+
+def _strengths(translation: Translation, world: Any, lights: Term, sees: Term) -> tuple[float, float]:
+    """Strength of the light of a world, and of what the camera sees, without its colors."""
+    output = surface_output(compat.node_tree(world), "OUTPUT_WORLD")
+    source = None if output is None else linked(Input(output.inputs["Surface"]))
+    if source is None or source.node.type not in ("BACKGROUND", "EMISSION"):
+        return lights.strength, sees.strength
+    reader, place = Reader(translation, world.name, on_surface=True), source.input("Strength")
+    light, seen = (max(_number(reader, place, 1.0, camera=is_seen), 0.0) for is_seen in (False, True))
+    return light, seen
 
 
 def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
