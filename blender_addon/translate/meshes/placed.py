@@ -23,6 +23,7 @@ from ..shading.attributes import color_of, object_attributes, random_of, root_of
 from ..viewport.kept import kept_or_made
 from ..visibility import seen_as, shown_by, terminator_of
 from .triangles import READS_UV, object_mesh
+from .velocities import velocity_read
 
 if TYPE_CHECKING:
     from ..objects import Collected
@@ -91,7 +92,7 @@ def _shared(found: Collected, obj: Any, instance: Any, materials_of: MaterialsOf
     materials = materials_of(obj)
     reads = frozenset().union(*(item.reads for item in materials))
     shows_uv = frozenset({"uv"}) if found.translation.depsgraph.view_layer_eval.use_pass_uv else frozenset()
-    mesh = _mesh(found, obj, reads | shows_uv, instance)
+    mesh = _mesh(found, obj, reads | shows_uv | velocity_read(found, obj.data), instance)
     if mesh is None:
         return None
     fields = {
