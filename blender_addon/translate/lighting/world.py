@@ -27,6 +27,7 @@ from ..shading.texture_nodes import mapping_matrix
 from ..shading.tree import Input, Output, linked, surface_output
 from ..visibility import cycles_settings, world_hidden_from
 from .backgrounds import PLAIN_RAYS, Term, depends_on_ray_type, joined, note_ray_type, resampled
+from .directions import of_light_path
 from .patterns import needs_directions, world_light
 
 
@@ -129,7 +130,7 @@ def _number(reader: Reader, place: Input | None, fallback: float, *, camera: boo
     name = source.socket.name
     if name not in PLAIN_RAYS:
         note_ray_type(reader, name)
-    return float(name == "Is Camera Ray") if camera else float(name in ("Is Diffuse Ray", "Is Reflection Ray"))
+    return of_light_path(name, camera=camera)
 
 
 def _background(reader: Reader, source: Output, weight: float, *, camera: bool) -> Term:

@@ -130,6 +130,9 @@ def _note(found: Collected, obj: Any, reads: frozenset[str]) -> None:
         found.translation.note(
             obj.name, "its multiresolution levels are shown after Sculpt Mode; here the base mesh is"
         )
+    if any(getattr(modifier, "use_adaptive_subdivision", False) for modifier in obj.modifiers):  # from Blender 5.0 on
+        message = "adaptive subdivision is not simulated; the mesh has the levels of its Subdivision Surface modifier"
+        found.translation.note(obj.name, message)
     if obj.is_shadow_catcher and not found.is_render:
         message = "it is a shadow catcher in renders of F12 and spectral-scene, a plain object in the viewport"
         found.translation.note(obj.name, message)
