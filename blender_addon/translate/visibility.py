@@ -73,6 +73,18 @@ def seen_as(instance: Any, layer: Any) -> dict[str, Any]:
     }
 
 
+TO_VOLUMES = Rays.CAMERA | Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
+"""Types of rays that a volume can be hidden from in Cycles."""
+
+
+def note_volume(translation: Translation, subject: str, seen: dict[str, Any]) -> None:
+    """Name the settings of an object that have no effect on its volume; ``seen``: as ``seen_as`` gives it."""
+    if seen["hidden_from"] & TO_VOLUMES:
+        translation.note(subject, "its Ray Visibility has no effect on its volume, which all rays see")
+    if seen["is_shadow_catcher"]:
+        translation.note(subject, "it is a shadow catcher, and its volume is none")
+
+
 def world_hidden_from(world: Any) -> Rays:
     """Types of rays that a world's ray visibility switches off."""
     return _bits(getattr(world, "cycles_visibility", None), WORLD_FLAGS)

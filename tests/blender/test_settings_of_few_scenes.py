@@ -88,3 +88,31 @@ def test_a_world_reads_a_ray_alike_with_and_without_nodes_between(build, transla
     tree.links.new(between.outputs[0], background.inputs["Strength"])
     np.testing.assert_allclose(plain, light())
     assert bool(np.any(plain)) == (output != "Glossy Depth")
+
+
+@pytest.mark.parametrize("setting", ["visible_camera", "visible_glossy", "is_shadow_catcher", "visible_shadow"])
+@pytest.mark.parametrize("kind", ["fog", "surface"])
+def test_visibility_that_a_volume_does_not_follow_is_named(build, translate, kind, setting):
+    material = build.material(shader="ShaderNodeVolumeScatter" if kind == "fog" else "ShaderNodeBsdfDiffuse")
+    tree = material.node_tree
+    if kind == "fog":
+        tree.links.clear()
+        tree.links.new(tree.nodes["shader"].outputs[0], tree.nodes["Material Output"].inputs["Volume"])
+    thing = build.plane(material=material)
+    assert "volume" not in messages(translate())
+    setattr(thing, setting, setting.startswith("is_"))
+    assert ("its volume" in messages(translate())) == (kind == "fog" and setting != "visible_shadow")
+
+
+@pytest.mark.parametrize("has_surface", [False, True])
+def test_only_a_surface_is_a_holdout(build, translate, has_surface):
+    """A volume-only object lets the picture through, as in Cycles."""
+    material = build.material(shader="ShaderNodeVolumeScatter")
+    tree = material.node_tree
+    output = tree.nodes["Material Output"]
+    tree.links.clear()
+    tree.links.new(tree.nodes["shader"].outputs[0], output.inputs["Volume"])
+    if has_surface:
+        tree.links.new(tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0], output.inputs["Surface"])
+    build.plane(material=material).is_holdout = True
+    assert translate().instances[0].is_holdout == has_surface

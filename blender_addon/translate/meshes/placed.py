@@ -21,7 +21,7 @@ from ..ledger import note_changed
 from ..placed_media import in_mesh
 from ..shading.attributes import color_of, object_attributes, random_of, root_of
 from ..viewport.kept import kept_or_made
-from ..visibility import seen_as, shown_by, terminator_of
+from ..visibility import note_volume, seen_as, shown_by, terminator_of
 from .triangles import READS_UV, object_mesh
 from .velocities import velocity_read
 
@@ -74,6 +74,8 @@ def place_mesh(found: Collected, obj: Any, instance: Any, materials_of: Material
         "attributes": object_attributes(obj, instance, reads, found),
         **seen_as(instance, found.translation.depsgraph.view_layer),
     }
+    if all(item.material.surface is None for item in materials):
+        fields["is_holdout"] = False  # as in Cycles, only a surface is one
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.trace.places[original.session_uid] = len(found.instances)
     found.linking.add(name, original)
@@ -119,6 +121,8 @@ def _instance(
         _note(found, obj, reads)
     if instance.is_instance:
         found.noted.add(key)
+    if any(item.material.medium is not None for item in materials):
+        note_volume(found.translation, obj.name, fields)
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
     return Instance(world_from_object=matrix, materials=names, random=random_of(obj, instance), **fields)
 
