@@ -116,3 +116,20 @@ def test_only_a_surface_is_a_holdout(build, translate, has_surface):
         tree.links.new(tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0], output.inputs["Surface"])
     build.plane(material=material).is_holdout = True
     assert translate().instances[0].is_holdout == has_surface
+
+
+def test_limits_of_simplify_are_named_if_it_is_on(build, translate):
+    build.plane()
+    scene = bpy.context.scene
+    scene.render.simplify_volumes, scene.cycles.texture_limit_render = 0.5, "512"
+    assert "Simplify" not in messages(translate())
+    scene.render.use_simplify = True
+    found = messages(translate())
+    assert "volumes are shown at full resolution" in found and "textures are read at full size" in found
+
+
+def test_the_base_of_a_normal_map_is_named():
+    """Blender 5.2 has it."""
+    from blender_addon.translate.ledger import entries
+
+    assert "displaced" in entries()["ShaderNodeNormalMap"].noted["base"]
