@@ -66,6 +66,31 @@ def node_tree(owner: Any) -> Any:
         return tree if getattr(owner, "use_nodes", True) else None
 
 
+INLINED = (
+    "GeometryNode", "NodeClosure", "NodeEvaluateClosure", "NodeCombineBundle", "NodeSeparateBundle", "NodeEnableOutput",
+    "NodeJoinBundle", "NodeGetBundleItem", "NodeStoreBundleItem",
+)  # fmt: skip
+"""Beginnings of the types of nodes that Blender itself replaces by shader nodes before a render, from 5.0 on."""
+
+
+def inlined(owner: Any) -> Any:
+    """Blender's copy of the nodes of a material, light or world without repeat zones, closures, bundles and menus;
+    None if there are none of these. Its ``node_tree`` exists as long as the copy.
+    """
+    make = getattr(owner, "inline_shader_nodes", None)
+    return make() if make is not None and _is_inlined(node_tree(owner), set()) else None
+
+
+def _is_inlined(tree: Any, seen: set[int]) -> bool:
+    if tree is None or tree.as_pointer() in seen:
+        return False
+    seen.add(tree.as_pointer())
+    return any(
+        node.bl_idname.startswith(INLINED) or (node.type == "GROUP" and _is_inlined(node.node_tree, seen))
+        for node in tree.nodes
+    )
+
+
 def use_nodes(owner: Any) -> Any:
     """The shader node tree of a new material, world or light, created if this Blender does not create it."""
     with warnings.catch_warnings():

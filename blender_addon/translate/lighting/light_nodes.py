@@ -66,7 +66,8 @@ def shine_of(reader: LampReader) -> Shine:
 
 def _of_nodes(reader: LampReader) -> Shine:
     """Light of a lamp's node tree: white of factor 1 without nodes."""
-    tree = compat.node_tree(reader.lamp)
+    inlined = compat.inlined(reader.lamp)
+    tree = compat.node_tree(reader.lamp) if inlined is None else inlined.node_tree
     output = surface_output(tree, "OUTPUT_LIGHT") if tree is not None else None
     if output is None:
         return Shine(WHITE)

@@ -38,10 +38,11 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     """
     if world is None:
         return World(), ()
-    tree = compat.node_tree(world)
+    inlined = compat.inlined(world)
+    tree = compat.node_tree(world) if inlined is None else inlined.node_tree
     for item in (world, getattr(world, "cycles", None)):
         note_changed(translation, world.name, item)
-    note_nodes(translation, world.name, tree)
+    note_nodes(translation, world.name, compat.node_tree(world))
     own: dict[str, Any] = {
         "group": getattr(world.original, "lightgroup", ""),  # Blender does not notify the evaluated copy of a change
         "hidden_from": world_hidden_from(world) & ~Rays.SHADOW,
@@ -59,7 +60,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     if tree is None:
         lights = sees = Term(Color(translation.linear_rgb(world.color)))
     elif needs_directions(output):
-        lights, sees, suns = world_light(translation, world, camera, own)
+        lights, sees, suns = world_light(translation, world, output, camera, own)
     else:
         reader = Reader(translation, world.name)
         lights, sees = (joined(reader, terms) for terms in _backgrounds(reader, tree))
@@ -68,7 +69,8 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     if spectrum is not None and not is_own:  # a node's spectrum has precedence over its world's
         if suns or isinstance(lights.color, ImageTexture):
             translation.note(world.name, "its spectrum replaces the image, pattern or sky of its background")
-        factor, (light, seen) = spectra.strength_of(translation, world), _strengths(translation, world, lights, sees)
+        factor = spectra.strength_of(translation, world)
+        light, seen = _strengths(translation, world, output, (lights, sees))
         lights, sees, suns = Term(spectrum, light * factor), Term(spectrum, seen * factor), ()
     made = World(
         color=lights.color, strength=lights.strength, world_from_environment=lights.turn, medium=medium,
@@ -80,12 +82,11 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     return replace(made, camera_view=view), suns
 
 
-def _strengths(translation: Translation, world: Any, lights: Term, sees: Term) -> tuple[float, float]:
+def _strengths(translation: Translation, world: Any, output: Any, terms: tuple[Term, Term]) -> tuple[float, float]:
     """Strength of the light of a world, and of what the camera sees, without its colors."""
-    output = surface_output(compat.node_tree(world), "OUTPUT_WORLD")
     source = None if output is None else linked(Input(output.inputs["Surface"]))
     if source is None or source.node.type not in ("BACKGROUND", "EMISSION"):
-        return lights.strength, sees.strength
+        return terms[0].strength, terms[1].strength
     reader, place = Reader(translation, world.name, on_surface=True), source.input("Strength")
     light, seen = (max(_number(reader, place, 1.0, camera=is_seen), 0.0) for is_seen in (False, True))
     return light, seen

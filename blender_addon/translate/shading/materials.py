@@ -82,7 +82,8 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     name = material.name_full
     reader = Reader(translation, material.name, on_surface=True)
     reader.material_index = int(material.pass_index)
-    tree = compat.node_tree(material)
+    inlined = compat.inlined(material)
+    tree = compat.node_tree(material) if inlined is None else inlined.node_tree
     output = surface_output(tree)
     spectrum = spectra.spectrum_of(translation, material)
     is_volume = output is not None and linked(Input(output.inputs["Surface"])) is None
