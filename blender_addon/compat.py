@@ -66,6 +66,31 @@ def node_tree(owner: Any) -> Any:
         return tree if getattr(owner, "use_nodes", True) else None
 
 
+INLINED = (
+    "GeometryNode", "NodeClosure", "NodeEvaluateClosure", "NodeCombineBundle", "NodeSeparateBundle", "NodeEnableOutput",
+    "NodeJoinBundle", "NodeGetBundleItem", "NodeStoreBundleItem",
+)  # fmt: skip
+"""Beginnings of the types of nodes that Blender itself replaces by shader nodes before a render, from 5.0 on."""
+
+
+def inlined(owner: Any) -> Any:
+    """Blender's copy of the nodes of a material, light or world without repeat zones, closures, bundles and menus;
+    None if there are none of these. Its ``node_tree`` exists as long as the copy.
+    """
+    make = getattr(owner, "inline_shader_nodes", None)
+    return make() if make is not None and _is_inlined(node_tree(owner), set()) else None
+
+
+def _is_inlined(tree: Any, seen: set[int]) -> bool:
+    if tree is None or tree.as_pointer() in seen:
+        return False
+    seen.add(tree.as_pointer())
+    return any(
+        node.bl_idname.startswith(INLINED) or (node.type == "GROUP" and _is_inlined(node.node_tree, seen))
+        for node in tree.nodes
+    )
+
+
 def use_nodes(owner: Any) -> Any:
     """The shader node tree of a new material, world or light, created if this Blender does not create it."""
     with warnings.catch_warnings():
@@ -88,6 +113,11 @@ def light_exposure_factor(light: Any) -> float:
 def light_is_normalized(light: Any) -> bool:
     """True if a light's power is spread over its area, as always before 4.5."""
     return bool(getattr(light, "normalize", True))
+
+
+def lamps_follow_instancers() -> bool:
+    """True from 4.5 on, whose Cycles treats lamps as objects: what shows an instance of one hides it, too."""
+    return "normalize" in bpy.types.Light.bl_rna.properties
 
 
 def light_temperature_k(light: Any) -> float | None:

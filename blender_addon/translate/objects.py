@@ -27,7 +27,7 @@ from .strands.placed import place_hair, place_strands
 from .viewport.answers import kept_or_asked
 from .viewport.kept import Begun, Kept, Unfinished, kept_or_made
 from .viewport.walk import RepeatWalk, Trace, walk_of
-from .visibility import Culling, Linking, seen_as, shown_by
+from .visibility import Culling, Linking, note_volume, seen_as, shown_by
 from .volumes import GridFile, has_transfer, saved_of, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
@@ -215,6 +215,8 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
 
 def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     """A Volume object: through its transfer function if that is on, else by its material."""
+    seen = seen_as(instance, found.translation.depsgraph.view_layer)
+    note_volume(found.translation, obj.name, seen)
     if has_transfer(obj.data):
         volume = translate_volume(found, found.unique("volume", obj.name_full), obj, instance)
         found.volumes.append(volume)
@@ -227,7 +229,7 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     file = GridFile.of(obj.data, grids_read(item.filling.inputs), saved_of(found, obj, instance))
     placed = in_volume(found, obj, instance, item, file)
     if placed is not None:
-        hidden = seen_as(instance, found.translation.depsgraph.view_layer)["hidden_from"]
+        hidden = seen["hidden_from"]
         found.enter(replace(placed, hidden_from=hidden) if hidden else placed, obj.original, shown_by(instance))
 
 

@@ -57,18 +57,32 @@ def seen_as(instance: Any, layer: Any) -> dict[str, Any]:
     """Fields of an instance: the rays that it is hidden from, and whether it is a holdout or a shadow catcher.
 
     As in Cycles, an instance is a holdout or only indirect if what shows it (an empty with a collection, say) is one,
-    is hidden from the rays that either of the two is hidden from, and is a shadow catcher if either is.
+    a holdout if that is both; it is hidden from the rays that either of the two is hidden from, and is a shadow catcher
+    if either is.
     """
     obj, parent = instance.object, shown_by(instance)
     owner = obj if parent is None else parent
     hidden, original = hidden_from(obj) | hidden_from(owner), owner.original
-    if original.indirect_only_get(view_layer=layer):
+    is_holdout = bool(owner.is_holdout or original.holdout_get(view_layer=layer))
+    if original.indirect_only_get(view_layer=layer) and not is_holdout:
         hidden |= Rays.CAMERA
     return {
         "hidden_from": hidden,
-        "is_holdout": bool(owner.is_holdout or original.holdout_get(view_layer=layer)),
+        "is_holdout": is_holdout,
         "is_shadow_catcher": bool(obj.is_shadow_catcher or owner.is_shadow_catcher),
     }
+
+
+TO_VOLUMES = Rays.CAMERA | Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
+"""Types of rays that a volume can be hidden from in Cycles."""
+
+
+def note_volume(translation: Translation, subject: str, seen: dict[str, Any]) -> None:
+    """Name the settings of an object that have no effect on its volume; ``seen``: as ``seen_as`` gives it."""
+    if seen["hidden_from"] & TO_VOLUMES:
+        translation.note(subject, "its Ray Visibility has no effect on its volume, which all rays see")
+    if seen["is_shadow_catcher"]:
+        translation.note(subject, "it is a shadow catcher, and its volume is none")
 
 
 def world_hidden_from(world: Any) -> Rays:

@@ -113,8 +113,9 @@ class Bench:
         if self.kind == "WORLD":
             found = translate_world(translation, self.owner)
         elif self.kind == "LIGHT":
-            placed = SimpleNamespace(matrix_world=self.lamp.matrix_world, random_id=0, is_instance=False)
-            found = translate_light(translation, "bench", self.lamp, placed)
+            lamp = self.lamp
+            placed = SimpleNamespace(object=lamp, matrix_world=lamp.matrix_world, random_id=0, is_instance=False)
+            found = translate_light(translation, "bench", lamp, placed)
         else:
             note_nodes(translation, self.owner.name, self.owner.node_tree)
             made = translate_material(translation, self.owner)

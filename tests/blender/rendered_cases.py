@@ -97,6 +97,7 @@ CASES = {
     "motion of a layer": Case("ViewLayer", _beside(stages.flight, lambda: bpy.context.view_layer), "use_motion_blur"),
     "stereo": Case("CameraStereoData", _of(stages.stereo, "stereo"),
                    "convergence_mode pivot interocular_distance convergence_distance"),
+    "spherical stereo": Case("CameraStereoData", _of(stages.panoramic_stereo, "stereo"), "use_spherical_stereo"),
     "stereo output": Case("RenderSettings", stages.views, "use_multiview views_format"),
     "view": Case("SceneRenderView", _of(stages.views, "views", "right"), "camera_suffix use",
                  others={"camera_suffix": "_T"}),

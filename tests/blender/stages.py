@@ -60,6 +60,12 @@ def stereo(build: Any, folder: Path) -> Any:
     return found
 
 
+def panoramic_stereo(build: Any, folder: Path) -> Any:
+    found = stereo(build, folder)
+    found.type = "PANO"
+    return found
+
+
 def views(build: Any, folder: Path) -> Any:
     stereo(build, folder)
     output().views_format = "MULTIVIEW"

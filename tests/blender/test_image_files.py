@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -135,3 +136,28 @@ def test_the_settings_of_a_node_count_for_the_tiles_of_its_image(build, translat
     before = fingerprint(translate().materials)
     setattr(node, setting, value)
     assert fingerprint(translate().materials) != before
+
+
+def test_digits_of_the_extension_are_no_frame(monkeypatch):
+    from blender_addon.translate.shading import image_files
+
+    monkeypatch.setattr(image_files, "_loaded", lambda like, path: nullcontext(path))
+    image = SimpleNamespace(filepath="/shots/v2/take3_07.jp2", library=None)
+    with image_files.frame_image(image, 12) as found:
+        assert found == "/shots/v2/take3_12.jp2"
+
+
+def test_a_muted_link_of_the_alpha_does_not_count(build, translate):
+    material = build.material(shader="ShaderNodeEmission")
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image = build.image("Half", np.full((4, 4, 4), 0.5), color_space="sRGB")
+    tree.links.new(node.outputs["Color"], tree.nodes["shader"].inputs["Color"])
+    build.plane(material=material)
+    link = tree.links.new(node.outputs["Alpha"], tree.nodes["shader"].inputs["Strength"])
+    apart = np.ravel(colors(translate(), (0.5, 0.5)))[0]
+    link.is_muted = True
+    muted = np.ravel(colors(translate(), (0.5, 0.5)))[0]
+    tree.links.remove(link)
+    np.testing.assert_allclose(muted, np.ravel(colors(translate(), (0.5, 0.5)))[0])
+    assert muted < 0.3 * apart  # multiplied by alpha, as without a link

@@ -69,3 +69,26 @@ def test_the_strength_of_a_lamp_is_what_its_math_node_computes(build, translate,
     before = fingerprint(translate().lights)
     setattr(product, name, value)
     assert fingerprint(translate().lights) != before
+
+
+def test_an_aov_in_nested_groups_has_the_values_of_its_group(build, translate):
+    aov = bpy.context.view_layer.aovs.add()
+    aov.name, aov.type = "Mask", "VALUE"
+    inner = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+    inner.interface.new_socket("Amount", in_out="INPUT", socket_type="NodeSocketFloat")
+    node, start = inner.nodes.new("ShaderNodeOutputAOV"), inner.nodes.new("NodeGroupInput")
+    node.aov_name = "Mask"
+    inner.links.new(start.outputs[0], node.inputs["Value"])
+    outer = bpy.data.node_groups.new("Outer", "ShaderNodeTree")
+    within = outer.nodes.new("ShaderNodeGroup")
+    within.node_tree = inner
+    within.inputs[0].default_value = 0.375
+    material = build.material()
+    group = material.node_tree.nodes.new("ShaderNodeGroup")
+    group.node_tree = outer
+    build.plane(material=material)
+    scene = translate()
+    assert scene.materials[0].outputs == (("Mask", 0.375),) and scene.notes == ()
+    group.mute = True
+    assert translate().materials[0].outputs == ()
+    bpy.context.view_layer.aovs.remove(aov)

@@ -123,3 +123,14 @@ def test_picked_objects_have_the_values_of_their_instances(build, translate):
     positions, values = found(translate())
     assert len(values) > 20
     np.testing.assert_allclose(values, positions, atol=1e-5)
+
+
+@pytest.mark.parametrize(("kinds", "is_noted"), [(["SUBSURF", "NODES"], True), (["SUBSURF"], False)])
+def test_before_blender_5_instances_of_nodes_are_named(kinds, is_noted):
+    from types import SimpleNamespace
+
+    from blender_addon.translate.shading.carried.instances import InstancePoints
+
+    parent = SimpleNamespace(modifiers=[SimpleNamespace(type=kind) for kind in kinds])  # has no evaluated_geometry
+    value, unknown = InstancePoints().value("shade", SimpleNamespace(parent=parent))
+    assert value is None and unknown == ("instances is not read before Blender 5.0" if is_noted else "")

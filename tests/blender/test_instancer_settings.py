@@ -72,3 +72,62 @@ def test_an_instance_is_lit_by_the_lights_of_what_shows_it(shown, build, transla
     linked.objects.unlink(plane)
     linked.objects.link(lamp)
     assert translate().instances[0].unlit_by == (lamp.name,)
+
+
+@pytest.fixture
+def shown_lamp(build):
+    """A lamp that the camera sees, in a collection, and the empty that shows it."""
+    lamp = build.light("POINT", shadow_soft_size=0.5)
+    lamp.visible_camera, lamp.is_shadow_catcher = True, False
+    group = bpy.data.collections.new("Lamps")
+    bpy.context.scene.collection.objects.unlink(lamp)
+    group.objects.link(lamp)
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", group
+    bpy.context.scene.collection.objects.link(empty)
+    return lamp, empty
+
+
+def test_a_lamp_is_hidden_from_the_rays_that_what_shows_it_is_hidden_from(shown_lamp, translate):
+    from spectral_core.scene import Rays
+
+    _, empty = shown_lamp
+    (light,) = translate().lights
+    assert light.camera_visible and light.hidden_from is Rays.NONE and not light.is_in_footage
+    empty.visible_camera = empty.visible_diffuse = False
+    empty.is_shadow_catcher = True
+    (light,) = translate().lights
+    assert not light.camera_visible and light.hidden_from == Rays.DIFFUSE and light.is_in_footage
+
+
+def test_before_4_5_a_lamp_has_its_own_visibility_alone(shown_lamp, translate, monkeypatch):
+    from blender_addon import compat
+
+    _, empty = shown_lamp
+    empty.visible_camera = False
+    monkeypatch.setattr(compat, "lamps_follow_instancers", lambda: False)
+    assert translate().lights[0].camera_visible
+
+
+@pytest.mark.parametrize("is_holdout", [False, True])
+@pytest.mark.parametrize("kind", ["mesh", "lamp"])
+def test_an_indirect_collection_hides_meshes_and_lamps_from_the_camera_unless_it_is_a_holdout(
+    build, translate, kind, is_holdout
+):
+    from spectral_core.scene import Rays
+
+    thing = build.plane() if kind == "mesh" else build.light("POINT", shadow_soft_size=0.5)
+    thing.visible_camera = True
+    collection = bpy.data.collections.new("Indirect")
+    bpy.context.scene.collection.children.link(collection)
+    bpy.context.scene.collection.objects.unlink(thing)
+    collection.objects.link(thing)
+    bpy.context.view_layer.update()
+    layer = bpy.context.view_layer.layer_collection.children[collection.name]
+    layer.indirect_only, layer.holdout = True, is_holdout
+    scene = translate()
+    if kind == "lamp":
+        assert scene.lights[0].camera_visible == is_holdout
+    else:
+        assert scene.instances[0].is_holdout == is_holdout
+        assert bool(scene.instances[0].hidden_from & Rays.CAMERA) != is_holdout

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -164,3 +166,40 @@ def test_a_shutter_curve_weighs_the_time(build, moments):
         point.handle_type = "VECTOR"
     curve.update()
     assert instants(bpy.context.scene.render, 4).mean() > 0.55
+
+
+@pytest.mark.parametrize("kind", ["mesh", "points", "hair"])
+def test_the_attribute_velocity_blurs_as_in_cycles(build, moments, kind):
+    """4 units per second at 24 frames per second, about the place in the middle of the open time."""
+    if kind == "mesh":
+        thing = build.plane(material=build.material())
+    elif kind == "points":  # nodes make a point of each vertex, which keeps its velocity
+        thing = build.plane()
+        tree = bpy.data.node_groups.new("Points", "GeometryNodeTree")
+        for way in ("INPUT", "OUTPUT"):
+            tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+        ends = [tree.nodes.new(name) for name in ("NodeGroupInput", "GeometryNodeMeshToPoints", "NodeGroupOutput")]
+        for one, other in pairwise(ends):
+            tree.links.new(one.outputs[0], other.inputs[0])
+        thing.modifiers.new("Points", "NODES").node_group = tree
+    else:
+        curves = bpy.data.hair_curves.new("Hair")
+        curves.add_curves([2])
+        curves.attributes["position"].data.foreach_set("vector", np.array([0, 0, 0, 0, 0, 1], np.float32))
+        thing = build.object("Hair", curves)
+    stored = thing.data.attributes.get("velocity") or thing.data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
+    stored.data.foreach_set("vector", np.tile(np.array([4.0, 0, 0], np.float32), len(stored.data)))
+    bpy.context.scene.render.fps, bpy.context.scene.render.motion_blur_shutter = 24, 0.5
+    scene = moments()
+    (mesh,) = scene.meshes
+    shifts = np.array([scene.at(moment).meshes[0].positions[:, 0] - mesh.positions[:, 0] for moment in scene.moments])
+    count = len(scene.moments)
+    expected = 4.0 * 0.5 / 24 * ((np.arange(count) + 0.5) / count - 0.5)
+    np.testing.assert_allclose(shifts, np.broadcast_to(expected[:, None], shifts.shape), atol=1e-6)
+
+
+def test_an_object_without_deformation_blur_ignores_its_velocity(build, moments):
+    thing = build.plane(material=build.material())
+    thing.data.attributes.new("velocity", "FLOAT_VECTOR", "POINT").data.foreach_set("vector", [4.0, 0, 0] * 4)
+    thing.cycles.use_deform_motion = False
+    assert moments().moments == ()

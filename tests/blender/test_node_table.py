@@ -11,7 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 PAGE = Path(__file__).parents[2] / "docs" / "blender_nodes.md"
-ELSEWHERE = {"GROUP", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT", "LIGHT_FALLOFF"}
+ELSEWHERE = {"GROUP", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT", "OUTPUT_AOV", "LIGHT_FALLOFF"}
 """Nodes that the walk over the tree or the translation of lamps reads, not an evaluator."""
 
 

@@ -48,6 +48,14 @@ class Case:
     besides: dict[str, str] = field(default_factory=dict)
 
 
+def _simplified(struct: str) -> Callable[[Any], Any]:
+    def made(build: Any) -> Any:
+        bpy.context.scene.render.use_simplify = True
+        return _scene(struct)(build)
+
+    return made
+
+
 def _lamp(kind: str, of: str | None = None) -> Callable[[Any], Any]:
     def made(build: Any) -> Any:
         lamp = build.light(kind).data
@@ -184,7 +192,8 @@ CASES = {
         _words(" ".join(entries()["CyclesRenderLayerSettings"].read), "the engine's passes"),
     ),
     "output": Case(
-        "RenderSettings", _scene("render"), BORDER, {"engine": "BLENDER_EEVEE", "resolution_percentage": 50},
+        "RenderSettings", _scene("render"), BORDER | {"use_simplify": True},
+        {"engine": "BLENDER_EEVEE", "resolution_percentage": 50},
         {
             **_words("use_simplify simplify_subdivision simplify_subdivision_render simplify_child_particles "
                      "simplify_child_particles_render use_simplify_normals hair_type hair_subdiv",
@@ -196,7 +205,7 @@ CASES = {
         },
     ),
     "light paths": Case(
-        "CyclesRenderSettings", _scene("cycles"),
+        "CyclesRenderSettings", _simplified("cycles"),
         besides={
             **_words("use_camera_cull use_distance_cull camera_cull_margin distance_cull_margin",
                      "of Simplify and of objects that it may cull: tests/blender/test_translate_rays.py"),

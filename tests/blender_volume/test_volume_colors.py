@@ -32,3 +32,10 @@ def test_lighting_and_edges_reach_the_renderer(blender, ramp):
         volume = translated().volumes[0]
         assert volume.lighting == lighting
         assert volume.transfer.materials[0].gradient_values.max() > 0
+
+
+def test_visibility_that_a_volume_does_not_follow_is_named(blender, ramp):
+    thing = imported(ramp[0], preset="wide")
+    assert not any("Ray Visibility" in note.message for note in translated().notes)
+    thing.visible_glossy = False
+    assert [note.subject for note in translated().notes if "Ray Visibility" in note.message] == [thing.name]

@@ -40,6 +40,8 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         note_changed(translation, camera.name, item)
     if lens.type not in ("PERSP", "ORTHO", "PANO"):
         translation.note(camera.name, f"a {lens.type.lower()} camera is shown as a perspective one")
+    if lens.type == "PANO" and translation.scene.render.use_multiview:
+        note_changed(translation, camera.name, lens.stereo)
     orthographic = lens.type == "ORTHO"
     shown = panorama_of(lens, translation.scene.render) if lens.type == "PANO" else None
     placed = rigid(matrix)

@@ -19,6 +19,7 @@ from spectral_core.scene import Camera, Instance, Light, Mesh, Moment, Note, Sce
 from spectral_core.scene.motion import same_camera, same_mesh
 
 from ..context import Translation
+from ..meshes.velocities import flown
 from ..objects import collect
 from ..visibility import cycles_settings
 from . import translate_camera
@@ -67,6 +68,8 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
     parts = {obj.name_full: _parts(obj.original) for obj in depsgraph.objects}
     most = max([motion for motion, _ in parts.values()] + [_parts(chosen)[0] if chosen else 0, 2])
     keys: dict[int, _Key] = {}
+    shown: dict[int, _Key] = {}
+    open_s = render.motion_blur_shutter * render.fps_base / render.fps
     try:
         for places in ((0, most // 2, most), range(most + 1)):
             for place in places:
@@ -74,12 +77,14 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
                     time = first + render.motion_blur_shutter * place / most
                     frame_set(int(np.floor(time)), float(time - np.floor(time)))
                     keys[place], steps = _key(depsgraph, camera, parts)
-            if not any(_moves(scene, key, steps) for key in keys.values()):
-                return _in_the_middle(scene, keys[most // 2])
+            middle = keys[most // 2]
+            shown = {place: _flown(keys[place], middle, open_s * (place / most - 0.5)) for place in keys}
+            if not any(_moves(scene, key, steps) for key in shown.values()):
+                return _in_the_middle(scene, middle)
     finally:
         frame_set(frame, subframe)
     count = int(np.clip(scene.film.samples // SAMPLES_PER_MOMENT, FEWEST, MOST))
-    ordered = [keys[place] for place in range(most + 1)]
+    ordered = [shown[place] for place in range(most + 1)]
     lost = _lost(scene, ordered)
     moments = tuple(_moment(scene, ordered, steps, float(time), lost) for time in instants(render, count))
     notes = tuple(
@@ -88,6 +93,12 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
     )
     lights = _lights(scene, ordered[most // 2])
     return replace(scene, moments=moments, lights=lights, notes=(*scene.notes, *notes))
+
+
+def _flown(key: _Key, middle: _Key, seconds: float) -> _Key:
+    """An instant with the shapes that have velocities, a time after the middle of the shutter's open time."""
+    shapes = {name: moved for name, mesh in middle.shapes.items() if (moved := flown(mesh, seconds)) is not None}
+    return replace(key, shapes=key.shapes | shapes)
 
 
 def _in_the_middle(scene: Scene, middle: _Key) -> Scene:

@@ -32,14 +32,16 @@ MADE_WITH: dict[str, dict[str, Any]] = {
 class Entry:
     """Data on the settings of one Blender type.
 
-    ``noted``: name to message. ``harmless``: values other than the default that need no note. ``stand_in``: True for a
-    node that is named as a whole. Inputs of nodes are ``input:IDENTIFIER`` with ``_`` for a space; ``*`` represents all
+    ``noted``: name to message. ``needs``: name to the path of a setting of the data-block without which it has no
+    effect. ``harmless``: values other than the default that need no note. ``stand_in``: True for a node that is named
+    as a whole. Inputs of nodes are ``input:IDENTIFIER`` with ``_`` for a space; ``*`` represents all
     names.
     """
 
     read: frozenset[str]
     no_effect: frozenset[str]
     noted: dict[str, str]
+    needs: dict[str, str]
     harmless: dict[str, Any]
     stand_in: bool
 
@@ -59,6 +61,7 @@ def entries() -> dict[str, Entry]:
                 read=frozenset(table.get("read", "").split()),
                 no_effect=frozenset(table.get("no_effect", "").split()),
                 noted=table.get("noted", {}),
+                needs=table.get("needs", {}),
                 harmless=table.get("harmless", {}),
                 stand_in=table.get("stand_in", False),
             )
@@ -72,6 +75,8 @@ def note_changed(translation: Translation, subject: str, item: Any) -> None:
     entry = entries().get(item.bl_rna.identifier)
     for name, message in (entry.noted if entry is not None else {}).items():
         if name not in item.bl_rna.properties or at_default(item, name):
+            continue
+        if entry is not None and name in entry.needs and not item.id_data.path_resolve(entry.needs[name]):
             continue
         if entry is None or entry.harmless.get(name, item) != getattr(item, name):
             translation.note(subject, message)

@@ -83,10 +83,14 @@ class Look:
         return x / (depth * width) + 0.5 - shift_x, y / (depth * height) + 0.5 - shift_y, np.zeros_like(x)
 
     def sees(self, name: str) -> float:
-        """Outputs of the Light Path node for this look's rays; rays that light the scene count as diffuse."""
-        of_camera = ("ray:Is Camera Ray",)
-        of_light = ("ray:Is Diffuse Ray", "ray:Is Reflection Ray", "ray:Ray Depth", "ray:Diffuse Depth")
-        return float(name in (of_camera if self.camera else of_light))
+        """Outputs of the Light Path node for this look's rays."""
+        return of_light_path(name.removeprefix("ray:"), camera=self.camera)
+
+
+def of_light_path(name: str, *, camera: bool) -> float:
+    """An output of the Light Path node in a world; rays that light the scene count as diffuse."""
+    of_light = ("Is Diffuse Ray", "Is Reflection Ray", "Ray Depth", "Diffuse Depth")
+    return float(name in (("Is Camera Ray",) if camera else of_light))
 
 
 NUMBERS = ("backfacing", "random", "object_alpha", "object_index", "object_random")

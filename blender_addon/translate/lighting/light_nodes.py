@@ -47,7 +47,8 @@ def shine_of(reader: LampReader) -> Shine:
     tint = translation.linear_rgb(lamp.color)
     nodes = _of_nodes(reader)
     spectrum = spectra.spectrum_of(translation, lamp)
-    if spectrum is not None:
+    is_own = isinstance(nodes.color, Spectrum) and not nodes.is_planckian
+    if spectrum is not None and not is_own:  # a node's spectrum has precedence over its lamp's
         return replace(nodes, color=spectrum, factor=nodes.factor * spectra.strength_of(translation, lamp))
     kelvin = compat.light_temperature_k(lamp)
     if kelvin is not None:
@@ -65,7 +66,8 @@ def shine_of(reader: LampReader) -> Shine:
 
 def _of_nodes(reader: LampReader) -> Shine:
     """Light of a lamp's node tree: white of factor 1 without nodes."""
-    tree = compat.node_tree(reader.lamp)
+    inlined = compat.inlined(reader.lamp)
+    tree = compat.node_tree(reader.lamp) if inlined is None else inlined.node_tree
     output = surface_output(tree, "OUTPUT_LIGHT") if tree is not None else None
     if output is None:
         return Shine(WHITE)

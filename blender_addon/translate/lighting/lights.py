@@ -15,7 +15,7 @@ from ..context import Translation
 from ..frames import rigid
 from ..ledger import note_changed, note_nodes
 from ..shading.attributes import object_info
-from ..visibility import cycles_settings, hidden_from
+from ..visibility import cycles_settings, hidden_from, seen_as
 from .lamp_reader import LampReader
 from .light_nodes import shine_of
 
@@ -40,14 +40,15 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
     color, power = shine.color, lamp.energy * compat.light_exposure_factor(lamp) * shine.factor
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
         return None
+    seen = lamp_seen_as(translation, instance)
     shared: dict[str, Any] = {
         "name": name,
         "world_from_light": rigid(matrix),
         "color": color,
         "group": obj.original.lightgroup,  # Blender does not notify the evaluated copy of a change
-        "camera_visible": obj.visible_camera,
-        "hidden_from": hidden_from(obj) & LIGHT_RAYS,
-        "is_in_footage": obj.is_shadow_catcher,
+        "camera_visible": not seen["hidden_from"] & Rays.CAMERA,
+        "hidden_from": seen["hidden_from"] & LIGHT_RAYS,
+        "is_in_footage": seen["is_shadow_catcher"],
         "max_bounces": cycles_settings(lamp, "max_bounces", 1024),
         "casts_shadow": lamp.use_shadow,
         "is_planckian": shine.is_planckian,
@@ -76,6 +77,14 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
             cone_scale=(float(scale[0]), float(scale[1]), float(scale[2])),
         )
     return PointLight(**shared, power_w=power)
+
+
+def lamp_seen_as(translation: Translation, instance: Any) -> dict[str, Any]:
+    """Visibility of a lamp: before Blender 4.5 the object that shows it, and its collections, have no effect."""
+    if compat.lamps_follow_instancers():
+        return seen_as(instance, translation.depsgraph.view_layer)
+    obj = instance.object
+    return {"hidden_from": hidden_from(obj), "is_shadow_catcher": bool(obj.is_shadow_catcher)}
 
 
 def _reader(translation: Translation, obj: Any, instance: Any, matrix: NDArray[np.float64]) -> LampReader:

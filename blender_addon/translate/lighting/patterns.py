@@ -104,14 +104,12 @@ def follows_camera(tree: Any) -> bool:
 
 
 def world_light(
-    translation: Translation, world: Any, camera: Any, own: dict[str, Any]
+    translation: Translation, world: Any, output: Any, camera: Any, own: dict[str, Any]
 ) -> tuple[Term, Term, tuple[SunLight, ...]]:
-    """The environment for the light in the scene, that for the camera, and the suns of the skies in a world."""
-    from ... import compat
-    from ..shading.tree import surface_output
-
+    """The environment for the light in the scene, that for the camera, and the suns of the skies in a world, from its
+    ``output`` node.
+    """
     reader = Reader(translation, world.name, on_surface=True, is_far=True, in_world=True)
-    output = surface_output(compat.node_tree(world), "OUTPUT_WORLD")
     place = Input(output.inputs["Surface"])
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))

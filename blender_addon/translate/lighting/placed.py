@@ -11,7 +11,7 @@ from spectral_core.scene import Light
 from ..viewport.answers import kept_or_asked
 from ..viewport.owners import muted_links_of
 from ..viewport.walk import facts_of, single
-from .lights import translate_light
+from .lights import lamp_seen_as, translate_light
 
 if TYPE_CHECKING:
     from ..objects import Collected
@@ -38,5 +38,6 @@ def _light(found: Collected, name: str, obj: Any, instance: Any) -> Light | None
     if instance.is_instance:
         return make()
     makers = frozenset((original.session_uid, original.data.session_uid))
-    state = (name, facts_of(obj), muted_links_of(original.data), tuple(map(tuple, instance.matrix_world)))
+    seen = tuple(lamp_seen_as(found.translation, instance).values())
+    state = (name, facts_of(obj), seen, muted_links_of(original.data), tuple(map(tuple, instance.matrix_world)))
     return kept_or_asked(found.kept, found.translation, ("light", original.session_uid), makers, state, make)

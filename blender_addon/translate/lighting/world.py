@@ -27,6 +27,7 @@ from ..shading.texture_nodes import mapping_matrix
 from ..shading.tree import Input, Output, linked, surface_output
 from ..visibility import cycles_settings, world_hidden_from
 from .backgrounds import PLAIN_RAYS, Term, depends_on_ray_type, joined, note_ray_type, resampled
+from .directions import of_light_path
 from .patterns import needs_directions, world_light
 
 
@@ -37,10 +38,11 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     """
     if world is None:
         return World(), ()
-    tree = compat.node_tree(world)
+    inlined = compat.inlined(world)
+    tree = compat.node_tree(world) if inlined is None else inlined.node_tree
     for item in (world, getattr(world, "cycles", None)):
         note_changed(translation, world.name, item)
-    note_nodes(translation, world.name, tree)
+    note_nodes(translation, world.name, compat.node_tree(world))
     own: dict[str, Any] = {
         "group": getattr(world.original, "lightgroup", ""),  # Blender does not notify the evaluated copy of a change
         "hidden_from": world_hidden_from(world) & ~Rays.SHADOW,
@@ -58,14 +60,18 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     if tree is None:
         lights = sees = Term(Color(translation.linear_rgb(world.color)))
     elif needs_directions(output):
-        lights, sees, suns = world_light(translation, world, camera, own)
+        lights, sees, suns = world_light(translation, world, output, camera, own)
     else:
         reader = Reader(translation, world.name)
         lights, sees = (joined(reader, terms) for terms in _backgrounds(reader, tree))
     spectrum = spectra.spectrum_of(translation, world)
-    if spectrum is not None:
-        lights = sees = Term(spectrum, lights.strength * spectra.strength_of(translation, world))
-        suns = ()
+    is_own = isinstance(lights.color, Spectrum) and not lights.is_planckian
+    if spectrum is not None and not is_own:  # a node's spectrum has precedence over its world's
+        if suns or isinstance(lights.color, ImageTexture):
+            translation.note(world.name, "its spectrum replaces the image, pattern or sky of its background")
+        factor = spectra.strength_of(translation, world)
+        light, seen = _strengths(translation, world, output, (lights, sees))
+        lights, sees, suns = Term(spectrum, light * factor), Term(spectrum, seen * factor), ()
     made = World(
         color=lights.color, strength=lights.strength, world_from_environment=lights.turn, medium=medium,
         is_planckian=lights.is_planckian, **own,
@@ -74,6 +80,16 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         return made, suns
     view = World(color=sees.color, strength=sees.strength, world_from_environment=sees.turn)
     return replace(made, camera_view=view), suns
+
+
+def _strengths(translation: Translation, world: Any, output: Any, terms: tuple[Term, Term]) -> tuple[float, float]:
+    """Strength of the light of a world, and of what the camera sees, without its colors."""
+    source = None if output is None else linked(Input(output.inputs["Surface"]))
+    if source is None or source.node.type not in ("BACKGROUND", "EMISSION"):
+        return terms[0].strength, terms[1].strength
+    reader, place = Reader(translation, world.name, on_surface=True), source.input("Strength")
+    light, seen = (max(_number(reader, place, 1.0, camera=is_seen), 0.0) for is_seen in (False, True))
+    return light, seen
 
 
 def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
@@ -115,7 +131,7 @@ def _number(reader: Reader, place: Input | None, fallback: float, *, camera: boo
     name = source.socket.name
     if name not in PLAIN_RAYS:
         note_ray_type(reader, name)
-    return float(name == "Is Camera Ray") if camera else float(name in ("Is Diffuse Ray", "Is Reflection Ray"))
+    return of_light_path(name, camera=camera)
 
 
 def _background(reader: Reader, source: Output, weight: float, *, camera: bool) -> Term:

@@ -21,8 +21,9 @@ from ..ledger import note_changed
 from ..placed_media import in_mesh
 from ..shading.attributes import color_of, object_attributes, random_of, root_of
 from ..viewport.kept import kept_or_made
-from ..visibility import seen_as, shown_by, terminator_of
+from ..visibility import note_volume, seen_as, shown_by, terminator_of
 from .triangles import READS_UV, object_mesh
+from .velocities import velocity_read
 
 if TYPE_CHECKING:
     from ..objects import Collected
@@ -73,6 +74,8 @@ def place_mesh(found: Collected, obj: Any, instance: Any, materials_of: Material
         "attributes": object_attributes(obj, instance, reads, found),
         **seen_as(instance, found.translation.depsgraph.view_layer),
     }
+    if all(item.material.surface is None for item in materials):
+        fields["is_holdout"] = False  # as in Cycles, only a surface is one
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.trace.places[original.session_uid] = len(found.instances)
     found.linking.add(name, original)
@@ -91,7 +94,7 @@ def _shared(found: Collected, obj: Any, instance: Any, materials_of: MaterialsOf
     materials = materials_of(obj)
     reads = frozenset().union(*(item.reads for item in materials))
     shows_uv = frozenset({"uv"}) if found.translation.depsgraph.view_layer_eval.use_pass_uv else frozenset()
-    mesh = _mesh(found, obj, reads | shows_uv, instance)
+    mesh = _mesh(found, obj, reads | shows_uv | velocity_read(found, obj.data), instance)
     if mesh is None:
         return None
     fields = {
@@ -118,6 +121,8 @@ def _instance(
         _note(found, obj, reads)
     if instance.is_instance:
         found.noted.add(key)
+    if any(item.material.medium is not None for item in materials):
+        note_volume(found.translation, obj.name, fields)
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
     return Instance(world_from_object=matrix, materials=names, random=random_of(obj, instance), **fields)
 
@@ -129,6 +134,9 @@ def _note(found: Collected, obj: Any, reads: frozenset[str]) -> None:
         found.translation.note(
             obj.name, "its multiresolution levels are shown after Sculpt Mode; here the base mesh is"
         )
+    if any(getattr(modifier, "use_adaptive_subdivision", False) for modifier in obj.modifiers):  # from Blender 5.0 on
+        message = "adaptive subdivision is not simulated; the mesh has the levels of its Subdivision Surface modifier"
+        found.translation.note(obj.name, message)
     if obj.is_shadow_catcher and not found.is_render:
         message = "it is a shadow catcher in renders of F12 and spectral-scene, a plain object in the viewport"
         found.translation.note(obj.name, message)

@@ -51,12 +51,12 @@ def object_attributes(
             continue
         owners = [obj.original, getattr(obj.original, "data", None)]
         if kind == "INSTANCER" and instance.is_instance and instance.parent is not None:
-            owners = [instance.parent.original, getattr(instance.parent.original, "data", None), *owners]
-            item, is_complete = found.points.value(name, instance)
+            parent, system = instance.parent.original, instance.particle_system
+            owners = [system and system.settings, parent, getattr(parent, "data", None), *owners]
+            item, unknown = found.points.value(name, instance)
             stored = None if item is None else _numbers(item)
-            if stored is None and not is_complete:
-                message = f"attribute {name!r} of instances in each other is not found; its materials read 0"
-                found.translation.note(obj.name, message)
+            if stored is None and unknown and _first(owners, name) is MISSING:
+                found.translation.note(obj.name, f"attribute {name!r} of {unknown}; its materials read 0")
             if stored is not None:
                 values.append((read, (stored[3],) * 3 if is_alpha else stored))
                 continue

@@ -277,6 +277,7 @@ def _light_path(reader: Reader, output: Output) -> Any:
     """Type of the ray that hits the surface."""
     name = output.socket.name
     if name == "Portal Depth":
+        reader.note(f"{name!r} of {output.label!r} is 0 here, also for rays that have passed a Ray Portal")
         return 0.0
     if name == "Ray Length" and reader.is_far:
         return FARTHEST

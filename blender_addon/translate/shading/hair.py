@@ -25,6 +25,7 @@ from spectral_core.scene import (
     Surface,
 )
 
+from .. import spectra
 from .coordinate_nodes import info
 from .fields import Value, scalar_of
 from .reader import Reader, evaluator
@@ -96,7 +97,7 @@ def _absorbing(
 ) -> tuple[Paint, bool, float]:
     """Color of a coat of fibers, or transmittance of a depth of one radius; True for the first; the depth."""
     node = output.node
-    if node.parametrization == "COLOR":
+    if node.parametrization == "COLOR" or spectra.spectrum_of(reader.translation, node) is not None:
         return main_color(reader, output, 0.5), True, 1.0
     if node.parametrization == "ABSORPTION":
         absorption = reader.read(output, "Absorption Coefficient", np.zeros(3))

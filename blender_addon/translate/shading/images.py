@@ -113,7 +113,7 @@ def _stacked(
 def alpha_is_read(node: Any) -> bool:
     """True if anything is linked to the node's Alpha: its color is then not multiplied by alpha, as in Cycles."""
     socket = next((socket for socket in node.outputs if socket.name == "Alpha"), None)
-    return socket is not None and bool(socket.is_linked)
+    return socket is not None and socket.is_linked and not all(link.is_muted for link in socket.links)
 
 
 def read_image(

@@ -32,7 +32,7 @@ from ..displacement.offset import Displacement
 from . import media
 from .aovs import aov_outputs
 from .carried.dyes import with_dyes
-from .carried.spectrum import covers_texture, with_spectrum
+from .carried.spectrum import covers_texture, has_main_color, with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
 from .tree import Input, linked, surface_output
@@ -82,9 +82,12 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     name = material.name_full
     reader = Reader(translation, material.name, on_surface=True)
     reader.material_index = int(material.pass_index)
-    tree = compat.node_tree(material)
+    inlined = compat.inlined(material)
+    tree = compat.node_tree(material) if inlined is None else inlined.node_tree
     output = surface_output(tree)
-    filling = media.filling_of(reader, output) if output is not None else None
+    spectrum = spectra.spectrum_of(translation, material)
+    is_volume = output is not None and linked(Input(output.inputs["Surface"])) is None
+    filling = None if output is None else media.filling_of(reader, output, spectrum if is_volume else None)
     medium = None if filling is None else media.medium_alike(filling)
     displacement: Displacement | None = None
     surface: Surface | None
@@ -100,8 +103,12 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     if any(angle > 0 for _, _, angle, _ in reader.skies.values()):
         reader.note("a sky on a surface has no disk of the sun")
     _note_emission(reader, surface)
-    spectrum = spectra.spectrum_of(translation, material)
     if spectrum is not None and surface is not None:
+        if not has_main_color(surface):
+            translation.note(
+                material.name, "its spectrum colors none of its shaders, which reflect and transmit nothing; give an "
+                "Emission node a spectrum of its own",
+            )  # fmt: skip
         if covers_texture(surface, spectrum):
             translation.note(
                 material.name, "its spectrum replaces the texture on its main color; clear the spectrum to "

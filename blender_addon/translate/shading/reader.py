@@ -106,7 +106,8 @@ class Reader:
         """A vector socket (3,) that does not vary."""
         value: Any = fallback if place is None else self.field(place)
         if isinstance(value, Value) and value.constant is None:
-            self.note("a texture mapping that itself varies is not supported; its mean was used")
+            assert place is not None
+            self.note(f"{place.node.name}: {place.socket.name} supports one vector only; its mean was used")
         return np.broadcast_to(mean_color(value), (3,))
 
     def _settled(self, paint: Paint, place: Input) -> Paint:

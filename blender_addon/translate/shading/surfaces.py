@@ -29,6 +29,7 @@ from spectral_core.scene import (
     Transparent,
     gray,
 )
+from spectral_core.spectra.spectrum import Spectrum
 
 from .. import spectra
 from ..lighting import light_inputs  # noqa: F401  (as below)
@@ -103,7 +104,8 @@ def _metallic(reader: Reader, output: Output) -> Surface:
     scale = 1.0
     if physical:
         index, extinction = (reader.vector(output.input(name), 1.0) for name in ("IOR", "Extinction"))
-        color, edge, scale = conductor_colors(index, extinction)
+        facing, edge, scale = conductor_colors(index, extinction)
+        color = color if isinstance(color, Spectrum) else facing
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
     return Metal(
         color,
@@ -196,7 +198,7 @@ def _holdout(reader: Reader, output: Output) -> Surface:
 def _portal(reader: Reader, output: Output) -> Surface:
     direction = reader.read(output, "Direction", np.zeros(3))
     return RayPortal(
-        reader.paint(output.input("Color"), gray(1.0)),
+        main_color(reader, output, 1.0),
         direction_at(reader, output, "Position"),
         None if direction.constant is not None and not np.any(direction.constant) else Computed(direction.program(3)),
     )

@@ -12,6 +12,7 @@ import numpy as np
 from spectral_core.scene import STRAND_AXIS, Instance, Mesh
 
 from ..meshes.triangles import READS_UV
+from ..meshes.velocities import velocity_read
 from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes, random_of
 from ..shading.materials import TranslatedMaterial
 from ..visibility import seen_as, shown_by
@@ -23,7 +24,7 @@ FLAT = 1e-30
 
 def place_strands(found: Any, obj: Any, instance: Any, materials: list[TranslatedMaterial], random: float) -> None:
     """Add hair curves, or a point cloud, to the ``found`` objects."""
-    reads: frozenset[str] = frozenset().union(*(item.reads for item in materials))
+    reads: frozenset[str] = velocity_read(found, obj.data).union(*(item.reads for item in materials))
     key = (obj.data.as_pointer(), reads)
     if key not in found.meshes:
         name = found.unique("mesh", obj.data.name_full)

@@ -41,10 +41,13 @@ class InstancePoints:
 
     levels: dict[tuple[int, ...], Level | None] = field(default_factory=dict)
 
-    def value(self, name: str, instance: Any) -> tuple[Any, bool]:
-        """An attribute of an instance, from the innermost level that has it, None without one; and whether every
-        level was found.
+    def value(self, name: str, instance: Any) -> tuple[Any, str]:
+        """An attribute of an instance, from the innermost level that has it, None without one; and where it may be
+        nevertheless, "" if every level was found.
         """
+        if not hasattr(instance.parent, "evaluated_geometry"):
+            is_made = any(modifier.type == "NODES" for modifier in instance.parent.modifiers)
+            return None, "instances is not read before Blender 5.0" if is_made else ""
         found, complete = self._levels_of(instance)
         for level, index in reversed(found):
             stored = level.points.attributes.get(name)
@@ -52,8 +55,8 @@ class InstancePoints:
                 item = stored.data[index]
                 for part in ("value", "vector", "color"):
                     if hasattr(item, part):
-                        return getattr(item, part), True
-        return None, complete
+                        return getattr(item, part), ""
+        return None, "" if complete else "instances in each other is not found"
 
     def _levels_of(self, instance: Any) -> tuple[list[tuple[Level, int]], bool]:
         """Levels around an instance from the outermost on, and its index in each; False if one was not found."""

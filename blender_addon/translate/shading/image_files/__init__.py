@@ -61,7 +61,7 @@ def frame_of(user: Any, frame: int) -> int:
 def frame_image(image: Any, number: int) -> Iterator[Any]:
     """An image of one file of a sequence, None without one; gone afterward."""
     path = bpy.path.abspath(image.filepath, library=image.library)
-    digits = list(re.finditer(r"\d+", Path(path).name))
+    digits = list(re.finditer(r"\d+", Path(path).stem))  # those of an extension, as .jp2, do not count
     if not digits:
         yield None
         return

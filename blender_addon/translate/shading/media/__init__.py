@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.scene import ScatteringMedium
+from spectral_core.spectra.spectrum import Spectrum
 
 from ..reader import Reader
 from ..tree import Input, linked
@@ -23,14 +24,20 @@ AROUND = (16, 16, 16)
 """Points of the cube over which means are taken."""
 
 
-def filling_of(reader: Reader, output: Any) -> Filling | None:
-    """The volume shader of an output node; None if its volume socket is unlinked."""
+def filling_of(reader: Reader, output: Any, spectrum: Spectrum | None = None) -> Filling | None:
+    """The volume shader of an output node; None if its volume socket is unlinked. ``spectrum``: in place of its
+    color.
+    """
     source = linked(Input(output.inputs["Volume"]))
     if source is None:
         return None
-    found = spectral_filling(reader, source)
+    found = spectral_filling(reader, source, spectrum)
     if found is not None:
         return found
+    if spectrum is not None:
+        reader.note(
+            f"its spectrum does not color {source.label!r}; use Volume Scatter, Volume Absorption or Principled Volume"
+        )
     fill = fill_of(reader, source)
     programs = fill.scatters.program(3), fill.absorbs.program(3), fill.emits.program(3)
     filling = Filling(programs, fill.lobes)

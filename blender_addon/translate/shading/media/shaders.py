@@ -13,6 +13,7 @@ from spectral_core.scene import ScatteringMedium, gray
 from spectral_core.scene.shading import Builder
 from spectral_core.spectra.spectrum import Spectrum
 
+from ... import spectra
 from ..color_nodes import planckian
 from ..fields import Value, mean_color, paint_of
 from ..reader import Reader
@@ -58,18 +59,23 @@ def fill_of(reader: Reader, source: Output | None) -> Fill:
 
 def _scatter(reader: Reader, source: Output) -> Fill:
     # Cycles scatters density · color and absorbs nothing
-    zero = reader.as_value(np.zeros(3))
-    return Fill(_of_density(reader, source, "Color", 0.8), zero, zero, lobes_of(reader, source))
+    zero, color = reader.as_value(np.zeros(3)), _color(reader, source, 0.8)
+    scatters = reader.emit("amount_of_color", reader.read(source, "Density", 1.0), color)
+    return Fill(scatters, zero, zero, lobes_of(reader, source))
 
 
-def _of_density(reader: Reader, source: Output, name: str, fallback: float) -> Value:
-    color = reader.read(source, name, np.full(3, fallback))
-    return reader.emit("amount_of_color", reader.read(source, "Density", 1.0), color)
+def _color(reader: Reader, source: Output, fallback: float) -> Value:
+    """The color of a shader; of its own spectrum in a sum or a mix of shaders its color, with a note."""
+    own = spectra.spectrum_of(reader.translation, source.node)
+    if own is None:
+        return reader.read(source, "Color", np.full(3, fallback))
+    reader.note(f"the spectrum of {source.label!r} counts as its color; only a volume of one shader has a spectrum")
+    return Value(reader.builder, reader.builder.number(mean_color(own)), "RGBA")
 
 
 def _absorption(reader: Reader, source: Output) -> Fill:
     zero = reader.as_value(np.zeros(3))
-    density, color = reader.read(source, "Density", 1.0), reader.read(source, "Color", np.full(3, 0.8))
+    density, color = reader.read(source, "Density", 1.0), _color(reader, source, 0.8)
     return Fill(zero, reader.emit("absorbed_by_color", density, color), zero)
 
 
@@ -81,7 +87,7 @@ def _coefficients(reader: Reader, source: Output) -> Fill:
 
 def _emission(reader: Reader, source: Output) -> Fill:
     zero = reader.as_value(np.zeros(3))
-    strength, color = reader.read(source, "Strength", 1.0), reader.read(source, "Color", np.ones(3))
+    strength, color = reader.read(source, "Strength", 1.0), _color(reader, source, 1.0)
     return Fill(zero, zero, reader.emit("amount_of_color", strength, color))
 
 
@@ -101,7 +107,7 @@ def _times_grid(reader: Reader, source: Output, name: str, default: str, value: 
 
 
 def _principled(reader: Reader, source: Output) -> Fill:
-    density, color = density_of(reader, source), reader.read(source, "Color", np.full(3, 0.5))
+    density, color = density_of(reader, source), _color(reader, source, 0.5)
     tint = str(source.value("Color Attribute", "") or "")
     if tint:
         color = reader.emit("vector_math", color, reader.point(f"{GRID}{tint}"), 0.0, 0.0, settings=("MULTIPLY",))
@@ -188,11 +194,21 @@ def default_filling() -> Filling:
 # with a spectrum as their color, which RGB cannot represent
 
 
-def spectral_filling(reader: Reader, source: Output) -> Filling | None:
-    """The medium of a shader whose color is a spectrum; None for others."""
+def spectral_filling(reader: Reader, source: Output, of_material: Spectrum | None = None) -> Filling | None:
+    """The medium of a shader whose color is a spectrum; None for others.
+
+    The node's own spectrum has precedence over one that is linked, and that over the spectrum ``of_material``.
+    """
+    if source.node.type not in SPECTRAL:
+        return None
     place = source.input("Color")
-    paint: Any = None if place is None or source.node.type not in SPECTRAL else paint_of(reader.field(place))
+    own = spectra.spectrum_of(reader.translation, source.node)
+    paint: Any = own if own is not None or place is None else paint_of(reader.field(place))
     if not isinstance(paint, Spectrum):
+        if of_material is not None and linked(place) is not None:
+            reader.note("its spectrum replaces the texture on its main color; clear the spectrum to see the texture")
+        paint = of_material
+    if paint is None:
         return None
     medium, density = SPECTRAL[source.node.type](reader, source, paint)
     return Filling(spectral=medium, density=density.program(1))
@@ -212,6 +228,11 @@ def _spectral_principled(reader: Reader, source: Output, color: Spectrum) -> tup
     for name in ("Emission Strength", "Blackbody Intensity"):
         if reader.number(source.input(name), 0.0) > 0:
             reader.note(f"{source.label!r}: {name} is left out beside a spectrum")
+    absorbed = reader.read(source, "Absorption Color", np.zeros(3)).constant
+    if absorbed is None or np.any(absorbed):
+        reader.note(f"{source.label!r}: Absorption Color is left out beside a spectrum")
+    if source.value("Color Attribute", ""):
+        reader.note(f"{source.label!r}: Color Attribute is left out beside a spectrum")
     return ScatteringMedium(1.0, color, lobes=lobes_of(reader, source)), density_of(reader, source)
 
 

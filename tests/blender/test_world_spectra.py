@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The spectrum of a world beside images, skies and strengths that depend on the ray."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+bpy = pytest.importorskip("bpy")
+
+
+@pytest.fixture
+def world(build):
+    """A world with a spectrum, and its Background node of strength 0.25."""
+    from blender_addon import compat
+    from blender_addon.translate.spectra.stored import store_spectrum
+
+    made = bpy.data.worlds.new("Studio")
+    bpy.context.scene.world = made
+    tree = compat.use_nodes(made)
+    tree.nodes.clear()
+    background, output = tree.nodes.new("ShaderNodeBackground"), tree.nodes.new("ShaderNodeOutputWorld")
+    tree.links.new(background.outputs[0], output.inputs["Surface"])
+    background.inputs["Strength"].default_value = 0.25
+    grid = SpectralGrid.uniform(400.0, 700.0, 10.0)
+    store_spectrum(made.spectral, Illuminant("lamp", grid, np.linspace(0.2, 1.0, grid.size)), strength=2.0)
+    build.plane()
+    return made, tree, background
+
+
+def replaced(scene):
+    return [note for note in scene.notes if "its spectrum replaces" in note.message]
+
+
+def test_a_plain_world_has_its_spectrum_and_strength(world, translate):
+    scene = translate()
+    assert scene.world.color.name == "lamp" and scene.world.strength == 0.5
+    assert replaced(scene) == []
+
+
+@pytest.mark.parametrize("size", [(4, 8), (512, 1024)])
+def test_an_image_keeps_its_strength_and_is_named(world, build, translate, size):
+    _, tree, background = world
+    image = tree.nodes.new("ShaderNodeTexEnvironment")
+    image.image = build.image("Sky", np.random.default_rng(3).random((*size, 4)))
+    tree.links.new(image.outputs["Color"], background.inputs["Color"])
+    scene = translate()
+    assert scene.world.color.name == "lamp" and scene.world.strength == 0.5
+    assert len(replaced(scene)) == 1
+
+
+def test_a_sky_is_named_and_loses_its_sun(world, translate):
+    _, tree, background = world
+    tree.links.new(tree.nodes.new("ShaderNodeTexSky").outputs[0], background.inputs["Color"])
+    scene = translate()
+    assert scene.lights == () and scene.world.strength == 0.5
+    assert len(replaced(scene)) == 1
+
+
+def test_a_background_for_the_camera_alone_stays_visible(world, translate):
+    _, tree, background = world
+    rays = tree.nodes.new("ShaderNodeLightPath")
+    tree.links.new(rays.outputs["Is Camera Ray"], background.inputs["Strength"])
+    found = translate().world
+    assert found.strength == 0
+    assert found.camera_view.color.name == "lamp" and found.camera_view.strength == 2.0
+
+
+def test_the_spectrum_of_a_node_has_precedence(world, build, translate):
+    from blender_addon import compat
+    from blender_addon.translate.spectra.stored import store_spectrum
+    from spectral_core.spectra.catalogue import illuminant
+
+    _, _, background = world
+    lamp = build.light("POINT")
+    emission = next(node for node in compat.use_nodes(lamp.data).nodes if node.type == "EMISSION")
+    for owner in (background, emission):
+        store_spectrum(owner.spectral, illuminant("FL11"))
+    store_spectrum(lamp.data.spectral, illuminant("HP1"))
+    scene = translate()
+    assert scene.world.color.name == scene.lights[0].color.name == "FL11"
+
+
+def test_the_spectrum_of_a_lamp_replaces_the_temperature_of_its_nodes(build, translate):
+    from blender_addon import compat
+    from blender_addon.translate.spectra.stored import store_spectrum
+    from spectral_core.spectra.catalogue import illuminant
+
+    lamp = build.light("POINT")
+    tree = compat.use_nodes(lamp.data)
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    tree.links.new(tree.nodes.new("ShaderNodeBlackbody").outputs[0], emission.inputs["Color"])
+    store_spectrum(lamp.data.spectral, illuminant("HP1"))
+    (light,) = translate().lights
+    assert light.color.name == "HP1"
