@@ -36,6 +36,11 @@ def running() -> Run | None:
     return _run if _run is not None and _run.process.poll() is None else None
 
 
+def scene_of_run() -> Scene | None:
+    """The scene of the present run, None if nothing runs or the scene was deleted."""
+    return None if running() is None else _open_scene(_scene_uid)
+
+
 def _forget() -> None:
     """End the run; computed points stay."""
     global _run
