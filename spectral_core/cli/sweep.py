@@ -99,7 +99,7 @@ def _say(arguments: argparse.Namespace, folder: Path, plan: Any, work: Callable[
         result |= done
     if arguments.json:
         print(json.dumps(result))
-    return 0 if not result.get("failed") and not result.get("cancelled") else 1
+    return 1 if any(result.get(name) for name in ("failed", "cancelled", "not_compared")) else 0
 
 
 def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]:
@@ -120,10 +120,12 @@ def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]
     for reason, count in report.reasons():
         print(f"{count} set aside: {reason}")
     print(f"table: {sweep.store.folder / 'data.csv'}")
+    if report.not_compared:
+        print(f"the points are not compared with the reference: {report.not_compared}", file=sys.stderr)
     return {
         "computed": report.computed, "recovered": report.recovered, "seconds": round(report.seconds, 3),
         "computing_seconds": round(report.computing_seconds, 3), "failed": len(report.failures),
-        "failures": report.failures, "cancelled": report.cancelled,
+        "failures": report.failures, "cancelled": report.cancelled, "not_compared": report.not_compared,
     }  # fmt: skip
 
 

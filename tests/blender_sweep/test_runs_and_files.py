@@ -138,3 +138,33 @@ def test_the_folders_of_a_linked_scene_count_from_its_library(swept: Any, tmp_pa
     assert sweep_documents.folder_of(linked.sweep) == tmp_path / "library/out.cdb"
     assert texture_job.folder_of(linked.texture) == tmp_path / "library/texture"
     assert [each.name for each in recipes._library(linked.recipe)] == ["a"]
+
+
+def test_the_progress_stays_if_the_ledger_cannot_be_opened(swept: Any, monkeypatch: Any) -> None:
+    """The timer of the panel would end with the error; the process of the run reports it."""
+    from spectral_core.errors import FileWriteError
+    from spectral_core.explore.sweep.store import Store
+
+    run = sweeps.start(swept)
+    run._done = 2
+    run.folder.mkdir()
+    (run.folder / "project.json").write_text("{}")
+
+    def full(*_: Any) -> None:
+        raise FileWriteError("ledger.sqlite cannot be opened: disk I/O error")
+
+    monkeypatch.setattr(Store, "open", full)
+    assert sweeps.tick() == sweeps.POLL_S
+    assert swept.spectral.sweep.status.startswith("2 of 3")
+
+
+@pytest.mark.parametrize(("entry", "value"), [("percentage", 0), ("percentage", 40000), ("samples", 2.5)])
+def test_entries_of_the_document_beyond_blenders_limits_are_refused(swept: Any, entry: str, value: Any) -> None:
+    from pathlib import Path
+
+    from blender_addon.editing.sweep_node import blend_node
+    from spectral_core.explore.sweep.parameters import Parameter, Space
+
+    space = Space((Parameter("energy", 1.0, 2.0, path=KEY),))
+    with pytest.raises(InvalidInputError, match=f"{entry} = {value}; expected a whole number from 1 to"):
+        blend_node({"blend": "scene.blend", entry: value}, space, Path(bpy.data.filepath).parent)
