@@ -8,13 +8,13 @@ from __future__ import annotations
 import argparse
 import contextlib
 import dataclasses
-import json
 import shutil
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, UnknownNameError
 from spectral_core.files.whole import make_folder, whole_file
 
@@ -111,7 +111,7 @@ def run(arguments: argparse.Namespace) -> int:
     for note in report["notes"]:
         print(f"note: {note}")
     if arguments.json:
-        print(json.dumps(report))
+        print_json(report)
     return 0
 
 
@@ -132,7 +132,7 @@ def _write_mitsuba(arguments: argparse.Namespace, folder: Path) -> int:
     for note in notes:
         print(f"note: {note}")
     if arguments.json:
-        print(json.dumps({"scene": str(made.scene), "files": list(made.files), "notes": notes}))
+        print_json({"scene": str(made.scene), "files": list(made.files), "notes": notes})
     return 0
 
 

@@ -8,7 +8,6 @@ A second run computes only the missing points. A larger --budget adds points, a 
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 import time
@@ -17,6 +16,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 
 
@@ -98,7 +98,7 @@ def _say(arguments: argparse.Namespace, folder: Path, plan: Any, work: Callable[
     if isinstance(done, dict):
         result |= done
     if arguments.json:
-        print(json.dumps(result))
+        print_json(result)
     return 1 if any(result.get(name) for name in ("failed", "cancelled", "not_compared")) else 0
 
 
@@ -173,5 +173,5 @@ def _share(arguments: argparse.Namespace, sweep: Any) -> int:
             print(f"{row.key}: {type(error).__name__}: {error}", file=sys.stderr)
     print(f"{len(pending) - failed} points computed, {failed} failed")
     if arguments.json:
-        print(json.dumps({"computed": len(pending) - failed, "failed": failed}))
+        print_json({"computed": len(pending) - failed, "failed": failed})
     return 1 if failed else 0
