@@ -127,12 +127,9 @@ def _frames(arguments: argparse.Namespace) -> Any:
 
 
 def _sample(given: str) -> ScalarVolume:
-    from spectral_core.volume.samples import sample_volume
+    from spectral_core.volume.samples import sample_named, sample_volume
 
-    _, name, *size = given.split(":")
-    if len(size) > 1 or not all(word.isdigit() and 2 <= int(word) <= 1024 for word in size):
-        raise InvalidInputError(f"{given!r} names no sample; expected sample:NAME or sample:NAME:SIZE, size 2 to 1024")
-    return sample_volume(name, int(size[0]) if size else 96)
+    return sample_volume(*sample_named(given, 96))
 
 
 def _spaced(volume: ScalarVolume, spacing: list[float] | None) -> ScalarVolume:

@@ -198,7 +198,9 @@ def _volume(table: dict[str, Any], space: Space, folder: Path) -> Any:
 
     volume = entries(table, "volume", "volume", ("transfer", "settings", "size"))
     size = table.get("size", [256, 256])
+    if not isinstance(size, list) or len(size) != 2 or not all(type(count) is int for count in size):
+        raise InvalidInputError(f"the size of the pictures is {size!r}; expected two whole numbers, such as [256, 256]")
     return VolumeNode.of(
         volume, str(table.get("transfer", "wide")), space, folder, settings=table.get("settings"),
-        size=(int(size[0]), int(size[1])),
+        size=(size[0], size[1]),
     )  # fmt: skip
