@@ -270,3 +270,10 @@ def test_stepping_refuses_what_no_march_has() -> None:
     for wrong in ({"rule": "auto"}, {"quadrature": "auto"}):
         with pytest.raises(InvalidInputError, match="is named 'auto'"):
             Stepping(**wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["per_light", "relight"])
+def test_a_switch_of_a_scene_is_true_or_false(tmp_path: Path, name: str) -> None:
+    """Python takes the text "no" for true."""
+    with pytest.raises(InvalidInputError, match=f"{name} = 'no'; expected true or false"):
+        scene_node(tmp_path, LIGHT, **{name: "no"})
