@@ -136,6 +136,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self.update_stats("", "Starting the renderer")
             place = _Place(depsgraph.view_layer_eval.name, view, shown_from_rgb(look.picture_matrix), has_holes(scene))
             result = self._render_view(self._seen_from(scene, depsgraph, view), place, wanted.options)
+            if wanted.rendered is not None:
+                wanted.rendered(result, place.layer, view)
             if result.status == "cancelled":
                 break
         return result

@@ -42,11 +42,13 @@ class RenderRequest:
     """Options of a script for the renders that it starts, beyond those of F12.
 
     ``options``: passed on to the renderer. ``translated``: receives each scene before it is rendered; it may change the
-    scene, or raise RenderCancelled to skip the render.
+    scene, or raise RenderCancelled to skip the render. ``rendered``: receives the result of each picture, with the
+    names of its view layer and of its view ("" except for stereo).
     """
 
     options: dict[str, Any] = field(default_factory=dict)
     translated: Callable[[Scene], Scene] | None = None
+    rendered: Callable[[RenderResult, str, str], None] | None = None
 
 
 _request = RenderRequest()

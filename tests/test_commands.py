@@ -260,3 +260,9 @@ def test_doctor_ignores_other_output_of_a_part(monkeypatch) -> None:
     done = subprocess.CompletedProcess([], 0, printed, "")
     monkeypatch.setattr(doctor.subprocess, "run", lambda *args, **options: done)
     assert doctor._trial("bpy")[1] == "5.0.1"
+
+
+def test_json_has_no_nan(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lattice", "--dims", "1", "--points", "3", "--json"]) == 0
+    printed = capsys.readouterr().out.splitlines()[-1]
+    assert "NaN" not in printed and json.loads(printed)["evenness"]["fill_2d"] is None

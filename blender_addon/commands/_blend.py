@@ -65,22 +65,14 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     scene.render.engine = "SPECTRAL"
     settings = scene.spectral.render
     for name in ("samples", "seed"):
-        value = getattr(arguments, name)
-        if value is not None:
-            if value < (1 if name == "samples" else 0):
-                raise InvalidInputError(f"--{name} is {value}; expected at least {1 if name == 'samples' else 0}")
-            setattr(settings, name, value)
+        _set(settings, name, getattr(arguments, name), name)
     for name, goal in (("target_error", "ERROR"), ("time_budget", "TIME")):
-        value = getattr(arguments, name, None)
-        if value is not None:
-            if not value > 0:
-                raise InvalidInputError(f"--{name.replace('_', '-')} is {value:g}; expected more than 0")
+        if getattr(arguments, name, None) is not None:
             settings.goal = goal
-            setattr(settings, name, value)
+            _set(settings, name, getattr(arguments, name), name)
     if getattr(arguments, "denoise", None) is not None:
         settings.denoise = arguments.denoise
-    if arguments.percentage is not None:
-        scene.render.resolution_percentage = arguments.percentage
+    _set(scene.render, "resolution_percentage", arguments.percentage, "percentage")
     if arguments.transport is not None:
         settings.transport = arguments.transport.upper()
     for text in arguments.overrides:
@@ -93,6 +85,18 @@ def open_scene(arguments: argparse.Namespace) -> Any:
 def require_blender() -> None:
     """Load Blender's Python module with the extension enabled. Raises MissingDependencyError if it is absent."""
     _bpy()
+
+
+def _set(owner: Any, name: str, value: float | None, option: str) -> None:
+    """Set a number unless it is None. Blender would move one beyond the property's limits without a message."""
+    if value is None:
+        return
+    known = owner.bl_rna.properties[name]
+    low, high = known.hard_min, known.hard_max
+    if not low <= value <= high:
+        given = f"--{option.replace('_', '-')} is {value:.12g}"
+        raise InvalidInputError(f"{given}; expected a number from {low:.6g} to {high:.10g}")
+    setattr(owner, name, value)
 
 
 def _override(settings: Any, text: str) -> None:

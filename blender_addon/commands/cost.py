@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 from pathlib import Path
 
 from spectral_core.cli.shared.parser import without_companion
+from spectral_core.cli.shared.report import print_json
 
 from . import _blend
 from .plan import translated_scene
@@ -56,5 +56,5 @@ def run(arguments: argparse.Namespace) -> int:
             "probe_pixels": curve.probe_pixels,
             "seconds": curve.seconds,
         }
-        print(json.dumps(report))
+        print_json(report)
     return 0

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
 from spectral_core.scene import Scene
 
@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     for note in notes:
         print(f"note: {note}")
     if arguments.json:
-        print(json.dumps({"plan": plan.as_rows(), "tolerance": plan.tolerance_delta_e, "notes": notes}))
+        print_json({"plan": plan.as_rows(), "tolerance": plan.tolerance_delta_e, "notes": notes})
     return 0
 
 

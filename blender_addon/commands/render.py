@@ -8,17 +8,17 @@ from __future__ import annotations
 import argparse
 import contextlib
 import dataclasses
-import json
 import shutil
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, UnknownNameError
 from spectral_core.files.whole import make_folder, whole_file
 
-from . import _blend
+from . import _bands, _blend
 from .plan import translated_scene
 
 FORMATS = {".png": "PNG", ".exr": "OPEN_EXR", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
@@ -34,7 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--bands", type=int, metavar="N",
-        help="for an .exr: also N spectral channels from 400 to 700 nm, in the layout of Fichet et al. 2021",
+        help="for an .exr: also N spectral channels from 400 to 700 nm, in the layout of Fichet et al. 2021; a file "
+        "for each view layer and each eye",
     )  # fmt: skip
     parser.add_argument(
         "--denoise", action=argparse.BooleanOptionalAction, default=None,
@@ -110,7 +111,7 @@ def run(arguments: argparse.Namespace) -> int:
     for note in report["notes"]:
         print(f"note: {note}")
     if arguments.json:
-        print(json.dumps(report))
+        print_json(report)
     return 0
 
 
@@ -124,14 +125,14 @@ def _write_mitsuba(arguments: argparse.Namespace, folder: Path) -> int:
     with _blend.chatter_to_stderr():
         scene = _blend.open_scene(arguments)
         if arguments.frame is not None:
-            scene.frame_set(arguments.frame)
+            _go_to(scene, arguments.frame)
         made = write_mitsuba(translated_scene(arguments), folder)
     notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in made.notes)]
     print(f"{made.scene}: {len(made.files)} files; load it by mitsuba.load_file")
     for note in notes:
         print(f"note: {note}")
     if arguments.json:
-        print(json.dumps({"scene": str(made.scene), "files": list(made.files), "notes": notes}))
+        print_json({"scene": str(made.scene), "files": list(made.files), "notes": notes})
     return 0
 
 
@@ -139,6 +140,14 @@ def _frames(arguments: argparse.Namespace, scene: Any) -> list[int]:
     if arguments.animation:
         return list(range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
     return [scene.frame_current if arguments.frame is None else arguments.frame]
+
+
+def _go_to(scene: Any, frame: int) -> None:
+    """Set the frame. Raises InvalidInputError for one that Blender does not have."""
+    known = scene.bl_rna.properties["frame_current"]
+    if not known.hard_min <= frame <= known.hard_max:
+        raise InvalidInputError(f"--frame is {frame}; Blender stops at {known.hard_min} and {known.hard_max}")
+    scene.frame_set(frame)
 
 
 def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Path) -> dict[str, Any]:
@@ -149,11 +158,14 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
 
     path = (_numbered(out, frame) if arguments.animation else out).expanduser().resolve()
     make_folder(path.parent)
-    scene.frame_set(frame)
-    if scene.frame_current != frame:
-        raise InvalidInputError(f"--frame is {frame}; Blender stops at {scene.frame_current}")
+    _go_to(scene, frame)
     jobs.records.clear()
-    wanted = jobs.RenderRequest(_bands(arguments), lambda given: _blend.with_variant(given, arguments.variant))
+    pictures: _bands.Pictures = []
+    wanted = jobs.RenderRequest(
+        _bands.options(arguments.bands),
+        lambda given: _blend.with_variant(given, arguments.variant),
+        lambda *picture: None if arguments.bands is None else pictures.append(picture),
+    )
     with jobs.request(wanted), tempfile.TemporaryDirectory() as folder:
         # Blender replaces braces and hashes in a path: it writes to a path without them
         plain = Path(folder) / f"frame{path.suffix.lower()}"
@@ -163,13 +175,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         except RuntimeError as error:
             raise RenderError(f"frame {frame}: {_blend.blender_message(error)}") from error
         result = _finished(jobs.records, frame)
-        if arguments.bands is None:
-            files = _copied(plain, path)
-        else:
-            from spectral_core.render.spectral_exr import write_spectral_exr
-
-            write_spectral_exr(path, result)
-            files = [str(path)]
+        files = _copied(plain, path) if arguments.bands is None else _bands.write(path, pictures, scene.render)
     return {
         "frame": frame,
         "file": files[0],
@@ -182,7 +188,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         "passes": list(result.passes),
         "prediction": None if result.prediction is None else dataclasses.asdict(result.prediction),
         "outcome": None if result.outcome is None else dataclasses.asdict(result.outcome),
-        "notes": [f"{note.subject}: {note.message}" for note in result.notes],
+        "notes": [f"{note.subject}: {note.message}" for record in jobs.records for note in record.notes],
     }
 
 
@@ -227,13 +233,6 @@ def _tick(scene: Any, names: list[str]) -> None:
         tick, of_cycles = ticks[name]
         for layer in scene.view_layers:
             setattr(layer.cycles if of_cycles else layer, tick, True)
-
-
-def _bands(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Spectral channels to measure beside the picture."""
-    from spectral_core.render import Bands
-
-    return {} if arguments.bands is None else {"bands": Bands.uniform(count=arguments.bands)}
 
 
 def _numbered(out: Path, frame: int) -> Path:

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
 
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import require_writable
 
@@ -75,5 +75,5 @@ def run(arguments: argparse.Namespace) -> int:
             print("note: all light is in one group, so there is nothing to mix; --one-per-light keeps lights apart")
         report |= {"file": str(out), "groups": list(transport.groups), "seconds": seconds}
     if arguments.json:
-        print(json.dumps(report))
+        print_json(report)
     return 0

@@ -79,7 +79,7 @@ def store(scene: Scene, found: Found) -> None:
 
 def _library(recipe: PropertyGroup) -> list[Spectrum]:
     if recipe.reads_file:
-        path = Path(bpy.path.abspath(recipe.filepath))
+        path = Path(bpy.path.abspath(recipe.filepath, library=recipe.id_data.library))
         if not recipe.filepath or not path.is_file():
             why = "" if recipe.library == "FILE" else f"{recipe.kind.lower()} differ from maker to maker, and "
             raise InvalidInputError(f"{why}no file of spectra is chosen; choose one with a column per component")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -25,6 +26,8 @@ from .sweep_run import Run
 from .sweep_settings import column_name, setting_at
 
 POLL_S = 0.5
+ASIDE = re.compile(r"\d+ set aside: ")
+"""Start of the line of a run with the reason of its failed points."""
 _run: Run | None = None
 _server: PageServer | None = None
 _scene_uid = _served_uid = 0
@@ -34,6 +37,11 @@ _scene_uid = _served_uid = 0
 def running() -> Run | None:
     """The present run, None once its process has ended."""
     return _run if _run is not None and _run.process.poll() is None else None
+
+
+def scene_of_run() -> Scene | None:
+    """The scene of the present run, None if nothing runs or the scene was deleted."""
+    return None if running() is None else _open_scene(_scene_uid)
 
 
 def _forget() -> None:
@@ -84,12 +92,12 @@ def add(scene: Scene, path: str) -> PropertyGroup:
 
 
 def start(scene: Scene) -> Run:
-    """Start the sweep in a separate process."""
+    """Start the sweep in a separate process; points that failed before are tried again."""
     _require_no_run()
     sweep = scene.spectral.sweep
     document, folder = write_documents(scene)
     sweep.done = 0
-    return _begin(scene, command_line(document, folder, sweep.workers), folder, sweep.budget)
+    return _begin(scene, command_line(document, folder, sweep.workers, "--retry"), folder, sweep.budget)
 
 
 def resume(scene: Scene) -> None:
@@ -115,12 +123,12 @@ def look(scene: Scene) -> bool:
         sweep.status = f"{sweep.done} of {run.total}" + ("" if left is None else f", about {left:.0f} s left")
         return True
     lines = run.lines()
-    aside = [line for line in lines if "set aside" in line]
+    aside = [line for line in lines if ASIDE.match(line)]
     if code == 0:
         sweep.status = f"{sweep.done} points done"
     else:
         last = lines[-1] if lines else f"status {code}"
-        sweep.status = aside[0] if aside else last.strip()
+        sweep.status = aside[0] if aside else last.strip().removeprefix("spectral-scene sweep: ")
     run.log.close()
     _run = None
     return False

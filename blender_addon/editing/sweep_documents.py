@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import tempfile
 from pathlib import Path
@@ -13,10 +12,12 @@ import bpy
 from bpy.types import PropertyGroup, Scene
 
 from spectral_core import child
+from spectral_core.documents import write_document
 from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.document import FORMAT, VERSION
 from spectral_core.explore.sweep.parameters import Parameter
 from spectral_core.explore.sweep.store import cdb_folder
-from spectral_core.files.whole import make_folder, write_text
+from spectral_core.files.whole import make_folder
 
 from .sweep_settings import setting_at
 
@@ -40,10 +41,11 @@ def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
 
 
 def folder_of(sweep: PropertyGroup) -> Path:
-    """Folder of the sweep: beside the file, or a temporary folder for a file that was never saved."""
-    if sweep.folder.startswith("//") and not bpy.data.filepath:
+    """Folder of the sweep: beside the file of its scene, or a temporary one if that was never saved."""
+    library = sweep.id_data.library
+    if sweep.folder.startswith("//") and not bpy.data.filepath and library is None:
         return Path(bpy.app.tempdir or tempfile.gettempdir()) / "sweep.cdb"
-    return cdb_folder(Path(bpy.path.abspath(sweep.folder).rstrip("/\\")))
+    return cdb_folder(Path(bpy.path.abspath(sweep.folder, library=library).rstrip("/\\")))
 
 
 def write_documents(scene: Scene) -> tuple[Path, Path]:
@@ -54,15 +56,14 @@ def write_documents(scene: Scene) -> tuple[Path, Path]:
     make_folder(folder.parent)
     blend = folder.with_suffix(".sweep.blend")
     bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
-    lines = [
-        'format = "spectral-scene sweep"', "version = 1", "", "[compute]", 'kind = "blend"',
-        f"blend = {json.dumps(blend.name)}", f"percentage = {sweep.percentage}", f"samples = {sweep.samples}", "",
-        "[design]", f"kind = {json.dumps(sweep.design)}", f"budget = {sweep.budget}",
-    ]  # fmt: skip
-    for parameter in parameters:
-        lines += ["", "[[parameters]]", *(f"{key} = {json.dumps(value)}" for key, value in parameter.to_dict().items())]
     document = folder.with_suffix(".sweep.toml")
-    write_text(document, "\n".join(lines) + "\n")
+    compute = {"kind": "blend", "blend": blend.name, "percentage": sweep.percentage, "samples": sweep.samples}
+    contents = {
+        "format": FORMAT, "version": VERSION, "compute": compute,
+        "design": {"kind": sweep.design, "budget": sweep.budget},
+        "parameters": [parameter.to_dict() for parameter in parameters],
+    }  # fmt: skip
+    write_document(document, contents, comment="Made by the panel Sweep in Blender.")
     return document, folder
 
 

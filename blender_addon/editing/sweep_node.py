@@ -38,6 +38,9 @@ SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
     ".render.resolution_percentage",
 )
 
+_MOST = {"percentage": 32767, "samples": 16777216}
+"""Entries of ``[compute]`` that are whole numbers, and their largest values."""
+
 
 @dataclass(frozen=True)
 class BlendNode:
@@ -163,5 +166,9 @@ class BlendNode:
 
 def blend_node(table: dict[str, Any], space: Space, folder: Path) -> BlendNode:
     """The node of a document's ``[compute] kind = "blend"``."""
-    name = entries(table, "blend", "blend", ("percentage", "samples"))
+    name = entries(table, "blend", "blend", tuple(_MOST))
+    for setting, most in _MOST.items():
+        value = table.get(setting, 1)
+        if type(value) is not int or not 1 <= value <= most:
+            raise InvalidInputError(f"[compute] has {setting} = {value!r}; expected a whole number from 1 to {most}")
     return BlendNode.of(folder / name, space, percentage=table.get("percentage"), samples=table.get("samples"))

@@ -48,6 +48,11 @@ def running() -> bool:
     return _job is not None and _job.process.poll() is None
 
 
+def scene_of_job() -> Scene | None:
+    """The scene of the present design, None if nothing is designed or the scene was deleted."""
+    return _job.scene if _job is not None and running() else None
+
+
 def _forget() -> None:
     """End the design."""
     global _job
@@ -58,10 +63,11 @@ def _forget() -> None:
 
 
 def folder_of(design: PropertyGroup) -> Path:
-    """Folder of the files: beside the .blend, or a temporary folder for a file that was never saved."""
-    if design.folder.startswith("//") and not bpy.data.filepath:
+    """Folder of the files: beside the .blend of its scene, or a temporary one if that was never saved."""
+    library = design.id_data.library
+    if design.folder.startswith("//") and not bpy.data.filepath and library is None:
         return Path(bpy.app.tempdir or tempfile.gettempdir()) / "spectral_texture"
-    return Path(bpy.path.abspath(design.folder))
+    return Path(bpy.path.abspath(design.folder, library=library))
 
 
 def start(scene: Scene) -> None:

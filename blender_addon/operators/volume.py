@@ -46,10 +46,13 @@ def shown_volume(context: Context) -> Volume:
 
 
 def _voxels(context: Context, data: Volume) -> "ScalarVolume":
-    """The data at the present frame; only an evaluated copy has it."""
+    """The data at the present frame; only an evaluated copy has it, which may be made by the nodes of the object."""
     from ..translate.volumes import voxels_of
 
-    return voxels_of(data.evaluated_get(context.evaluated_depsgraph_get()))
+    depsgraph, active = context.evaluated_depsgraph_get(), context.object
+    owner = active if active is not None and active.data == data else None
+    evaluated = data.evaluated_get(depsgraph) if owner is None else owner.evaluated_get(depsgraph).data
+    return voxels_of(evaluated, grid=data.spectral.grid)
 
 
 def _active_material(context: Context) -> PropertyGroup:

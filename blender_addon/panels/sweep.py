@@ -29,7 +29,7 @@ class SPECTRAL_PT_sweep(bpy.types.Panel):
         column.use_property_decorate = False
         for name in ("budget", "design", "percentage", "samples", "workers", "folder"):
             column.prop(sweep, name)
-        _draw_run(layout, context, sweep)
+        _draw_run(layout, context)
         _draw_outcome(layout, sweep)
 
 
@@ -49,15 +49,19 @@ def _draw_parameter(layout: UILayout, number: int, entry: PropertyGroup) -> None
     row.prop(entry, "whole", text="", icon="LINENUMBERS_ON")
 
 
-def _draw_run(layout: UILayout, context: Context, sweep: PropertyGroup) -> None:
+def _draw_run(layout: UILayout, context: Context) -> None:
+    """The run of this file, which may be that of another scene, and the status of this scene's sweep."""
     row = layout.row(align=True)
     row.scale_y = 1.3
-    progress = f"{sweep.done} of {sweep.total}"
+    sweep, swept = context.scene.spectral.sweep, editing.scene_of_run() or context.scene
+    run = swept.spectral.sweep
+    progress = f"{run.done} of {run.total}"
     if editing.running() is None:
         row.operator("spectral.sweep_run", icon="PLAY")
         row.operator("spectral.sweep_estimate", text="", icon="TIME")
     else:
-        row.progress(factor=sweep.done / max(sweep.total, 1), text=progress)
+        whose = "" if swept == context.scene else f"{swept.name}: "
+        row.progress(factor=run.done / max(run.total, 1), text=f"{whose}{progress}")
         row.operator("spectral.sweep_cancel", text="", icon="X")
     if sweep.status and sweep.status != progress:
         wrapped(layout, context, sweep.status, icon="INFO")

@@ -103,8 +103,10 @@ def _draw_wanted_colors(layout: UILayout, design: PropertyGroup) -> None:
 def _draw_run(layout: UILayout, context: Context, design: PropertyGroup) -> None:
     row = layout.row(align=True)
     row.scale_y = 1.3
-    if texture_job.running():
-        row.progress(factor=design.progress, text=design.status)
+    if texture_job.running():  # of this scene, or of another scene of the file
+        designed = texture_job.scene_of_job() or context.scene
+        job, whose = designed.spectral.texture, "" if designed == context.scene else f"{designed.name}: "
+        row.progress(factor=job.progress, text=f"{whose}{job.status}")
         row.operator("spectral.texture_cancel", text="", icon="X")
         return
     row.operator("spectral.texture_design", icon="PLAY")
@@ -115,7 +117,7 @@ def _draw_run(layout: UILayout, context: Context, design: PropertyGroup) -> None
 
 
 def _draw_outcome(layout: UILayout, context: Context, design: PropertyGroup) -> None:
-    if not design.texture_file or texture_job.running():
+    if not design.texture_file or texture_job.scene_of_job() == context.scene:
         return
     row = layout.row()
     row.scale_y = 1.2

@@ -46,13 +46,23 @@ def has_transfer(data: Any) -> bool:
     return settings is not None and bool(settings.enabled)
 
 
+def settings_data(obj: Any, depsgraph: Any) -> Any:
+    """The evaluated Volume data-block with the transfer function of an evaluated Volume object.
+
+    It is the object's own also if nodes have made the grids: these are in a new data-block without settings.
+    """
+    own = obj.original.data if obj.original.type == "VOLUME" else None
+    return obj.data if own is None or obj.data.original == own else own.evaluated_get(depsgraph)
+
+
 def translate_volume(found: Collected, name: str, obj: Any, instance: Any) -> VolumeObject:
     """The VolumeObject ``name`` of an evaluated Volume object. Raises InvalidInputError."""
-    translation, data = found.translation, obj.data
+    translation = found.translation
+    data = settings_data(obj, translation.depsgraph)
     settings = data.spectral
     matrix = np.array(instance.matrix_world, dtype=np.float64)
     try:
-        volume = voxels_of(data, saved_of(found, obj, instance))
+        volume = voxels_of(obj.data, saved_of(found, obj, instance), settings.grid)
         placed = ScalarVolume(obj.name, volume.data, matrix @ volume.world_from_index)
         stated = volume_looks.stated_transfer(data, translation.rgb_from_working)
         transfer = stated.for_volume(placed, volume_looks.value_range(data))
@@ -61,15 +71,15 @@ def translate_volume(found: Collected, name: str, obj: Any, instance: Any) -> Vo
     return VolumeObject(name, placed.data, placed.world_from_index, transfer, **look_of(settings))
 
 
-def voxels_of(data: Any, saved: SavedGrids | None = None) -> ScalarVolume:
-    """The data of a Volume data-block at its present frame, in its object space; ``saved``: as in ``GridFile``.
+def voxels_of(data: Any, saved: SavedGrids | None = None, grid: str | None = None) -> ScalarVolume:
+    """The data of a Volume data-block at its present frame, in its object space. Raises SpectralError.
 
-    Raises SpectralError.
+    ``saved``: as in ``GridFile``. ``grid``: name of the grid, that of the data-block's settings if it is None.
     """
     if saved is None and is_made(data):
         saved = SavedGrids(data)
     path, state = _stated(data, saved)
-    return _read(path, data.spectral.grid, state.st_mtime_ns, state.st_size)
+    return _read(path, data.spectral.grid if grid is None else grid, state.st_mtime_ns, state.st_size)
 
 
 def _stated(data: Any, saved: SavedGrids | None) -> tuple[Path, stat_result]:

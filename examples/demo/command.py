@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
 
 from spectral_core.checks import require_range
+from spectral_core.cli.shared.report import print_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"report: {report} ({seconds:.0f} s in all)")
     if arguments.json:
         figures = {r.light.name: round(r.contrast.mean, 3) for r in demo.rendered}
-        print(json.dumps({"mark_delta_e": figures, "spp": demo.rendered[0].result.samples, "seconds": seconds}))
+        print_json({"mark_delta_e": figures, "spp": demo.rendered[0].result.samples, "seconds": seconds})
     return 0
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import json
 import pkgutil
 import sys
 from collections.abc import Sequence
@@ -20,6 +19,7 @@ from types import ModuleType
 from spectral_core import __version__
 from spectral_core.cli.shared import terminal
 from spectral_core.cli.shared.parser import CommandParser
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import SpectralError, UnknownNameError
 
 
@@ -124,5 +124,5 @@ def _failed(parsed: argparse.Namespace, error: Exception, message: str) -> int:
     """Print the reason in one line, and as JSON if requested."""
     print(f"spectral-scene {parsed.command}: {message}", file=sys.stderr)
     if parsed.json:
-        print(json.dumps({"error": message, "kind": type(error).__name__}))
+        print_json({"error": message, "kind": type(error).__name__})
     return 1

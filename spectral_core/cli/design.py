@@ -11,13 +11,13 @@ that passed its check. Files are written all the same.
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.files.whole import make_folder
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     _print(solution)
     print(f"written to {folder}: {', '.join(written)}")
     if arguments.json:
-        print(json.dumps(_summary(solution, folder, written)))
+        print_json(_summary(solution, folder, written))
     return 0 if solution.status.usable else 1
 
 

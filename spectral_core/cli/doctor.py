@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import platform
 import subprocess
 import sys
@@ -12,6 +11,7 @@ from dataclasses import asdict, dataclass
 from importlib import metadata, util
 
 from spectral_core import __version__, child
+from spectral_core.cli.shared.report import print_json
 from spectral_core.cli.shared.trial import MARK
 
 
@@ -63,8 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
     essential = all(finding.ok for finding in findings if finding.needed_for == "everything")
     complete = all(finding.ok for finding in findings)
     if arguments.json:
-        print(json.dumps({"version": __version__, "ok": essential, "complete": complete,
-                          "findings": [asdict(finding) for finding in findings]}))  # fmt: skip
+        found = [asdict(finding) for finding in findings]
+        print_json({"version": __version__, "ok": essential, "complete": complete, "findings": found})
     return 0 if (complete if arguments.strict else essential) else 1
 
 

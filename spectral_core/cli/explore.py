@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.cli.shared.parser import without_companion
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 
 
@@ -106,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"{len(table.keys)} points: {target}")
     result |= {"points": len(table.keys), "page": str(target)}
     if arguments.json:
-        print(json.dumps(result))
+        print_json(result)
     return 0
 
 

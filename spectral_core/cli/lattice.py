@@ -7,13 +7,13 @@ Points are listed coarse levels first: every beginning of the list fills the reg
 from __future__ import annotations
 
 import argparse
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import make_folder, whole_file
 
@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
         report["pictures"] = {name: str(path) for name, path in draw_all(arguments.plot, arguments.rate).items()}
     _print_report(report)
     if arguments.json:
-        print(json.dumps(report))
+        print_json(report)
     elif arguments.out is None:
         print("\n".join(",".join(f"{value:.6g}" for value in point) for point in points[:20]))
         if len(points) > 20:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spectral_core.cli.shared.parser import without_companion
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import UnknownNameError
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
         write_text(arguments.out, json.dumps(_document(arguments.keep, kept, lights, surfaces), indent=1) + "\n")
         print(f"{arguments.out}: {kept.size} numbers per surface, a 3×{kept.size} matrix per light")
     if arguments.json:
-        print(json.dumps({"models": figures}))
+        print_json({"models": figures})
     return 0
 
 

@@ -8,11 +8,11 @@ the catalogue, FILE or FILE@NAME. Two designed metamers match additively under t
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 import numpy as np
 
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 
 
@@ -50,11 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
         write_spectra(arguments.out, [Reflectance("mixture", grid, np.clip(mixed, 0.0, 1.0))])
         print(f"written to {arguments.out}")
     if arguments.json:
-        print(
-            json.dumps(
-                {"colors": colors, "reflectance": mixed.tolist(), "wavelengths_nm": grid.wavelengths_nm.tolist()}
-            )
-        )
+        print_json({"colors": colors, "reflectance": mixed.tolist(), "wavelengths_nm": grid.wavelengths_nm.tolist()})
     return 0
 
 

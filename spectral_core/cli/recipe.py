@@ -9,13 +9,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from spectral_core.checks import require_range
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def _lamp(arguments: argparse.Namespace) -> int:
             "gamut": recipe.gamut, "met": recipe.met,
             "efficacy_lm_per_w": recipe.efficacy_lm_per_w, "dosage_delta_uv": recipe.dosage_delta_uv,
         }  # fmt: skip
-        print(json.dumps(figures))
+        print_json(figures)
     return 0 if recipe.met else 1
 
 
@@ -118,7 +118,7 @@ def _material(arguments: argparse.Namespace) -> int:
             "observer_delta_e": recipe.observer_delta_e.tolist(), "metamerism_index": recipe.metamerism_index,
             "dosage_delta_e": recipe.dosage_delta_e.tolist(),
         }  # fmt: skip
-        print(json.dumps(figures))
+        print_json(figures)
     return 0
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
 import subprocess
 import tempfile
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.cli.shared.parser import without_companion
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
 from spectral_core.files.whole import whole_file
 from spectral_core.spectra.pictures import write_picture
@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     for file in report["files"]:
         print(file)
     if arguments.json:
-        print(json.dumps(report))
+        print_json(report)
     return 0
 
 

@@ -8,7 +8,6 @@ A second run computes only the missing points. A larger --budget adds points, a 
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 import time
@@ -17,6 +16,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 
 
@@ -98,8 +98,8 @@ def _say(arguments: argparse.Namespace, folder: Path, plan: Any, work: Callable[
     if isinstance(done, dict):
         result |= done
     if arguments.json:
-        print(json.dumps(result))
-    return 0 if not result.get("failed") and not result.get("cancelled") else 1
+        print_json(result)
+    return 1 if any(result.get(name) for name in ("failed", "cancelled", "not_compared")) else 0
 
 
 def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]:
@@ -120,10 +120,12 @@ def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]
     for reason, count in report.reasons():
         print(f"{count} set aside: {reason}")
     print(f"table: {sweep.store.folder / 'data.csv'}")
+    if report.not_compared:
+        print(f"the points are not compared with the reference: {report.not_compared}", file=sys.stderr)
     return {
         "computed": report.computed, "recovered": report.recovered, "seconds": round(report.seconds, 3),
         "computing_seconds": round(report.computing_seconds, 3), "failed": len(report.failures),
-        "failures": report.failures, "cancelled": report.cancelled,
+        "failures": report.failures, "cancelled": report.cancelled, "not_compared": report.not_compared,
     }  # fmt: skip
 
 
@@ -171,5 +173,5 @@ def _share(arguments: argparse.Namespace, sweep: Any) -> int:
             print(f"{row.key}: {type(error).__name__}: {error}", file=sys.stderr)
     print(f"{len(pending) - failed} points computed, {failed} failed")
     if arguments.json:
-        print(json.dumps({"computed": len(pending) - failed, "failed": failed}))
+        print_json({"computed": len(pending) - failed, "failed": failed})
     return 1 if failed else 0

@@ -14,11 +14,12 @@ measured after it with --report. Further lights make further pictures from the s
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from spectral_core.cli.shared.parser import without_companion
+from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -74,11 +75,19 @@ def _add_file(file: Any) -> None:
     )
 
 
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    if arguments.volume.startswith("sample:"):
+        of_files = ("field", "component", "raw_shape", "raw_type", "raw_order", "raw_offset")
+        return dict.fromkeys(of_files, "a sample is not read from a file")
+    return without_companion(arguments, {"raw_order": "raw_shape", "raw_offset": "raw_shape"})
+
+
 def run(arguments: argparse.Namespace) -> int:
     from spectral_core.spectra import catalogue
     from spectral_core.spectra.pictures import require_ending
 
-    out = require_ending(arguments.out or Path(_stem(arguments.volume)).with_suffix(".png"))
+    out = require_ending(arguments.out or Path(f"{_stem(arguments.volume)}.png"))
     for name in arguments.light:
         catalogue.illuminant(name)  # raises for an unknown name before the render
     frames = []
@@ -86,7 +95,7 @@ def run(arguments: argparse.Namespace) -> int:
         path = out if number is None else out.with_stem(f"{out.stem}_{number:04d}")
         frames.append(_render(arguments, volume, path) | ({} if number is None else {"frame": number}))
     if arguments.json:
-        print(json.dumps(frames[0] if len(frames) == 1 and "frame" not in frames[0] else {"frames": frames}))
+        print_json(frames[0] if len(frames) == 1 and "frame" not in frames[0] else {"frames": frames})
     return 0
 
 
@@ -118,12 +127,9 @@ def _frames(arguments: argparse.Namespace) -> Any:
 
 
 def _sample(given: str) -> ScalarVolume:
-    from spectral_core.volume.samples import sample_volume
+    from spectral_core.volume.samples import sample_named, sample_volume
 
-    _, name, *size = given.split(":")
-    if len(size) > 1 or not all(word.isdigit() and 2 <= int(word) <= 1024 for word in size):
-        raise InvalidInputError(f"{given!r} names no sample; expected sample:NAME or sample:NAME:SIZE, size 2 to 1024")
-    return sample_volume(name, int(size[0]) if size else 96)
+    return sample_volume(*sample_named(given, 96))
 
 
 def _spaced(volume: ScalarVolume, spacing: list[float] | None) -> ScalarVolume:
@@ -180,8 +186,8 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
     image = renderer.render(view, transfer, way, counts=True)
     figures: dict[str, Any] = {
         "volume": volume.name, "shape": list(volume.shape), "dtype": str(volume.data.dtype), "wanted_db": wanted,
-        "rule": way.rule, "quadrature": way.quadrature, "scale": way.scale, "estimate_db": _finite(chosen.estimate_db),
-        "interval_db": [_finite(end) for end in chosen.interval_db], "is_reached": chosen.is_reached,
+        "rule": way.rule, "quadrature": way.quadrature, "scale": way.scale, "estimate_db": chosen.estimate_db,
+        "interval_db": list(chosen.interval_db), "is_reached": chosen.is_reached,
         "estimate_is_bound": chosen.is_bound,
         "samples": image.samples, "steps": image.steps, "seconds": image.seconds, "plan_seconds": chosen.seconds,
     }  # fmt: skip
@@ -213,8 +219,3 @@ def _write_lights(names: list[str], image: Any, path: Path) -> list[str]:
         print(f"wrote {target}" + (f" ({name})" if name else ""))
         written.append(str(target))
     return written
-
-
-def _finite(number: float) -> float | None:
-    """JSON has no infinity: the estimate of an empty picture is None."""
-    return number if abs(number) < float("inf") else None

@@ -9,18 +9,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
-from spectral_core.volume.march.march_input import Quadrature
-from spectral_core.volume.march.rules import Rule
+from spectral_core.errors import UnknownNameError
+from spectral_core.volume.march.march_input import QUADRATURES, Quadrature
+from spectral_core.volume.march.rules import RULES, Rule
 from spectral_core.volume.transfer import TransferFunction
 
 
 @dataclass(frozen=True)
 class Stepping:
-    """Settings of a march: rule, quadrature and the factor on the rule's steps (voxels, for `uniform`)."""
+    """Settings of a march: rule, quadrature and the factor on the rule's steps (voxels, for `uniform`).
+
+    Raises UnknownNameError for another rule or quadrature.
+    """
 
     rule: Rule = "error"
     quadrature: Quadrature = "midpoint"
     scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        for what, name, known in (("step rule", self.rule, RULES), ("quadrature", self.quadrature, QUADRATURES)):
+            if name not in known:
+                raise UnknownNameError.among(what, str(name), known)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 
 Array = NDArray[np.float32]
@@ -19,6 +19,19 @@ def sample_volume(name: str, size: int = 64) -> ScalarVolume:
     if name not in SAMPLES:
         raise UnknownNameError.among("sample volume", name, SAMPLES)
     return ScalarVolume(name, SAMPLES[name](size))
+
+
+def sample_named(text: str, usual: int) -> tuple[str, int]:
+    """Name and size of ``sample:NAME:SIZE``, or of ``sample:NAME`` with the size ``usual``.
+
+    Raises InvalidInputError, UnknownNameError.
+    """
+    _, name, *size = text.split(":")
+    if len(size) > 1 or not all(word.isdigit() and 2 <= int(word) <= 1024 for word in size):
+        raise InvalidInputError(f"{text!r} names no sample; expected sample:NAME or sample:NAME:SIZE, size 2 to 1024")
+    if name not in SAMPLES:
+        raise UnknownNameError.among("sample volume", name, SAMPLES)
+    return name, int(size[0]) if size else usual
 
 
 def _unit_grid(size: int) -> tuple[Array, Array, Array]:

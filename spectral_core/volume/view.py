@@ -78,6 +78,8 @@ class View:
     ) -> View:
         """Toward the center of ``volume``, far enough to see its whole bounding sphere at ``zoom`` 1."""
         require_range("zoom", zoom, 1e-6, 1e6)
+        for name, angle in (("azimuth_deg", azimuth_deg), ("elevation_deg", elevation_deg)):
+            require_range(name, angle, -1e6, 1e6, "°")
         corners = volume.corners_world
         middle = corners.mean(axis=0)
         radius = float(np.linalg.norm(corners - middle, axis=1).max()) / zoom

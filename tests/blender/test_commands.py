@@ -97,6 +97,47 @@ def test_render_writes_a_spectral_exr(saved, tmp_path, capfd):
     assert radiance.shape == (12, 20, 7) and radiance.min() > 0
 
 
+def test_a_spectral_exr_is_written_for_each_view_layer_and_each_eye(saved, tmp_path, capfd):
+    from spectral_core.render.spectral_exr import read_spectral_exr
+
+    scene = bpy.context.scene
+    dark = scene.view_layers.new("No/light")
+    scene.collection.children.link(bpy.data.collections.new("Lamps"))
+    lamp = next(each for each in scene.objects if each.type == "LIGHT")
+    bpy.data.collections["Lamps"].objects.link(lamp)
+    for collection in lamp.users_collection:
+        if collection.name != "Lamps":
+            collection.objects.unlink(lamp)
+    dark.layer_collection.children["Lamps"].exclude = True
+    bpy.ops.wm.save_mainfile()
+    out = tmp_path / "bands.exr"
+    status, text, _ = call(capfd, "render", saved, "--out", out, "--bands", 3, "--json")
+    files = [tmp_path / "bands_ViewLayer.exr", tmp_path / "bands_No_light.exr"]
+    assert status == 0 and json.loads(text.splitlines()[-1])["files"] == list(map(str, files)) and not out.exists()
+    lit, unlit = (read_spectral_exr(file)[1] for file in files)
+    assert lit.min() > 0 and unlit.max() < lit.min()
+    scene = bpy.context.scene
+    scene.view_layers.remove(scene.view_layers["No/light"])
+    scene.render.use_multiview = True
+    scene.camera.data.stereo.interocular_distance = 0.5
+    bpy.ops.wm.save_mainfile()
+    status, text, _ = call(capfd, "render", saved, "--out", out, "--bands", 3, "--json")
+    assert status == 0 and json.loads(text.splitlines()[-1])["files"] == [
+        str(tmp_path / "bands_L.exr"), str(tmp_path / "bands_R.exr")
+    ]  # fmt: skip
+
+
+def test_render_tells_the_notes_of_every_view_layer(saved, tmp_path, capfd):
+    bpy.context.scene.view_layers["ViewLayer"].use_freestyle = True
+    bpy.context.scene.view_layers.new("Last")
+    bpy.context.scene.view_layers["Last"].use_freestyle = False
+    bpy.context.scene.render.use_freestyle = True
+    bpy.ops.wm.save_mainfile()
+    status, text, _ = call(capfd, "render", saved, "--out", tmp_path / "notes.png", "--json")
+    said = "view layer ViewLayer: Freestyle lines: not rendered; the file does not hold it"
+    assert status == 0 and said in json.loads(text.splitlines()[-1])["notes"]
+
+
 def test_render_writes_passes_as_layers(saved, tmp_path, capfd):
     OpenEXR = pytest.importorskip("OpenEXR")
     out = tmp_path / "layers.exr"
@@ -166,8 +207,14 @@ def test_plan_prints_reasons(saved, capfd):
         (["render", "absent.blend"], "there is no file"),
         (["render", "SCENE", "--out", "picture.xyz"], r"picture.xyz ends in '.xyz'; expected one of .png"),
         (["render", "SCENE", "--bands", "7"], "spectral bands fit into an .exr only; scene.png is none"),
-        (["render", "SCENE", "--samples", "0"], "--samples is 0; expected at least 1"),
-        (["render", "SCENE", "--frame", "9999999"], "--frame is 9999999; Blender stops at 1048574"),
+        (["render", "SCENE", "--samples", "0"], "--samples is 0; expected a number from 1 to 2147483647"),
+        (["render", "SCENE", "--seed", "3000000000"], "--seed is 3000000000; expected a number from 0 to 2147483647"),
+        (["render", "SCENE", "--percentage", "100000"], "--percentage is 100000; expected a number from 1 to 32767"),
+        (["render", "SCENE", "--target-error", "4e3"], "--target-error is 4000; expected a number from 0.02 to 100"),
+        (["plan", "SCENE", "--percentage", "0"], "--percentage is 0; expected a number from 1 to 32767"),
+        (["render", "SCENE", "--frame", "9999999"], "--frame is 9999999; Blender stops at -1048574 and 1048574"),
+        (["render", "SCENE", "--frame", "9999999999"], "--frame is 9999999999; Blender stops at -1048574 and"),
+        (["render", "SCENE", "--write-mitsuba", "FOLDER", "--frame", "2000000"], "--frame is 2000000; Blender stops"),
         (["render", "SCENE", "--set", "bounces"], "is not of the form EFFECT=VALUE"),
         (["plan", "SCENE", "--set", "bounce=3"], "no effect is named 'bounce'; did you mean 'bounces'"),
         (["render", "TEXT"], "notes.blend cannot be opened"),
@@ -176,7 +223,7 @@ def test_plan_prints_reasons(saved, capfd):
 def test_wrong_input_gives_one_line_and_status_1(saved, tmp_path, capfd, arguments, message):
     text_file = tmp_path / "notes.blend"
     text_file.write_text("this is no Blender file")
-    places = {"SCENE": saved, "TEXT": text_file}
+    places = {"SCENE": saved, "TEXT": text_file, "FOLDER": tmp_path / "mitsuba"}
     status, out, error = call(capfd, *[places.get(word, word) for word in arguments], "--json")
     assert status == 1 and message in error.splitlines()[-1]
     assert message in json.loads(out.splitlines()[-1])["error"]

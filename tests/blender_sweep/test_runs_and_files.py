@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -14,6 +16,7 @@ pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spe
 import bpy
 
 from blender_addon.editing import sweep as sweeps
+from blender_addon.editing import sweep_documents
 from spectral_core.errors import InvalidInputError
 from tests.blender_sweep.test_sweep_in_blender import KEY, scene  # noqa: F401 - a fixture
 
@@ -86,3 +89,82 @@ def test_the_run_of_a_deleted_scene_ends(swept: Any) -> None:
     bpy.data.scenes.remove(other)
     assert sweeps.tick() is None
     assert sweeps.running() is None and run.process.poll() is not None
+
+
+def test_the_panel_of_another_scene_shows_the_run_of_the_file(swept: Any) -> None:
+    from blender_addon.panels import sweep as panel
+
+    other = bpy.data.scenes.new("Other")
+    sweeps.start(swept)
+    swept.spectral.sweep.done, swept.spectral.sweep.total = 3, 8
+    shown = {}
+    for scene_ in (swept, other):
+        layout = MagicMock()
+        panel._draw_run(layout, SimpleNamespace(scene=scene_, region=None, preferences=None))
+        shown[scene_.name] = layout.row.return_value.progress.call_args.kwargs
+    assert shown[swept.name] == {"factor": 3 / 8, "text": "3 of 8"}
+    assert shown["Other"] == {"factor": 3 / 8, "text": f"{swept.name}: 3 of 8"}
+
+
+def test_the_document_of_the_panel_is_read_whatever_the_names(swept: Any) -> None:
+    """JSON writes characters such as an emoji as two escapes, which TOML does not read."""
+    from spectral_core.explore.sweep.document import read_sweep
+
+    bpy.data.lights["Key"].name = 'Lamp \U0001f4a1 "a\\b", \x7f'
+    sweep = swept.spectral.sweep
+    sweep.parameters.clear()
+    path = f'bpy.data.lights["{bpy.utils.escape_identifier(bpy.data.lights[0].name)}"].energy'
+    sweeps.add(swept, path)
+    document, _ = sweep_documents.write_documents(swept)
+    (parameter,) = read_sweep(document).space.parameters
+    assert parameter.path == path and parameter.name == sweep.parameters[0].label
+
+
+def test_the_folders_of_a_linked_scene_count_from_its_library(swept: Any, tmp_path: Any) -> None:
+    from blender_addon.editing import recipe as recipes
+    from blender_addon.editing import texture_job
+
+    (tmp_path / "library").mkdir()
+    swept.spectral.sweep.folder = "//out.cdb"
+    swept.spectral.texture.folder = "//texture"
+    swept.spectral.recipe.kind, swept.spectral.recipe.library = "LAMP", "FILE"
+    swept.spectral.recipe.filepath = "//leds.csv"
+    (tmp_path / "library/leds.csv").write_text("nm,a\n400,1\n700,1\n")
+    library = str(tmp_path / "library/scenes.blend")
+    bpy.data.libraries.write(library, {swept}, path_remap="NONE")
+    with bpy.data.libraries.load(library, link=True) as (_, wanted):
+        wanted.scenes = [swept.name]
+    linked = wanted.scenes[0].spectral
+    assert sweep_documents.folder_of(linked.sweep) == tmp_path / "library/out.cdb"
+    assert texture_job.folder_of(linked.texture) == tmp_path / "library/texture"
+    assert [each.name for each in recipes._library(linked.recipe)] == ["a"]
+
+
+def test_the_progress_stays_if_the_ledger_cannot_be_opened(swept: Any, monkeypatch: Any) -> None:
+    """The timer of the panel would end with the error; the process of the run reports it."""
+    from spectral_core.errors import FileWriteError
+    from spectral_core.explore.sweep.store import Store
+
+    run = sweeps.start(swept)
+    run._done = 2
+    run.folder.mkdir()
+    (run.folder / "project.json").write_text("{}")
+
+    def full(*_: Any) -> None:
+        raise FileWriteError("ledger.sqlite cannot be opened: disk I/O error")
+
+    monkeypatch.setattr(Store, "open", full)
+    assert sweeps.tick() == sweeps.POLL_S
+    assert swept.spectral.sweep.status.startswith("2 of 3")
+
+
+@pytest.mark.parametrize(("entry", "value"), [("percentage", 0), ("percentage", 40000), ("samples", 2.5)])
+def test_entries_of_the_document_beyond_blenders_limits_are_refused(swept: Any, entry: str, value: Any) -> None:
+    from pathlib import Path
+
+    from blender_addon.editing.sweep_node import blend_node
+    from spectral_core.explore.sweep.parameters import Parameter, Space
+
+    space = Space((Parameter("energy", 1.0, 2.0, path=KEY),))
+    with pytest.raises(InvalidInputError, match=f"{entry} = {value}; expected a whole number from 1 to"):
+        blend_node({"blend": "scene.blend", entry: value}, space, Path(bpy.data.filepath).parent)

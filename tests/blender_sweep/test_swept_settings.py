@@ -165,6 +165,7 @@ def test_a_run_is_started_with_the_points_and_workers_of_the_panel(scene: Any, m
     (command, total) = Started.calls[-1]
     assert (total, settings.total, settings.done) == (7, 7, 0)
     assert command[command.index("--workers") + 1] == "3"
+    assert "--retry" in command  # no button of the panel tries points again that were set aside
 
 
 def test_the_estimate_counts_points_size_and_samples(scene: Any, monkeypatch: Any) -> None:  # noqa: F811

@@ -6,7 +6,9 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -93,3 +95,21 @@ def test_the_design_of_a_deleted_scene_ends(scene: Any) -> None:
     bpy.data.scenes.remove(other)
     assert texture_job.tick() is None
     assert not texture_job.running() and process.poll() is not None
+
+
+def test_the_panel_of_another_scene_shows_the_design_of_the_file(scene: Any) -> None:
+    from blender_addon.panels import texture as panel
+
+    other = bpy.data.scenes.new("Other")
+    started(scene)
+    texture_job.tick()
+    shown = {}
+    for each in (scene, other):
+        layout = MagicMock()
+        panel._draw_run(layout, SimpleNamespace(scene=each), each.spectral.texture)
+        shown[each.name] = layout.row.return_value.progress.call_args.kwargs
+    assert shown[scene.name] == {"factor": 0.25, "text": "solving colors"}
+    assert shown["Other"] == {"factor": 0.25, "text": f"{scene.name}: solving colors"}
+    layout, other.spectral.texture.texture_file = MagicMock(), "texture.exr"
+    panel._draw_outcome(layout, SimpleNamespace(scene=other, region=None, preferences=None), other.spectral.texture)
+    assert layout.row.called  # its own result stays

@@ -148,6 +148,7 @@ class Report:
 
     failures: dict[str, str] = {}
     cancelled = False
+    not_compared = ""
 
     def __init__(self, _sweep: Any, _plan: Any, *, workers: int, **_options: Any) -> None:
         self.workers = workers

@@ -39,6 +39,9 @@ CALLS: dict[str, list[tuple[str, set[str], set[str]]]] = {
     "texture": [("one.png two.png --out f", set(), OF_TEXTURES), ("project.toml --out f", {"spectra"}, set()),
                 ("one.png --out f", {"daylight_share"}, {"spectra"}),
                 ("one.png two.png --light A --light FL2 --out f", OF_TEXTURES, {"spectra"})],
+    "volume": [("sample:engine --transfer wide", {"field", "component", "raw_shape", "raw_offset"}, {"spacing"}),
+               ("a.raw --transfer wide", {"raw_order", "raw_offset"}, {"field", "component", "raw_shape"}),
+               ("a.raw --transfer wide --raw-shape 1 2 3", set(), {"raw_order", "raw_offset", "raw_type"})],
     "design": [("palette.toml", set(), {"rounds", "preset"})],
 }  # fmt: skip
 """Calls of each command; options that such a call ignores, and options that it does not."""

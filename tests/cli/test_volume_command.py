@@ -120,6 +120,13 @@ def test_the_error_of_a_two_dimensional_function_is_measured(capsys, tmp_path):
         (["{blob}", "--transfer", "{wide}", "--out", "a.gif"], "cannot tell the picture format of 'a.gif'"),
         (["{blob}", "--transfer", "{wide}", "--raw-type", "uint8"], "--raw-shape and --raw-type go together"),
         (["{blob}", "--transfer", "{wide}", "--field", "x"], "holds one array without a name"),
+        (["{blob}", "--transfer", "{wide}", "--component", "2"], "it holds one number per voxel, leave component out"),
+        (
+            ["{blob}", "--transfer", "{wide}", "--raw-order", "big"],
+            "--raw-order has no effect here: it needs --raw-shape",
+        ),
+        (["sample:engine", "--transfer", "{wide}", "--field", "x"], "--field has no effect here: a sample is not read"),
+        (["sample:engine", "--transfer", "{wide}", "--azimuth", "inf"], "azimuth_deg is inf°; expected a value from"),
         (["sample:engin", "--transfer", "{wide}"], "did you mean 'engine'"),
         (["sample:engine:1e3", "--transfer", "{wide}"], "expected sample:NAME or sample:NAME:SIZE"),
         (["{blob}", "--transfer", "wid"], "did you mean 'wide'"),
@@ -149,3 +156,16 @@ def test_png_stores_the_pixels():
     rows = np.frombuffer(zlib.decompress(data[start + 4 : start + 4 + length]), np.uint8).reshape(height, 1 + 3 * width)
     assert (width, height) == (7, 5)
     assert np.array_equal(rows[:, 1:].reshape(5, 7, 3), pixels)
+
+
+@needs_drjit
+def test_two_volumes_whose_names_have_dots_get_two_pictures(blob, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("head.v1.npy", "head.v2.npy"):
+        (tmp_path / name).write_bytes((blob / "blob.npy").read_bytes())
+        status, figures = call(capsys, name, "--transfer", "wide", "--size", 8, 8, "--quality", "draft")
+        assert status == 0 and figures["pictures"] == [name.replace(".npy", ".png")]
+    constant = tmp_path / "flat.npy"
+    np.save(constant, np.full((3, 3, 3), 7.0, np.float32))
+    status, figures = call(capsys, constant, "--transfer", "wide", "--size", 8, 8)
+    assert status == 0 and figures["estimate_db"] is None and figures["interval_db"] == [None, None]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spectral_core.errors import RenderError
+from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.explore.sweep.compute import rendering
 from spectral_core.explore.sweep.compute.command import TIME_LIMIT_S
 from spectral_core.explore.sweep.document import compute_node, sweep_of
@@ -230,3 +230,50 @@ def test_the_entries_of_this_test_are_all_that_the_tables_have() -> None:
     from spectral_core.explore.sweep.compute.volume import SETTINGS
 
     assert set(SETTINGS) == set(VOLUME_SETTINGS) and json.dumps(VOLUME_SETTINGS)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "entries", "message"),
+    [
+        (AZIMUTH, {"volume": "none.nrrd"}, "there is no file .*none.nrrd"),
+        (AZIMUTH, {"volume": "sample:gaussians:12k"}, "'sample:gaussians:12k' names no sample"),
+        (AZIMUTH, {"transfer": "wid"}, "did you mean 'wide'"),
+        (AZIMUTH, {"size": [0, 16]}, r"the size of the pictures is \[0, 16\]"),
+        (AZIMUTH, {"size": "16"}, "the size of the pictures is '16'"),
+        (AZIMUTH, {"size": [16, 16.5]}, r"the size of the pictures is \[16, 16.5\]"),
+        (AZIMUTH, {"settings": {"rule": "best"}}, "no step rule is named 'best'"),
+        ({"name": "way", "path": "rule", "choices": ["error", "auto"]}, {}, "no step rule is named 'auto'"),
+        ({"name": "scale", "low": 0.0, "high": 2.0}, {}, "the scale of the steps is 0.0; expected a value from"),
+        ({"name": "way", "path": "quadrature", "choices": ["midpoint", "exact"]}, {}, "no quadrature is named 'exact'"),
+    ],
+)
+def test_a_volume_that_cannot_be_rendered_is_refused_before_the_first_point(
+    tmp_path: Path, parameter: dict[str, Any], entries: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        volume_node(tmp_path, parameter, **entries)
+
+
+def test_numbers_beside_their_header_change_the_fingerprint(tmp_path: Path) -> None:
+    header = "NDims = 3\nDimSize = 2 3 4\nElementType = MET_UCHAR\nElementDataFile = a.raw\n"
+    (tmp_path / "a.mhd").write_text(header)
+    found = []
+    for first in (0, 0, 7):
+        (tmp_path / "a.raw").write_bytes(bytes([first, *range(23)]))
+        found.append(volume_node(tmp_path, AZIMUTH, volume="a.mhd").fingerprint)
+    assert found[0] == found[1] != found[2]
+
+
+def test_stepping_refuses_what_no_march_has() -> None:
+    from spectral_core.volume.image import Stepping
+
+    for wrong in ({"rule": "auto"}, {"quadrature": "auto"}):
+        with pytest.raises(InvalidInputError, match="is named 'auto'"):
+            Stepping(**wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["per_light", "relight"])
+def test_a_switch_of_a_scene_is_true_or_false(tmp_path: Path, name: str) -> None:
+    """Python takes the text "no" for true."""
+    with pytest.raises(InvalidInputError, match=f"{name} = 'no'; expected true or false"):
+        scene_node(tmp_path, LIGHT, **{name: "no"})

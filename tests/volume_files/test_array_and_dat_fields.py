@@ -124,7 +124,7 @@ def test_nifti_axes(tmp_path: Path) -> None:
     nibabel.save(nibabel.Nifti1Image(frames, np.eye(4)), tmp_path / "a.nii")
     check(read_volume(tmp_path / "a.nii", component=1), frames[..., 1, 0], np.eye(4))
     nibabel.save(nibabel.Nifti1Image(frames[..., :1, 0], np.eye(4)), tmp_path / "b.nii")
-    check(read_volume(tmp_path / "b.nii", component=1), VALUES, np.eye(4))
+    check(read_volume(tmp_path / "b.nii"), VALUES, np.eye(4))
     nibabel.save(nibabel.Nifti1Image(VALUES[..., 0], np.eye(4)), tmp_path / "flat.nii")
     with pytest.raises(FileFormatError, match="expected a volume with three axes"):
         read_volume(tmp_path / "flat.nii")
@@ -167,7 +167,7 @@ def test_tiff_axes_besides_depth_need_a_component(tmp_path: Path, axes: str, wha
     with pytest.raises(InvalidInputError, match=f"2 {what} per voxel"):
         read_volume(tmp_path / "a.ome.tif")
     tifffile.imwrite(tmp_path / "b.ome.tif", both[:1], photometric="minisblack", metadata={"axes": axes})
-    check(read_volume(tmp_path / "b.ome.tif", component=1), VALUES, np.eye(4))
+    check(read_volume(tmp_path / "b.ome.tif"), VALUES, np.eye(4))
 
 
 def test_one_tiff_page_is_a_volume_of_one_slice(tmp_path: Path) -> None:

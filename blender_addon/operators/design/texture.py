@@ -113,10 +113,11 @@ class SPECTRAL_OT_texture_lights(bpy.types.Operator):
 
 
 def _designed(context: Context) -> str:
-    path = context.scene.spectral.texture.texture_file
-    if not path or not Path(bpy.path.abspath(path)).is_file():
+    scene = context.scene
+    path = bpy.path.abspath(scene.spectral.texture.texture_file, library=scene.library)
+    if not path or not Path(path).is_file():
         raise InvalidInputError("no texture is designed yet; press Design Texture first")
-    return bpy.path.abspath(path)
+    return path
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from spectral_core.cli.shared.report import print_json
+
 if TYPE_CHECKING:
     from spectral_core.palette.texture.project import TextureOutcome, TextureProject
 
@@ -38,7 +40,7 @@ def make_texture(project: TextureProject, folder: Path, *, as_json: bool, tell: 
     written = _write(folder, outcome, figures, progress)
     print(f"written to {folder}: {', '.join(written)}")
     if as_json:
-        print(json.dumps(figures | {"out": str(folder), "files": written}))
+        print_json(figures | {"out": str(folder), "files": written})
     return 0
 
 

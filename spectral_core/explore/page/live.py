@@ -68,8 +68,9 @@ class LiveSweep:
     def refine(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """Twice as many points in the sweep's region."""
         project = self.store.project
-        project.design = replace(project.design, budget=2 * project.design.budget)
-        answer = self._add(project.region, project.design.budget)
+        finer = replace(project.design, budget=2 * project.design.budget)
+        answer = self._add(project.region, finer.budget)
+        project.design = finer
         self.store.save_project()
         return answer
 

@@ -144,7 +144,8 @@ def draw_error_against_factors(
 
 def _norm(values: Any) -> str:
     """Logarithmic if numbers span more than a factor of eight."""
-    return "log" if np.nanmin(values) > 0 and np.nanmax(values) > 8 * np.nanmin(values) else "linear"
+    known = values[np.isfinite(values)]
+    return "log" if known.size and known.min() > 0 and known.max() > 8 * known.min() else "linear"
 
 
 def _plain_log_ticks(axis: Any) -> None:

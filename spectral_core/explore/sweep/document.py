@@ -182,9 +182,16 @@ def _scene(table: dict[str, Any], space: Space, folder: Path) -> Any:
 
     address = entries(table, "scene", "scene", ("settings", "per_light", "relight"))
     return SceneNode.of(
-        address, space, folder, settings=table.get("settings"), per_light=bool(table.get("per_light", False)),
-        relight=bool(table.get("relight", True)),
+        address, space, folder, settings=table.get("settings"), per_light=_switch(table, "per_light", False),
+        relight=_switch(table, "relight", True),
     )  # fmt: skip
+
+
+def _switch(table: Mapping[str, Any], name: str, default: bool) -> bool:
+    value = table.get(name, default)
+    if not isinstance(value, bool):
+        raise InvalidInputError(f"[compute] has {name} = {value!r}; expected true or false")
+    return value
 
 
 def _palette(table: dict[str, Any], space: Space, folder: Path) -> Any:
@@ -198,7 +205,9 @@ def _volume(table: dict[str, Any], space: Space, folder: Path) -> Any:
 
     volume = entries(table, "volume", "volume", ("transfer", "settings", "size"))
     size = table.get("size", [256, 256])
+    if not isinstance(size, list) or len(size) != 2 or not all(type(count) is int for count in size):
+        raise InvalidInputError(f"the size of the pictures is {size!r}; expected two whole numbers, such as [256, 256]")
     return VolumeNode.of(
         volume, str(table.get("transfer", "wide")), space, folder, settings=table.get("settings"),
-        size=(int(size[0]), int(size[1])),
+        size=(size[0], size[1]),
     )  # fmt: skip

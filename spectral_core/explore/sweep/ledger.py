@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sqlite3
 import threading
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from spectral_core.errors import FileFormatError
+from spectral_core.errors import FileFormatError, FileWriteError
 from spectral_core.explore.sweep.files import json_text
 
 State = Literal["pending", "done", "failed"]
@@ -30,6 +31,8 @@ CREATE TABLE IF NOT EXISTS attempts (
 CREATE TABLE IF NOT EXISTS manual (
     key TEXT NOT NULL, name TEXT NOT NULL, value TEXT NOT NULL, PRIMARY KEY (key, name));
 """
+
+_OWN_FAULT = "SELECT key FROM attempts WHERE how = 'failed'"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +64,8 @@ class Ledger:
                 raise FileFormatError(f"{path} is a ledger of version {found}; this program writes version {VERSION}")
             self._connection.executescript(_TABLES)
             self._connection.execute(f"PRAGMA user_version={VERSION}")
+        except sqlite3.OperationalError as error:
+            raise FileWriteError(f"{path} cannot be opened: {error}; is the disk full or the folder closed?") from error
         except sqlite3.DatabaseError as error:
             raise FileFormatError(f"{path} is no ledger of a sweep: {error}") from error
 
@@ -80,15 +85,22 @@ class Ledger:
 
     @contextmanager
     def transaction(self) -> Iterator[sqlite3.Connection]:
-        """All changes within, or none."""
+        """All changes within, or none. Raises FileWriteError if the disk is full or the file cannot be written."""
         with self._lock:
-            self._connection.execute("BEGIN IMMEDIATE")
             try:
+                self._connection.execute("BEGIN IMMEDIATE")
                 yield self._connection
-            except BaseException:
-                self._connection.execute("ROLLBACK")
-                raise
-            self._connection.execute("COMMIT")
+                self._connection.execute("COMMIT")
+            except BaseException as error:
+                if self._connection.in_transaction:  # SQLite itself takes the changes back when the disk is full
+                    with contextlib.suppress(sqlite3.Error):
+                        self._connection.execute("ROLLBACK")
+                if not isinstance(error, sqlite3.OperationalError):
+                    raise
+                raise FileWriteError(
+                    f"{self.path} could not be written: {error}; computed points stay. Run the sweep again when the "
+                    "disk has room and no other program locks the file"
+                ) from error
 
     def add(self, points: Iterable[tuple[str, Mapping[str, Any]]]) -> int:
         """Add points that are not yet in the ledger, in this order; returns the number of new ones."""
@@ -114,6 +126,12 @@ class Ledger:
             Row(key, ordinal, json.loads(p), state_, json.loads(o or "{}"), json.loads(f or "{}"), seconds, reason)
             for key, ordinal, p, state_, o, f, seconds, reason in found
         ]
+
+    def failed_by_themselves(self) -> set[str]:
+        """Keys of the points that were set aside with an error or a crash of their own: a run leaves them out."""
+        with self._lock:
+            query = f"SELECT key FROM points WHERE state = 'failed' AND key IN ({_OWN_FAULT})"
+            return {key for (key,) in self._connection.execute(query).fetchall()}
 
     def states(self) -> dict[str, State]:
         """State of every point by key."""
@@ -183,10 +201,9 @@ class Ledger:
         """Reset points that were set aside only because their workers were killed from outside; returns their
         number.
         """
-        own_fault = "SELECT key FROM attempts WHERE how = 'failed'"
         with self.transaction() as database:
             found = database.execute(
-                f"SELECT key FROM points WHERE state = 'failed' AND key NOT IN ({own_fault})"
+                f"SELECT key FROM points WHERE state = 'failed' AND key NOT IN ({_OWN_FAULT})"
             ).fetchall()
             database.executemany("DELETE FROM attempts WHERE key = ? AND how = 'killed'", found)
             database.executemany("UPDATE points SET state = 'pending', reason = NULL WHERE key = ?", found)

@@ -20,7 +20,7 @@ from spectral_core.explore.sweep.files import only_holder
 from spectral_core.explore.sweep.outcome import ComputeNode, worker_command, worker_prelude
 from spectral_core.explore.sweep.pool import KILLED_FROM_OUTSIDE, WorkerDied, WorkerPool
 from spectral_core.explore.sweep.store import Store
-from spectral_core.explore.sweep.task import Receipt, compute_point
+from spectral_core.explore.sweep.task import OutcomeNotStored, Receipt, compute_point, spooled_record
 
 MAX_FAILURES = 2
 """Attempts that end with an error or a crash before a point is set aside: the first, and one elsewhere."""
@@ -54,6 +54,8 @@ class SweepReport:
     cancelled: bool = False
     failures: dict[str, str] = field(default_factory=dict)
     """Reason of each point that is set aside, by key."""
+    not_compared: str = ""
+    """Why the pictures were not compared with the reference of the document; "" if they were, or it names none."""
 
     def reasons(self) -> list[tuple[str, int]]:
         """Reasons of failures and how many points each has, most first."""
@@ -121,6 +123,11 @@ def _capacity(executor: Executor, workers: int) -> int:
     if isinstance(executor, WorkerPool):
         return executor.workers
     return 2 * int(getattr(executor, "_max_workers", max(workers, 8)))
+
+
+def text_of(error: Exception) -> str:
+    """Text of the error of a point, whose code may be a user's."""
+    return str(error) if isinstance(error, SpectralError) else f"{type(error).__name__}: {error}"
 
 
 class _Run:
@@ -198,14 +205,17 @@ class _Run:
 
     def _failed(self, key: str, error: Exception, worker: int | None) -> None:
         """Record a failure; try again on another worker, or set the point aside."""
-        spooled = self.store.folder / "outcome" / f"{key}.json"
-        if spooled.exists():  # it crashed after its commit: nothing is lost
+        spooled = spooled_record(self.store.folder / "outcome" / f"{key}.json")
+        if spooled is not None:  # it crashed after its commit: nothing is lost
             self.store.recover()
             self.report.computed += 1
             return
         killed = isinstance(error, WorkerDied) and error.signal in KILLED_FROM_OUTSIDE
-        text = str(error) if isinstance(error, SpectralError) else f"{type(error).__name__}: {error}"
+        text = text_of(error)
         ledger = self.store.ledger
+        if isinstance(error, OutcomeNotStored):  # nor could that of any other point
+            ledger.end_attempt(key, "interrupted", text)
+            raise error
         how = "killed" if killed else "failed"
         ledger.end_attempt(key, how, text)
         if ledger.attempts(key, how) >= (MAX_KILLS if killed else MAX_FAILURES):

@@ -23,7 +23,7 @@ from spectral_core.explore.sweep.ledger import Ledger, Row
 from spectral_core.explore.sweep.outcome import point_key
 from spectral_core.explore.sweep.parameters import Parameter, Space, is_column_name, is_finite
 from spectral_core.explore.sweep.region import RegionOfInterest
-from spectral_core.explore.sweep.task import Receipt, StoreAddress, commit_files
+from spectral_core.explore.sweep.task import Receipt, StoreAddress, commit_files, spooled_record
 from spectral_core.files.whole import make_folder
 
 FORMAT, VERSION = "spectral-scene sweep project", 1
@@ -169,8 +169,9 @@ class Store:
         found = 0
         known = self.ledger.states()
         for path in sorted((self.folder / "outcome").glob("*.json")):
-            if path.stem in known:
-                self.take_in(Receipt(path.stem, read_json(path)))
+            record = spooled_record(path) if path.stem in known else None
+            if record is not None:
+                self.take_in(Receipt(path.stem, record))
                 found += 1
         return found
 

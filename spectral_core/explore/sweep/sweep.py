@@ -16,7 +16,8 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.designs import design_points
 from spectral_core.explore.sweep.document import SweepDocument
 from spectral_core.explore.sweep.outcome import describe
-from spectral_core.explore.sweep.runner import SweepProgress, SweepReport, run_sweep
+from spectral_core.explore.sweep.parameters import Space
+from spectral_core.explore.sweep.runner import SweepProgress, SweepReport, run_sweep, text_of
 from spectral_core.explore.sweep.store import Store, cdb_folder, require_free
 from spectral_core.explore.sweep.task import compute_point
 
@@ -46,6 +47,7 @@ class Sweep:
         place = cdb_folder(folder)
         if (place / "project.json").is_file():
             self.store = Store.open(place)
+            self._keep_node()
             self._fit()
         else:
             self.store = Store.create(place, document.project(self.node.fingerprint))
@@ -53,11 +55,19 @@ class Sweep:
         self.store.project.environment[DOCUMENT_FOLDER] = str(document.folder.resolve())
         self.store.save_project()
 
+    def _keep_node(self) -> None:
+        """Take the node as it was made for the stored ranges: its fingerprint may depend on them, its points do not."""
+        project = self.store.project
+        if self.node.fingerprint == project.fingerprint or _meanings(self.document.space) != _meanings(project.space):
+            return
+        earlier = replace(self.document, space=project.space).node()
+        if earlier.fingerprint == project.fingerprint:
+            self.node = earlier
+
     def _fit(self) -> None:
         """Adopt the document's region, budget and columns; refuse changes that would mix different rows."""
         project, document = self.store.project, self.document
-        mine, theirs = ([(p.name, p.kind, p.scale, p.choices, p.target) for p in space.parameters]
-                        for space in (document.space, project.space))  # fmt: skip
+        mine, theirs = _meanings(document.space), _meanings(project.space)
         if mine != theirs or document.seed != project.seed or self.node.fingerprint != project.fingerprint:
             what = (
                 "its parameters differ"
@@ -94,11 +104,12 @@ class Sweep:
         keys = tuple(self.store.key(point) for point in points)
         states = self.store.ledger.states()
         reused = sum(states[key] == "done" for key in keys)
+        aside = len(self.store.ledger.failed_by_themselves().intersection(keys))
         timed = [row.seconds for row in self.store.ledger.rows("done") if row.seconds is not None]
         each = sum(timed) / len(timed) if timed else None
-        new = len(keys) - reused
+        new = len(keys) - reused - aside
         lines = [f"{len(keys)} points over {', '.join(project.space.names)} ({project.design.kind})", *notes,
-                 f"{new} to compute, {reused} done already", *describe(self.node)]  # fmt: skip
+                 f"{new} to compute, {reused} done already", *_aside_lines(aside), *describe(self.node)]  # fmt: skip
         if budget is not None and len(keys) > budget:
             lines.append(f"the folder holds {len(keys)} points already, and a budget of {budget} removes none; "
                          "name another folder for fewer")  # fmt: skip
@@ -110,7 +121,10 @@ class Sweep:
         """The listed but missing points of the folder; none is added."""
         keys = tuple(row.key for row in self.store.ledger.rows("pending"))
         reused = len(self.store.ledger.rows("done"))
-        return SweepPlan(keys, len(keys), reused, (f"{len(keys)} to compute, {reused} done already",), None)
+        lines = (f"{len(keys)} to compute, {reused} done already",)
+        return SweepPlan(
+            keys, len(keys), reused, (*lines, *_aside_lines(len(self.store.ledger.failed_by_themselves()))), None
+        )
 
     def run(
         self,
@@ -137,7 +151,10 @@ class Sweep:
             should_stop=should_stop, **options,
         )  # fmt: skip
         if self.document.reference is not None and not report.cancelled:
-            self.compare(dict(self.document.reference))
+            try:
+                self.compare(dict(self.document.reference))
+            except Exception as error:  # the swept code of a user may raise anything; the points stay
+                report.not_compared = text_of(error)
         return report
 
     def compare(self, reference: dict[str, Any]) -> None:
@@ -156,8 +173,20 @@ class Sweep:
             views[REFERENCE_KEY] = {"key": key, "files": receipt.record["files"], "parameters": reference}
             self.store.save_project()
         files = views[REFERENCE_KEY]["files"]
-        compare_rows(self.store, files.get("FILE_linear") or files.get("FILE"))
+        picture = files.get("FILE_linear") or files.get("FILE")
+        if picture is None:
+            raise InvalidInputError("the points have no picture to compare; remove [reference] from the sweep file")
+        compare_rows(self.store, picture)
         self.store.write_table()
+
+
+def _meanings(space: Space) -> list[tuple[Any, ...]]:
+    """The parameters without their ranges."""
+    return [(p.name, p.kind, p.scale, p.choices, p.target) for p in space.parameters]
+
+
+def _aside_lines(count: int) -> list[str]:
+    return [f"{count} were set aside by an earlier run and are left out; --retry tries them again"] if count else []
 
 
 @contextmanager

@@ -15,13 +15,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from spectral_core.explore.sweep.files import file_lock, json_text, require_file_name, write_whole
+from spectral_core.errors import FileFormatError, FileWriteError
+from spectral_core.explore.sweep.files import file_lock, json_text, read_json, require_file_name, write_whole
 from spectral_core.explore.sweep.outcome import ComputeNode, Outcome, plain_values
 from spectral_core.explore.sweep.parameters import Value
 from spectral_core.spectra.pictures import display_png, exr_bytes, has_exr
 
 MAX_WARM = 8
 """Nodes that a process keeps with their loaded data; the oldest is dropped."""
+
+
+class OutcomeNotStored(FileWriteError):
+    """The files of a point could not be written, for example because the disk is full."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,20 +88,40 @@ def compute_point(
         return Receipt(key, record, contents)
     folder = Path(address.folder)
     with file_lock(folder / "lease" / key):
-        spooled = folder / "outcome" / f"{key}.json"
-        if spooled.exists():
-            return Receipt(key, json.loads(spooled.read_text("utf-8")), computed=False)
+        spooled = spooled_record(folder / "outcome" / f"{key}.json")
+        if spooled is not None:
+            return Receipt(key, spooled, computed=False)
         record, contents = _computed(node, parameters, seed, key, address)
         commit_files(folder, key, record, contents)
     return Receipt(key, record)
 
 
+def spooled_record(path: Path) -> dict[str, Any] | None:
+    """The record of a point that was computed, None if there is none.
+
+    A power failure may leave an empty one: it is removed, so that the point is computed again.
+    """
+    if not path.exists():
+        return None
+    try:
+        record = read_json(path)
+        if isinstance(record, dict) and {"values", "files", "seconds"} <= set(record):
+            return record
+    except FileFormatError:
+        pass
+    path.unlink(missing_ok=True)
+    return None
+
+
 def commit_files(folder: Path, key: str, record: Mapping[str, Any], contents: Mapping[str, bytes]) -> None:
     """Write the files of an outcome, then the record that says it is complete."""
-    for name, content in contents.items():
-        # a power failure may lose pictures, but never leave partial ones: the record below waits for the disk
-        write_whole(folder / "image" / require_file_name(name), content, durable=False)
-    write_whole(folder / "outcome" / f"{key}.json", json_text(record), durable=False)
+    text = json_text(record)
+    try:
+        for name, content in contents.items():
+            write_whole(folder / "image" / require_file_name(name), content, durable=False)
+        write_whole(folder / "outcome" / f"{key}.json", text, durable=False)
+    except (FileWriteError, OSError) as error:
+        raise OutcomeNotStored(f"{error}; make room and run the sweep again, which continues here") from error
 
 
 def _computed(

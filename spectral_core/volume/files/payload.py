@@ -223,6 +223,23 @@ def x_first(numbers: NDArray[Any], shape: Sequence[int]) -> NDArray[Any]:
     return numbers.reshape(tuple(shape)[::-1]).transpose()
 
 
+def require_choice(component: int | None, lengths: Sequence[int], source: Path) -> None:
+    """Raise InvalidInputError for a component that nothing would read, or that would choose on several axes at once.
+
+    ``lengths``: of the axes that are not spatial.
+    """
+    several = [length for length in lengths if length > 1]
+    if not several and component:
+        raise InvalidInputError(
+            f"component {component} of {source.name} was requested; it holds one number per voxel, leave component out"
+        )
+    if len(several) > 1:
+        raise InvalidInputError(
+            f"{source.name} holds {' times '.join(map(str, several))} numbers per voxel on {len(several)} axes, and "
+            "component chooses on one; write the wanted part into a file of its own"
+        )
+
+
 def pick_component(
     array: NDArray[Any], axis: int, component: int | None, source: Path, what: str = "components"
 ) -> NDArray[Any]:

@@ -28,6 +28,8 @@ def read_volume(
     if raw is not None and path.is_dir():
         raise InvalidInputError(f"{path} is a folder; a raw layout describes one file")
     chosen = by_name("raw") if raw is not None else detect_format(path)
+    if field is not None and not chosen.names_arrays:
+        raise InvalidInputError(f"{path.name} holds one array without a name; leave field out")
     reader = importlib.import_module(f"spectral_core.volume.files.formats.{chosen.name}_format")
     with reading(path, f"a volume in the format {chosen.description}"):
         if not path.is_dir():

@@ -25,6 +25,8 @@ class VolumeFormat:
     recognizes: Callable[[bytes], bool]
     """True if a file's first bytes are this format's; always False for a format without a signature."""
     writes: bool = False
+    names_arrays: bool = False
+    """True if ``field`` names one of the arrays of a file."""
 
 
 def _nifti(head: bytes) -> bool:
@@ -41,10 +43,24 @@ def _text_key(*keys: bytes) -> Callable[[bytes], bool]:
 
 FORMATS: tuple[VolumeFormat, ...] = (
     VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), lambda head: head.startswith(b"NRRD00"), writes=True),
-    VolumeFormat("openvdb", "OpenVDB", (".vdb",), lambda head: head.startswith(b" BDV"), writes=True),
-    VolumeFormat("vtk", "VTK legacy structured points", (".vtk",), lambda head: head.startswith(b"# vtk DataFile")),
-    VolumeFormat("vti", "VTK image data", (".vti",), lambda head: b"<VTKFile" in head),
-    VolumeFormat("numpy", "NumPy array", (".npy", ".npz"), lambda head: head.startswith((b"\x93NUMPY", b"PK\x03\x04"))),
+    VolumeFormat(
+        "openvdb", "OpenVDB", (".vdb",), lambda head: head.startswith(b" BDV"), writes=True, names_arrays=True
+    ),
+    VolumeFormat(
+        "vtk",
+        "VTK legacy structured points",
+        (".vtk",),
+        lambda head: head.startswith(b"# vtk DataFile"),
+        names_arrays=True,
+    ),
+    VolumeFormat("vti", "VTK image data", (".vti",), lambda head: b"<VTKFile" in head, names_arrays=True),
+    VolumeFormat(
+        "numpy",
+        "NumPy array",
+        (".npy", ".npz"),
+        lambda head: head.startswith((b"\x93NUMPY", b"PK\x03\x04")),
+        names_arrays=True,
+    ),
     VolumeFormat(
         "tiff",
         "TIFF stack",

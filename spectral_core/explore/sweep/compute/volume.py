@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.explore.features.images import image_features
 from spectral_core.explore.sweep.compute.paths import set_path
@@ -22,6 +23,9 @@ SETTINGS: dict[str, Value] = {
 }  # fmt: skip
 """Names that can be swept, and their values if they are not."""
 TRANSFER = "transfer."
+SAMPLE_SIZE = 64
+HEADERS = (".mhd", ".nhdr", ".dat", ".hdr")
+"""Endings of files whose numbers are in other files."""
 
 
 @dataclass(frozen=True)
@@ -63,27 +67,38 @@ class VolumeNode:
         settings : values of ``SETTINGS`` that hold for every point.
         size : pixels of the picture.
         """
+        from spectral_core.volume.image import Stepping
+        from spectral_core.volume.presets import PRESETS
+        from spectral_core.volume.samples import sample_named
+
         base = (folder or Path()).resolve()
         text = transfer
-        content = b""
-        if not volume.startswith("sample:"):
+        contents = [hashlib.sha256(b"").hexdigest()]
+        if volume.startswith("sample:"):
+            sample_named(volume, SAMPLE_SIZE)
+        else:
             volume = str((base / volume).resolve())
-            content = Path(volume).read_bytes() if Path(volume).is_file() else b""
+            contents = _hashes(Path(volume))
+        if min(size) < 1:
+            raise InvalidInputError(f"the size of the pictures is {list(size)}; expected two whole numbers from 1")
         if Path(transfer).suffix.lower() in (".toml", ".json"):
             from spectral_core.volume.documents.transfer_document import document_of
             from spectral_core.volume.documents.transfer_file import read_transfer
 
             text = json_text(document_of(read_transfer(base / transfer)))
+        elif transfer not in PRESETS:
+            raise UnknownNameError.among("transfer function preset", transfer, PRESETS)
         paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
         for name in settings or {}:
             if name not in SETTINGS:
                 raise UnknownNameError.among("setting of a volume", name, SETTINGS)
         node = cls(volume, text, str(base), paths, tuple(sorted((settings or {}).items())), size)
         for parameter in space.parameters:
-            node._with(parameter.target, parameter.value(0.5), dict(SETTINGS), node._document())
-        said = json_text(
-            [volume, hashlib.sha256(content).hexdigest(), text, [list(p) for p in paths], size, dict(node.settings)]
-        )
+            for value in parameter.choices or (parameter.value(0.0), parameter.value(1.0)):
+                chosen, _ = node._with(parameter.target, value, {**SETTINGS, **dict(node.settings)}, node._document())
+                require_range("the scale of the steps", chosen["scale"], 1e-6, 1e6)  # type: ignore[arg-type]
+                Stepping(chosen["rule"], chosen["quadrature"])  # type: ignore[arg-type]
+        said = json_text([volume, *contents, text, [list(p) for p in paths], size, dict(node.settings)])
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
@@ -139,11 +154,10 @@ class VolumeNode:
         if "renderer" not in self._kept:
             from spectral_core.volume.files import read_volume
             from spectral_core.volume.renderer import VolumeRenderer
-            from spectral_core.volume.samples import sample_volume
+            from spectral_core.volume.samples import sample_named, sample_volume
 
             if self.volume.startswith("sample:"):
-                name, _, size = self.volume.removeprefix("sample:").partition(":")
-                volume = sample_volume(name, int(size) if size.isdigit() else 64)
+                volume = sample_volume(*sample_named(self.volume, SAMPLE_SIZE))
             else:
                 volume = read_volume(self.volume)
             self._kept["renderer"] = VolumeRenderer(volume, "llvm")
@@ -155,3 +169,15 @@ class VolumeNode:
     def describe(self) -> list[str]:
         """Sentences for the plan of a run."""
         return ["marches in workers that keep the volume on the device; a swept number compiles nothing"]
+
+
+def _hashes(path: Path) -> list[str]:
+    """Hashes of the file of a volume, and of its numbers if these are in other files. Raises SpectralError."""
+    from spectral_core.volume.files import read_volume
+
+    if not path.exists():
+        raise InvalidInputError(f"there is no file {path}; check its name and its folder")
+    found = [hashlib.sha256(path.read_bytes() if path.is_file() else b"").hexdigest()]
+    if path.is_dir() or path.suffix.lower() in HEADERS:
+        found.append(hashlib.sha256(read_volume(path).data.tobytes(order="A")).hexdigest())
+    return found

@@ -67,7 +67,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         _triple(fields.get("slicethickness", "1 1 1"), path, "SliceThickness"),
         _triple(fields.get("origin", "0 0 0"), path, "Origin"),
     )
-    return read_layout(data, layout)
+    return read_layout(data, layout, request.component)
 
 
 def _triple(text: str, path: Path, key: str) -> tuple[float, float, float]:

@@ -21,6 +21,7 @@ from spectral_core.volume.files.payload import (
     open_payload,
     pick_component,
     read_numbers,
+    require_choice,
     x_first,
 )
 from spectral_core.volume.files.request import ReadRequest
@@ -91,6 +92,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         if channels < 1:
             raise FileFormatError(f"{path.name} states {channels} channels; expected at least 1")
         array = x_first(_numbers(header, stream, path, [channels, *shape]), [channels, *shape])
+    require_choice(request.component, (channels, *shape[3:]), path)
     array = pick_component(array, 0, request.component if channels > 1 else None, path, "channels")
     if dimensions == 4:
         array = pick_component(array, 3, request.component, path, "entries along a fourth axis")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
 from spectral_core.files.guarded import require_regular, require_room
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.files.payload import make_volume, pick_component
+from spectral_core.volume.files.payload import make_volume, pick_component, require_choice
 from spectral_core.volume.files.request import ReadRequest
 
 
@@ -42,6 +42,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         raise FileFormatError(
             f"{path.name} is not a NIfTI file that can be read, or it is truncated: {error}"
         ) from error
+    require_choice(request.component, array.shape[3:], path)
     while array.ndim > 3:
         array = pick_component(
             array, array.ndim - 1, request.component if array.shape[-1] > 1 else None, path, "time steps"

@@ -26,6 +26,7 @@ from spectral_core.volume.files.payload import (
     open_payload,
     pick_component,
     read_numbers,
+    require_choice,
     x_first,
 )
 from spectral_core.volume.files.request import ReadRequest
@@ -72,7 +73,9 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         if isinstance(error, InvalidInputError):
             raise
         raise FileFormatError(f"{path.name} is not a NRRD file that can be read: {error}") from error
-    for axis in reversed([a for a in range(array.ndim) if a not in space]):
+    others = [axis for axis in range(array.ndim) if axis not in space]
+    require_choice(request.component, [array.shape[axis] for axis in others], path)
+    for axis in reversed(others):
         array = pick_component(array, axis, request.component, path)
     return make_volume(str(header.get("content") or path.stem), array, matrix, path)
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.files.guarded import require_room
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.files.payload import affine, make_volume, pick_component
+from spectral_core.volume.files.payload import affine, make_volume, pick_component, require_choice
 from spectral_core.volume.files.request import ReadRequest
 
 _MOST_ARRAYS = 1000
@@ -48,6 +48,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         ) from error
     name = _choose(arrays, request.field, path)
     array = arrays[name]
+    require_choice(request.component, array.shape[3:], path)
     if array.ndim == 4:
         array = pick_component(array, 3, request.component, path)
     if array.ndim != 3:

@@ -25,7 +25,7 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import FREE_BYTES, MOST_EXPANSION, half_of_memory
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.formats.vtk_format import choose_array
-from spectral_core.volume.files.payload import affine, make_volume, pick_component
+from spectral_core.volume.files.payload import affine, make_volume, pick_component, require_choice
 from spectral_core.volume.files.request import ReadRequest
 from spectral_core.volume.files.vdb.read import grid_names, read_grid
 from spectral_core.volume.files.vdb.walk import sound_metadata
@@ -57,6 +57,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     names = grid_names(path)
     name = str(choose_array({name: name for name in names}, request.field, path, DENSITY_GRID))
     array, metadata, world_from_index = _read_with_openvdb(path, name) if find_openvdb() else _read_plainly(path, name)
+    require_choice(request.component, array.shape[3:], path)
     if array.ndim == 4:
         array = pick_component(array, 3, request.component, path)
     array = _restored(array, str(metadata.get(_TYPE_KEY)))

@@ -11,7 +11,7 @@ import numpy as np
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import open_regular
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.files.payload import affine, make_volume, read_numbers, x_first
+from spectral_core.volume.files.payload import affine, make_volume, read_numbers, require_choice, x_first
 from spectral_core.volume.files.request import RawLayout, ReadRequest
 
 _HEADERS = (".mhd", ".nhdr", ".dat", ".hdr")
@@ -31,11 +31,12 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
             f"{path.name} is a file of bare numbers and its name does not spell a layout as "
             f"'foot_256x256x256_uint8.raw' does; {hint}"
         )
-    return read_layout(path, layout)
+    return read_layout(path, layout, request.component)
 
 
-def read_layout(path: Path, layout: RawLayout) -> ScalarVolume:
-    """The volume of one raw file; a file whose length differs from the layout is refused."""
+def read_layout(path: Path, layout: RawLayout, component: int | None = None) -> ScalarVolume:
+    """The volume of one raw file; a file whose length differs from the layout is refused, and so is a component."""
+    require_choice(component, (), path)
     count = math.prod(layout.shape)
     expected = count * layout.stored_dtype.itemsize
     with open_regular(path) as stream:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, SpectralError
 from spectral_core.files.guarded import open_regular, require_regular, require_room
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.files.payload import affine, make_volume, pick_component
+from spectral_core.volume.files.payload import affine, make_volume, pick_component, require_choice
 from spectral_core.volume.files.request import ReadRequest
 
 _DEFLATE, _DEFLATE_RATIO, _SLACK_BYTES = (8, 32946), 1040, 16 << 20
@@ -102,7 +102,9 @@ def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray
         if isinstance(error, SpectralError):
             raise
         raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is truncated: {error}") from error
-    for letter in [a for a in axes if a not in "YX" + _DEPTH]:
+    others = [a for a in axes if a not in "YX" + _DEPTH]
+    require_choice(request.component, [array.shape[axes.index(letter)] for letter in others], path)
+    for letter in others:
         what = {"S": "color channels", "C": "channels", "T": "time steps"}.get(letter, f"entries along {letter}")
         several = array.shape[axes.index(letter)] > 1
         array = pick_component(array, axes.index(letter), request.component if several else None, path, what)
