@@ -22,9 +22,12 @@ SODIUM_NM = 589.3
 
 
 def nominal_ior(ior: float | Spectrum | Computed) -> float:
-    """An index of refraction as one number: that at the sodium line, or the mean of a varying one."""
+    """An index of refraction as one number: that at the sodium line, or the mean of a varying one.
+
+    Outside the wavelengths of a spectrum the index is that at the nearest one.
+    """
     if isinstance(ior, Spectrum):
-        return float(ior.at(SODIUM_NM)) or 1.5
+        return float(np.interp(SODIUM_NM, ior.grid.wavelengths_nm, ior.values))
     return float(np.mean(ior.typical)) if isinstance(ior, Computed) else float(ior)
 
 
