@@ -66,6 +66,9 @@ class Glossy(Numbers):
 class Glass(Numbers):
     """Dielectric that reflects and refracts by Fresnel; ``ior``: a number, a varying one, or a spectrum for dispersion.
 
+    ``multiple_scattering``: True to keep light that bounces between facets of GGX that reflect and refract. Those of
+    Beckmann and those that only refract (``reflects`` False) lose it.
+
     ``thin_film_thickness`` (nm; 0 for none) and ``thin_film_ior``: of a thin film on the surface, as in other closures.
     """
 
