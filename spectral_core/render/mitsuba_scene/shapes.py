@@ -38,6 +38,8 @@ class Shapes:
         """Shapes that contain a medium: its number, from 1, and True if the shape is only the border of the medium."""
         self._numbers: dict[tuple[str, str], int] = {}
         """Numbers of the media by material, and by light group if that matters."""
+        passes = scene.settings.passes
+        self._keeps_groups = context.switches is not None or (passes is not None and bool(passes.light_groups))
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
         """By the mesh's name the shapes of its parts in object space: material index, shape, its group."""
         self.emissive: list[tuple[int, Instance]] = []
@@ -166,9 +168,9 @@ class Shapes:
     def _remember_medium(self, instance: Instance, index: int, shape: Any) -> None:
         material = self._material(instance, index)
         medium = material.medium
-        # a medium that emits light is switched with the group of its object
-        has_switch = self.context.switches is not None and medium is not None and medium.emission_strength > 0
-        key = material.name, instance.group if has_switch else ""
+        # the light of a medium belongs to the group of its object
+        has_group = self._keeps_groups and medium is not None and medium.emission_strength > 0
+        key = material.name, instance.group if has_group else ""
         if key not in self._numbers:
             self._numbers[key] = self.fill(medium, material.name, instance.group)
         number = self._numbers[key]

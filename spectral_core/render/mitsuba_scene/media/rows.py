@@ -46,7 +46,7 @@ def medium_row(context: Context, medium: ScatteringMedium, subject: str, group: 
     if emission[0] > 0:
         emitted = paint.emission(context, emission_color, medium.emission_strength, subject)
         emitted = context.switched(emitted, group)
-    return MediumRow(_texture(context, scattered), _texture(context, absorbed), emitted, table, grid)
+    return MediumRow(_texture(context, scattered), _texture(context, absorbed), emitted, table, grid, group)
 
 
 def _values(context: Context, color: Paint, subject: str) -> Array:
