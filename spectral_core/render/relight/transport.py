@@ -148,8 +148,8 @@ def record_transport(
         options.setdefault("sampling_lights", SAMPLING_LIGHTS)
     require_memory(storage, scene.film.size, len(names))
     recorded = under_flat_light(grouped) if storage.keeps_spectra else grouped
-    film = scene.film if scene.film.exposure > 0 else replace(scene.film, exposure=1.0)  # a black picture has no light
-    recorded = replace(recorded, film=film)
+    if scene.film.exposure == 0:  # a black picture tells nothing about the light
+        recorded = replace(recorded, film=replace(scene.film, exposure=1.0))
     reused = _reused(kept, again, scene, storage)
     wanted = tuple(name for name in names if name not in reused)
     planes: dict[str, Pixels] = {}
@@ -167,7 +167,7 @@ def record_transport(
         raise InvalidInputError("no light of the scene reaches the picture; there is no transport to store")
     # the renderer applies the exposure to pictures, not to bands
     channels = np.empty((len(names), storage.channel_count, *coverage.shape), np.float32)
-    _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else film.exposure)
+    _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else recorded.film.exposure)
     return Transport(
         storage, names, channels, coverage, tuple(group_light(grouped, name) for name in names),
         scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, notes,
