@@ -33,6 +33,7 @@ from spectral_core.scene import (
     Principled,
     ScatteringMedium,
     Scene,
+    VolumeObject,
     World,
     gray,
 )
@@ -41,6 +42,8 @@ from spectral_core.scene.look import Look
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.volume.transfer import Material as VolumeMaterial
+from spectral_core.volume.transfer import TransferFunction
 from tests.render.scenes import lit_plane, looking_down, matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")
@@ -189,3 +192,21 @@ def test_the_notes_of_the_render_belong_to_the_recording() -> None:
     shadowed = replace(_scene(_lamp("a"), film=Film(3, 3, samples=2)), instances=(catcher,))
     notes = [note.message for note in record_transport(_with_fire(shadowed), MixtureStorage()).notes]
     assert any("without its shadow catchers" in note for note in notes)
+
+
+def test_a_sampled_volume_among_media_is_recorded_once() -> None:
+    """Its own light is in the first group, also where it becomes a medium."""
+    ember = VolumeMaterial("ember", [0.0, 2.0], [1.0, 1.0], [0.8, 0.5, 0.2], [1.0, 1.0], False)
+    transfer = TransferFunction((ember,), None)
+    place = np.diag([0.5, 0.5, 0.5, 1.0])
+    place[:3, 3] = (-0.75, -0.75, 2.0)
+    scene = _scene(
+        _lamp("a", -1, group="a"),
+        _lamp("b", 1, group="b"),
+        world=World(medium=ScatteringMedium(0.2, gray(0.5))),
+        volumes=(VolumeObject("cloud", np.ones((4, 4, 4), np.float32), place, transfer),),
+        camera=looking_down(6.0, 0.3),
+    )
+    transport = _assert_as_rendered(scene, MixtureStorage(), one_per_light=False)
+    assert transport.groups == ("a", "b")
+    assert _mean(relight(transport, mix={"b": 0.0}))[0] > 3 * _mean(relight(transport, mix={"a": 0.0}))[0]
