@@ -274,7 +274,7 @@ def _require_grouping(transport: "Transport", recording: Recording) -> None:
     from spectral_core.render.light_groups import light_groups
     from spectral_core.render.relight.groups import one_group_per_light
 
-    # volumes that glow are in groups, too, and no member of a bulb writes their strength
+    # volumes that emit light are in groups, too, and no member of a bulb writes their strength
     known = light_groups(one_group_per_light(recording.scene) if recording.one_per_light else recording.scene)
     strange = [group for group in transport.groups if group not in known]
     if strange:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A volume that glows has a bulb of its own on the dial."""
+"""A volume that emits light has a bulb of its own on the dial."""
 
 from __future__ import annotations
 
