@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from functools import cache
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 
 
 def frozen_array(
@@ -54,6 +55,29 @@ def require_range(name: str, value: float, low: float, high: float, unit: str = 
     if not low <= number <= high:  # also catches NaN
         raise InvalidInputError(f"{name} is {value}{unit}; expected a value from {low}{unit} to {high}{unit}")
     return number
+
+
+def require_whole(name: str, value: float, low: int, high: int, unit: str = "") -> int:
+    """``value`` as int when it is a whole number from ``low`` to ``high``; else InvalidInputError."""
+    number = require_range(name, value, low, high, unit)
+    if number != int(number) or isinstance(value, bool):
+        raise InvalidInputError(f"{name} is {value}{unit}; expected a whole number")
+    return int(number)
+
+
+def require_choices(item: Any) -> None:
+    """Raise UnknownNameError if a field of a dataclass whose type is a ``Literal`` has none of its values."""
+    kind: Any = type(item)
+    for name, choices in _choices(kind).items():
+        value = getattr(item, name)
+        if value not in choices:
+            raise UnknownNameError.among(f"{name.replace('_', ' ')} of {kind.__name__}", str(value), choices)
+
+
+@cache
+def _choices(kind: type) -> dict[str, tuple[Any, ...]]:
+    hints = get_type_hints(kind)
+    return {name: get_args(hint) for name, hint in hints.items() if get_origin(hint) is Literal}
 
 
 def require_text(name: str, text: str) -> str:

@@ -73,7 +73,9 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"{out}: light groups {', '.join(repr(name) for name in transport.groups)}, {seconds:.1f} s")
         if len(transport.groups) == 1 and not arguments.one_per_light:
             print("note: all light is in one group, so there is nothing to mix; --one-per-light keeps lights apart")
-        report |= {"file": str(out), "groups": list(transport.groups), "seconds": seconds}
+        notes = [f"{note.subject}: {note.message}" for note in transport.notes]
+        print(*(f"note: {note}" for note in notes), sep="\n", end="\n" if notes else "")
+        report |= {"file": str(out), "groups": list(transport.groups), "seconds": seconds, "notes": notes}
     if arguments.json:
         print_json(report)
     return 0

@@ -271,7 +271,11 @@ def _read(path: Path, recording: Recording) -> "LiveMix":
 
 
 def _require_grouping(transport: "Transport", recording: Recording) -> None:
-    known = {member.group for member in recording.members}
+    from spectral_core.render.light_groups import light_groups
+    from spectral_core.render.relight.groups import one_group_per_light
+
+    # volumes that emit light are in groups, too, and no member of a bulb writes their strength
+    known = light_groups(one_group_per_light(recording.scene) if recording.one_per_light else recording.scene)
     strange = [group for group in transport.groups if group not in known]
     if strange:
         raise InvalidInputError(

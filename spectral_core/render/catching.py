@@ -42,7 +42,7 @@ def render_catching(
     should_stop: Callable[[], bool] | None,
 ) -> Any:
     """Result of a scene with shadow catchers; ``render`` makes one of a scene without, and is given those two."""
-    notes = [Note("Shadow catcher", PASSES)] if scene.settings.passes is not None else []
+    notes: list[Note] = []
     settings = scene.settings
     if is_asked(settings):
         settings = replace(settings, target_error=None, time_budget_s=None)
@@ -58,6 +58,8 @@ def render_catching(
     sees = replace(scene, film=transparent, settings=plain)
 
     rest = render(_with(scene, _as_holdout, _same), on_progress, should_stop, None)
+    if settings.passes is not None or rest.group_pixels or rest.bands is not None:
+        notes.append(Note("Shadow catcher", PASSES))
     parts = [rest]
     if rest.status == "done":
         parts.append(render(_with(sees, _same, _as_holdout), None, should_stop, None))

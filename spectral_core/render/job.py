@@ -20,7 +20,7 @@ from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.mitsuba_scene.traced_spectra import color_spectra, light_spectra, reflectance_spectra
 from spectral_core.render.mitsuba_scene.units import in_working_units
-from spectral_core.render.passes.light_path import groups_by_light, light_pass_class
+from spectral_core.render.passes.light_path import Groups, light_pass_class
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.trace.accumulate import Accumulator
@@ -190,10 +190,10 @@ class RenderJob:
         settings = PathSettings(plan.bounces, clear, limits, white, glass)
         wanted = self.scene.settings.passes
         if wanted is not None and (wanted.light or wanted.light_groups) and not self.scene.volumes:
-            groups = wanted.light_groups
-            by_light = groups_by_light(self._loaded.parts.context.lights, groups)
+            lights, media = self._loaded.parts.context.lights, self._loaded.rules.media
+            groups = Groups.of(wanted.light_groups, self.scene, lights, media)
             tables = Tables(self._mitsuba, self._loaded.rules)
-            return light_pass_class(self.variant)(settings, tables, self._lights(), groups, by_light)
+            return light_pass_class(self.variant)(settings, tables, self._lights(), groups)
         return scene_path(self._mitsuba, settings, self._loaded.rules, self._lights())
 
     @property

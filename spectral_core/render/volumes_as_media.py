@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.light_groups import light_groups
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.simulated import simulated_scene
@@ -58,8 +59,11 @@ def _is_clipped(volume: VolumeObject) -> bool:
 
 
 def volumes_as_media(scene: Scene) -> Scene:
-    """The scene with its sampled volumes as objects whose media vary."""
-    made = [_object(volume, f"{volume.name} (volume {number})") for number, volume in enumerate(scene.volumes, 1)]
+    """The scene with its sampled volumes as objects whose media vary; their emission is in the first light group."""
+    group = next(iter(light_groups(scene)), "")
+    made = [
+        _object(volume, f"{volume.name} (volume {number})", group) for number, volume in enumerate(scene.volumes, 1)
+    ]
     items = [item for item in made if item is not None]
     box = unit_box()
     return replace(
@@ -71,7 +75,7 @@ def volumes_as_media(scene: Scene) -> Scene:
     )
 
 
-def _object(volume: VolumeObject, name: str) -> tuple[Material, Instance] | None:
+def _object(volume: VolumeObject, name: str, group: str) -> tuple[Material, Instance] | None:
     """Material and instance of a volume; None for one that shows nothing."""
     values, world_from_index = _finer(volume)
     scattering, absorption, emission = _coefficients(volume, values, world_from_index)
@@ -82,7 +86,8 @@ def _object(volume: VolumeObject, name: str) -> tuple[Material, Instance] | None
     grid = MediumGrid(world_from_index, *(np.minimum(part, 1.0).astype(np.float32) for part in parts))
     medium = ScatteringMedium(density, gray(1.0), emission_color=gray(1.0), emission_strength=strength, grid=grid)
     place = volume.world_from_index @ index_box(volume.data.shape, BORDER_MARGIN)
-    return Material(name, None, medium), Instance(name, unit_box().name, place, (name,), shown_as=volume.name)
+    instance = Instance(name, unit_box().name, place, (name,), group, shown_as=volume.name)
+    return Material(name, None, medium), instance
 
 
 def _finer(volume: VolumeObject) -> tuple[Array, Array]:

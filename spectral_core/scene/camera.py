@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_choices, require_range, require_whole
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.scene.geometry import affine
 
@@ -100,6 +100,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_camera", affine("camera", self.world_from_camera))
+        require_choices(self)
         require_range("field_of_view_rad", self.field_of_view_rad, 1e-4, np.pi - 1e-4, " rad")
         require_range("aperture_radius", self.aperture_radius, 0.0, 1e9)
         require_range("focus_distance", self.focus_distance, 1e-9, 1e12)
@@ -147,14 +148,22 @@ class Film:
     filter_kind: Literal["blackman_harris", "gaussian", "box"] = "blackman_harris"
 
     def __post_init__(self) -> None:
-        for name, value, most in (("width", self.width, 65536), ("height", self.height, 65536)):
-            require_range(f"film {name}", value, 1, most, " pixels")
-        require_range("samples per pixel", self.samples, 1, 1 << 24)
+        require_choices(self)
+        for name in ("width", "height"):
+            object.__setattr__(self, name, require_whole(f"film {name}", getattr(self, name), 1, 65536, " pixels"))
+        object.__setattr__(self, "samples", require_whole("samples per pixel", self.samples, 1, 1 << 24))
+        object.__setattr__(self, "seed", require_whole("seed", self.seed, -(1 << 63), (1 << 63) - 1))
         require_range("pixel_aspect", self.pixel_aspect, 1e-6, 1e6)
         require_range("filter_width", self.filter_width, 1e-6, 1e3, " pixels")
         require_range("exposure", self.exposure, 0.0, 1e30)
         if self.crop is not None:
-            left, bottom, width, height = self.crop
+            sides = tuple(require_whole("a number of the crop", side, 0, 65536, " pixels") for side in self.crop)
+            if len(sides) != 4:
+                raise InvalidInputError(
+                    f"crop {self.crop} has {len(sides)} numbers; expected left, bottom, width, height"
+                )
+            left, bottom, width, height = sides
+            object.__setattr__(self, "crop", sides)
             if (
                 min(left, bottom) < 0
                 or min(width, height) < 1

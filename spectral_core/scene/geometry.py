@@ -60,6 +60,7 @@ class Mesh:
         # asarray, not a copy: every frame passes a million triangles through here
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         set_field("positions", _array(self, "positions", np.float32, 3))
+        _require_whole_numbers(self, "triangles")
         set_field("triangles", _array(self, "triangles", np.uint32, 3))
         vertex_count = len(self.positions)
         for name, width in (("normals", 3), ("uvs", 2)):
@@ -72,6 +73,7 @@ class Mesh:
                     f"{len(attribute.values)} values; give one per vertex"
                 )
         if self.material_indices is not None:
+            _require_whole_numbers(self, "material_indices", 65535)
             indices = np.ascontiguousarray(self.material_indices, dtype=np.uint16)
             if indices.shape != (len(self.triangles),):
                 raise InvalidInputError(
@@ -150,6 +152,18 @@ def corners_of(points: NDArray[Any]) -> NDArray[np.float64]:
     """(8, 3) corners of the box around points (n, 3)."""
     ends = np.array([points.min(axis=0), points.max(axis=0)], dtype=np.float64)
     return ends[_CORNERS, np.arange(3)]
+
+
+def _require_whole_numbers(mesh: Mesh, name: str, most: int = 0xFFFFFFFF) -> None:
+    """Raise InvalidInputError for numbers that are not whole, or that another type of integers would change."""
+    array = np.asarray(getattr(mesh, name))
+    if array.dtype in (np.dtype(np.uint16), np.dtype(np.uint32)) and np.iinfo(array.dtype).max <= most:
+        return  # every frame passes a million triangles through here
+    if array.size and array.dtype.kind not in "iu":
+        raise InvalidInputError(f"mesh {mesh.name!r} has {name} of type {array.dtype}; expected whole numbers")
+    if array.size and (array.min() < 0 or array.max() > most):
+        found = array.min() if array.min() < 0 else array.max()
+        raise InvalidInputError(f"mesh {mesh.name!r} has {found} among its {name}; expected numbers from 0 to {most}")
 
 
 def _array(mesh: Mesh, name: str, dtype: Any, width: int, length: int | None = None) -> NDArray[Any]:

@@ -13,9 +13,10 @@ from spectral_core.checks import require_range
 from spectral_core.scene.geometry import Instance
 from spectral_core.scene.leaves import map_leaves
 from spectral_core.scene.lights import Light, World
+from spectral_core.scene.motion import following
 from spectral_core.scene.paint import Color
 from spectral_core.scene.scene import Scene
-from spectral_core.scene.surface import Emission, Material, Principled
+from spectral_core.scene.surface import Emission, Material, Principled, ScatteringMedium
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import normalized, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
@@ -93,9 +94,10 @@ def _alone(scene: Scene, shines: Any, *, world: bool, emits: Any) -> Scene:
     return replace(
         scene,
         lights=tuple(light for light in scene.lights if shines(light)),
-        world=scene.world if world else World(),
+        world=scene.world if world else World(medium=_dark_medium(scene.world.medium)),
         instances=tuple(instances),
         materials=(*scene.materials, *extra),
+        moments=following(scene.moments, instances),
     )
 
 
@@ -108,8 +110,6 @@ def _dark_name(name: str, taken: set[str]) -> str:
 
 def _dark(material: Material) -> Material | None:
     """The material without its emission; None if it has none."""
-    if material.surface is None:
-        return None
 
     def without(leaf: Any) -> Any:
         if isinstance(leaf, Emission):
@@ -118,20 +118,61 @@ def _dark(material: Material) -> Material | None:
             return replace(leaf, emission_strength=0.0)
         return leaf
 
-    surface = map_leaves(material.surface, without)
-    return None if surface is material.surface else replace(material, surface=surface)
+    surface = None if material.surface is None else map_leaves(material.surface, without)
+    medium = _dark_medium(material.medium)
+    is_same = surface is material.surface and medium is material.medium
+    return None if is_same else replace(material, surface=surface, medium=medium)
+
+
+def _dark_medium(medium: ScatteringMedium | None) -> ScatteringMedium | None:
+    """The medium without its emission; the same object if it has none."""
+    return medium if medium is None or medium.emission_strength == 0 else replace(medium, emission_strength=0.0)
 
 
 def _shining(scene: Scene, spectrum: Spectrum) -> Scene:
     """All emission with another spectrum, at unchanged brightness."""
-    lights = tuple(replace(light, color=_lamp(light, spectrum)) for light in scene.lights)
-    world = scene.world
-    if isinstance(world.color, Spectrum):
-        world = replace(world, color=spectrum)
     settings = replace(scene.settings, white=spectrum, transport="spectral")
-    return replace(scene, lights=lights, world=world, settings=settings)
+    return replace(
+        scene,
+        lights=tuple(replace(light, color=_lamp(light, spectrum)) for light in scene.lights),
+        world=_world(scene.world, spectrum),
+        materials=tuple(_material(material, spectrum) for material in scene.materials),
+        settings=settings,
+    )
 
 
 def _lamp(light: Light, spectrum: Spectrum) -> Any:
     """The color of a lamp: a spectrum is replaced, a tinted lamp keeps its tint."""
     return light.color if isinstance(light.color, Color) else spectrum
+
+
+def _other(paint: Any, spectrum: Spectrum) -> Any:
+    """An emission: a spectrum is replaced, colors and images keep their tint."""
+    return spectrum if isinstance(paint, Spectrum) else paint
+
+
+def _world(world: World, spectrum: Spectrum) -> World:
+    view = None if world.camera_view is None else _world(world.camera_view, spectrum)
+    return replace(world, color=_other(world.color, spectrum), camera_view=view, medium=_medium(world.medium, spectrum))
+
+
+def _medium(medium: ScatteringMedium | None, spectrum: Spectrum) -> ScatteringMedium | None:
+    if medium is None or not isinstance(medium.emission_color, Spectrum):
+        return medium
+    return replace(medium, emission_color=spectrum)
+
+
+def _material(material: Material, spectrum: Spectrum) -> Material:
+    """The material with the emission of its surface and medium of another spectrum; the same object if it has none."""
+
+    def shining(leaf: Any) -> Any:
+        if isinstance(leaf, Emission) and isinstance(leaf.color, Spectrum):
+            return replace(leaf, color=spectrum)
+        if isinstance(leaf, Principled) and isinstance(leaf.emission_color, Spectrum):
+            return replace(leaf, emission_color=spectrum)
+        return leaf
+
+    surface = None if material.surface is None else map_leaves(material.surface, shining)
+    medium = _medium(material.medium, spectrum)
+    is_same = surface is material.surface and medium is material.medium
+    return material if is_same else replace(material, surface=surface, medium=medium)

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,17 @@ def merged(kept: tuple[Any, ...], changed: tuple[Any, ...]) -> tuple[Any, ...]:
     """Named items, with changed ones in place of those of equal names."""
     by_name = {item.name: item for item in changed}
     return tuple(by_name.get(item.name, item) for item in kept)
+
+
+def following(moments: Iterable[Moment], instances: Iterable[Instance]) -> tuple[Moment, ...]:
+    """Moments whose objects have the materials and the light groups of the frame's ``instances`` of equal names."""
+    found = {item.name: item for item in instances}
+
+    def followed(item: Instance) -> Instance:
+        frame = found.get(item.name, item)
+        return replace(item, materials=frame.materials, group=frame.group)
+
+    return tuple(replace(moment, instances=tuple(map(followed, moment.instances))) for moment in moments)
 
 
 def same_camera(first: Camera, second: Camera) -> bool:

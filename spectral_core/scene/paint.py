@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_finite, require_range
+from spectral_core.checks import frozen_array, require_choices, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.spectral_image import SpectralImage
@@ -28,16 +28,20 @@ _LIMITS = {
     "thin_film_thickness": FILM_THICKNESS_NM,
 }
 
+_THREE = "tuple[float, float, float]"
+"""Beginning of the type of a field with a number for each of red, green and blue."""
+
 
 class Numbers:
-    """Closures and media: plain numbers in them are finite, and no number stands for a color."""
+    """Closures and media: plain numbers in them are finite, no number stands for a color, and names are known."""
 
     __slots__ = ()
 
     def __post_init__(self) -> None:
         """Raise InvalidInputError that names the first number that is NaN, infinite, outside the range of an index, or
-        in the place of a color.
+        in the place of a color; UnknownNameError for a name that is none of a field's.
         """
+        require_choices(self)
         names: tuple[str, ...] = type(self).__slots__
         fields: dict[str, str] = type(self).__annotations__
         for name in names:
@@ -50,6 +54,11 @@ class Numbers:
                     )
                 least, most = _LIMITS.get(name, (-LARGEST, LARGEST))
                 require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
+            elif isinstance(value, Spectrum) and name in _LIMITS:
+                for number in (value.values.min(), value.values.max()):
+                    require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(number), *_LIMITS[name])
+            elif str(fields.get(name, "")).startswith(_THREE) and not isinstance(value, Computed):
+                frozen_array(f"{type(self).__name__} {name.replace('_', ' ')}", value, (3,))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,6 +96,7 @@ class ImageTexture:
         if pixels.dtype not in (np.dtype(np.float32), np.dtype(np.uint8)):
             raise InvalidInputError(f"image {self.name!r} has pixels of type {pixels.dtype}; expected float32 or uint8")
         require_finite(f"image {self.name!r}", pixels)
+        require_choices(self)
         object.__setattr__(self, "pixels", pixels)
         object.__setattr__(self, "uv_from_mesh_uv", frozen_array("uv_from_mesh_uv", self.uv_from_mesh_uv, (3, 3)))
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_choices, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 
 LOBES = ("Diffuse", "Glossy", "Transmission")
@@ -37,6 +37,9 @@ class Mist:
     start: float = 5.0
     depth: float = 25.0
     falloff: Literal["QUADRATIC", "LINEAR", "INVERSE_QUADRATIC"] = "QUADRATIC"
+
+    def __post_init__(self) -> None:
+        require_choices(self)
 
 
 @dataclass(frozen=True, slots=True)

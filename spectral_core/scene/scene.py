@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
@@ -53,6 +54,9 @@ class RenderSettings:
     time_budget_s: float | None = None
     denoise: bool = False
     passes: Passes | None = None
+
+    def __post_init__(self) -> None:
+        require_range("tolerance_delta_e", self.tolerance_delta_e, 0.0, 1e9)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

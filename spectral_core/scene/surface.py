@@ -22,9 +22,12 @@ SODIUM_NM = 589.3
 
 
 def nominal_ior(ior: float | Spectrum | Computed) -> float:
-    """An index of refraction as one number: that at the sodium line, or the mean of a varying one."""
+    """An index of refraction as one number: that at the sodium line, or the mean of a varying one.
+
+    Outside the wavelengths of a spectrum the index is that at the nearest one.
+    """
     if isinstance(ior, Spectrum):
-        return float(ior.at(SODIUM_NM)) or 1.5
+        return float(np.interp(SODIUM_NM, ior.grid.wavelengths_nm, ior.values))
     return float(np.mean(ior.typical)) if isinstance(ior, Computed) else float(ior)
 
 
@@ -62,6 +65,9 @@ class Glossy(Numbers):
 @dataclass(frozen=True, slots=True, eq=False)
 class Glass(Numbers):
     """Dielectric that reflects and refracts by Fresnel; ``ior``: a number, a varying one, or a spectrum for dispersion.
+
+    ``multiple_scattering``: True to keep light that bounces between facets of GGX that reflect and refract. Those of
+    Beckmann and those that only refract (``reflects`` False) lose it.
 
     ``thin_film_thickness`` (nm; 0 for none) and ``thin_film_ior``: of a thin film on the surface, as in other closures.
     """

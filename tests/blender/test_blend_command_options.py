@@ -17,6 +17,7 @@ import bpy
 
 from blender_addon.commands import _blend, main
 from spectral_core.errors import RenderCancelled
+from spectral_core.scene import Note
 
 SCENE_OPTIONS: dict[str, tuple[list[str], dict[str, Any]]] = {
     "samples": (["--samples", "9"], {"samples": 9}),
@@ -185,7 +186,7 @@ def test_a_transport_is_recorded_with_its_options_into_its_file(saved, capfd, mo
     from spectral_core.render.relight import transport, transport_file
 
     made: list[Any] = []
-    recorded = SimpleNamespace(groups=["all"])
+    recorded = SimpleNamespace(groups=["all"], notes=(Note("paint", "its dyes mix wavelengths"),))
 
     def record(scene: Any, storage: Any, **options: Any) -> Any:
         options["on_progress"](SimpleNamespace(samples=1, total=3))
@@ -203,6 +204,7 @@ def test_a_transport_is_recorded_with_its_options_into_its_file(saved, capfd, mo
     monkeypatch.chdir(tmp_path)
     status, text = call(capfd, "transport", saved)
     assert status == 0 and "--one-per-light keeps lights apart" in text
+    assert "note: paint: its dyes mix wavelengths\n" in text
     (dial, options), written = made
     assert dial != exact and options["one_per_light"] is False and str(written[0]) == "scene.transport.exr"
 
@@ -215,7 +217,7 @@ def test_the_folder_of_a_transport_is_made_and_tried_before_it_is_recorded(saved
 
     def record(*_: Any, **__: Any) -> Any:
         made.append((tmp_path / "new" / "folder").is_dir())
-        return SimpleNamespace(groups=["all"])
+        return SimpleNamespace(groups=["all"], notes=())
 
     monkeypatch.setattr(render, "RenderProcess", lambda: Process([], render=None))
     monkeypatch.setattr(transport, "record_transport", record)

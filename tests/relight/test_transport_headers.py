@@ -147,7 +147,7 @@ def fake(**channels: float) -> Any:
         pictures = {name: np.full((3, 4, count), value, np.float32) for name, value in channels.items()}
         return SimpleNamespace(
             status="done", group_pixels=dict(pictures), group_band_pixels=dict(pictures),
-            pixels=np.full((3, 4, 4), 0.25, np.float32),
+            pixels=np.full((3, 4, 4), 0.25, np.float32), notes=(),
         )  # fmt: skip
 
     return render, asked

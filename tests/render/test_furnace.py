@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -25,7 +27,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
-from tests.render.scenes import matrix, sphere_mesh
+from tests.render.scenes import lit_plane, matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")
 WHITE = gray(1.0)
@@ -69,3 +71,31 @@ def test_white_furnace(name):
     for low, high in ((0.0, 0.12), (0.12, 0.3), (0.3, 0.42)):  # normal, oblique and grazing incidence
         assert value[(from_center >= low) & (from_center < high)].mean() == pytest.approx(1.0, abs=0.02)
     assert result.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("surface", "cosine"),
+    [(Glass(WHITE, 0.6, 1.3, distribution="beckmann"), -0.6), (Glass(WHITE, 0.5, 1.5, reflects=False), 0.45)],
+    ids=["beckmann from inside", "refraction"],
+)
+def test_facets_whose_energy_no_table_has_add_none(surface, cosine):
+    """They lose light between facets, as in Cycles; the table of GGX gave up to a tenth more than arrives."""
+    sine = np.sqrt(1 - cosine**2)
+    tilted = np.eye(4)
+    tilted[:3, :3] = [[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]]
+    scene = lit_plane(surface=surface, world=World(WHITE), film=Film(4, 4, samples=4096))
+    scene = replace(scene, instances=(replace(scene.instances[0], world_from_object=tilted),))
+    assert 0.8 < render_scene(scene).pixels[..., 1].mean() < 1.0
+
+
+def test_anisotropy_without_a_tangent_gets_a_note():
+    scene = Scene(
+        camera=Camera(world_from_camera=matrix((0, 0, 6)), field_of_view_rad=0.36),
+        film=Film(2, 2, samples=2),
+        meshes=(sphere_mesh(8),),
+        materials=(Material("brushed", Glossy(WHITE, 0.4, anisotropy=0.5)),),
+        instances=(Instance("ball", "sphere", np.eye(4), ("brushed",)),),
+        world=World(WHITE),
+    )
+    (note,) = render_scene(scene).notes
+    assert note.subject == "brushed" and "without a tangent" in note.message

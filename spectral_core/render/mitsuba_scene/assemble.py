@@ -176,7 +176,7 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
             rules.lights.append((source, hidden))
         if instance.name in bits:
             rules.links.append((source, bits[instance.name].bit_length() - 1))
-    around = shapes.fill(scene.world.medium, "World")
+    around = shapes.fill(scene.world.medium, "World", scene.world.group)
     rules.media, rules.inside = shapes.media, shapes.inside
     if rules.media:
         eye = scene.camera.world_from_camera[:3, 3]

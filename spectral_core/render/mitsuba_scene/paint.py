@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.mitsuba_scene import limits
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.numbers import table
 from spectral_core.render.plugins.paints import spectrum_rows
@@ -45,9 +46,12 @@ def color(context: Context, paint: Paint, subject: str, *, bright: bool = False)
     if isinstance(paint, Illuminant):  # a light's spectrum in place of a surface's, such as a Blackbody node's
         return color(context, Color(emitted_rgb(paint)), subject, bright=bright)
     if isinstance(paint, Color):
-        return Tint(np.maximum(paint.linear_rgb, 0.0) if bright else _held(context, paint, subject), kind)
+        return Tint(np.maximum(paint.linear_rgb, 0.0) if bright else limits.held(context, paint, subject), kind)
+    if isinstance(paint, Spectrum):
+        paint = limits.held_spectrum(context, paint, subject, bright=bright)
     if isinstance(paint, Spectrum) and (not context.spectral or spectrum_rows.fits(paint)):
-        return Sampled(paint, kind) if context.spectral else Tint(np.clip(daylight_rgb(paint), 0.0, 1.0), kind)
+        most = max(1.0, float(paint.values.max()))  # no more than 1 if the spectrum reaches no more
+        return Sampled(paint, kind) if context.spectral else Tint(np.clip(daylight_rgb(paint), 0.0, most), kind)
     if isinstance(paint, Computed):
         return Programmed(paint.program, kind)
     return Textured(reflectance(context, paint, subject), kind)
@@ -66,14 +70,6 @@ def vector(program: Program) -> Source:
     return Programmed(program, "vector")
 
 
-def _held(context: Context, paint: Color, subject: str) -> Array:
-    """Linear sRGB of a reflectance; values outside 0 to 1 are clipped, with a note under ``subject``."""
-    rgb = np.asarray(paint.linear_rgb)
-    if rgb.min() < 0 or rgb.max() > 1:
-        context.note(subject, "has a color outside 0 to 1, which no surface reflects; it is rendered at the limit")
-    return np.clip(rgb, 0.0, 1.0)
-
-
 def daylight_rgb(reflectance: Spectrum) -> Array:
     """Linear sRGB (3,) of a reflectance under white light; outside its gamut some are below 0 or above 1."""
     return np.asarray(RGB_FROM_XYZ @ xyz_of(white_light(), reflectance))
@@ -82,11 +78,12 @@ def daylight_rgb(reflectance: Spectrum) -> Array:
 def reflectance(context: Context, paint: Paint, subject: str) -> Any:
     """Texture of a reflectance; colors above 1 are rendered as 1, with a note under ``subject``."""
     if isinstance(paint, Color):
-        held = context.mitsuba.ScalarColor3f(_held(context, paint, subject))
+        held = context.mitsuba.ScalarColor3f(limits.held(context, paint, subject))
         return context.load({"type": "srgb", "color": held})
     if isinstance(paint, Illuminant):  # a light's spectrum in place of a surface's, such as a Blackbody node's
         return reflectance(context, Color(emitted_rgb(paint)), subject)
     if isinstance(paint, Spectrum):
+        paint = limits.held_spectrum(context, paint, subject)
         if context.spectral:
             return sampled_spectrum(context, paint)
         return reflectance(context, Color(np.clip(daylight_rgb(paint), 0.0, 1.0)), subject)
@@ -279,6 +276,8 @@ def bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32],
             [[width / (width + 2), 0, 1 / (width + 2)], [0, height / (height + 2), 1 / (height + 2)], [0, 0, 1]]
         )
         uv = inward @ uv
+    if texture.interpolation == "cubic":
+        context.note(subject, f"uses image {texture.name!r} with cubic interpolation, which is rendered as linear")
     wrap = {"repeat": "repeat", "clip": "clamp", "extend": "clamp", "mirror": "mirror"}[texture.extension]
     return context.load(
         {
@@ -287,7 +286,7 @@ def bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32],
             "bitmap": mi.Bitmap(np.ascontiguousarray(pixels, dtype=np.float32)),
             "raw": pixels.shape[2] == 1 or not context.spectral,
             "wrap_mode": wrap,
-            "filter_type": "bilinear" if texture.interpolation == "linear" else "nearest",
+            "filter_type": "nearest" if texture.interpolation == "nearest" else "bilinear",
             "to_uv": mi.ScalarTransform3f(uv),
         }
     )

@@ -36,7 +36,10 @@ class Shapes:
         self.media: list[MediumRow] = []
         self.inside: list[tuple[Any, int]] = []
         """Shapes that contain a medium: its number, from 1, and True if the shape is only the border of the medium."""
-        self._numbers: dict[str, int] = {}
+        self._numbers: dict[tuple[str, str], int] = {}
+        """Numbers of the media by material, and by light group if that matters."""
+        passes = scene.settings.passes
+        self._keeps_groups = context.switches is not None or (passes is not None and bool(passes.light_groups))
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
         """By the mesh's name the shapes of its parts in object space: material index, shape, its group."""
         self.emissive: list[tuple[int, Instance]] = []
@@ -150,9 +153,9 @@ class Shapes:
         # Blender uses the last slot for an index without one
         return self.materials[instance.materials[min(index, len(instance.materials) - 1)]]
 
-    def fill(self, medium: ScatteringMedium | None, subject: str) -> int:
-        """Number of a material's medium, 0 for none."""
-        row = None if medium is None else medium_row(self.context, medium, subject)
+    def fill(self, medium: ScatteringMedium | None, subject: str, group: str) -> int:
+        """Number of a material's medium, 0 for none; ``group``: light group of its emission."""
+        row = None if medium is None else medium_row(self.context, medium, subject, group)
         if row is None:
             return 0
         self.media.append(row)
@@ -160,11 +163,17 @@ class Shapes:
 
     def number_of_medium(self, material: str) -> int:
         """Number of the medium of a material, 0 for none."""
-        return self._numbers.get(material, 0)
+        return self._numbers.get((material, ""), 0)
 
     def _remember_medium(self, instance: Instance, index: int, shape: Any) -> None:
         material = self._material(instance, index)
-        number = self._numbers[material.name]
+        medium = material.medium
+        # the light of a medium belongs to the group of its object
+        has_group = self._keeps_groups and medium is not None and medium.emission_strength > 0
+        key = material.name, instance.group if has_group else ""
+        if key not in self._numbers:
+            self._numbers[key] = self.fill(medium, material.name, instance.group)
+        number = self._numbers[key]
         if number:
             self.inside.append((shape, number | (ONLY_BORDER if material.surface is None else 0)))
 
@@ -173,7 +182,6 @@ class Shapes:
         surfaces = self.context.bsdf.surfaces
         if not surfaces.has(material.name):
             surfaces.add(material.name, surface.leaves_of(self.context, material.surface, material.name))
-            self._numbers[material.name] = self.fill(material.medium, material.name)
 
     def _emitter(self, instance: Instance, index: int, part: geometry.Part) -> dict[str, Any]:
         """Mitsuba's emitter of a mesh, unless the light tables contain its emission."""

@@ -9,6 +9,7 @@ that the camera sees directly is *emission* or *environment*.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -21,13 +22,33 @@ from spectral_core.render.plugins.numbers import table
 from spectral_core.render.trace.lobes import drawn_parts
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.render.trace.scene_path import scene_path_class
+from spectral_core.scene import Scene
 
 
-def groups_by_light(lights: Any, groups: tuple[str, ...]) -> np.ndarray:
-    """Number of each light's group, from 1, by the light's number; 0 for one in none of ``groups``."""
-    numbers = {name: number for number, name in enumerate(groups, 1)}
-    sources = [] if lights is None else lights.sources
-    return np.array([0, *(numbers.get(source.group, 0) for source in sources)], np.uint32)
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """Light groups with a pass. ``by_light``, ``by_medium``: number of the group of each light and of each medium's
+    emission, from 1; 0 for none of ``names``. ``of_world``: that of the world, of which the camera sees nothing if
+    ``hides_world``.
+    """
+
+    names: tuple[str, ...]
+    by_light: np.ndarray
+    by_medium: np.ndarray
+    of_world: int
+    hides_world: bool
+
+    @classmethod
+    def of(cls, names: tuple[str, ...], scene: Scene, lights: Any, media: list[Any]) -> Groups:
+        """The groups ``names`` of a scene with these tables of lights (None for none) and media."""
+        numbers = {name: number for number, name in enumerate(names, 1)}
+
+        def by_number(items: list[Any]) -> np.ndarray:
+            return np.array([0, *(numbers.get(item.group, 0) for item in items)], np.uint32)
+
+        sources = [] if lights is None else lights.sources
+        of_world = numbers.get(scene.world.group, 0)
+        return cls(names, by_number(sources), by_number(media), of_world, scene.film.transparent)
 
 
 @cache
@@ -37,9 +58,7 @@ def light_pass_class(variant: str) -> Any:
     import mitsuba as mi
 
     class LightPassPath(scene_path_class(variant)):  # type: ignore[misc]
-        """``groups``: light groups, whose rows follow those of the passes; ``groups_by_light``: number of each light's
-        group from 1, 0 for none.
-        """
+        """``groups``: light groups, whose rows follow those of the passes."""
 
         restarts = False
         met: Any
@@ -49,13 +68,11 @@ def light_pass_class(variant: str) -> Any:
         book_into, book, book_lobes, book_group = books.book_into, books.book, books.book_lobes, books.book_group
         parts_of, complete = books.parts_of, books.complete
 
-        def __init__(
-            self, settings: PathSettings, tables: Tables, lights: Any, groups: tuple[str, ...], by_light: np.ndarray
-        ) -> None:
+        def __init__(self, settings: PathSettings, tables: Tables, lights: Any, groups: Groups) -> None:
             super().__init__(settings, tables, lights)
-            self.groups = groups
-            self.rows = len(LIGHT_ROWS) + len(groups)
-            self.by_light = table(mi.UInt32, by_light)
+            self.groups, self.of_world, self.hides_world = groups.names, groups.of_world, groups.hides_world
+            self.rows = len(LIGHT_ROWS) + len(groups.names)
+            self.by_light, self.by_medium = (table(mi.UInt32, each) for each in (groups.by_light, groups.by_medium))
             self.parts: Any = None
             """Diffuse, glossy and transmitted shares of the path's light at the first surface."""
             self.here: Any = None
@@ -77,7 +94,7 @@ def light_pass_class(variant: str) -> Any:
             labels = ("path", "sampler", "diffuse", "glossy", "transmission")
             state, *_ = dr.while_loop(start, lambda state, *_: state.active, body, labels=labels)
             self.release()
-            self.parts = self.here = self.reflections = None
+            self.parts = self.here = self.reflections = self.seen_world = None
             return state.light, state.seen, state.extra(self.settings.clear_glass)
 
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
@@ -89,10 +106,31 @@ def light_pass_class(variant: str) -> Any:
                 self.book(LIGHT_ROWS["Emission"], emitted, active & (path.depth == 0))
                 self.book_lobes(emitted, "Direct", self.parts, active & (path.depth == 1))
                 self.book_lobes(emitted, "Indirect", self.parts, active & (path.depth > 1))
+                media = self.media_here(path, active)
                 for row, _ in enumerate(self.groups):
                     only = self.lamps_in_fog(si, path, active, lambda number, row=row: self.of_group(number, row))
+                    only += self.emitted_by_media(media, row, active)
                     self.book(len(LIGHT_ROWS) + row, self.clamped(only, path.depth > 1), active)
             return floats, place
+
+        def media_here(self, path: Any, active: Any) -> list[tuple[Any, Any]]:
+            """Number of the group of each medium at the path's place, and the medium's emission."""
+            media = self.tables.media
+            if not (self.groups and media.emits):
+                return []
+            numbers = [part.medium for part in self.flight.parts]
+            groups = [dr.gather(mi.UInt32, self.by_medium, number, active) for number in numbers]
+            emitted = [media.coefficients(number, path.ray.wavelengths, active)[2] for number in numbers]
+            return list(zip(groups, emitted, strict=True))
+
+        def emitted_by_media(self, media: list[tuple[Any, Any]], row: int, active: Any) -> Any:
+            """Light that the media of a group emit on the flight; where media that vary overlap, by their maxima."""
+            total, mine = mi.Spectrum(0.0), mi.Spectrum(0.0)
+            for group, emitted in media:
+                total += emitted
+                mine += dr.select(group == row + 1, emitted, 0.0)
+            share = dr.select(total > 0.0, mine / dr.maximum(total, 1e-30), 0.0)
+            return dr.select(active, self.flight.carried * self.flight.emission * share, 0.0)
 
         def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
             value = super().arrived(si, path, active)
@@ -107,6 +145,10 @@ def light_pass_class(variant: str) -> Any:
             self.book_lobes(of(value), "Indirect", self.parts, active & indirect)
             for row, _ in enumerate(self.groups):
                 only = super().arrived(si, path, active, lambda number, row=row: self.of_group(number, row))
+                if row + 1 == self.of_world and self.hides_world:
+                    only -= dr.select(first, self.met.world, 0.0)
+                elif row + 1 == self.of_world and self.tables.camera_world is not None:
+                    only += self.seen_world
                 self.book(len(LIGHT_ROWS) + row, of(only), active)
             return value
 

@@ -9,9 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.light_groups import (
+    emissive_materials,
+    emitted_paints,
+    has_several_colors,
+    light_groups,
+    shines,
+    world_paints,
+)
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
 from spectral_core.render.plan.effects import plan_from_data
-from spectral_core.scene import Color, Emission, Material, Principled, Scene, World, gray, leaves, scene_hash
+from spectral_core.scene import Color, Scene, World, gray, scene_hash
+from spectral_core.scene.motion import following
 from spectral_core.spectra.spectrum import Spectrum
 
 
@@ -28,9 +37,9 @@ class Fingerprint:
 def fingerprint(scene: Scene, *, one_per_light: bool = False) -> Fingerprint:
     """Fingerprint of a scene for ``record_transport``."""
     scene = one_group_per_light(scene) if one_per_light else scene
-    dark = World(gray(0.0))
+    dark, fog = World(gray(0.0)), World(gray(0.0), medium=scene.world.medium)
     plan = plan_from_data(scene)  # as recordings are; a pilot would run Mitsuba in Blender's process
-    rest = replace(scene, lights=(), world=dark, notes=())
+    rest = replace(scene, lights=(), world=fog, notes=())
     own = {}
     for name in light_groups(scene):
         lamps = tuple(light for light in scene.lights if light.group == name)
@@ -47,16 +56,6 @@ def changed_groups(before: Fingerprint, now: Fingerprint) -> tuple[str, ...] | N
     return tuple(name for name, own in now.groups.items() if before.groups.get(name) != own)
 
 
-def light_groups(scene: Scene) -> tuple[str, ...]:
-    """Names of the light groups of all sources, sorted."""
-    names = {light.group for light in scene.lights}
-    if not scene.world.is_black:
-        names.add(scene.world.group)
-    emissive = _emissive_materials(scene)
-    names |= {instance.group for instance in scene.instances if emissive.intersection(instance.materials)}
-    return tuple(sorted(names))
-
-
 def one_group_per_light(scene: Scene) -> Scene:
     """The scene with every light, emissive object and the environment in a group of its own.
 
@@ -71,7 +70,7 @@ def one_group_per_light(scene: Scene) -> Scene:
         return free
 
     lights = tuple(replace(light, group=own(light.name)) for light in scene.lights)
-    emissive = _emissive_materials(scene)
+    emissive = emissive_materials(scene)
     instances = tuple(
         replace(instance, group=own(instance.name) if emissive.intersection(instance.materials) else instance.name)
         for instance in scene.instances
@@ -80,16 +79,22 @@ def one_group_per_light(scene: Scene) -> Scene:
         scene,
         lights=lights,
         instances=instances,
+        moments=following(scene.moments, instances),
         world=replace(scene.world, group=own(scene.world.group or "World")),
     )
 
 
 def group_light(scene: Scene, group: str) -> Spectrum | None:
-    """The single spectrum of all sources of a group, scaled to the luminance of its color; None if they differ."""
-    paints: list[Any] = [light.color for light in scene.lights if light.group == group]
-    if scene.world.group == group and not scene.world.is_black:
-        paints.append(scene.world.color)
+    """The single spectrum of all sources of a group, scaled to the luminance of its color; None if they differ.
+
+    Sources that emit nothing count only in a group without others.
+    """
+    lamps = [light for light in scene.lights if light.group == group]
+    paints: list[Any] = [light.color for light in lamps if shines(light)]
+    if scene.world.group == group:
+        paints += [None] if has_several_colors(scene.world) else world_paints(scene.world)
     paints += _emissive_paints(scene, group)
+    paints = paints or [light.color for light in lamps]
     # a varying emission was recorded as a filter of the light: alone it tints white
     spectra = [emitted_spectrum(p) if isinstance(p, (Color, Spectrum)) else white_light() for p in paints]
     if not spectra:
@@ -99,21 +104,7 @@ def group_light(scene: Scene, group: str) -> Spectrum | None:
     return first if same else None
 
 
-def _emissive_materials(scene: Scene) -> set[str]:
-    return {material.name for material in scene.materials if _emitted(material)}
-
-
 def _emissive_paints(scene: Scene, group: str) -> list[Any]:
     """Paints of the emission of a group's objects."""
     assigned = {name for instance in scene.instances if instance.group == group for name in instance.materials}
-    return [paint for material in scene.materials if material.name in assigned for paint in _emitted(material)]
-
-
-def _emitted(material: Material) -> list[Any]:
-    found: list[Any] = []
-    for closure in leaves(material.surface):
-        if isinstance(closure, Emission):
-            found.append(closure.color)
-        if isinstance(closure, Principled) and closure.emission_strength != 0:
-            found.append(closure.emission_color)
-    return found
+    return [paint for material in scene.materials if material.name in assigned for paint in emitted_paints(material)]

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
-from spectral_core.render.relight.groups import group_light, light_groups, one_group_per_light
+from spectral_core.render.light_groups import emits, has_several_colors, is_black, light_groups, shines
+from spectral_core.render.relight.groups import group_light, one_group_per_light
 from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.relight.view_transform import ViewTransform
@@ -21,9 +22,13 @@ from spectral_core.scene import (
     Color,
     Emission,
     Light,
+    Material,
+    Note,
     Principled,
+    ScatteringMedium,
     Scene,
     Surface,
+    World,
     gray,
     map_leaves,
     scene_hash,
@@ -54,6 +59,8 @@ class Transport:
     seed: int
     view: ViewTransform | None = None
     """View transform of the scene; None for the plain sRGB curve."""
+    notes: tuple[Note, ...] = ()
+    """Features that the recording approximates; files do not contain them."""
 
     def __post_init__(self) -> None:
         expected = (len(self.groups), self.storage.channel_count, *self.coverage.shape)
@@ -141,14 +148,18 @@ def record_transport(
         options.setdefault("sampling_lights", SAMPLING_LIGHTS)
     require_memory(storage, scene.film.size, len(names))
     recorded = under_flat_light(grouped) if storage.keeps_spectra else grouped
+    if scene.film.exposure == 0:  # a black picture tells nothing about the light
+        recorded = replace(recorded, film=replace(scene.film, exposure=1.0))
     reused = _reused(kept, again, scene, storage)
     wanted = tuple(name for name in names if name not in reused)
     planes: dict[str, Pixels] = {}
     coverage = None if kept is None else kept.coverage
+    notes = scene.notes
     if wanted:
         result = render(recorded, groups=wanted if reused else True, bands=storage.measured(), **options)
         if result.status != "done":
             raise RenderCancelled("the transport render was stopped; nothing was stored")
+        notes = result.notes
         planes = result.group_band_pixels if storage.keeps_spectra else result.group_pixels
         coverage = np.ascontiguousarray(result.pixels[..., 3])
     names = tuple(name for name in names if name in planes or name in reused)
@@ -156,10 +167,10 @@ def record_transport(
         raise InvalidInputError("no light of the scene reaches the picture; there is no transport to store")
     # the renderer applies the exposure to pictures, not to bands
     channels = np.empty((len(names), storage.channel_count, *coverage.shape), np.float32)
-    _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else scene.film.exposure)
+    _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else recorded.film.exposure)
     return Transport(
         storage, names, channels, coverage, tuple(group_light(grouped, name) for name in names),
-        scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view,
+        scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, notes,
     )  # fmt: skip
 
 
@@ -193,14 +204,17 @@ def _gather(
 def under_flat_light(scene: Scene) -> Scene:
     """The scene with colorless emission of equal power per nm; images keep their colors as filters.
 
-    A spectrum that a group receives later replaces a light's color, as in the scene itself.
+    A spectrum that a group receives later replaces a light's color, as in the scene itself. A black light stays dark
+    in a group that has others: these alone determine the group's spectrum.
     """
-    lights: tuple[Light, ...] = tuple(replace(light, color=_colorless(light.color)) for light in scene.lights)
-    materials = tuple(
-        m if m.surface is None else replace(m, surface=_colorless_surface(m.surface)) for m in scene.materials
+    lit = {light.group for light in scene.lights if shines(light)}
+    lights: tuple[Light, ...] = tuple(
+        light if light.group in lit and not shines(light) else replace(light, color=_colorless(light.color))
+        for light in scene.lights
     )
+    materials = tuple(_colorless_material(material) for material in scene.materials)
     settings = replace(scene.settings, transport="spectral", white=flat_light())
-    world = scene.world if scene.world.is_black else replace(scene.world, color=_colorless(scene.world.color))
+    world = scene.world if has_several_colors(scene.world) else _colorless_world(scene.world)
     return replace(scene, lights=lights, materials=materials, world=world, settings=settings)
 
 
@@ -209,13 +223,30 @@ def _colorless(paint: Any) -> Any:
     return gray(1.0) if isinstance(paint, (Color, Spectrum)) else paint
 
 
+def _colorless_world(world: World) -> World:
+    color = world.color if world.is_black else _colorless(world.color)
+    view = None if world.camera_view is None else _colorless_world(world.camera_view)
+    return replace(world, color=color, camera_view=view, medium=_colorless_medium(world.medium))
+
+
+def _colorless_medium(medium: ScatteringMedium | None) -> ScatteringMedium | None:
+    if medium is None or not emits(medium):
+        return medium
+    return replace(medium, emission_color=_colorless(medium.emission_color))
+
+
+def _colorless_material(material: Material) -> Material:
+    surface = None if material.surface is None else _colorless_surface(material.surface)
+    return replace(material, surface=surface, medium=_colorless_medium(material.medium))
+
+
 def _colorless_surface(surface: Surface) -> Surface:
     return map_leaves(surface, _colorless_closure)
 
 
 def _colorless_closure(closure: Closure) -> Closure:
-    if isinstance(closure, Emission):
+    if isinstance(closure, Emission) and not is_black(closure.color):
         return replace(closure, color=_colorless(closure.color))
-    if isinstance(closure, Principled):
+    if isinstance(closure, Principled) and not is_black(closure.emission_color):
         return replace(closure, emission_color=_colorless(closure.emission_color))
     return closure

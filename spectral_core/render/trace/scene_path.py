@@ -213,7 +213,8 @@ def scene_path_class(variant: str) -> Any:
                 seen = active & ~si.is_valid() & ((path.kind & int(Rays.CAMERA)) != 0)
             self.met = self.lights.met(si, path, self.share_of(path, of), self.tables, active, ~seen)
             if self.tables.camera_world is not None and of is None:
-                self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
+                self.seen_world = dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
+                self.met.world += self.seen_world
             if self.settings.clear_glass:
                 path_limits.through_glass(self.met, si, path, active, counts=of is None)
             return dr.select(active, self.met.lamps + self.met.emissive + self.met.world, 0.0)

@@ -16,8 +16,9 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.closures.facets import albedo
 from spectral_core.render.plugins.closures.facets.film import response
 from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
+from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM
 from spectral_core.scene import Computed, Glass, Metal, Principled, Scalar, nominal_ior
-from spectral_core.spectra.spectrum import Spectrum
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 PARTS_OF_LAYER, PARTS_OF_GLASS = 2, 6
 """Parts of the facets at whose mean cosines the reflectance of a film is taken: of layers, and of glass."""
@@ -99,12 +100,20 @@ def glass_inputs(
     nominal = nominal_ior(ior)
     index = Number(nominal)
     if isinstance(ior, Spectrum) and context.spectral:
-        index = Textured(paint.sampled_spectrum(context, ior), "color")
+        index = Textured(paint.sampled_spectrum(context, _to_the_ends(ior)), "color")
     if not keeps_energy:
         return {"ior": index}
     nominal = round(nominal, 6)
     outside, inside = albedo.dielectric(nominal)[1], albedo.dielectric(1 / nominal)[1]
     return {"ior": index, **_kept("outside", outside), **_kept("inside", inside)}
+
+
+def _to_the_ends(index: Spectrum) -> Spectrum:
+    """An index of refraction over all traced wavelengths: outside of those that are given, that at the nearest one."""
+    given = index.grid.wavelengths_nm
+    ends = [nm for nm in (float(FIRST_NM), float(LAST_NM)) if not given[0] <= nm <= given[-1]]
+    knots = np.union1d(given, ends)
+    return Spectrum(index.name, SpectralGrid(knots), np.interp(knots, given, index.values))
 
 
 def film_inputs(

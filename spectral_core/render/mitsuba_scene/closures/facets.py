@@ -22,7 +22,10 @@ def is_smooth(roughness: Scalar) -> bool:
 
 def direction(context: Context, anisotropy: Scalar, rotation: Scalar, tangent: Any, subject: str) -> dict[str, Any]:
     """Inputs of an anisotropic lobe; none for an isotropic one."""
-    if anisotropy == 0 or tangent is None:
+    if anisotropy == 0:
+        return {}
+    if tangent is None:
+        context.note(subject, "is anisotropic without a tangent, so it reflects evenly; give it a tangent")
         return {}
     return {
         "anisotropy": paint.number(context, anisotropy, subject),
@@ -78,7 +81,10 @@ def glass(
     """``colors``: of the reflection, and of the transmission. ``specular_tint``: at normal incidence."""
     smooth = is_smooth(closure.roughness)
     given = (context, colors, closure, ior, subject)
-    made = _glass(given, smooth=smooth, keeps_energy=closure.multiple_scattering, halves=halves, tint=specular_tint)
+    keeps = closure.multiple_scattering
+    if isinstance(closure, Glass):  # the tables are those of GGX that reflects and refracts
+        keeps = keeps and closure.reflects and closure.distribution == "ggx"
+    made = _glass(given, smooth=smooth, keeps_energy=keeps, halves=halves, tint=specular_tint)
     if not (smooth and context.filter_glossy):
         return made
     rough = _glass(given, smooth=False, keeps_energy=False, halves=halves, tint=specular_tint)

@@ -20,8 +20,8 @@ from spectral_core.spectra.upsample import upsampled
 Array = NDArray[np.float64]
 
 
-def medium_row(context: Context, medium: ScatteringMedium, subject: str) -> MediumRow | None:
-    """Row of a medium for the path integrator; None if it is empty."""
+def medium_row(context: Context, medium: ScatteringMedium, subject: str, group: str = "") -> MediumRow | None:
+    """Row of a medium for the path integrator; None if it is empty. ``group``: light group of its emission."""
     extinction = medium.density * (1.0 if medium.extinction is None else _values(context, medium.extinction, subject))
     scattered = extinction * np.clip(_values(context, medium.color, subject), 0.0, 1.0)
     emission = medium.emission_strength * np.ones(1)
@@ -45,7 +45,8 @@ def medium_row(context: Context, medium: ScatteringMedium, subject: str) -> Medi
     emitted = None
     if emission[0] > 0:
         emitted = paint.emission(context, emission_color, medium.emission_strength, subject)
-    return MediumRow(_texture(context, scattered), _texture(context, absorbed), emitted, table, grid)
+        emitted = context.switched(emitted, group)
+    return MediumRow(_texture(context, scattered), _texture(context, absorbed), emitted, table, grid, group)
 
 
 def _values(context: Context, color: Paint, subject: str) -> Array:

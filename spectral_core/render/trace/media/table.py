@@ -28,7 +28,7 @@ class MediumRow:
     """One medium: textures of scattering, absorption and emission per unit of length, and its phase function.
 
     ``lobes``: (n, 3) of weight, g and α: the sum of Draine's phase functions, which equal Henyey and Greenstein's at α
-    0. ``grid``: factors by which it varies, None for a homogeneous medium.
+    0. ``grid``: factors by which it varies, None for a homogeneous medium. ``group``: light group of its emission.
     """
 
     scattering: Any
@@ -36,6 +36,7 @@ class MediumRow:
     emission: Any | None
     lobes: NDArray[np.float64]
     grid: GridRow | None = None
+    group: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reflectances outside the range that a surface can have: they are rendered at the limit, with a note."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.scene import Color
+from spectral_core.spectra.spectrum import Reflectance, Spectrum
+
+Array = NDArray[np.float64]
+
+
+def held(context: Context, paint: Color, subject: str) -> Array:
+    """Linear sRGB of a reflectance; values outside 0 to 1 are clipped, with a note under ``subject``."""
+    rgb = np.asarray(paint.linear_rgb)
+    if rgb.min() < 0 or rgb.max() > 1:
+        context.note(subject, "has a color outside 0 to 1, which no surface reflects; it is rendered at the limit")
+    return np.clip(rgb, 0.0, 1.0)
+
+
+def held_spectrum(context: Context, paint: Spectrum, subject: str, *, bright: bool = False) -> Spectrum:
+    """A reflectance given as a spectrum; values outside 0 to 1 are clipped, with a note under ``subject``.
+
+    ``bright``: True if values above 1 are allowed.
+    """
+    low, high = float(paint.values.min()), float(paint.values.max())
+    most = max(high, 1.0) if bright else 1.0
+    if low >= 0 and high <= most:
+        return paint
+    if low < -Reflectance.TOLERANCE or high > most + Reflectance.TOLERANCE:
+        text = "has a reflectance outside 0 to 1 at some wavelengths, where it is rendered at the limit"
+        context.note(subject, text)
+    return replace(paint, values=np.clip(paint.values, 0.0, most))
