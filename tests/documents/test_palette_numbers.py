@@ -52,6 +52,7 @@ def test_numbers_of_numpy_are_written_as_numbers(tmp_path, ending) -> None:
 def test_a_start_light_as_a_reflectance_is_refused_with_the_reason(tmp_path) -> None:
     file = tmp_path / "sine.toml"
     write_palette(file, problem())
-    file.write_text(file.read_text("utf-8").replace('name = "wall"', 'name = "wall"\nspectrum = {sine_nm = 60}'), "utf-8")
+    text = file.read_text("utf-8").replace('name = "wall"', 'name = "wall"\nspectrum = {sine_nm = 60}')
+    file.write_text(text, "utf-8")
     with pytest.raises(FileFormatError, match=r"reflectances\[0\]: the spectrum 'sine 60 nm' is a light"):
         read_palette(file)
