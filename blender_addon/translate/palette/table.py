@@ -135,7 +135,9 @@ def clear(palette: PropertyGroup) -> None:
         palette.lights.clear()
         palette.materials.clear()
         palette.conflicts.clear()
-        palette.status = palette.remedy = palette.message = palette.notes = ""
+        palette.alternatives.clear()
+        palette.status = palette.remedy = palette.message = palette.notes = palette.possible.words = ""
+        palette.light_scale, palette.is_stale = 1.0, False
         clamp_active(palette)
 
 
