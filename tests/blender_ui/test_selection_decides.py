@@ -14,7 +14,6 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon.editing.palette import possible
-from blender_addon.editing.palette.alternatives import _show as show_alternative
 from blender_addon.operators.render import store_plan
 from blender_addon.translate.palette import table
 from blender_addon.translate.palette.from_scene import add_light
@@ -25,9 +24,9 @@ from blender_addon.translate.spectra.stored import spectrum_of, store_spectrum
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import presets, solve_palette
 from spectral_core.render.plan.decision import Decision
-from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import display_rgb_from_linear
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 
 @pytest.fixture
@@ -167,18 +166,6 @@ def _linear(display: Any) -> Any:
     from spectral_core.spectra.color import linear_from_display_rgb
 
     return linear_from_display_rgb(display)
-
-
-def test_an_alternative_shows_its_colors_under_every_light(palette) -> None:
-    row = palette.materials[0]
-    chip, lights = reflectance("orange"), [illuminant("D65"), illuminant("A")]
-    show_alternative(row, Reflectance("orange", chip.grid, chip.values), lights)
-    colors = [np.array(cell.actual_linear) for cell in row.cells]
-    assert np.abs(colors[0] - colors[1]).max() > 0.01
-    for cell in row.cells:
-        np.testing.assert_allclose(
-            cell.actual_display, display_rgb_from_linear(np.array(cell.actual_linear)), atol=1e-5
-        )
 
 
 def test_every_part_of_a_decision_is_stored_for_the_panel(blender) -> None:

@@ -137,7 +137,7 @@ def clear(palette: PropertyGroup) -> None:
         palette.conflicts.clear()
         palette.alternatives.clear()
         palette.status = palette.remedy = palette.message = palette.notes = palette.possible.words = ""
-        palette.light_scale, palette.is_stale = 1.0, False
+        palette.light_scale, palette.is_stale, palette.is_alternative = 1.0, False, False
         clamp_active(palette)
 
 
