@@ -75,11 +75,17 @@ class SPECTRAL_OT_palette_remove(bpy.types.Operator):
         palette = palette_in(context)
         entries, active, remove = _side(palette, self.side)
         index = require_index(self.side.lower(), active if self.index < 0 else self.index, len(entries))
-        remove(palette, index)
+        name = entries[index].name
+        lost = remove(palette, index)
+        if lost:
+            self.report({"WARNING"}, f"these cells referred to {name} and ask for nothing now: {', '.join(lost)}")
         live.edited(palette)
 
 
-def _side(palette: PropertyGroup, side: str) -> tuple[bpy_prop_collection, int, Callable[[PropertyGroup, int], None]]:
+Remove = Callable[[PropertyGroup, int], list[str]]
+
+
+def _side(palette: PropertyGroup, side: str) -> tuple[bpy_prop_collection, int, Remove]:
     if side == "LIGHT":
         return palette.lights, palette.active_column, table.remove_light
     return palette.materials, palette.active_row, table.remove_material
