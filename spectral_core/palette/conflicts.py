@@ -18,7 +18,7 @@ from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.explain.releases import Releases, ReleaseSearch
-from spectral_core.palette.inaccurate import cell_name
+from spectral_core.palette.given import cell_name
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.feasibility import smallest_conflict

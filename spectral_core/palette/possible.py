@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.cell import Cell, CellMode
-from spectral_core.palette.given import CellIndex
+from spectral_core.palette.given import CellIndex, cell_name
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.reachable import CellReach, NearestColor
 from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz
@@ -134,12 +134,12 @@ def possible_colors(
             open_cells.append((row, other))
             continue
         held.append((row, other))
-        exact.append((spectra[other], _wanted(cell, (row, other), colors)))
+        exact.append((spectra[other], _wanted(cell, (row, other), colors, cell_name(problem, (row, other)))))
     reach = CellReach(spectra[column], problem.grid, exact, scale=None)
     return PossibleColors(index, reach, tuple(held), tuple(open_cells), spectra[column], tuple(exact))
 
 
-def _wanted(cell: Cell, place: CellIndex, actual: Array | None) -> Array:
+def _wanted(cell: Cell, place: CellIndex, actual: Array | None, name: str) -> Array:
     """The color that an exact cell requires of its material."""
     if cell.mode is CellMode.BLACK:
         return np.zeros(3)
@@ -147,6 +147,6 @@ def _wanted(cell: Cell, place: CellIndex, actual: Array | None) -> Array:
         return np.asarray(cell.target)
     if actual is None:
         raise InvalidInputError(
-            f"cell {place} takes its color from another cell, which is not known before the palette is solved; solve it"
+            f"{name} takes its color from another cell, which is not known before the palette is solved; solve it"
         )
     return np.asarray(actual[cell.others[0]] if cell.others else actual[place])

@@ -32,7 +32,7 @@ def palette_problem(palette: PropertyGroup) -> PaletteProblem:
 def takes_seconds(palette: PropertyGroup) -> bool:
     """True if this table needs a solver that is too slow for dragging a slider."""
     several = len(palette.observers) > 1 or any(len(light.variants) for light in palette.lights)
-    distinct = any(cell.mode == "DISTINCT" for _, cell in places(palette))
+    distinct = any(cell.mode == "DISTINCT" and cell.weight > 0 for _, cell in places(palette))
     paint = palette.use_tints or any(len(material.dyes) for material in palette.materials)
     return distinct or paint or (palette.robustness == "worst_case" and several)
 
