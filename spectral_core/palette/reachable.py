@@ -54,8 +54,8 @@ class CellReach:
     light : the light under which the colors are seen.
     grid : knots of the reflectance, n.
     exact : pairs of another light and the linear sRGB (3,) that the material has there exactly.
-    follows : other lights under which the material has exactly the color that it has under ``light``.
     scale : luminance of a perfect white under every light; None if the lights are as bright as they are given.
+    follows : other lights under which the material has exactly the color that it has under ``light``.
 
     Raises
     ------

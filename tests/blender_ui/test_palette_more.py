@@ -183,3 +183,28 @@ def test_tints_and_dyes_are_designed_with_the_settings_of_the_table(palette, mon
     solver.store(palette)
     assert [each.name for each in asked["dyes"][0]] == ["dye 431 to 562 nm"]
     assert dye.amount == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("absorbed", [305.0, 310.0, 345.0, 405.0])
+def test_a_dye_can_be_designed_after_the_remedy_of_the_message(blender, palette, absorbed) -> None:
+    palette.live, palette.grid_start = False, 480.0
+    palette.active_row = 0
+    blender.ops.spectral.palette_dye()
+    dye = palette.materials[0].dyes[0]
+    dye.excitation_nm = absorbed
+    with pytest.raises(RuntimeError, match="a dye absorbs light around") as raised:
+        blender.ops.spectral.palette_solve()
+    words = str(raised.value)
+    if "give the dye" in words:
+        dye.excitation_nm = float(words.rpartition("give the dye ")[2].partition(" nm")[0])
+    palette.grid_start = float(words.rpartition("begin at ")[2].partition(" nm")[0])
+    blender.ops.spectral.palette_solve()
+    assert not palette.message
+    assert palette.status
+
+
+def test_a_range_with_exchanged_ends_names_its_cell(blender, palette) -> None:
+    cell = palette.materials[0].cells[1]
+    cell.mode, cell.use_box = "FREE", True
+    cell.box_low, cell.box_high = (0.9, 0.9, 0.9), (0.1, 0.1, 0.1)
+    assert palette.message.startswith("'Mark' under 'Sodium': the color box runs from")

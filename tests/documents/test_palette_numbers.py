@@ -56,3 +56,17 @@ def test_a_start_light_as_a_reflectance_is_refused_with_the_reason(tmp_path) -> 
     file.write_text(text, "utf-8")
     with pytest.raises(FileFormatError, match=r"reflectances\[0\]: the spectrum 'sine 60 nm' is a light"):
         read_palette(file)
+
+
+def test_a_comment_with_many_dots_is_no_key(tmp_path) -> None:
+    file = tmp_path / "scene.toml"
+    write_palette(file, problem(), comment="Scene a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r = 1")
+    assert read_palette(file).grid.same_as(problem().grid)
+
+
+def test_a_key_with_many_dots_is_refused_once(tmp_path) -> None:
+    file = tmp_path / "dots.toml"
+    file.write_text(".".join("abcdefghijklmnopqrs") + " = 1", "utf-8")
+    with pytest.raises(FileFormatError, match="a key has over 16 dots; expected a plain name$") as raised:
+        read_palette(file)
+    assert str(raised.value).count("dots.toml") == 1

@@ -102,11 +102,14 @@ def _cell(palette: PropertyGroup, material: PropertyGroup, column: int) -> Cell:
     box = None
     if cell.use_box and cell.mode in BOXED:
         box = (linear_from_display_rgb(cell.box_low), linear_from_display_rgb(cell.box_high))
-    return Cell(
-        mode,
-        target=linear_from_display_rgb(cell.target) if mode is CellMode.FIXED else None,
-        others=tuple(others),
-        box=box,
-        weight=cell.weight,
-        exact=cell.exact and mode is not CellMode.DISTINCT,
-    )
+    try:
+        return Cell(
+            mode,
+            target=linear_from_display_rgb(cell.target) if mode is CellMode.FIXED else None,
+            others=tuple(others),
+            box=box,
+            weight=cell.weight,
+            exact=cell.exact and mode is not CellMode.DISTINCT,
+        )
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{material.name!r} under {palette.lights[column].name!r}: {error}") from error
