@@ -160,8 +160,7 @@ def _with_reflectances(solution: PaletteSolution, values: Mapping[int, Array]) -
     # A cell may be the same as a free one, whose color is another now.
     state = solution.state.with_values("reflectances", dict(values))
     errors = state_errors(problem, compiled_requests(problem), state)
-    colors = {"target_linear_rgb": errors.target_linear_rgb, "delta_e_2000": errors.delta_e_2000}
-    return replace(solution, **colors, state=state)
+    return replace(solution, target_linear_rgb=errors.target_linear_rgb, delta_e_2000=errors.delta_e_2000, state=state)
 
 
 def _chosen(tried: Sequence[PaletteSolution], count: int, names: Sequence[str]) -> tuple[Alternative, ...]:

@@ -162,11 +162,13 @@ def test_another_palette_forgets_the_answers_of_the_one_before(blender, palette)
     blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
     blender.ops.spectral.palette_alternatives()
     blender.ops.spectral.palette_possible()
+    palette.use_tints = True
     assert len(palette.alternatives)
     assert palette.possible.words
     store_problem(palette, presets.metamer_pair())
     assert not len(palette.alternatives)
     assert not palette.possible.words
+    assert not palette.use_tints  # solving the table solves the problem, without further requests
 
 
 def refused() -> list[tuple[PaletteProblem, str]]:

@@ -132,4 +132,4 @@ def _physical(name: str, found: dict[str, list[float]], kind: type[Spectrum]) ->
     values = np.array(found["values"])
     low, high = values.min(), values.max()
     possible = low >= 0 if kind is Illuminant else low >= -Reflectance.TOLERANCE and high <= 1 + Reflectance.TOLERANCE
-    return (kind if possible else Spectrum)(name, SpectralGrid(found["nm"]), values, source="designed")
+    return (kind if possible else Spectrum)(name, SpectralGrid(np.array(found["nm"])), values, source="designed")
