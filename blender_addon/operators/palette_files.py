@@ -4,11 +4,12 @@
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, StringProperty
-from bpy.types import Context
+from bpy.types import Context, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
+from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette.problem import palette_problem
 from ..translate.spectra.stored import carried_spectrum
@@ -60,6 +61,34 @@ FORMATS = [
 ]
 
 
+ENDINGS = tuple(f".{name}" for name, *_ in FORMATS)
+
+
+def _file_names(names: list[str]) -> list[str]:
+    """A part of a file name for each name: plain letters, and a number if another one is equal on some system."""
+    found: list[str] = []
+    for name in names:
+        plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
+        number, tried = 1, plain
+        while tried.casefold() in {each.casefold() for each in found}:
+            number += 1
+            tried = f"{plain}_{number}"
+        found.append(tried)
+    return found
+
+
+def _solved(operator: Operator, context: Context) -> PropertyGroup:
+    """The palette with its last solution, with a warning if it has changed since then."""
+    palette = palette_in(context)
+    if palette.is_stale and palette.live:
+        palette_solve.solve_scene(context.scene)  # an edit whose timer has not yet run
+    if not palette.status:
+        raise InvalidInputError("the palette is not solved yet; press Solve first")
+    if palette.is_stale:
+        operator.report({"WARNING"}, "the palette has changed since it was solved; the last solution was written")
+    return palette
+
+
 class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
     """Write the spectra of the solved palette: one CSV, or one SPDX or SPD file for each"""
 
@@ -73,17 +102,16 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
     def execute(self, context: Context) -> None:
         from spectral_core.spectra.files import write_spectra
 
-        palette = palette_in(context)
-        if not palette.status:
-            raise InvalidInputError("the palette is not solved yet; press Solve first")
+        palette = _solved(self, context)
         spectra = [carried_spectrum(entry, "result") for entry in (*palette.lights, *palette.materials)]
-        path = chosen_path(self.filepath).with_suffix(f".{self.file_format}")
+        path = chosen_path(self.filepath)
+        stem = path.stem if path.suffix.lower() in ENDINGS else path.name
+        path = path.with_name(f"{stem}.{self.file_format}")
         if self.file_format == "csv":
             write_spectra(path, spectra)
             return
-        for spectrum in spectra:
-            plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in spectrum.name)
-            write_spectra(path.with_name(f"{path.stem}_{plain}{path.suffix}"), [spectrum])
+        for spectrum, name in zip(spectra, _file_names([spectrum.name for spectrum in spectra]), strict=True):
+            write_spectra(path.with_name(f"{stem}_{name}{path.suffix}"), [spectrum])
         self.report({"INFO"}, f"{len(spectra)} files written beside {path.name}")
 
 
@@ -105,9 +133,7 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
     def execute(self, context: Context) -> None:
         from spectral_core.palette.files import Swatch, write_swatches
 
-        palette = palette_in(context)
-        if not palette.status:
-            raise InvalidInputError("the palette is not solved yet; press Solve first")
+        palette = _solved(self, context)
         swatches = [
             Swatch(material.name, np.array(material.cells[column].actual_linear), light.name)
             for column, light in enumerate(palette.lights)

@@ -75,11 +75,17 @@ class SPECTRAL_OT_palette_remove(bpy.types.Operator):
         palette = palette_in(context)
         entries, active, remove = _side(palette, self.side)
         index = require_index(self.side.lower(), active if self.index < 0 else self.index, len(entries))
-        remove(palette, index)
+        name = entries[index].name
+        lost = remove(palette, index)
+        if lost:
+            self.report({"WARNING"}, f"these cells referred to {name} and ask for nothing now: {', '.join(lost)}")
         live.edited(palette)
 
 
-def _side(palette: PropertyGroup, side: str) -> tuple[bpy_prop_collection, int, Callable[[PropertyGroup, int], None]]:
+Remove = Callable[[PropertyGroup, int], list[str]]
+
+
+def _side(palette: PropertyGroup, side: str) -> tuple[bpy_prop_collection, int, Remove]:
     if side == "LIGHT":
         return palette.lights, palette.active_column, table.remove_light
     return palette.materials, palette.active_row, table.remove_material
@@ -171,7 +177,9 @@ class SPECTRAL_OT_palette_refer(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_spread(bpy.types.Operator):
-    """Copy target, weight and exactness of the selected cell to every cell of its row or column"""
+    """Copy target, references, weight and exactness of the selected cell to the others of its row or column, except for
+    the cell that it takes its color from
+    """
 
     bl_idname = "spectral.palette_spread"
     bl_label = "Copy Target"
@@ -186,13 +194,30 @@ class SPECTRAL_OT_palette_spread(bpy.types.Operator):
             raise InvalidInputError("the palette is empty; add a light and a material first")
         here = (palette.active_row, palette.active_column)
         same = 1 if self.side == "LIGHT" else 0
+        referred = table.references(palette, cell)
         with table.paused():
             for place, other in table.places(palette):
-                if place != here and place[same] == here[same]:
+                is_source = cell.mode in ("SAME", "CONSTANT") and place in referred
+                if place != here and place[same] == here[same] and not is_source:
                     for name in ASKED:
                         setattr(other, name, getattr(cell, name))
-                    table.fill_references(other)
+                    table.set_references(palette, other, _spread(palette, referred, here, place))
+                    table.fill_references(other)  # where none of them fits
         live.edited(palette)
+
+
+def _spread(
+    palette: PropertyGroup, referred: list[table.Place], here: table.Place, place: table.Place
+) -> list[table.Place]:
+    """References of the cell at ``here`` for a copy of it at ``place``.
+
+    A cell of the own row or column becomes that of the row or column of the copy, and all others stay.
+    """
+    moved = [
+        (place[0] if row == here[0] else row, place[1] if column == here[1] else column) for row, column in referred
+    ]
+    cell = palette.materials[place[0]].cells[place[1]]
+    return [other for other in dict.fromkeys(moved) if table.may_refer(palette, cell, other)]
 
 
 class SPECTRAL_OT_palette_lamp_add(bpy.types.Operator):

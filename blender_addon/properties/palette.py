@@ -250,6 +250,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
     grid_samples: PALETTE_FIELDS["grid_samples"].declared(edited)
 
     is_stale: BoolProperty(description="Whether something changed since the last solve")
+    is_alternative: BoolProperty(description="Whether the shown solution is an alternative that was taken")
     status: StringProperty(description="Status of the last solve: 'solved', 'compromise', …; empty before the first")
     remedy: StringProperty()
     message: StringProperty(description="Error of the palette; empty if none")

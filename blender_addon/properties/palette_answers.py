@@ -31,7 +31,9 @@ class SpectralAlternative(bpy.types.PropertyGroup):
     """An alternative solution of the palette: spectra and colors of all designed materials."""
 
     apart: FloatProperty(description="Largest ΔE of any material to the first solution")
-    spectra: StringProperty(description="Reflectances by the material's lasting number, as JSON")
+    asked: StringProperty(description="Fingerprint of the table that it answers")
+    spectra: StringProperty(description="Designed spectra by the lasting number of their row or column, as JSON")
+    cells: StringProperty(description="Actual and wanted colors and errors of all cells, as JSON")
     colors: StringProperty(description="sRGB by material and lamp, as JSON")
     lamps: StringProperty(description="Names of the lamps that the colors are seen under")
 

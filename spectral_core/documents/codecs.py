@@ -163,9 +163,11 @@ def _from_file(table: dict[str, Any], kind: SpectrumKind, files: SpectrumFiles) 
         if len(spectra) > 1:
             raise InvalidInputError(f"{path} holds {len(spectra)} spectra; say which by name")
         return spectra[0]
-    for spectrum in spectra:
-        if spectrum.name == wanted:
-            return spectrum
+    found = [spectrum for spectrum in spectra if spectrum.name == wanted]
+    if len(found) > 1:
+        raise InvalidInputError(f"{path} holds {len(found)} spectra named {wanted!r}; give each a name of its own")
+    if found:
+        return found[0]
     raise UnknownNameError.among(f"spectrum of {path}", wanted, [spectrum.name for spectrum in spectra])
 
 

@@ -57,11 +57,10 @@ def _parsed(file: Path, what: str) -> Any:
     suffix = file.suffix.lower()
     as_json = suffix == ".json" or (suffix != ".toml" and text.lstrip().startswith("{"))
     require_shallow(text, file)
-    try:
-        if as_json:
-            return json.loads(text)
+    if not as_json:
         _require_readable_toml(text, file)
-        return tomllib.loads(text)
+    try:
+        return json.loads(text) if as_json else tomllib.loads(text)
     except ValueError as error:  # also of an integer with over 4300 digits
         raise FileFormatError(f"{file}: {error}; expected {what} in {'JSON' if as_json else 'TOML'}") from error
 
@@ -75,6 +74,7 @@ def _require_readable_toml(text: str, file: Path) -> None:
         key, assigns, _ = line.partition("=")
         # A line of a list of numbers has dots as well, and no key.
         is_key = bool(assigns) or (key.lstrip().startswith("[") and "," not in key)
+        is_key = is_key and not key.lstrip().startswith("#")
         if is_key and key.count(".") > MOST_KEY_PARTS:
             raise FileFormatError(f"{file}, line {number}: a key has over {MOST_KEY_PARTS} dots; expected a plain name")
 

@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.cell import CellMode
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.distinct.search import distinct_solutions
 from spectral_core.palette.problem import PaletteProblem
+from spectral_core.palette.report import state_errors
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.palette.solve import solve_palette
 from spectral_core.spectra.catalogue import illuminant
@@ -143,7 +145,7 @@ class _Pusher:
 
 
 def _with_reflectances(solution: PaletteSolution, values: Mapping[int, Array]) -> PaletteSolution:
-    """The solution with other reflectances; their colors are recomputed, the requests are still met."""
+    """The solution with other reflectances; its colors and errors are recomputed, the requests are still met."""
     problem = solution.problem
     made = list(solution.reflectances)
     actual = np.array(solution.actual_linear_rgb)
@@ -152,8 +154,13 @@ def _with_reflectances(solution: PaletteSolution, values: Mapping[int, Array]) -
         for j, light in enumerate(solution.illuminants):
             lamp = Illuminant(light.name, light.grid, light.values)
             actual[i, j] = linear_rgb_from_product(lamp, problem.grid) @ each
-    state = None if solution.state is None else solution.state.with_values("reflectances", dict(values))
-    return replace(solution, reflectances=tuple(made), actual_linear_rgb=actual, state=state)
+    solution = replace(solution, reflectances=tuple(made), actual_linear_rgb=actual)
+    if solution.state is None:
+        return solution
+    # A cell may be the same as a free one, whose color is another now.
+    state = solution.state.with_values("reflectances", dict(values))
+    errors = state_errors(problem, compiled_requests(problem), state)
+    return replace(solution, target_linear_rgb=errors.target_linear_rgb, delta_e_2000=errors.delta_e_2000, state=state)
 
 
 def _chosen(tried: Sequence[PaletteSolution], count: int, names: Sequence[str]) -> tuple[Alternative, ...]:

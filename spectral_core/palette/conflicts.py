@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The cells that conflict: the requests whose release would reduce the error of a missed cell.
 
-Their errors are predicted from the multipliers of the last solve (``responses``), which takes about a millisecond;
-solving again without each neighbor takes a second.
+Their errors are predicted from the multipliers of the last solve (``responses``), which takes about a millisecond. With
+the active bounds fixed a prediction may be wrong, so ``with_conflicts`` can check the best ones by new solves.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from spectral_core.blas_threads import on_one_thread
 from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
-from spectral_core.palette.inaccurate import cell_name
+from spectral_core.palette.explain.releases import Releases, ReleaseSearch
+from spectral_core.palette.given import cell_name
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.feasibility import smallest_conflict
@@ -54,14 +55,20 @@ def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
 
 
 @on_one_thread
-def with_conflicts(solution: PaletteSolution) -> PaletteSolution:
-    """The solution with its conflicts, and with the first of them in its remedy."""
+def with_conflicts(solution: PaletteSolution, *, check: bool = False) -> PaletteSolution:
+    """The solution with its conflicts, and with the first of them in its remedy.
+
+    ``check``: True to solve the spectra of each missed cell again without the cells whose release is predicted to help,
+    and without the others if these do not. It takes milliseconds to tenths of a second.
+    """
     conflicts = find_conflicts(solution)
+    if check:
+        conflicts = _solved_again(solution, conflicts)
     together = conflicting_cells(solution)
     texts = [conflicts[0].text] if conflicts else []
     if len(together) > 1:
         names = [cell_name(solution.problem, cell) for cell in together]
-        texts.append(f"{', '.join(names[:-1])} and {names[-1]} cannot all be exact.")
+        texts.append(f"{_list(names)} cannot all be exact.")
     if not texts:
         return solution
     return replace(solution, conflicts=conflicts, remedy=" ".join([*texts, solution.remedy]))
@@ -188,18 +195,84 @@ def _references(problem: PaletteProblem, cell: CellIndex, group: Iterable[CellIn
 def _explained(solution: PaletteSolution, cell: CellIndex, error: float, relief: dict[CellIndex, float]) -> Conflict:
     problem = solution.problem
     helpful = sorted((after, other) for other, after in relief.items() if after < HELPS * max(error, LEAST_HELP))
-    name = cell_name(problem, cell)
-    text = f"{name} misses its color by ΔE {error:.1f}."
+    text = f"{_missed_by(problem, cell, error)}."
     if helpful:
-        after, best = helpful[0]
-        without = f"without {cell_name(problem, best)} it would be about {after:.1f}"
-        text = f"{name} misses its color by ΔE {error:.1f}; {without}."
+        text = _relieved_by_one(problem, cell, error, (helpful[0][1], helpful[0][0]))
     elif relief:
-        text = (
-            f"{name} misses its color by ΔE {error:.1f}, and no single cell is to blame: {_own_remedy(problem, cell)}"
-        )
+        text = _blames_none(problem, cell, error)
+    elif not (problem.reflectances[cell[0]].free or problem.lights[cell[1]].free):
+        text = f"{text[:-1]}: its material and its light are measured. Let one of them be designed, or ignore the cell."
     least = helpful[0][0] if helpful else error
     return Conflict(cell, error, tuple(other for _, other in helpful), least, text)
+
+
+def _solved_again(solution: PaletteSolution, conflicts: tuple[Conflict, ...]) -> tuple[Conflict, ...]:
+    """Conflicts with the releases that new solves show to help."""
+    record = _record(solution)
+    if not record:
+        return conflicts
+    problem, search = solution.problem, ReleaseSearch(solution, next(iter(record.values()))[0].view.requests, HELPS)
+    checked = []
+    for each in conflicts:
+        cell, error = each.cell, each.delta_e_2000
+        found = search.confirmed(cell, error, each.relieved_by)
+        if found is not None:
+            text = _relieved_by_one(problem, cell, error, (found.alone[0], found.delta_e_2000))
+            checked.append(Conflict(cell, error, found.alone, found.delta_e_2000, text))
+        elif error > VISIBLE_DELTA_E or each.relieved_by:
+            checked.append(_with_releases(problem, each, search.of(cell, error)))
+        else:
+            checked.append(each)
+    return tuple(checked)
+
+
+def _relieved_by_one(problem: PaletteProblem, cell: CellIndex, error: float, best: tuple[CellIndex, float]) -> str:
+    return f"{_missed_by(problem, cell, error)}; without {cell_name(problem, best[0])} it would be about {best[1]:.1f}."
+
+
+def _with_releases(problem: PaletteProblem, conflict: Conflict, found: Releases | None) -> Conflict:
+    """A conflict without a release that was predicted to help and does, and with those that were found instead."""
+    cell, error = conflict.cell, conflict.delta_e_2000
+    if found is None:
+        several = f"{_missed_by(problem, cell, error)}; several other cells exclude it."
+        return Conflict(cell, error, (), error, several) if conflict.relieved_by else conflict
+    if not (found.alone or found.together):
+        return Conflict(cell, error, (), error, _blames_none(problem, cell, error))
+    names = [f"{cell_name(problem, other)} ({_request(problem, other)})" for other in found.alone or found.together]
+    after = f"it would be about {found.delta_e_2000:.1f}"
+    if found.together:
+        what = f"{_list(names)} exclude it, each of them alone. Without all of them {after}. Ignore them."
+    elif len(names) == 1:
+        what = f"{names[0]} excludes it. Without this cell {after}. Ignore it."
+    else:
+        what = f"{_list(names)} together exclude it. Without one of them {after}. Ignore one of them."
+    return Conflict(cell, error, found.alone, found.delta_e_2000, f"{_missed_by(problem, cell, error)}. {what}")
+
+
+def _missed_by(problem: PaletteProblem, cell: CellIndex, error: float) -> str:
+    return f"{cell_name(problem, cell)} misses its color by ΔE {error:.1f}"
+
+
+def _blames_none(problem: PaletteProblem, cell: CellIndex, error: float) -> str:
+    return f"{_missed_by(problem, cell, error)}, and no other cell is to blame: {_own_remedy(problem, cell)}"
+
+
+def _list(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _request(problem: PaletteProblem, at: CellIndex) -> str:
+    """The request of a cell in words."""
+    cell = problem.cells[at[0]][at[1]]
+    words = {
+        CellMode.FIXED: "a color",
+        CellMode.FREE: "a range of colors",
+        CellMode.BLACK: "black",
+        CellMode.SAME: "same as ",
+        CellMode.CONSTANT: "constant with ",
+    }[cell.mode]
+    named = [cell_name(problem, other) for other in cell.others]
+    return ("exact, " if cell.exact else "") + words + (named[0] if len(named) == 1 else _list(named) if named else "")
 
 
 def _own_remedy(problem: PaletteProblem, cell: CellIndex) -> str:

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of a palette's input: numbers, sequences, references to cells, types."""
+"""Checks of a palette's input: numbers, sequences, references to cells, types; and the names of cells in messages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from spectral_core.palette.problem import PaletteProblem
 
 Array = NDArray[np.float64]
 CellIndex = tuple[int, int]
@@ -39,3 +42,14 @@ def require_kind(name: str, values: Iterable[object], kind: type | tuple[type, .
     for number, value in enumerate(values):
         if not isinstance(value, kind):
             raise InvalidInputError(f"{name}[{number}] is {value!r}; expected {expected}")
+
+
+def cell_name(problem: PaletteProblem, cell: CellIndex) -> str:
+    """“Red” under “D65”."""
+    rows, columns = [item.name for item in problem.reflectances], [light.name for light in problem.lights]
+    return f"{told_apart(rows, cell[0])} under {told_apart(columns, cell[1])}"
+
+
+def told_apart(names: list[str], index: int) -> str:
+    """A name in quotes, with its number if another item has the same name."""
+    return f"“{names[index]}”" + (f" ({index + 1})" if names.count(names[index]) > 1 else "")

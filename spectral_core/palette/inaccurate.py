@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.given import cell_name, told_apart
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 
 Array = NDArray[np.float64]
@@ -73,17 +74,6 @@ def extreme_number(problem: PaletteProblem, state: PaletteState) -> str:
             "powers of the two lights nearer to each other."
         )
     return ""
-
-
-def cell_name(problem: PaletteProblem, cell: CellIndex) -> str:
-    """“Red” under “D65”."""
-    rows, columns = [item.name for item in problem.reflectances], [light.name for light in problem.lights]
-    return f"{told_apart(rows, cell[0])} under {told_apart(columns, cell[1])}"
-
-
-def told_apart(names: list[str], index: int) -> str:
-    """A name in quotes, with its number if another item has the same name."""
-    return f"“{names[index]}”" + (f" ({index + 1})" if names.count(names[index]) > 1 else "")
 
 
 def _colors(problem: PaletteProblem) -> list[tuple[CellIndex, Array]]:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Colors that a cell of a palette can show, before a solve: the set, its nearest color, and the conflicting cells.
 
-Exact cells of the same row must hold; requests that are not exact may be missed, and are ignored.
+Exact cells of the same row must hold, those that take their color from the cell with its new color; requests that are
+not exact may be missed, and are ignored.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.cell import Cell, CellMode
-from spectral_core.palette.given import CellIndex
+from spectral_core.palette.given import CellIndex, cell_name
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.reachable import CellReach, NearestColor
 from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz
@@ -44,6 +45,8 @@ class PossibleColors:
     light: Illuminant
     exact: tuple[tuple[Illuminant, Array], ...]
     """Light and color of each held cell."""
+    follows: tuple[Illuminant, ...] = ()
+    """Lights of the exact cells of the row that take their color from the cell."""
 
     def nearest(self, linear_rgb: ArrayLike) -> NearestColor:
         """The possible color that is nearest to a wanted one, linear sRGB (3,)."""
@@ -60,7 +63,8 @@ class PossibleColors:
     def without(self, cell: CellIndex, linear_rgb: ArrayLike) -> float:
         """Remaining ΔE2000 to a wanted color if an exact cell of the row is released."""
         kept = [pair for place, pair in zip(self.held, self.exact, strict=True) if place != cell]
-        return CellReach(self.light, self.reach.grid, kept, scale=None).nearest(linear_rgb).delta_e_2000
+        reach = CellReach(self.light, self.reach.grid, kept, scale=None, follows=self.follows)
+        return reach.nearest(linear_rgb).delta_e_2000
 
     def section(self, lightness: float, size: int = 64) -> NDArray[np.bool_]:
         """Possible colors of one L*, (size, size): b* upward in rows, a* in columns, ±SECTION_LIMIT.
@@ -126,20 +130,36 @@ def possible_colors(
         )
     spectra = list(lights) if lights is not None else [light.spectrum for light in problem.lights]
     colors = None if actual is None else np.asarray(actual, dtype=np.float64)
+    following = _following(problem, index)
     held, open_cells, exact = [], [], []
     for other, cell in enumerate(problem.cells[row]):
-        if other == column or cell.mode in (CellMode.IGNORE, CellMode.FREE):
+        if other == column or cell.mode in (CellMode.IGNORE, CellMode.FREE) or other in following:
             continue
         if not cell.exact:
             open_cells.append((row, other))
             continue
         held.append((row, other))
-        exact.append((spectra[other], _wanted(cell, (row, other), colors)))
-    reach = CellReach(spectra[column], problem.grid, exact, scale=None)
-    return PossibleColors(index, reach, tuple(held), tuple(open_cells), spectra[column], tuple(exact))
+        exact.append((spectra[other], _wanted(cell, (row, other), colors, cell_name(problem, (row, other)))))
+    follows = tuple(spectra[other] for other in following)
+    reach = CellReach(spectra[column], problem.grid, exact, scale=None, follows=follows)
+    return PossibleColors(index, reach, tuple(held), tuple(open_cells), spectra[column], tuple(exact), follows)
 
 
-def _wanted(cell: Cell, place: CellIndex, actual: Array | None) -> Array:
+def _following(problem: PaletteProblem, index: CellIndex) -> list[int]:
+    """Columns of the exact cells of a row that take their color from one of its cells, directly or by each other."""
+    row, column = index
+    found = [column]
+    for _ in problem.cells[row]:
+        more = [
+            other
+            for other, cell in enumerate(problem.cells[row])
+            if other not in found and cell.exact and any((row, each) in cell.others for each in found)
+        ]
+        found += more
+    return found[1:]
+
+
+def _wanted(cell: Cell, place: CellIndex, actual: Array | None, name: str) -> Array:
     """The color that an exact cell requires of its material."""
     if cell.mode is CellMode.BLACK:
         return np.zeros(3)
@@ -147,6 +167,6 @@ def _wanted(cell: Cell, place: CellIndex, actual: Array | None) -> Array:
         return np.asarray(cell.target)
     if actual is None:
         raise InvalidInputError(
-            f"cell {place} takes its color from another cell, which is not known before the palette is solved; solve it"
+            f"{name} takes its color from another cell, which is not known before the palette is solved; solve it"
         )
     return np.asarray(actual[cell.others[0]] if cell.others else actual[place])

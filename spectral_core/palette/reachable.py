@@ -55,6 +55,7 @@ class CellReach:
     grid : knots of the reflectance, n.
     exact : pairs of another light and the linear sRGB (3,) that the material has there exactly.
     scale : luminance of a perfect white under every light; None if the lights are as bright as they are given.
+    follows : other lights under which the material has exactly the color that it has under ``light``.
 
     Raises
     ------
@@ -67,14 +68,17 @@ class CellReach:
         grid: SpectralGrid,
         exact: Sequence[tuple[Illuminant, ArrayLike]] = (),
         scale: float | None = 1.0,
+        follows: Sequence[Illuminant] = (),
     ) -> None:
         self.grid = grid
         self.matrix = _rgb_rows(light, grid, scale)
-        self._held = (
-            np.concatenate([_rgb_rows(other, grid, scale) for other, _ in exact]) if exact else np.zeros((0, grid.size))
-        )
+        held = [_rgb_rows(other, grid, scale) for other, _ in exact]
+        held += [_rgb_rows(other, grid, scale) - self.matrix for other in follows]
+        self._held = np.concatenate([np.zeros((0, grid.size)), *held])
         colors = [frozen_array("exact color", color, (3,)) for _, color in exact]
-        self._colors = np.concatenate(colors) if colors else np.empty(0)
+        self._exact = len(colors)
+        colors += [np.zeros(3) for _ in follows]
+        self._colors = np.concatenate([np.empty(0), *colors])
         # Reflectances lie in [0, 1], and the exact colors are equalities (sense 5 in DAQP).
         knots = grid.size
         self._upper = np.concatenate([np.ones(knots), self._colors])
@@ -111,7 +115,7 @@ class CellReach:
         target = frozen_array("wanted color", wanted, (3,))
         reflectance, _ = self._projected(np.eye(3), target)
         color = self.matrix @ reflectance
-        slope = np.zeros(len(self._colors) // 3)
+        slope = np.zeros(self._exact)
         reachable = bool(np.abs(color - target).max() <= EXACT)
         target_lab = lab_from_linear_rgb(target)
         lab = lab_from_linear_rgb(color)
@@ -130,9 +134,10 @@ class CellReach:
                     least, reflectance, multipliers, color, lab = distance, trial, forces, here, lab_here
                 if np.abs(here - before).max() < EXACT:
                     break
-            held = lab_jacobian_from_linear_rgb(self._colors.reshape(-1, 3)) if len(slope) else np.empty((0, 3, 3))
+            colors = self._colors.reshape(-1, 3)[: self._exact]
+            held = lab_jacobian_from_linear_rgb(colors) if len(slope) else np.empty((0, 3, 3))
             # A multiplier is per unit of linear RGB; the Jacobian at the color converts it to ΔE.
-            per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(held, multipliers.reshape(-1, 3), strict=True)]
+            per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(held, multipliers.reshape(-1, 3), strict=False)]
             slope = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
             reachable = bool(np.abs(color - target).max() <= EXACT)
         return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, slope)

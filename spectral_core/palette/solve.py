@@ -72,7 +72,7 @@ def solve_palette(
     solution = reported(assembler, state, trace)
     if not explain:
         return solution
-    return with_conflicts(solution)
+    return with_conflicts(solution, check=True)
 
 
 def _continues(state: PaletteState, warm: PaletteSolution) -> bool:

@@ -185,7 +185,7 @@ def test_a_palette_setting_missing_in_the_table_is_detected(palette, monkeypatch
     def lacking(target, problem):
         with monkeypatch.context() as patched:
             patched.setattr(palette_settings, "PALETTE_FIELDS", without(PALETTE_FIELDS, name))
-            stored(target, problem)
+            return stored(target, problem)
 
     monkeypatch.setattr("blender_addon.translate.palette.load.store_settings", lacking)
     assert not kept_in_the_table(palette, name)

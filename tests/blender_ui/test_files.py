@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
+from blender_addon.translate.palette import table
 from blender_addon.translate.palette.problem import palette_problem
 from blender_addon.translate.palette.table import places
 from blender_addon.translate.spectra.stored import spectrum_of
@@ -62,6 +63,29 @@ def test_spectra_are_written(blender, palette, tmp_path, file_format):
     assert len(found) == count
     for entry in (*palette.lights, *palette.materials):
         np.testing.assert_allclose(found[entry.name].values, spectrum_of(entry, "result").values, rtol=1e-9)
+
+
+def test_names_that_are_equal_as_file_names_get_a_file_each(blender, palette, tmp_path):
+    for entry, name in zip(palette.materials, ("a/b", "a b", "A_b", "", "Lamp"), strict=True):
+        entry.name = name
+    palette.lights[0].name = "lamp"
+    blender.ops.spectral.spectra_export(filepath=str(tmp_path / "set.v2"), file_format="spd")
+    files = sorted(tmp_path.iterdir())
+    assert len({file.name.casefold() for file in files}) == len(palette.lights) + len(palette.materials)
+    assert all(file.name.startswith("set.v2_") for file in files)
+    blender.ops.spectral.spectra_export(filepath=str(tmp_path / "all.csv"), file_format="csv")
+    assert (tmp_path / "all.csv").exists()
+
+
+def test_an_edit_that_waits_for_its_solve_is_solved_before_a_file_is_written(blender, palette, tmp_path):
+    before = np.array(palette.materials[0].cells[1].actual_linear)
+    with table.paused():
+        palette.materials[0].cells[1].target = (0.2, 0.5, 0.9)
+        palette.is_stale = True
+    file = tmp_path / "now.ase"
+    blender.ops.spectral.swatches_export(filepath=str(file))
+    assert not palette.is_stale
+    assert np.abs(np.array(palette.materials[0].cells[1].actual_linear) - before).max() > 0.05
 
 
 @pytest.mark.parametrize("ending", ["ase", "gpl"])

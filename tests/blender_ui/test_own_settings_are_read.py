@@ -57,7 +57,8 @@ KNOWN_NAME = "the name of chosen data, by which deleted data are told"
 
 NO_INPUT = {
     **because(RESULT, """
-        SpectralAlternative.apart SpectralAlternative.spectra SpectralAlternative.colors
+        SpectralAlternative.apart SpectralAlternative.asked SpectralAlternative.spectra
+        SpectralAlternative.cells SpectralAlternative.colors
         SpectralAlternative.lamps SpectralCostPoint.* SpectralPlanLine.* SpectralRender.cost
         SpectralRender.cost_summary SpectralRender.plan SpectralRender.plan_accepted
         SpectralPaletteCell.actual_linear SpectralPaletteCell.wanted_linear SpectralPaletteCell.actual_display
@@ -65,7 +66,8 @@ NO_INPUT = {
         SpectralPaletteCell.actual SpectralPaletteCell.wanted SpectralPaletteConflict.*
         SpectralPaletteLamp.amount SpectralPaletteLight.result SpectralPaletteMaterial.result
         SpectralDye.amount SpectralPossible.* SpectralPalette.picture SpectralPalette.applied_exposure
-        SpectralPalette.is_stale SpectralPalette.status SpectralPalette.remedy SpectralPalette.message
+        SpectralPalette.is_stale SpectralPalette.is_alternative
+        SpectralPalette.status SpectralPalette.remedy SpectralPalette.message
         SpectralPalette.notes SpectralPalette.conflicts SpectralPalette.possible SpectralPalette.alternatives
         SpectralPalette.milliseconds SpectralPalette.light_scale SpectralPalette.worst_delta_e
         SpectralSpectrum.message SpectralTextureNode.message SpectralVolume.facts SpectralDialMember.*

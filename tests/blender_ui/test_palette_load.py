@@ -25,7 +25,7 @@ from spectral_core.palette import (
 from spectral_core.palette.files import read_palette
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.observer import normalized
-from spectral_core.spectra.spectrum import SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 EXAMPLES = [
     path
@@ -119,6 +119,58 @@ def test_too_large_a_weight_is_reduced_with_a_message(palette):
     assert palette.materials[0].cells[1].weight == 1000.0
 
 
+def on_grid(problem: PaletteProblem, start: float, stop: float, step: float) -> PaletteProblem:
+    """The problem with measured lights on another grid."""
+    grid = SpectralGrid.uniform(start, stop, step)
+    return replace(problem, grid=grid, lights=tuple(PaletteLight(light.spectrum) for light in problem.lights))
+
+
+def infrared() -> Illuminant:
+    return Illuminant("IR", SpectralGrid(np.array([900.0, 950.0, 1000.0])), np.array([0.0, 1.0, 0.0]))
+
+
+def limited() -> list[tuple[PaletteProblem, str]]:
+    problem = presets.metamer_pair()
+    day, lamp = (normalized(illuminant(name)) for name in ("D65", "HP1"))
+    dim = (PaletteLight(day), PaletteLight(normalized(lamp, luminance=1e-5)))
+    varied = (PaletteLight(day, variants=(normalized(lamp, luminance=7.0),)), PaletteLight(lamp))
+    ranges = Cell.free(((0.1, -np.inf, 0.0), (0.4, 0.5, np.inf)))
+    return [
+        (replace(problem, rounds=50_000), "rounds 50000 became 10000"),
+        (replace(problem, robust_weight=5000.0), "robust_weight 5000 became 1000"),
+        (replace(problem, lights=dim), "luminance 1e-05 became 0.001"),
+        (replace(problem, lights=varied), "variant HP1 of luminance 7 counts at the light's, 1"),
+        (problem.with_cell((1, 1), ranges), "open side of its range became 100"),
+    ]
+
+
+@pytest.mark.parametrize(("problem", "message"), limited(), ids=lambda value: value if isinstance(value, str) else "")
+def test_a_number_beyond_the_limits_of_the_table_is_reported(palette, problem, message):
+    (note,) = store_problem(palette, problem)
+    assert message in note
+    palette_problem(palette)  # the table can still be read
+
+
+def test_a_light_keeps_the_luminance_that_is_required_of_it(palette):
+    problem = everything()
+    lights = (*problem.lights[:2], replace(problem.lights[2], luminance=4.5))
+    store_problem(palette, replace(problem, lights=lights))
+    assert palette_problem(palette).lights[2].luminance == pytest.approx(4.5, rel=1e-5)
+
+
+def test_another_palette_forgets_the_answers_of_the_one_before(blender, palette):
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    blender.ops.spectral.palette_alternatives()
+    blender.ops.spectral.palette_possible()
+    palette.use_tints = True
+    assert len(palette.alternatives)
+    assert palette.possible.words
+    store_problem(palette, presets.metamer_pair())
+    assert not len(palette.alternatives)
+    assert not palette.possible.words
+    assert not palette.use_tints  # solving the table solves the problem, without further requests
+
+
 def refused() -> list[tuple[PaletteProblem, str]]:
     problem = presets.metamer_pair()
     uneven = SpectralGrid(np.array([400.0, 410.0, 450.0, 700.0]))
@@ -128,6 +180,10 @@ def refused() -> list[tuple[PaletteProblem, str]]:
         (replace(problem, grid=SpectralGrid.uniform(interpolation="sampled")), "linear between them"),
         (replace(problem, reflectance_bounds=(0.0, 0.8)), "physical spectra, or no bounds"),
         (replace(problem, subspace=SubspaceCriterion(basis)), "subspace criterion"),
+        (on_grid(problem, 250.0, 700.0, 10.0), "300 to 780"),
+        (on_grid(problem, 380.0, 1000.0, 10.0), "400 to 900"),
+        (on_grid(problem, 380.0, 780.0, 0.5), "5 to 601"),
+        (replace(problem, lights=(PaletteLight(infrared()), problem.lights[1])), "shows nothing to the eye"),
     ]
 
 

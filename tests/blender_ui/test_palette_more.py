@@ -11,7 +11,9 @@ import pytest
 
 pytest.importorskip("bpy")
 
+from blender_addon.editing.palette.live import LIVE
 from blender_addon.translate.spectra.stored import spectrum_of
+from spectral_core.spectra.observer import linear_rgb_from_product
 
 
 @pytest.fixture
@@ -43,6 +45,74 @@ def test_alternatives_are_found_selected_and_found_again_with_a_locked_material(
         np.testing.assert_allclose(stored["values"], kept, atol=1e-5)
     with pytest.raises(RuntimeError, match="there is no alternative 9"):
         blender.ops.spectral.palette_alternative_take(index=9)
+
+
+def spectra_of(palette):
+    entries = [*palette.lights, *palette.materials]
+    return [np.array(spectrum_of(entry, "result").values) for entry in entries]
+
+
+def recomputed(palette):
+    """Colors of the table by its stored spectra."""
+    lights = [spectrum_of(light, "result") for light in palette.lights]
+    surfaces = [spectrum_of(material, "result") for material in palette.materials]
+    return np.array(
+        [[linear_rgb_from_product(light, each.grid) @ each.values for light in lights] for each in surfaces]
+    )
+
+
+def test_an_alternative_brings_its_own_lights_colors_and_errors(blender, palette) -> None:
+    """The search starts anew: its designed lights are not those of a palette that was edited live."""
+    blender.ops.spectral.palette_preset(preset="SPLIT_LIGHT")
+    cells = palette.materials[0].cells
+    cells[0].mode = "FREE"
+    for material in palette.materials[1:]:
+        material.cells[0].mode = "SAME"  # as the first
+    for green in (0.3, 0.5, 0.4):
+        cells[1].target = (0.3, green, 0.6)
+    palette.alternative_count = 3
+    blender.ops.spectral.palette_alternatives()
+    for index in range(len(palette.alternatives)):
+        blender.ops.spectral.palette_alternative_take(index=index)
+        stored = json.loads(palette.alternatives[index].spectra)
+        for entry, values in zip([*palette.lights, *palette.materials], spectra_of(palette), strict=True):
+            assert (str(entry.uid) in stored) == (entry.design == "DESIGNED")
+            if entry.design == "DESIGNED":
+                np.testing.assert_allclose(values, stored[str(entry.uid)]["values"], atol=1e-5)
+        np.testing.assert_allclose(shown(palette), recomputed(palette), atol=2e-5)
+        same = [material.cells[0] for material in palette.materials[1:]]
+        for cell in same:
+            np.testing.assert_allclose(cell.wanted_linear, cells[0].actual_linear, atol=1e-4)
+            assert cell.delta_e < 0.1
+
+
+def test_an_alternative_of_another_table_is_refused(blender, palette) -> None:
+    blender.ops.spectral.palette_alternatives()
+    palette.materials[0].name = "Renamed"
+    blender.ops.spectral.palette_alternative_take(index=1)  # a name changes no answer
+    before = spectra_of(palette)
+    palette.materials[0].cells[1].target = (0.1, 0.9, 0.2)
+    blender.ops.spectral.palette_solve()
+    after = spectra_of(palette)
+    assert max(np.abs(a - b).max() for a, b in zip(before, after, strict=True)) > 1e-3
+    with pytest.raises(RuntimeError, match="the table has changed since this answer was found"):
+        blender.ops.spectral.palette_alternative_take(index=0)
+    for a, b in zip(after, spectra_of(palette), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_taken_alternative_stays_when_something_else_is_undone(blender, palette) -> None:
+    blender.ops.spectral.palette_alternatives()
+    blender.ops.spectral.palette_alternative_take(index=1)
+    taken = spectra_of(palette)
+    blender.ops.ed.undo_push(message="taken")
+    blender.context.scene.frame_start = 17
+    blender.ops.ed.undo_push(message="else")
+    blender.ops.ed.undo()
+    undone = blender.context.scene.spectral.palette
+    LIVE.flush(blender.context.scene)
+    for a, b in zip(taken, spectra_of(undone), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-6)
 
 
 def test_tints_match_if_requested(blender, palette) -> None:
@@ -113,3 +183,28 @@ def test_tints_and_dyes_are_designed_with_the_settings_of_the_table(palette, mon
     solver.store(palette)
     assert [each.name for each in asked["dyes"][0]] == ["dye 431 to 562 nm"]
     assert dye.amount == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("absorbed", [305.0, 310.0, 345.0, 405.0])
+def test_a_dye_can_be_designed_after_the_remedy_of_the_message(blender, palette, absorbed) -> None:
+    palette.live, palette.grid_start = False, 480.0
+    palette.active_row = 0
+    blender.ops.spectral.palette_dye()
+    dye = palette.materials[0].dyes[0]
+    dye.excitation_nm = absorbed
+    with pytest.raises(RuntimeError, match="a dye absorbs light around") as raised:
+        blender.ops.spectral.palette_solve()
+    words = str(raised.value)
+    if "give the dye" in words:
+        dye.excitation_nm = float(words.rpartition("give the dye ")[2].partition(" nm")[0])
+    palette.grid_start = float(words.rpartition("begin at ")[2].partition(" nm")[0])
+    blender.ops.spectral.palette_solve()
+    assert not palette.message
+    assert palette.status
+
+
+def test_a_range_with_exchanged_ends_names_its_cell(blender, palette) -> None:
+    cell = palette.materials[0].cells[1]
+    cell.mode, cell.use_box = "FREE", True
+    cell.box_low, cell.box_high = (0.9, 0.9, 0.9), (0.1, 0.1, 0.1)
+    assert palette.message.startswith("'Mark' under 'Sodium': the color box runs from")

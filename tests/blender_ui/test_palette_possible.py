@@ -41,6 +41,53 @@ def test_an_impossible_color_is_reported_drawn_and_replaced_by_the_nearest(blend
         blender.ops.spectral.palette_possible()
 
 
+def selected(palette, row, column):
+    palette.active_row, palette.active_column = row, column
+    return palette.materials[row].cells[column]
+
+
+@pytest.mark.parametrize("mode", ["BLACK", "SAME"])
+def test_the_question_is_about_the_color_that_the_cell_asks_for(blender, palette, mode) -> None:
+    """Not about the color that it has, which is always possible."""
+    first = selected(palette, 0, 0)
+    first.mode, first.target, first.exact = "FIXED", (0.9, 0.2, 0.1), True
+    second = palette.materials[1].cells[0]
+    second.mode, second.target, second.exact = "FIXED", (0.1, 0.7, 0.4), True
+    asking = selected(palette, 0, 1)
+    asking.mode, asking.weight = mode, 0.01
+    blender.ops.spectral.palette_solve()
+    assert asking.delta_e > 15
+    blender.ops.spectral.palette_possible()
+    assert not palette.possible.reachable
+    assert "Conflict: the exact color under" in palette.possible.words
+    wanted = (0, 0, 0) if mode == "BLACK" else tuple(asking.wanted)
+    np.testing.assert_allclose(palette.possible.asked, wanted, atol=1e-5)
+
+
+def test_the_color_that_a_free_cell_has_is_possible_outside_the_gamut_too(blender, palette) -> None:
+    first = selected(palette, 0, 0)
+    first.mode, first.target, first.exact = "FIXED", (0.1, 0.6, 0.1), True
+    free = selected(palette, 0, 1)
+    free.mode = "FREE"
+    blender.ops.spectral.palette_solve()
+    assert min(free.actual_linear) < -0.001
+    blender.ops.spectral.palette_possible()
+    assert palette.possible.words.startswith("Possible.")
+
+
+def test_the_nearest_color_is_met_outside_the_gamut_too(blender, palette) -> None:
+    first = selected(palette, 0, 0)
+    first.mode, first.target, first.exact = "FIXED", (0.2, 0.6, 0.2), True
+    cell = selected(palette, 0, 1)
+    cell.mode, cell.target = "FIXED", (1.0, 0.6, 0.0)
+    blender.ops.spectral.palette_possible()
+    assert min(palette.possible.nearest_linear) < -0.001
+    blender.ops.spectral.palette_take_nearest()
+    cell.exact = True
+    blender.ops.spectral.palette_solve()
+    assert cell.delta_e < 0.5
+
+
 def test_no_nearest_color_is_reported(blender, palette) -> None:
     with pytest.raises(RuntimeError, match="there is no question yet"):
         blender.ops.spectral.palette_take_nearest()

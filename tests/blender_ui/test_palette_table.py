@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.translate.palette import table
+from blender_addon import compat
+from blender_addon.translate.palette import from_scene, table
+from spectral_core.spectra.color import linear_from_display_rgb
 
 
 @pytest.fixture
@@ -45,6 +48,58 @@ def test_the_active_object_supplies_light_and_material(blender, palette):
     blender.ops.spectral.palette_add(side="MATERIAL")
     assert palette.materials[-1].material == paint
     assert palette.materials[-1].name == "paint"
+
+
+def painted(blender, name: str, *, is_mixed: bool):
+    """A material whose output shows a shader with a linked RGB color; an unlinked red shader comes first."""
+    paint = blender.data.materials.new(name)
+    tree = compat.use_nodes(paint)
+    tree.nodes.clear()
+    tree.nodes.new("ShaderNodeBsdfDiffuse").inputs["Color"].default_value = (1, 0, 0, 1)
+    shader, color = tree.nodes.new("ShaderNodeBsdfPrincipled"), tree.nodes.new("ShaderNodeRGB")
+    color.outputs[0].default_value = (0.1, 0.2, 0.6, 1)
+    tree.links.new(color.outputs[0], shader.inputs["Base Color"])
+    output, shown = tree.nodes.new("ShaderNodeOutputMaterial"), shader
+    if is_mixed:
+        shown = tree.nodes.new("ShaderNodeAddShader")
+        tree.links.new(shader.outputs[0], shown.inputs[1])
+    tree.links.new(shown.outputs[0], output.inputs["Surface"])
+    return paint
+
+
+@pytest.mark.parametrize("is_mixed", [False, True])
+def test_a_row_keeps_the_color_that_its_material_shows(blender, palette, is_mixed):
+    row = from_scene.add_material(palette, painted(blender, "blue", is_mixed=is_mixed))
+    shown = linear_from_display_rgb(np.array(row.cells[0].target))
+    np.testing.assert_allclose(shown, (0.1, 0.2, 0.6), atol=1e-5)
+
+
+def test_a_row_keeps_its_color_in_another_working_space(blender, palette, monkeypatch):
+    monkeypatch.setattr(compat, "working_space", lambda _data: "ACEScg")
+    paint = painted(blender, "blue", is_mixed=False)
+    row = from_scene.add_material(palette, paint)
+    expected = compat.rec709_from_working("ACEScg") @ (0.1, 0.2, 0.6)
+    np.testing.assert_allclose(linear_from_display_rgb(np.array(row.cells[0].target)), expected, atol=1e-5)
+
+
+def test_cells_that_lose_their_reference_are_named(blender, palette):
+    palette.materials[1].cells[0].mode = "SAME"
+    palette.active_row = 0
+    assert table.references(palette, palette.materials[1].cells[0]) == [(0, 0)]
+    assert table.remove_material(palette, 0) == ["ground under day"]
+    assert modes(palette) == [["IGNORE", "IGNORE"]]
+    palette.materials[0].cells[0].mode = "CONSTANT"
+    assert table.remove_light(palette, 1) == ["ground under day"]
+
+
+def test_a_dye_is_removed_from_a_measured_material(blender, palette):
+    palette.active_row = 1
+    blender.ops.spectral.palette_dye()
+    palette.materials[1].design = "MEASURED"
+    with pytest.raises(RuntimeError, match="no dye can be designed into it"):
+        blender.ops.spectral.palette_dye()
+    blender.ops.spectral.palette_dye(index=0)
+    assert not len(palette.materials[1].dyes)
 
 
 def test_what_the_active_object_supplies_keeps_its_spectrum_and_color(blender):

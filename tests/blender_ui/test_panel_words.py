@@ -83,3 +83,31 @@ def test_a_curve_over_imported_data_has_the_values_of_its_ends() -> None:
     assert drawn({RANGE_KEY: [-100.0, 3926.0]}, "density") == ["Data from -100", "to 3926"]
     assert drawn({RANGE_KEY: [-100.0, 3926.0]}, "gradient") == []
     assert drawn({}, "density") == []
+
+
+class Properties:
+    """A layout that keeps the names of the properties that are drawn."""
+
+    def __init__(self, names: list[str]) -> None:
+        self.names = names
+
+    def prop(self, _owner: object, name: str, **_options: object) -> None:
+        self.names.append(name)
+
+    def __getattr__(self, name: str) -> object:
+        if name.startswith("operator"):
+            return lambda *_arguments, **_options: SimpleNamespace()
+        return (lambda **_options: self) if name in ("row", "column", "box", "grid_flow") else lambda *_, **__: None
+
+
+@pytest.mark.parametrize("is_limited", [False, True])
+def test_the_weight_of_a_range_of_colors_is_shown_where_it_counts(blender, is_limited: bool) -> None:
+    from blender_addon.panels.palette.details import draw_cell
+
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    palette = blender.context.scene.spectral.palette
+    cell = palette.materials[palette.active_row].cells[palette.active_column]
+    cell.mode, cell.use_box = "FREE", is_limited
+    names: list[str] = []
+    draw_cell(Properties(names), SimpleNamespace(scene=blender.context.scene, preferences=None, region=None), palette)
+    assert ("weight" in names, "exact" in names) == (is_limited, is_limited)

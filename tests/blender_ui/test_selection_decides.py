@@ -14,20 +14,20 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon.editing.palette import possible
-from blender_addon.editing.palette.alternatives import _show as show_alternative
 from blender_addon.operators.render import store_plan
 from blender_addon.translate.palette import table
 from blender_addon.translate.palette.from_scene import add_light
 from blender_addon.translate.palette.load import require_storable
 from blender_addon.translate.palette.problem import palette_problem
 from blender_addon.translate.palette.solution import store_solution
+from blender_addon.translate.palette.table import references
 from blender_addon.translate.spectra.stored import spectrum_of, store_spectrum
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import presets, solve_palette
 from spectral_core.render.plan.decision import Decision
-from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import display_rgb_from_linear
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 
 @pytest.fixture
@@ -60,6 +60,33 @@ def test_a_target_is_copied_along_the_row_or_column_of_the_selected_cell(blender
     blender.ops.spectral.palette_spread(side=side)
     found = {(i, j) for i, row in enumerate(palette.materials) for j, cell in enumerate(row.cells) if cell.weight == 5}
     assert found == reached
+
+
+def referring(palette: Any) -> list[list[tuple[str, list[tuple[int, int]]]]]:
+    return [[(cell.mode, references(palette, cell)) for cell in row.cells] for row in palette.materials]
+
+
+def test_a_reference_is_copied_along_the_column_and_its_source_stays(blender, palette) -> None:
+    palette.active_row, palette.active_column = 0, 1
+    palette.materials[2].cells[1].mode = "FIXED"
+    palette.materials[0].cells[1].mode = "SAME"
+    blender.ops.spectral.palette_refer(row=2, column=1)
+    blender.ops.spectral.palette_spread(side="LIGHT")
+    assert [row[1] for row in referring(palette)] == [("SAME", [(2, 1)]), ("SAME", [(2, 1)]), ("FIXED", [])]
+
+
+def test_a_reference_moves_with_the_row_or_column_of_the_copy(blender, palette) -> None:
+    palette.active_row, palette.active_column = 1, 1
+    palette.materials[1].cells[1].mode = "CONSTANT"
+    blender.ops.spectral.palette_refer(row=1, column=0)
+    blender.ops.spectral.palette_refer(row=1, column=0)
+    blender.ops.spectral.palette_spread(side="LIGHT")
+    assert [row[1] for row in referring(palette)] == [("CONSTANT", [(row, 0)]) for row in range(3)]
+    palette.active_column = 0
+    palette.materials[1].cells[0].mode = "SAME"
+    blender.ops.spectral.palette_refer(row=2, column=0)
+    blender.ops.spectral.palette_spread(side="MATERIAL")
+    assert referring(palette)[1] == [("SAME", [(2, 0)]), ("SAME", [(2, 1)])]
 
 
 @pytest.mark.parametrize("where", ["PRIMARIES", "VARIANTS"])
@@ -167,18 +194,6 @@ def _linear(display: Any) -> Any:
     from spectral_core.spectra.color import linear_from_display_rgb
 
     return linear_from_display_rgb(display)
-
-
-def test_an_alternative_shows_its_colors_under_every_light(palette) -> None:
-    row = palette.materials[0]
-    chip, lights = reflectance("orange"), [illuminant("D65"), illuminant("A")]
-    show_alternative(row, Reflectance("orange", chip.grid, chip.values), lights)
-    colors = [np.array(cell.actual_linear) for cell in row.cells]
-    assert np.abs(colors[0] - colors[1]).max() > 0.01
-    for cell in row.cells:
-        np.testing.assert_allclose(
-            cell.actual_display, display_rgb_from_linear(np.array(cell.actual_linear)), atol=1e-5
-        )
 
 
 def test_every_part_of_a_decision_is_stored_for_the_panel(blender) -> None:

@@ -8,12 +8,12 @@ import pytest
 from scipy.optimize import linprog
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.possible import SECTION_LIMIT, possible_colors, section_linear_rgb
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import linear_rgb_from_product, normalized
-from spectral_core.spectra.spectrum import SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 GRID = SpectralGrid.uniform(400, 700, 10)
 LIGHTS = [normalized(illuminant(name), luminance=level) for name, level in (("D65", 2.0), ("HP1", 1.0), ("A", 3.0))]
@@ -120,3 +120,28 @@ def test_black_and_ignored_cells_hold_black_and_nothing() -> None:
     assert light is LIGHTS[0] and not np.any(color)
     # a material without any light under D65 has none under sodium light
     assert np.abs(found.nearest([0.5, 0.3, 0.0]).color).max() < 1e-6
+
+
+@pytest.mark.parametrize("chained", [False, True])
+def test_a_cell_that_takes_its_color_from_the_asked_one_follows_it(chained) -> None:
+    """Two lamps of one color under which a reflectance has any brightness; the present color is no limit."""
+    blue = normalized(illuminant("D65"))
+    twin = Illuminant("twin", blue.grid, blue.values * (1 + 0.3 * np.cos(blue.grid.wavelengths_nm / 9.0)))
+    lights = tuple(PaletteLight(each) for each in (blue, twin, twin))
+    rest = Cell.constant((0, 1), exact=True) if chained else Cell.ignore()
+    row = (Cell.ignore(), Cell.constant((0, 0), exact=True), rest)
+    asked = PaletteProblem(GRID, lights, (PaletteReflectance("leaf"),), (row,))
+    solved = solve_palette(asked.with_cell((0, 0), Cell.fixed((0.2, 0.1, 0.1))))
+    wanted = solved.actual_linear_rgb[0, 0]
+    present = 0.5 * solved.actual_linear_rgb
+    found = possible_colors(asked, (0, 0), actual=present)
+    assert found.held == ()
+    nearest = found.nearest(wanted)
+    assert nearest.reachable
+    for light in (twin, blue):
+        shown = linear_rgb_from_product(light, GRID) @ nearest.reflectance
+        np.testing.assert_allclose(shown, wanted, atol=1e-5)
+    red = found.nearest((2.0, 0.0, 0.0))
+    assert not red.reachable
+    assert found.in_the_way(red) == ()
+    np.testing.assert_allclose(linear_rgb_from_product(twin, GRID) @ red.reflectance, red.color, atol=1e-5)

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
-from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, presets, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.cell import CellMode
+from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.presets import PRESETS, design_grid, split_light
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
@@ -126,3 +127,24 @@ def test_numbers_whose_squares_overflow_are_refused(size: float) -> None:
         PaletteLight(plain, variants=(bright,))
     with pytest.raises(InvalidInputError, match="the largest number of light 'sun' is"):
         PaletteLight(plain, free=True, primaries=(plain, bright))
+
+
+def test_a_distinct_cell_of_weight_0_has_no_request() -> None:
+    problem = presets.most_distinct(3)
+    assert wants_distinct(problem)
+    none = {
+        (i, j): replace(cell, weight=0.0)
+        for i, row in enumerate(problem.cells)
+        for j, cell in enumerate(row)
+        if cell.mode is CellMode.DISTINCT
+    }
+    assert not wants_distinct(problem.with_cells(none))
+
+
+def test_messages_of_cells_have_the_names_of_their_material_and_light() -> None:
+    problem = presets.metamer_pair()
+    low, high = ((0, 0, 0), (0.1, 0.1, 0.1)), ((0.5, 0.5, 0.5), (0.6, 0.6, 0.6))
+    names = [f"“{item.name}” under “{problem.lights[0].name}”" for item in problem.reflectances]
+    apart = problem.with_cells({(0, 0): Cell.free(low), (1, 0): Cell.same_as((0, 0), box=high)})
+    with pytest.raises(InvalidInputError, match=f"boxes of {names[0]}, {names[1]} have no color in common"):
+        solve_palette(apart)

@@ -8,19 +8,25 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from bpy.types import PropertyGroup, Scene
+from bpy.types import Scene
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.alternatives import Alternative, alternatives
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import display_rgb_from_linear
 from spectral_core.spectra.observer import linear_rgb_from_product, normalized
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 from ...translate.palette.problem import palette_problem
-from ...translate.spectra.stored import spectrum_of, store_spectrum
-from .possible import solved_state
+from ...translate.palette.solution import store_cells, store_designed
+from ...translate.palette.table import paused
+from ...translate.spectra.stored import spectrum_of
+from . import picture
+from .session import fingerprint
 from .solve import forget_solutions
+
+NO_REQUEST = -1.0
+"""Stored in place of NaN, which JSON does not have."""
 
 Found = list[dict[str, Any]]
 """Values of ``palette.alternatives``, one dict for each."""
@@ -42,24 +48,40 @@ def search(scene: Scene, seed: int = 0) -> Callable[[], Found]:
             if kept is None:
                 raise InvalidInputError(f"{material.name!r} is locked but was never solved; solve the palette first")
             locked[row] = Reflectance(material.name, kept.grid, kept.values)
-    designed = [material.uid if material.design == "DESIGNED" else None for material in palette.materials]
-    return lambda: [_told(each, designed) for each in alternatives(problem, count=count, locked=locked, seed=seed)]
+    uids = [entry.uid if entry.design == "DESIGNED" else None for entry in (*palette.lights, *palette.materials)]
+    asked = fingerprint(problem)
+    return lambda: [
+        {"asked": asked, **_told(each, uids)} for each in alternatives(problem, count=count, locked=locked, seed=seed)
+    ]
 
 
-def _told(found: Alternative, designed: list[int | None]) -> dict[str, Any]:
-    """The values to store. ``designed``: numbers of the materials, None for those that are given."""
-    items = found.solution.reflectances
+def _told(found: Alternative, uids: list[int | None]) -> dict[str, Any]:
+    """The values to store. ``uids``: numbers of the lights and materials, None for those that are given."""
+    solution, items = found.solution, found.solution.reflectances
+    entries = zip(uids, (*solution.illuminants, *items), strict=True)
     spectra = {
         str(uid): {"nm": item.grid.wavelengths_nm.tolist(), "values": np.round(item.values, 6).tolist()}
-        for uid, item in zip(designed, items, strict=True)
+        for uid, item in entries
         if uid is not None
     }
-    lamps = {light.name: Illuminant(light.name, light.grid, light.values) for light in found.solution.illuminants}
+    cells = {
+        "actual": solution.actual_linear_rgb.tolist(),
+        "wanted": np.nan_to_num(solution.target_linear_rgb, nan=NO_REQUEST).tolist(),
+        "delta_e": np.nan_to_num(solution.delta_e_2000, nan=NO_REQUEST).tolist(),
+        "light_scale": solution.light_scale,
+        "amounts": [() if each is None else each.tolist() for each in solution.amounts],
+    }
+    lamps = {light.name: Illuminant(light.name, light.grid, light.values) for light in solution.illuminants}
     lights = [lamps[name] if name in lamps else normalized(illuminant(name)) for name in found.seen_under]
     colors = [[linear_rgb_from_product(light, item.grid) @ item.values for light in lights] for item in items]
     shown = np.clip(display_rgb_from_linear(np.array(colors)), 0, 1).round(4).tolist()
-    lamp_names = ", ".join(found.seen_under)
-    return {"apart": found.apart, "spectra": json.dumps(spectra), "colors": json.dumps(shown), "lamps": lamp_names}
+    return {
+        "apart": found.apart,
+        "spectra": json.dumps(spectra),
+        "cells": json.dumps(cells),
+        "colors": json.dumps(shown),
+        "lamps": ", ".join(found.seen_under),
+    }
 
 
 def store(scene: Scene, found: Found) -> None:
@@ -73,26 +95,41 @@ def store(scene: Scene, found: Found) -> None:
 
 
 def take(scene: Scene, index: int) -> None:
-    """Make an alternative the palette's solution: spectra, and the colors of the cells."""
+    """Make an alternative the palette's solution: spectra, and the colors and errors of the cells.
+
+    Raises InvalidInputError if there is none of this number, or if it answers another table.
+    """
     palette = scene.spectral.palette
     if not 0 <= index < len(palette.alternatives):
         raise InvalidInputError(
             f"there is no alternative {index}; there are {len(palette.alternatives)}, counted from 0"
         )
-    spectra = json.loads(palette.alternatives[index].spectra)
-    lights, _ = solved_state(palette)
-    if lights is None:
-        raise InvalidInputError("the palette is not solved; solve it, and find alternatives again")
-    for material in palette.materials:
-        stored = spectra.get(str(material.uid))
-        if stored is not None:
-            reflectance = Reflectance(material.name, SpectralGrid(stored["nm"]), np.clip(stored["values"], 0, 1))
-            _show(material, reflectance, lights)
+    answer = palette.alternatives[index]
+    if answer.asked != fingerprint(palette_problem(palette)):
+        raise InvalidInputError("the table has changed since this answer was found; press Find Alternatives again")
+    spectra, cells = json.loads(answer.spectra), json.loads(answer.cells)
+    actual, wanted, errors = (np.array(cells[name]) for name in ("actual", "wanted", "delta_e"))
+    with paused():
+        for entry, kind in (*((light, Illuminant) for light in palette.lights),
+                            *((material, Reflectance) for material in palette.materials)):  # fmt: skip
+            found = spectra.get(str(entry.uid))
+            if found is not None:
+                store_designed(entry.result, _physical(entry.name, found, kind), kind)
+        for light, amounts in zip(palette.lights, cells["amounts"], strict=False):
+            for lamp, amount in zip(light.primaries, amounts, strict=False):
+                lamp.amount = amount
+        asked = errors != NO_REQUEST
+        store_cells(palette, actual, np.where(asked[..., None], wanted, np.nan), np.where(asked, errors, np.nan))
+        palette.worst_delta_e = errors[asked].max(initial=0.0)
+        palette.light_scale = cells["light_scale"]
+        palette.is_alternative, palette.is_stale, palette.message = True, False, ""
     forget_solutions()
+    picture.follow(scene)
 
 
-def _show(material: PropertyGroup, reflectance: Reflectance, lights: list[Illuminant]) -> None:
-    store_spectrum(material.result, reflectance)
-    for cell, light in zip(material.cells, lights, strict=True):
-        cell.actual_linear = linear_rgb_from_product(light, reflectance.grid) @ reflectance.values
-        cell.actual_display = display_rgb_from_linear(cell.actual_linear)
+def _physical(name: str, found: dict[str, list[float]], kind: type[Spectrum]) -> Spectrum:
+    """A spectrum of this kind; a plain one beyond its limits ("Unphysical Spectra")."""
+    values = np.array(found["values"])
+    low, high = values.min(), values.max()
+    possible = low >= 0 if kind is Illuminant else low >= -Reflectance.TOLERANCE and high <= 1 + Reflectance.TOLERANCE
+    return (kind if possible else Spectrum)(name, SpectralGrid(np.array(found["nm"])), values, source="designed")

@@ -14,7 +14,7 @@ from ...translate.palette.solution import show_stored_colors
 from ...translate.palette.table import fill_references, paused
 from ..behind import Behind
 from ..deferred import Deferred, redraw
-from . import possible
+from . import picture, possible
 from .solve import Solve, finishing_solve, forget_solutions, keep, live_solve
 
 DELAY_SECONDS = 0.005
@@ -82,8 +82,16 @@ LIVE = Deferred(_follow, _finish, delay_seconds=DELAY_SECONDS, rest_seconds=REST
 
 @bpy.app.handlers.persistent
 def _after_undo(scene: bpy.types.Scene | None, *_rest: object) -> None:
-    """Blender stores an undo step before the timer has solved, so a step may contain new targets with older results."""
-    if scene is not None and scene.spectral.palette.live and len(scene.spectral.palette.materials):
+    """Blender stores an undo step before the timer has solved, so a step may contain new targets with older results.
+
+    An alternative that the artist has taken stays.
+    """
+    if scene is None or not len(scene.spectral.palette.materials):
+        return
+    palette = scene.spectral.palette
+    if palette.is_alternative and not palette.is_stale:
+        picture.follow(scene)
+    elif palette.live:
         LIVE.request(scene)
 
 

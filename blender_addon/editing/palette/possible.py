@@ -56,10 +56,19 @@ def question_of(palette: PropertyGroup) -> Question:
     """Question for the selected cell. Raises InvalidInputError for a table that cannot be solved."""
     row, column = palette.active_row, palette.active_column
     cell = palette.materials[row].cells[column]
-    wanted = linear_from_display_rgb(cell.target if cell.mode == "FIXED" or not cell.has_result else cell.actual)
+    wanted = _wanted(cell)
     uids = palette.materials[row].uid, palette.lights[column].uid
     names = tuple(light.name for light in palette.lights)
     return Question(palette_problem(palette), (row, column), solved_state(palette), wanted, uids, names)
+
+
+def _wanted(cell: PropertyGroup) -> NDArray[np.float64]:
+    """The color that a cell asks for, linear sRGB: of a free one, the color that it has."""
+    if cell.mode == "BLACK":
+        return np.zeros(3)
+    if cell.mode == "FIXED" or not cell.has_result:
+        return linear_from_display_rgb(cell.target)
+    return np.array(cell.wanted_linear if cell.mode in ("SAME", "CONSTANT") else cell.actual_linear, dtype=np.float64)
 
 
 def answered(question: Question) -> Answer:
@@ -216,5 +225,5 @@ def take_nearest(scene: Scene) -> None:
         raise InvalidInputError("there is no question yet; select a cell and press Possible?")
     cell = rows[answer.material_uid].cells[columns[answer.light_uid]]
     cell.mode = "FIXED"
-    cell.target = display_rgb_from_linear(np.maximum(answer.nearest_linear, 0.0))
+    cell.target = display_rgb_from_linear(answer.nearest_linear)
     answer.words = ""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The changes between two edits of a table, for the core's live session, which solves only these."""
 
+import hashlib
 from dataclasses import fields
 from typing import Any
 
@@ -57,6 +58,16 @@ def same_problem(before: PaletteProblem, after: PaletteProblem) -> bool:
     if not same_table(before, after):
         return False
     return not _changed_settings(before, after) and not _changed_cells(before, after)
+
+
+def fingerprint(problem: PaletteProblem) -> str:
+    """A text that is the same for problems with the same requests, spectra and settings, whatever their names are."""
+    settings = [getattr(problem, each.name) for each in fields(PaletteProblem) if each.name not in TABLE]
+    lights = [(tuple(lamp and lamp[1:] for lamp in key[0]), key[1:]) for key in map(_light_key, problem.lights)]
+    items = [spectrum and spectrum[1:] for _, spectrum in map(_item_key, problem.reflectances)]
+    cells = [[_cell_key(cell) for cell in row] for row in problem.cells]
+    parts = (_bytes(problem.grid.wavelengths_nm), settings, lights, items, cells)
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
 def _changed_settings(before: PaletteProblem, after: PaletteProblem) -> dict[str, Any]:

@@ -28,7 +28,7 @@ class SPECTRAL_OT_palette_dye(bpy.types.Operator):
         if palette.active_row >= len(palette.materials):
             raise InvalidInputError("no material is selected; add one to the table first")
         material = palette.materials[palette.active_row]
-        if material.design != "DESIGNED":
+        if material.design != "DESIGNED" and self.index < 0:
             raise InvalidInputError(
                 f"{material.name!r} is measured, so no dye can be designed into it; set it to Designed"
             )

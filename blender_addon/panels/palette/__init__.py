@@ -19,7 +19,7 @@ STATUS = {
     "compromise": ("ERROR", "A compromise"),
     "still_improving": ("TIME", "Can still improve: press Solve"),
     "exact_conflict": ("ERROR", "Exact cells conflict"),
-    "invisible": ("ERROR", "A light shows nothing"),
+    "invisible": ("ERROR", "A light or material shows nothing"),
     "inaccurate": ("CANCEL", "Not reliable"),
 }
 

@@ -57,7 +57,7 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
         if cell.use_box:
             column.prop(cell, "box_low")
             column.prop(cell, "box_high")
-    if cell.mode not in ("IGNORE", "FREE"):
+    if cell.mode not in ("IGNORE", "FREE") or (cell.mode == "FREE" and cell.use_box):
         column = _split(layout.column())
         if cell.mode != "DISTINCT":
             column.prop(cell, "exact", text="Exact")

@@ -2,10 +2,14 @@
 """Columns and rows that begin with a light or a material of the scene."""
 
 import bpy
+import numpy as np
 from bpy.types import PropertyGroup
+from numpy.typing import NDArray
 
 from spectral_core.spectra.color import display_rgb_from_linear
 
+from ... import compat
+from ..shading.tree import MOST_HOPS, Input, Output, linked, surface_output
 from ..spectra.stored import carried_spectrum, store_spectrum
 from . import table
 
@@ -46,12 +50,37 @@ def _keep_color(row: PropertyGroup) -> None:
         row.cells[0].target = display_rgb_from_linear(_main_color(row.material))
 
 
-def _main_color(material: bpy.types.Material) -> tuple[float, float, float]:
-    """Linear RGB of the first color socket of a material's surface; of its viewport color without one."""
-    tree = material.node_tree
-    for node in tree.nodes if tree is not None else ():
+def _main_color(material: bpy.types.Material) -> NDArray[np.float64]:
+    """Linear sRGB of the main color of a material's surface; of its viewport color without one.
+
+    Of mixed shaders the first one with a color counts, and of a color with a texture the socket's own value.
+    """
+    found = _surface_color(material)
+    color = np.array(material.diffuse_color[:3] if found is None else found)
+    matrix = compat.rec709_from_working(compat.working_space(bpy.data))
+    return color if matrix is None else matrix @ color
+
+
+def _surface_color(material: bpy.types.Material) -> tuple[float, ...] | None:
+    """The color of the first surface shader that the output node shows, in the working space; None without one."""
+    output = surface_output(compat.node_tree(material))
+    waiting = [] if output is None else [linked(Input(output.inputs["Surface"]))]
+    for _ in range(MOST_HOPS):
+        if not waiting:
+            break
+        shader = waiting.pop(0)
+        if shader is None:
+            continue
         for name in ("Base Color", "Color"):
-            socket = node.inputs.get(name)
-            if node.type.startswith("BSDF") and socket is not None and socket.type == "RGBA":
-                return tuple(socket.default_value[:3])
-    return tuple(material.diffuse_color[:3])
+            socket = shader.input(name)
+            if shader.node.type.startswith("BSDF") and socket is not None and socket.socket.type == "RGBA":
+                return _constant(socket)
+        waiting += [linked(Input(each, shader.groups)) for each in shader.node.inputs if each.type == "SHADER"]
+    return None
+
+
+def _constant(place: Input) -> tuple[float, ...]:
+    source = place.source()
+    is_plain = isinstance(source, Output) and source.node.type == "RGB"
+    value = source.socket.default_value if is_plain or isinstance(source, Input) else place.default
+    return tuple(value[:3])

@@ -11,6 +11,9 @@ from bpy.types import PropertyGroup
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteProblem, PaletteSolution
 
+MARGIN_NM = 10.0
+"""Distance of a dye's wavelength from the first one of the table, so that its light counts."""
+
 
 @dataclass(frozen=True)
 class TableSolver:
@@ -27,7 +30,7 @@ def solver_of(palette: PropertyGroup) -> TableSolver:
     if dyed and palette.use_tints:
         raise InvalidInputError("tints and fluorescent dyes are not designed together; switch one of them off")
     if dyed:
-        return _fluorescent(dyed)
+        return _fluorescent(dyed, palette.bl_rna.properties["grid_start"].hard_min)
     if palette.use_tints:
         from spectral_core.palette.paint.tints import TintCriterion, solve_with_tints
 
@@ -38,7 +41,8 @@ def solver_of(palette: PropertyGroup) -> TableSolver:
     return TableSolver(lambda problem, before: solve_palette(problem, warm=before))
 
 
-def _fluorescent(dyed: dict[int, PropertyGroup]) -> TableSolver:
+def _fluorescent(dyed: dict[int, PropertyGroup], lowest_nm: float) -> TableSolver:
+    """``lowest_nm``: least wavelength from which a table can design."""
     from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
     from spectral_core.palette.paint.fluorescent_report import palette_solution
     from spectral_core.spectra.fluorescence import FluorescentDye
@@ -52,10 +56,13 @@ def _fluorescent(dyed: dict[int, PropertyGroup]) -> TableSolver:
             for row, pairs in peaks.items()
         }
         least = min(low for pairs in peaks.values() for low, _ in pairs)
-        if problem.grid.wavelengths_nm[0] > least - 10:
+        if problem.grid.wavelengths_nm[0] > least - MARGIN_NM:
+            remedy = f"under Design, begin at {max(least - 2 * MARGIN_NM, lowest_nm):.0f} nm"
+            if lowest_nm > least - MARGIN_NM:
+                remedy = f"give the dye {lowest_nm + MARGIN_NM:.0f} nm or more, and begin at {lowest_nm:.0f} nm"
             raise InvalidInputError(
                 f"a dye absorbs light around {least:.0f} nm, but the table designs from "
-                f"{problem.grid.wavelengths_nm[0]:.0f} nm on; under Design, begin at {least - 20:.0f} nm"
+                f"{problem.grid.wavelengths_nm[0]:.0f} nm on; {remedy}"
             )
         found = solve_fluorescent(problem, dyes, start=None if before is None else before.illuminants)
         amounts.update({row: [float(amount) for amount in found.surfaces[row].amounts] for row in peaks})

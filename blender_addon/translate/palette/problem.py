@@ -32,7 +32,7 @@ def palette_problem(palette: PropertyGroup) -> PaletteProblem:
 def takes_seconds(palette: PropertyGroup) -> bool:
     """True if this table needs a solver that is too slow for dragging a slider."""
     several = len(palette.observers) > 1 or any(len(light.variants) for light in palette.lights)
-    distinct = any(cell.mode == "DISTINCT" for _, cell in places(palette))
+    distinct = any(cell.mode == "DISTINCT" and cell.weight > 0 for _, cell in places(palette))
     paint = palette.use_tints or any(len(material.dyes) for material in palette.materials)
     return distinct or paint or (palette.robustness == "worst_case" and several)
 
@@ -102,11 +102,14 @@ def _cell(palette: PropertyGroup, material: PropertyGroup, column: int) -> Cell:
     box = None
     if cell.use_box and cell.mode in BOXED:
         box = (linear_from_display_rgb(cell.box_low), linear_from_display_rgb(cell.box_high))
-    return Cell(
-        mode,
-        target=linear_from_display_rgb(cell.target) if mode is CellMode.FIXED else None,
-        others=tuple(others),
-        box=box,
-        weight=cell.weight,
-        exact=cell.exact and mode is not CellMode.DISTINCT,
-    )
+    try:
+        return Cell(
+            mode,
+            target=linear_from_display_rgb(cell.target) if mode is CellMode.FIXED else None,
+            others=tuple(others),
+            box=box,
+            weight=cell.weight,
+            exact=cell.exact and mode is not CellMode.DISTINCT,
+        )
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{material.name!r} under {palette.lights[column].name!r}: {error}") from error

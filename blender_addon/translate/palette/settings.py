@@ -9,10 +9,10 @@ import numpy as np
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteProblem
-from spectral_core.spectra.observer import STANDARD
+from spectral_core.spectra.observer import STANDARD, xyz_of
 from spectral_core.spectra.spectrum import SpectralGrid
 
-from ...properties.palette import PALETTE_FIELDS
+from ...properties.palette import PALETTE_FIELDS, SpectralPalette
 
 PHYSICAL = {"reflectance_bounds": (0.0, 1.0), "light_bounds": (0.0, np.inf)}
 UNBOUNDED = (-np.inf, np.inf)
@@ -26,15 +26,28 @@ def settings_of(palette: bpy.types.PropertyGroup) -> dict[str, Any]:
     return {core: _READ[core](values) if core in _READ else values[name] for core, name in named.items()}
 
 
-def store_settings(palette: bpy.types.PropertyGroup, problem: PaletteProblem) -> None:
-    """Store the settings of a problem; ``require_storable`` checks beforehand that the table can represent them."""
+def store_settings(palette: bpy.types.PropertyGroup, problem: PaletteProblem) -> list[str]:
+    """Store the settings of a problem; returns a text on each number that the table limits.
+
+    ``require_storable`` checks beforehand that the table can represent everything else.
+    """
+    notes = []
     for name, field in PALETTE_FIELDS.items():
-        stated = getattr(problem, field.core[0])
-        setattr(palette, name, _STORED[name](stated) if name in _STORED else stated)
+        stated = _stored(name, problem)
+        setattr(palette, name, stated)
+        kept = getattr(palette, name)
+        if isinstance(kept, (int, float)) and not np.isclose(kept, float(stated), rtol=1e-5, atol=1e-9):
+            notes.append(f"{field.core[0]} {stated:g} became {kept:g}, which is the limit of the table")
+    return notes
+
+
+def _stored(name: str, problem: PaletteProblem) -> Any:
+    stated = getattr(problem, PALETTE_FIELDS[name].core[0])
+    return _STORED[name](stated) if name in _STORED else stated
 
 
 def require_storable(problem: PaletteProblem) -> None:
-    """Raise InvalidInputError for a setting that the table cannot represent."""
+    """Raise InvalidInputError for a setting or a light that the table cannot represent."""
     grid = problem.grid
     steps = np.diff(grid.wavelengths_nm)
     if grid.interpolation != "linear" or np.ptp(steps) > 1e-6 * steps[0]:
@@ -42,6 +55,20 @@ def require_storable(problem: PaletteProblem) -> None:
             f"this palette is on {grid} ({grid.interpolation}); the table designs on equal steps, linear between "
             "them. Give the file a [grid] of start_nm, stop_nm and step_nm, or solve it with spectral-scene design"
         )
+    for name in ("grid_start", "grid_stop", "grid_samples"):
+        own, stated = SpectralPalette.bl_rna.properties[name], _stored(name, problem)
+        if not own.hard_min <= stated <= own.hard_max:
+            raise InvalidInputError(
+                f"this palette has {own.name} {stated:g}; the table supports {own.hard_min:g} to {own.hard_max:g}. "
+                "Give the file another [grid], or solve it with spectral-scene design"
+            )
+    for light in problem.lights:
+        for lamp in (light.spectrum, *light.primaries, *light.variants):
+            if not xyz_of(lamp)[1] > 0:
+                raise InvalidInputError(
+                    f"the light {lamp.name!r} shows nothing to the eye, and the table states lights by their "
+                    "brightness; give it power between 380 and 780 nm, or solve the file with spectral-scene design"
+                )
     bounds = {name: getattr(problem, name) for name in PHYSICAL}
     if bounds != PHYSICAL and any(ends != UNBOUNDED for ends in bounds.values()):
         raise InvalidInputError(

@@ -3,6 +3,7 @@
 
 import numpy as np
 from bpy.types import PropertyGroup
+from numpy.typing import NDArray
 
 from spectral_core.palette import PaletteSolution
 from spectral_core.spectra.color import display_rgb_from_linear
@@ -12,6 +13,8 @@ from ...properties.palette_cell import NO_ERROR
 from ..spectra.stored import store_spectrum
 from .table import places
 
+Array = NDArray[np.float64]
+
 
 def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finished: bool = True) -> None:
     """Write spectra, colors, errors and status of a solution into the properties that panels show.
@@ -19,27 +22,30 @@ def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finishe
     ``finished``: True if conflicts were searched; if not, the shown ones stay while targets are missed.
     """
     for light, spectrum in zip(palette.lights, solution.illuminants, strict=True):
-        _store_result(light.result, spectrum, Illuminant)
+        store_designed(light.result, spectrum, Illuminant)
     for material, spectrum in zip(palette.materials, solution.reflectances, strict=True):
-        _store_result(material.result, spectrum, Reflectance)
+        store_designed(material.result, spectrum, Reflectance)
     for light, amounts in zip(palette.lights, solution.amounts, strict=True):
         for lamp, amount in zip(light.primaries, () if amounts is None else amounts, strict=False):
             lamp.amount = amount
-    for (row, column), cell in places(palette):
-        error = solution.delta_e_2000[row, column]
-        wanted = solution.target_linear_rgb[row, column]
-        cell.actual_linear = solution.actual_linear_rgb[row, column]
-        cell.wanted_linear = wanted if np.isfinite(wanted).all() else cell.actual_linear
-        _show_colors(cell)
-        cell.delta_e = error if np.isfinite(error) else NO_ERROR
-        cell.has_result = True
-    palette.status, palette.remedy = str(solution.status), solution.remedy
+    store_cells(palette, solution.actual_linear_rgb, solution.target_linear_rgb, solution.delta_e_2000)
+    palette.status, palette.remedy, palette.is_alternative = str(solution.status), solution.remedy, False
     palette.notes = "\n".join(solution.notes)
     palette.worst_delta_e = solution.max_delta_e_2000
     palette.light_scale = solution.light_scale
     palette.milliseconds = 1e3 * solution.timings.get("total", 0.0)
     if finished or palette.status == "solved":
         _store_conflicts(palette, solution)
+
+
+def store_cells(palette: PropertyGroup, actual: Array, wanted: Array, errors: Array) -> None:
+    """Write the results of all cells: linear sRGB (R, L, 3) twice, and ΔE2000 (R, L); NaN without a request."""
+    for place, cell in places(palette):
+        cell.actual_linear = actual[place]
+        cell.wanted_linear = wanted[place] if np.isfinite(wanted[place]).all() else cell.actual_linear
+        _show_colors(cell)
+        cell.delta_e = errors[place] if np.isfinite(errors[place]) else NO_ERROR
+        cell.has_result = True
 
 
 def _show_colors(cell: PropertyGroup) -> None:
@@ -67,6 +73,6 @@ def _store_conflicts(palette: PropertyGroup, solution: PaletteSolution) -> None:
             entry.relief_material_uid, entry.relief_light_uid = palette.materials[row].uid, palette.lights[column].uid
 
 
-def _store_result(result: PropertyGroup, spectrum: Spectrum, kind: type) -> None:
+def store_designed(result: PropertyGroup, spectrum: Spectrum, kind: type) -> None:
     """Spectra beyond physical limits ("Unphysical Spectra") are stored for the curves, and not as a spectrum."""
     store_spectrum(result, spectrum, physical=isinstance(spectrum, kind))

@@ -86,33 +86,38 @@ def add_lamp(lamps: bpy_prop_collection, name: str) -> PropertyGroup:
     return lamp
 
 
-def remove_light(palette: PropertyGroup, column: int) -> None:
-    """Remove a column; cells that referred to it no longer do."""
+def remove_light(palette: PropertyGroup, column: int) -> list[str]:
+    """Remove a column; cells that referred to it no longer do. Returns the names of those without a request now."""
     uid = palette.lights[column].uid
     with paused():
         palette.lights.remove(column)
         for material in palette.materials:
             material.cells.remove(column)
-        _forget(palette, lambda reference: reference.light_uid == uid)
+        lost = _forget(palette, lambda reference: reference.light_uid == uid)
         clamp_active(palette)
+    return lost
 
 
-def remove_material(palette: PropertyGroup, row: int) -> None:
-    """Remove a row; cells that referred to it no longer do."""
+def remove_material(palette: PropertyGroup, row: int) -> list[str]:
+    """Remove a row; cells that referred to it no longer do. Returns the names of those without a request now."""
     uid = palette.materials[row].uid
     with paused():
         palette.materials.remove(row)
-        _forget(palette, lambda reference: reference.material_uid == uid)
+        lost = _forget(palette, lambda reference: reference.material_uid == uid)
         clamp_active(palette)
+    return lost
 
 
-def _forget(palette: PropertyGroup, gone: Callable[[PropertyGroup], bool]) -> None:
-    for _, cell in places(palette):
+def _forget(palette: PropertyGroup, gone: Callable[[PropertyGroup], bool]) -> list[str]:
+    lost = []
+    for (row, column), cell in places(palette):
         for index in reversed(range(len(cell.others))):
             if gone(cell.others[index]):
                 cell.others.remove(index)
         if cell.mode in REFERRING and not len(cell.others):
             cell.mode = "IGNORE"
+            lost.append(f"{palette.materials[row].name} under {palette.lights[column].name}")
+    return lost
 
 
 def move_light(palette: PropertyGroup, column: int, to: int) -> None:
@@ -135,7 +140,10 @@ def clear(palette: PropertyGroup) -> None:
         palette.lights.clear()
         palette.materials.clear()
         palette.conflicts.clear()
-        palette.status = palette.remedy = palette.message = palette.notes = ""
+        palette.alternatives.clear()
+        palette.status = palette.remedy = palette.message = palette.notes = palette.possible.words = ""
+        palette.light_scale, palette.is_stale, palette.is_alternative = 1.0, False, False
+        palette.use_tints = False
         clamp_active(palette)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.criteria import capped_weights
+from spectral_core.palette.given import cell_name
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
 
 Array = NDArray[np.float64]
@@ -88,7 +89,8 @@ def compiled_requests(problem: PaletteProblem) -> Requests:
         )
     for i, j in index:
         if problem.cells[i][j].mode is CellMode.DISTINCT and not problem.reflectances[i].free:
-            notes.append(f"cell {(i, j)} should be distinct, but its reflectance is given, so nothing was done for it")
+            name = cell_name(problem, (i, j))
+            notes.append(f"{name} should be distinct, but its reflectance is given, so nothing was done for it")
     targets = [_target(at, problem.cells[at[0]][at[1]], weights) for at in index]
     blacks = tuple(t for t in targets if t is not None and problem.cells[t.cell[0]][t.cell[1]].mode is CellMode.BLACK)
     return Requests(
@@ -166,7 +168,8 @@ def _box(problem: PaletteProblem, members: list[CellIndex], weights: dict[CellIn
         if box is not None and (i, j) in weights:
             low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
     if np.any(low > high):
-        raise InvalidInputError(f"the color boxes of the cells {members} have no color in common; widen or remove one")
+        names = ", ".join(cell_name(problem, cell) for cell in members)
+        raise InvalidInputError(f"the color boxes of {names} have no color in common; widen or remove one")
     return np.stack([low, high])
 
 

@@ -75,11 +75,11 @@ def wants_distinct(problem: PaletteProblem) -> bool:
 
 
 def distinct_pairs(problem: PaletteProblem) -> list[tuple[CellIndex, CellIndex]]:
-    """Pairs of cells that should differ, each once."""
+    """Pairs of cells that should differ, each once; a cell of weight 0 has no request."""
     pairs = set()
     for i, row in enumerate(problem.cells):
         for j, cell in enumerate(row):
-            if cell.mode is CellMode.DISTINCT:
+            if cell.mode is CellMode.DISTINCT and cell.weight > 0:
                 pairs |= {(min((i, j), other), max((i, j), other)) for other in cell.others}
     return sorted(pairs)
 

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.documents.codecs import (
     SpectrumFiles,
@@ -108,9 +110,11 @@ def _encoded_settings(problem: PaletteProblem) -> dict[str, Any]:
         if each.default is MISSING or value == each.default:
             continue
         if isinstance(value, SubspaceCriterion):
-            value = {"basis": value.basis.tolist(), "weight": value.weight, "componentwise": value.componentwise}
+            criterion = {"weight": float(value.weight), "componentwise": bool(value.componentwise)}
+            value = {"basis": value.basis.tolist(), **criterion}
         elif each.name in BOUNDS:
-            value = [_encoded_bound(end) for end in value]
+            value = _encoded_ends(value)
+        value = value.item() if isinstance(value, np.generic) else value
         settings[each.name] = list(value) if isinstance(value, tuple) else value
     return settings
 
@@ -127,9 +131,14 @@ def _decoded_settings(table: dict[str, Any]) -> dict[str, Any]:
     return settings
 
 
-def _encoded_bound(end: float) -> float | str:
+def _encoded_ends(ends: Iterable[float]) -> list[float | str]:
     """Infinity as a string: JSON has no number for it."""
-    return float(end) if np.isfinite(end) else "inf" if end > 0 else "-inf"
+    return [float(end) if np.isfinite(end) else "inf" if end > 0 else "-inf" for end in ends]
+
+
+def _decoded_end(given: list[float | str] | str) -> NDArray[np.float64]:
+    """An end of a box: a color, or linear RGB with "inf" for an open side; ``Cell`` checks it."""
+    return decoded_color(given) if isinstance(given, str) else np.array([float(channel) for channel in given])
 
 
 def _encoded_light(light: PaletteLight, grid: SpectralGrid) -> dict[str, Any]:
@@ -178,7 +187,10 @@ def _decoded_reflectance(table: dict[str, Any], grid: SpectralGrid, files: Spect
     if "spectrum" not in table:
         return PaletteReflectance(table["name"])
     spectrum = decoded_spectrum(table["spectrum"], "reflectance", grid, files)
-    assert isinstance(spectrum, Reflectance)
+    if not isinstance(spectrum, Reflectance):
+        raise InvalidInputError(
+            f"the spectrum {spectrum.name!r} is a light; expected a reflectance, so leave sine_nm to the lights"
+        )
     return PaletteReflectance(table["name"], spectrum)
 
 
@@ -194,7 +206,7 @@ def _encoded_cell(cell: Cell, at: CellIndex, names: Names) -> dict[str, Any]:
     if cell.others:
         table["others"] = [_encoded_place(other, names) for other in cell.others]
     if cell.box is not None:
-        table["box"] = [end.tolist() for end in cell.box]
+        table["box"] = [_encoded_ends(end) for end in cell.box]
     if cell.weight != 1.0:
         table["weight"] = float(cell.weight)
     if cell.exact:
@@ -209,7 +221,7 @@ def _decoded_cell(table: dict[str, Any], names: Names) -> tuple[CellIndex, Cell]
         CellMode(table["mode"]),
         decoded_color(table["color"]) if "color" in table else None,
         tuple(_decoded_place(other, names) for other in table.get("others", ())),
-        None if box is None else (decoded_color(box[0]), decoded_color(box[1])),
+        None if box is None else (_decoded_end(box[0]), _decoded_end(box[1])),
         float(table.get("weight", 1.0)),
         table.get("exact", False),
     )

@@ -2,7 +2,8 @@
 """Tables of spectra: wavelengths in the first column (or row), one spectrum per further column (or row).
 
 Separators are comma, semicolon, tab or blanks, found from the first rows; with semicolons or tabs a decimal comma is
-understood. An empty cell means "not measured here": each spectrum keeps the wavelengths that it has.
+understood. An empty cell means "not measured here": each spectrum keeps the wavelengths that it has. The headings may
+be in a comment directly above the numbers, as NumPy writes them.
 """
 
 from __future__ import annotations
@@ -33,6 +34,15 @@ from spectral_core.spectra.spectrum import Spectrum
 
 Row = tuple[int, list[str]]
 """Line number in the file, and its cells without blanks around them."""
+
+VISIBLE_NM = (380.0, 780.0)
+WAVELENGTH_WORDS = ("wavelength", "wave length", "lambda", "λ", "wl")
+"""Beginnings of the heading of wavelengths."""
+OTHER_WORDS = ("wavenumber", "wave number", "frequency", "energy", "photon energy")
+OTHER_UNITS = (
+    "cm-1", "cm^-1", "cm⁻¹", "1/cm", "ev", "thz", "ghz", "hz", "pm", "mm", "cm",
+)  # fmt: skip
+"""Beginnings and units of headings of other quantities, whose numbers may look like wavelengths in nm."""
 
 
 def read(path: Path, options: ReadOptions) -> list[Spectrum]:
@@ -76,12 +86,46 @@ def _rows(path: Path, statements: Statements) -> list[Row]:
     kept = [(n, line) for n, line in numbered if line.strip(" \t,;") and not line.lstrip().startswith("#")]
     if not kept:
         raise FileFormatError(f"{path}, line 1: no samples; expected a table of wavelengths and values")
-    delimiter = _delimiter([line for _, line in kept])
+    marked = _spreadsheet_mark(kept[0][1]) if len(kept) > 1 else None
+    kept = kept if marked is None else kept[1:]
+    delimiter = marked or _delimiter([line for _, line in kept])
     rows = [(line_number, _cells(line, delimiter)) for line_number, line in kept]
+    if len(rows) > 1 and not is_number(rows[0][1][0]):
+        rows[0] = (rows[0][0], _headings(kept[0][1], delimiter, _used(rows[1][1])))
+    above = rows[0][0] - 2  # of the line before the first row, from 0
+    if is_number(rows[0][1][0]) and above >= 0 and numbered[above][1].lstrip().startswith("#"):
+        comment = _headings(numbered[above][1].lstrip("# \t"), delimiter, _used(rows[0][1]))
+        if len(comment) == _used(rows[0][1]) and _names_wavelengths(comment[0]):
+            rows.insert(0, (above + 1, comment))
     if delimiter in (";", "\t") and not any("." in cell for _, cells in rows[1:] for cell in cells):
         rows = rows[:1] + [(n, [_with_point(cell) for cell in cells]) for n, cells in rows[1:]]
         rows[0] = (rows[0][0], [_with_point(cell) for cell in rows[0][1]])
     return rows
+
+
+def _spreadsheet_mark(line: str) -> str | None:
+    """The separator that a spreadsheet states in a first line such as ``sep=;``; None if the line is another."""
+    stated = line.strip(" \r\n").strip('"')
+    return stated[4] if len(stated) == 5 and stated.lower().startswith("sep=") else None
+
+
+def _headings(line: str, delimiter: str, width: int) -> list[str]:
+    """Cells of a line of headings; separated by blanks, ``Wavelength (nm)`` is one if that gives ``width`` of them."""
+    cells = _cells(line, delimiter)
+    if delimiter != " " or len(cells) == width:
+        return cells
+    merged: list[str] = []
+    for cell in cells:
+        if merged and cell.startswith(("(", "[")):
+            merged[-1] += f" {cell}"
+        else:
+            merged.append(cell)
+    return merged if len(merged) == width else cells
+
+
+def _names_wavelengths(heading: str) -> bool:
+    """True for ``Wavelength``, ``λ/nm``, ``nm``."""
+    return heading.lower().startswith(WAVELENGTH_WORDS) or _stated_unit(heading, NM_PER_UNIT) is not None
 
 
 def _with_point(cell: str) -> str:
@@ -112,6 +156,10 @@ def _runs_across(header: Row, body: list[Row]) -> bool:
     if len(down) > 1 and all(map(is_number, down)):
         steps_down = np.diff([float(cell) for cell in down])
         if np.all(steps_down > 0) or np.all(steps_down < 0):
+            # Numbers may be names, such as RAL 5014 over 380 to 780 nm.
+            is_visible = any(VISIBLE_NM[0] <= float(cell) <= VISIBLE_NM[1] for cell in down)
+            if is_visible and (_names_wavelengths(header[1][0]) or min(map(float, across)) > VISIBLE_NM[1]):
+                return False
             # Both axes ascend: one counts samples (1, 2, 3 …), the one with larger numbers holds wavelengths.
             return float(across[0]) > max(float(cell) for cell in down)
     return True
@@ -134,7 +182,7 @@ def _columns_from_columns(path: Path, header: Row, body: list[Row]) -> list[Colu
             )
     unnamed = [path.stem] if width == 2 else [f"{path.stem} {number}" for number in range(1, width)]
     names = headings[1:] + [""] * (width - len(headings)) if headings else unnamed
-    wavelength_unit = _stated_unit(header[1][0], NM_PER_UNIT) if header[1] else None
+    wavelength_unit = _wavelength_unit(path, header) if header[1] else None
     columns = [_named_column(name, path.stem, wavelength_unit) for name in names]
     for line, cells in body:
         if len(cells) < width and not headings:
@@ -153,13 +201,14 @@ def _used(cells: list[str]) -> int:
 
 def _columns_from_rows(path: Path, header: Row, body: list[Row]) -> list[Column]:
     """One row of the table is one spectrum; the first row holds the wavelengths."""
-    line_of_wavelengths, (corner, *across) = header
+    line_of_wavelengths, (_, *across) = header
+    wavelength_unit = _wavelength_unit(path, header)
     wavelengths = [number(path, line_of_wavelengths, cell, "a wavelength") for cell in across]
     columns = []
     for line, (name, *cells) in body:
         if len(cells) > len(wavelengths):
             raise FileFormatError(f"{path}, line {line}: {len(cells)} values for {len(wavelengths)} wavelengths")
-        column = _named_column(name, path.stem, _stated_unit(corner, NM_PER_UNIT))
+        column = _named_column(name, path.stem, wavelength_unit)
         for wavelength, cell in zip(wavelengths, cells, strict=False):
             if cell:
                 column.add(line, wavelength, number(path, line, cell, f"a value of {name!r}"))
@@ -177,8 +226,22 @@ def _named_column(heading: str, fallback: str, wavelength_unit: str | None) -> C
     return column
 
 
+def _wavelength_unit(path: Path, header: Row) -> str | None:
+    """Unit that the first heading states; None if it states none. Raises FileFormatError for another quantity."""
+    line, (heading, *_) = header
+    last = _last_word(heading)[1].lower()
+    if heading.lower().startswith(OTHER_WORDS) or last in OTHER_UNITS or heading.lower().endswith("1/cm"):
+        raise FileFormatError(
+            f"{path}, line {line}: {heading!r} is no wavelength in {', '.join(NM_PER_UNIT)}; convert the numbers to "
+            "wavelengths, and name the unit in the heading"
+        )
+    return _stated_unit(heading, NM_PER_UNIT)
+
+
 def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
-    """Unit named at the end of a heading: ``wavelength_nm``, ``Wavelength (µm)``, ``paint [%]``; None if none is."""
+    """Unit named at the end of a heading: ``wavelength_nm``, ``Wavelength (µm)``, ``paint [%]``, ``R/%``; None if none
+    is.
+    """
     try:
         return known_unit(_last_word(heading)[1], known)
     except ValueError:
@@ -198,5 +261,5 @@ def _last_word(heading: str) -> tuple[str, str, bool]:
         if opened >= 0 and not set(inside) & set("])"):
             return text[:opened].rstrip(), inside.strip(), True
         return text, "", False
-    cut = max(text.rfind("_"), text.rfind(" "))
+    cut = max(text.rfind("_"), text.rfind(" "), text.rfind("/"))
     return text[: max(cut, 0)].rstrip(), text[cut + 1 :], False

@@ -7,6 +7,7 @@ ever expanded.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -40,6 +41,7 @@ QUANTITY_OF_KIND: dict[SpectrumKind, str] = {
     "spectrum": "other",
 }
 
+_NO_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _SAMPLED_NOTE = "interpolation: sampled"
 
 
@@ -145,6 +147,11 @@ def _document_of(spectrum: Spectrum) -> SpdxDocument:
 
 
 def _element(name: str, text: str) -> str:
+    wrong = _NO_XML.search(text)
+    if wrong is not None:
+        raise InvalidInputError(
+            f"{name} {text[:40]!r} contains {wrong[0]!r}, which no XML file can hold; remove it, or write a .csv"
+        )
     return f"\t\t<{name}>{escape(text)}</{name}>"
 
 

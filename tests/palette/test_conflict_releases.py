@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Conflicts name only releases that help when they are made, and the cells that exclude a color together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.presets import design_grid
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.observer import normalized
+
+
+def palette_of(cells, lamps, **settings) -> PaletteProblem:
+    lights = tuple(PaletteLight(normalized(illuminant(name))) for name in lamps)
+    surfaces = tuple(PaletteReflectance("abcdef"[k]) for k in range(len(cells)))
+    return PaletteProblem(design_grid(), lights=lights, reflectances=surfaces, cells=cells, **settings)
+
+
+def chain(count: int) -> PaletteProblem:
+    """A black material, and others that are the same as the one before; the last is to be brown under lamp A."""
+    rows = [(Cell.black(exact=True), Cell.ignore())]
+    rows += [(Cell.same_as((k, 0), exact=True), Cell.ignore()) for k in range(count - 1)]
+    return palette_of((*rows[:-1], (rows[-1][0], Cell.fixed((0.5, 0.2, 0.1)))), ("D65", "A"))
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_material_that_same_cells_make_black_names_all_of_them(count) -> None:
+    problem = chain(count)
+    (conflict,) = solve_palette(problem).conflicts
+    assert conflict.cell == (count - 1, 1)
+    assert set(conflict.relieved_by) == {(k, 0) for k in range(count)}
+    assert "“a” under “D65” (exact, black)" in conflict.text
+    assert "“b” under “D65” (exact, same as “a” under “D65”)" in conflict.text
+    assert "together exclude it" in conflict.text
+    for release in conflict.relieved_by:
+        after = solve_palette(problem.with_cell(release, Cell.ignore()), explain=False)
+        assert after.delta_e_2000[conflict.cell] == pytest.approx(conflict.delta_e_without, abs=0.1)
+
+
+def test_one_exact_black_cell_is_named_alone() -> None:
+    problem = palette_of(((Cell.black(exact=True), Cell.fixed((0.1, 0.3, 0.2))),), ("FL2", "D65"))
+    (conflict,) = solve_palette(problem).conflicts
+    assert conflict.relieved_by == ((0, 0),)
+    assert "(exact, black) excludes it" in conflict.text
+
+
+def test_two_black_cells_that_each_exclude_a_color_are_named_as_a_set() -> None:
+    row = (Cell.black(exact=True), Cell.black(exact=True), Cell.fixed((0.2, 0.3, 0.1)))
+    problem = palette_of((row,), ("D65", "FL2", "A"))
+    (conflict,) = solve_palette(problem).conflicts
+    assert conflict.relieved_by == ()
+    assert "“a” under “D65” (exact, black) and “a” under “FL2” (exact, black) exclude it, each of them" in conflict.text
+    after = solve_palette(problem.with_cells({(0, 0): Cell.ignore(), (0, 1): Cell.ignore()}), explain=False)
+    assert after.delta_e_2000[0, 2] == pytest.approx(conflict.delta_e_without, abs=0.1)
+
+
+def random_palette(rng) -> PaletteProblem:
+    lamps = rng.choice(["D65", "HP1", "A", "FL11", "LED-B3", "FL2"], 3, replace=False)
+    rows = []
+    for i in range(3):
+        row = []
+        for j in range(3):
+            how = {"exact": bool(rng.random() < 0.4), "weight": float(rng.choice([0.2, 1.0, 5.0]))}
+            same = i > 0 and rng.random() < 0.3
+            row.append(Cell.same_as((i - 1, j), **how) if same else Cell.fixed(rng.random(3) ** 2, **how))
+        rows.append(tuple(row))
+    return palette_of(tuple(rows), lamps)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_named_release_helps_when_it_is_made(seed) -> None:
+    problem = random_palette(np.random.default_rng([77, seed]))
+    solution = solve_palette(problem)
+    for conflict in solution.conflicts:
+        if conflict.relieved_by:
+            after = solve_palette(problem.with_cell(conflict.relieved_by[0], Cell.ignore()), explain=False)
+            assert np.nan_to_num(after.delta_e_2000[conflict.cell]) < 0.9 * conflict.delta_e_2000
+
+
+def test_a_measured_material_under_a_measured_light_is_said_to_be_measured() -> None:
+    problem = palette_of(((Cell.fixed((0.1, 0.3, 0.9)),), (Cell.fixed((0.2, 0.2, 0.2)),)), ("A",))
+    surfaces = (PaletteReflectance("skin", reflectance("dark skin")), problem.reflectances[1])
+    (conflict,) = solve_palette(
+        PaletteProblem(problem.grid, lights=problem.lights, reflectances=surfaces, cells=problem.cells)
+    ).conflicts
+    assert "its material and its light are measured" in conflict.text
