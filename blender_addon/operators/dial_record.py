@@ -19,7 +19,7 @@ from ..editing.dial import changes, live
 from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, color_bulbs, store_members
 from ..editing.dial.paths import path_for_recording
-from ..editing.dial.recording import Recording, remember_recorded
+from ..editing.dial.recording import Recording, remember_recorded, told
 from ..editing.dial.view_process import TableAhead
 from ..translate.dial import storage_name
 from .common import UNDOABLE, Waiting, WaitingForFile, chosen_path
@@ -169,7 +169,8 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
         note = _keep(scene, self._recording, answer)
         changes.LIVE.request(scene)  # later: it translates the scene once more
         live.redraw_dial()
-        text = f"recorded: {scene.spectral.dial.facts}{self._recording.told}{note}"
+        notes = told(answer.mix.transport.notes)
+        text = f"recorded: {scene.spectral.dial.facts}{self._recording.told}{note}{notes}"
         self.report({"WARNING" if note else "INFO"}, text)
 
     def refused(self, error: Exception) -> set[str]:

@@ -34,6 +34,7 @@ class SpectralDialMember(bpy.types.PropertyGroup):
     owner: PointerProperty(type=bpy.types.ID)
     slot: IntProperty(default=-1, description="Material slot of an emissive object; -1 for a lamp or a world")
     node: StringProperty(description="Node of the strength; empty for a lamp's power")
+    socket: StringProperty(description="Input of the node; empty for its first strength")
     base: FloatProperty(description="Power or strength as recorded")
 
 

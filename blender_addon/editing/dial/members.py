@@ -14,9 +14,16 @@ from bpy.types import ID, Node, NodeSocket, NodeTree, Object, PropertyGroup, Sce
 from spectral_core.errors import InvalidInputError
 
 from ... import compat
+from ...translate.volumes import has_transfer
 
-STRENGTH = {"EMISSION": "Strength", "BACKGROUND": "Strength", "BSDF_PRINCIPLED": "Emission Strength"}
-"""Name of the socket with the strength of each type of node."""
+STRENGTHS: dict[str, dict[str, str]] = {
+    "EMISSION": {"Strength": "Color"},
+    "BACKGROUND": {"Strength": "Color"},
+    "BSDF_PRINCIPLED": {"Emission Strength": "Emission Color"},
+    "PRINCIPLED_VOLUME": {"Emission Strength": "Emission Color", "Blackbody Intensity": "Blackbody Tint"},
+}
+"""Sockets with a strength of each type of node, and that of its color."""
+WITH_MATERIALS = ("MESH", "CURVE", "SURFACE", "FONT", "META", "VOLUME")
 DIMMER = "Light Dial of "
 """Prefix of the name of the node that dims a strength computed by other nodes."""
 
@@ -32,6 +39,7 @@ class Member:
     slot: int
     node: str
     base: float
+    socket: str = ""
 
 
 def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> list[Member]:
@@ -44,7 +52,7 @@ def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> 
         group = each.name_full if one_per_light else each.lightgroup
         if each.type == "LIGHT" and each.data.energy > 0:
             found.append(Member(group, each.session_uid, -1, "", each.data.energy))
-        elif each.type in ("MESH", "CURVE", "SURFACE", "FONT", "META"):
+        elif each.type in WITH_MATERIALS and not _has_transfer(each):
             for number, slot in enumerate(each.material_slots):
                 found += [Member(group, each.session_uid, number, *entry) for entry in _emissive(slot.material)]
     world = scene.world
@@ -65,33 +73,42 @@ def group_count(scene: Scene, one_per_light: bool) -> int:
     return len({member.group for member in members_of(scene, shown, one_per_light)})
 
 
-def _emissive(owner: ID) -> list[tuple[str, float]]:
-    """Emissive nodes of a material or world, with their strength; 1 if other nodes compute it."""
+def _has_transfer(each: Object) -> bool:
+    """True for a volume whose transfer function takes the place of its material."""
+    return each.type == "VOLUME" and has_transfer(each.data)
+
+
+def _emissive(owner: ID) -> list[tuple[str, float, str]]:
+    """Emissive nodes of a material or world, with their strength and its socket; 1 if other nodes compute it."""
     tree = None if owner is None else compat.node_tree(owner)
     found = []
     for node in () if tree is None else tree.nodes:
-        socket = _strength_socket(node)
-        if socket is None:
-            continue
-        if socket.is_linked:
-            found.append((node.name, _dimmer_value(tree, node)))
-        elif socket.default_value > 0 and not _is_black(node):
-            found.append((node.name, socket.default_value))
+        for socket in _strength_sockets(node):
+            if socket.is_linked:
+                found.append((node.name, _dimmer_value(tree, node, socket), socket.name))
+            elif socket.default_value > 0 and not _is_black(node, socket):
+                found.append((node.name, socket.default_value, socket.name))
     return found
 
 
-def _is_black(node: Node) -> bool:
-    color = node.inputs.get("Emission Color") or node.inputs.get("Color")
+def _is_black(node: Node, strength: NodeSocket) -> bool:
+    color = node.inputs.get(STRENGTHS[node.type][strength.name])
     return color is not None and not color.is_linked and not any(color.default_value[:3])
 
 
-def _strength_socket(node: Node) -> NodeSocket | None:
-    name = STRENGTH.get(node.type)
-    return None if name is None else node.inputs.get(name)
+def _strength_sockets(node: Node) -> list[NodeSocket]:
+    found = [node.inputs.get(name) for name in STRENGTHS.get(node.type, ())]
+    return [socket for socket in found if socket is not None]
 
 
-def _dimmer_value(tree: NodeTree, node: Node) -> float:
-    dimmer = tree.nodes.get(DIMMER + node.name)
+def _dimmer_name(node: Node, socket: NodeSocket) -> str:
+    """The name of the node that dims a strength; for a second strength of a node it has the socket's name, too."""
+    first = next(iter(STRENGTHS[node.type]))
+    return f"{DIMMER}{node.name}" + ("" if socket.name == first else f", {socket.name}")
+
+
+def _dimmer_value(tree: NodeTree, node: Node, socket: NodeSocket) -> float:
+    dimmer = tree.nodes.get(_dimmer_name(node, socket))
     return 1.0 if dimmer is None else dimmer.inputs[1].default_value
 
 
@@ -104,7 +121,7 @@ def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> int:
             if member.group == bulb.name and member.owner in alive:
                 kept = bulb.members.add()
                 kept.owner = alive[member.owner]
-                kept.slot, kept.node, kept.base = member.slot, member.node, member.base
+                kept.slot, kept.node, kept.socket, kept.base = member.slot, member.node, member.socket, member.base
     return sum(member.owner not in alive for member in members)
 
 
@@ -145,7 +162,7 @@ def _require_writable(bulb: PropertyGroup, kept: PropertyGroup) -> None:
     if owner is None:
         raise InvalidInputError(f"a light of the bulb {bulb.name!r} was deleted; undo that, or record again")
     block = block_of(kept)
-    if block is None or (kept.node and kept.node not in compat.node_tree(block).nodes):
+    if block is None or (kept.node and _socket_of(kept, block) is None):
         raise InvalidInputError(f"{owner.name!r} has changed since it was recorded; record it again")
     if owner.library is not None or block.library is not None:
         raise InvalidInputError(f"{block.name!r} is linked from another file; make it local to dim it")
@@ -159,6 +176,13 @@ def block_of(kept: PropertyGroup) -> ID | None:
     if kept.slot < 0:
         return owner.data if owner.type == "LIGHT" else None
     return owner.material_slots[kept.slot].material if kept.slot < len(owner.material_slots) else None
+
+
+def _socket_of(kept: PropertyGroup, block: ID) -> NodeSocket | None:
+    """The socket of the number; None if it is gone."""
+    node = compat.node_tree(block).nodes.get(kept.node)
+    sockets = [] if node is None else _strength_sockets(node)
+    return next((each for each in sockets if kept.socket in ("", each.name)), None)
 
 
 def _keep_apart(wanted: list[tuple[PropertyGroup, float]]) -> None:
@@ -197,17 +221,17 @@ def _write(kept: PropertyGroup, value: float) -> None:
     if not kept.node:
         block.energy = value
         return
-    tree = compat.node_tree(block)
-    node = tree.nodes[kept.node]
-    socket = _strength_socket(node)
+    tree, socket = compat.node_tree(block), _socket_of(kept, block)
     assert socket is not None  # _require_writable has checked it
     if not socket.is_linked:
         socket.default_value = value
         return
-    dimmer = tree.nodes.get(DIMMER + node.name)
+    node = socket.node
+    name = _dimmer_name(node, socket)
+    dimmer = tree.nodes.get(name)
     if dimmer is None:
         dimmer = tree.nodes.new("ShaderNodeMath")
-        dimmer.operation, dimmer.name, dimmer.label = "MULTIPLY", DIMMER + node.name, "Light Dial"
+        dimmer.operation, dimmer.name, dimmer.label = "MULTIPLY", name, "Light Dial"
         dimmer.location = (node.location[0] - 200, node.location[1] - 120)
         source = socket.links[0].from_socket
         tree.links.new(source, dimmer.inputs[0])

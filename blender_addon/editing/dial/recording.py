@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +25,11 @@ if TYPE_CHECKING:
     from spectral_core.render.relight.groups import Fingerprint
     from spectral_core.render.relight.transport import Transport
     from spectral_core.render.relight.view_transform import ViewTransform
+    from spectral_core.scene import Note
     from spectral_core.scene import Scene as SpectralScene
+
+MOST_NOTES = 3
+"""Notes of a recording that are told, of which each is a sentence."""
 
 
 @dataclass
@@ -104,6 +109,13 @@ class Recording:
 
     def _note(self, progress: Progress) -> None:
         self.progress = progress.samples / progress.total
+
+
+def told(notes: Sequence[Note]) -> str:
+    """Text on the features that a recording approximates."""
+    shown = [f"; {each.subject}: {each.message}" for each in notes[:MOST_NOTES]]
+    more = len(notes) - MOST_NOTES
+    return "".join(shown) + (f"; and {more} more notes" if more > 0 else "")
 
 
 def _present(scene: Scene) -> tuple[Fingerprint, Transport] | None:
