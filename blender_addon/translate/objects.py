@@ -28,7 +28,7 @@ from .viewport.answers import kept_or_asked
 from .viewport.kept import Begun, Kept, Unfinished, kept_or_made
 from .viewport.walk import RepeatWalk, Trace, walk_of
 from .visibility import Culling, Linking, note_volume, seen_as, shown_by
-from .volumes import GridFile, has_transfer, saved_of, settings_data, translate_volume
+from .volumes import GridFile, has_transfer, note_velocity, saved_of, settings_data, translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces Blender lists as a separate mesh instance."""
@@ -217,6 +217,7 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     """A Volume object: through its transfer function if that is on, else by its material."""
     seen = seen_as(instance, found.translation.depsgraph.view_layer)
     note_volume(found.translation, obj.name, seen)
+    note_velocity(found, obj)
     if has_transfer(settings_data(obj, found.translation.depsgraph)):
         volume = translate_volume(found, found.unique("volume", obj.name_full), obj, instance)
         found.volumes.append(volume)

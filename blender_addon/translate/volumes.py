@@ -21,6 +21,7 @@ from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
 
 from .context import makers_of
+from .visibility import cycles_settings
 from .volume_looks import transfer as volume_looks
 from .volume_looks.look import look_of
 
@@ -53,6 +54,20 @@ def settings_data(obj: Any, depsgraph: Any) -> Any:
     """
     own = obj.original.data if obj.original.type == "VOLUME" else None
     return obj.data if own is None or obj.data.original == own else own.evaluated_get(depsgraph)
+
+
+def note_velocity(found: Collected, obj: Any) -> None:
+    """Name a grid of velocities by which Cycles would blur a moving volume."""
+    translation, data = found.translation, obj.data
+    if not translation.scene.render.use_motion_blur or not cycles_settings(obj, "use_motion_blur", True):
+        return
+    stated = data.original  # Blender does not notify the evaluated copy of a change
+    if stated.velocity_scale == 0 or not data.grids.load():
+        return
+    known = {stated.velocity_grid, *(f"{stated.velocity_grid}{end}" for end in ("x", "y", "z", "X", "Y", "Z"))}
+    moving = [grid.name for grid in data.grids if grid.name in known]
+    if moving:
+        translation.note(obj.name, f"its grid {moving[0]!r} gives no motion blur; Velocity Scale 0 silences this")
 
 
 def translate_volume(found: Collected, name: str, obj: Any, instance: Any) -> VolumeObject:
