@@ -294,24 +294,3 @@ def test_the_same_name_from_another_folder_is_another_file(blender, tmp_path):
         np.save(tmp_path / folder / "v.npy", np.full((2, 2, 2), value))
         imported(tmp_path / folder / "v.npy")
     assert sorted(float(volume.data.max()) for volume in translated().volumes) == [1.0, 2.0]
-
-
-def test_a_grid_of_velocities_is_named_where_the_motion_would_be_blurred(blender, ramp, tmp_path):
-    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
-
-    openvdb, data = find_openvdb(), imported(ramp[0]).data
-    first = openvdb.read(bpy.path.abspath(data.filepath), data.spectral.grid)
-    second = openvdb.Vec3SGrid((0.0, 0.0, 0.0))
-    second.copyFromArray(np.full((6, 5, 4, 3), 2.0, np.float32))
-    second.name, second.transform = "velocity", first.transform
-    openvdb.write(str(tmp_path / "moving.vdb"), grids=[first, second])
-    data.filepath = str(tmp_path / "moving.vdb")
-
-    def is_named():
-        return any("its grid 'velocity' gives no motion blur" in note.message for note in translated().notes)
-
-    assert not is_named()
-    bpy.context.scene.render.use_motion_blur = True
-    assert is_named()
-    data.velocity_scale = 0.0
-    assert not is_named()
