@@ -106,6 +106,7 @@ class _Translating(Waiting):
     _uid = 0
     _recording: Recording | None = None
     _table: TableAhead | None = None
+    _is_stopped = False
     _shares: changes.Shares | None = None
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
@@ -119,7 +120,7 @@ class _Translating(Waiting):
     def is_prepared(self) -> bool:
         if self._recording is not None or self._asked is None:
             return True
-        if self._table is not None and not self._table.is_ready():
+        if self._table is not None and not self._is_stopped and not self._table.is_ready():
             return False
         if self._asked.is_running:
             return False
@@ -178,8 +179,6 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
             return super().refused(error)
         self.report({"WARNING"}, "stopped; the dial is unchanged")
         return {"CANCELLED"}
-
-    _is_stopped = False
 
     def modal(self, context: Context, event: Event) -> set[str]:
         if event.type == "ESC" and event.value == "PRESS":
