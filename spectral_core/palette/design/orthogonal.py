@@ -8,6 +8,8 @@ one factorization for each change of a bound, so it is made for an answer whose 
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,6 +32,10 @@ UNITS = 1e-2, 1e-4, 1e-6
 """Units of the changes that piqp tries, of spectra near 1: an objective near rounding needs small ones."""
 WORK = 4e9
 """Most changes of bounds in one answer, times the cube of the samples of a spectrum: a second or two."""
+RELEASES, PROGRESS = 30, 1e-9
+"""Releases of bounds that together must lower the objective by this share of it. With exact rows a step may end at a
+bound at once; where spectra are black to rounding, such steps go on to the limit of changes.
+"""
 ROUNDING = 1e-13
 """Share of a gradient's terms that counts as rounding."""
 HELD = 1e-13
@@ -107,6 +113,7 @@ def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[
     free = (x > lower) & (x < upper)
     multipliers = np.zeros(len(exact))
     before, many = np.inf, True
+    found: deque[float] = deque(maxlen=RELEASES)
     for _ in range(changes):
         step = rows.step(free, *rows.left(x))
         moved = np.clip(x + step, lower, upper)
@@ -135,6 +142,9 @@ def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[
         here = problem.objective(x)
         many = many and here < before
         before = here
+        if len(found) == RELEASES and here > (1 - PROGRESS) * found[0]:
+            break
+        found.append(here)
         free[inward > 0 if many else np.argmax(inward)] = True
     ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
     return x, np.split(multipliers, ends)
