@@ -140,3 +140,18 @@ def test_a_solver_that_fails_leaves_its_text(window, monkeypatch):
     arrive(window)
     assert "no such matrix" in window.palette.message
     assert window.palette.is_stale
+
+
+def test_an_answer_for_rows_that_were_moved_is_not_stored(window, monkeypatch):
+    asked = []
+    monkeypatch.setattr(window.live.LIVE, "request", asked.append)
+    palette = window.palette
+    palette.materials[0].cells[1].target = (0.9, 0.2, 0.1)
+    window.live._follow(window.scene)
+    palette.active_row = 0
+    assert window.scene.spectral.palette.materials[0].uid != palette.materials[1].uid
+    before = {item.uid: tuple(item.cells[1].actual_linear) for item in palette.materials}
+    palette.materials.move(0, 1)
+    arrive(window)
+    assert {item.uid: tuple(item.cells[1].actual_linear) for item in palette.materials} == before
+    assert palette.is_stale

@@ -3,7 +3,7 @@
 
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bpy.types import PropertyGroup, Scene
 
@@ -33,6 +33,8 @@ class Solve:
     """False if ``finishing_solve`` does the rest."""
     store: Callable[[PropertyGroup], None] = lambda _palette: None
     """Writes into the table what the solution does not hold, such as amounts of dyes."""
+    entries: tuple[int, ...] = ()
+    """Lasting numbers of the rows and columns, in their order."""
 
     def answer(self) -> PaletteSolution | str:
         """The solution, or a text on why there is none."""
@@ -89,14 +91,18 @@ def finishing_solve(scene: Scene) -> Solve | None:
 def _read(scene: Scene, solve: Callable[[PaletteProblem], Solve]) -> Solve | None:
     palette = scene.spectral.palette
     try:
-        return solve(palette_problem(palette))
+        return replace(solve(palette_problem(palette)), entries=_entries(palette))
     except SpectralError as error:
         palette.message, palette.is_stale = str(error), True
         return None
 
 
+def _entries(palette: PropertyGroup) -> tuple[int, ...]:
+    return tuple(each.uid for each in (*palette.lights, *palette.materials))
+
+
 def keep(scene: Scene, solve: Solve, answer: PaletteSolution | str) -> PaletteSolution | None:
-    """Store the answer in the table; None if it is a text, or if the table has other rows or columns by now.
+    """Store the answer in the table; None if it is a text, or if the rows or columns are others by now, or moved.
 
     An answer for earlier numbers of the same table is stored, and the table stays outdated.
     """
@@ -110,7 +116,7 @@ def keep(scene: Scene, solve: Solve, answer: PaletteSolution | str) -> PaletteSo
     if isinstance(answer, str):
         palette.message, palette.is_stale = answer, True
         return None
-    if not is_current and not same_table(solve.problem, now):
+    if solve.entries != _entries(palette) or not (is_current or same_table(solve.problem, now)):
         return None
     with paused():
         solve.store(palette)
