@@ -97,19 +97,25 @@ class _Light:
         require_range(f"light {self.name!r}: max_bounces", self.max_bounces, 0, 1 << 20)
         for name, low, high in _RANGES:
             value = getattr(self, name, None)
+            if name in _COUNTS and value is not None and len(value) != _COUNTS[name]:
+                raise InvalidInputError(f"light {self.name!r}: {name} is {value}; expected {_COUNTS[name]} numbers")
             for number in value if isinstance(value, tuple) else () if value is None else (value,):
                 require_range(f"light {self.name!r}: {name}", number, low, high)
 
 
+_HALF_TURN = float(np.float32(np.pi))
+"""Blender's largest angle of a cone and of a spread, in its own precision."""
 _RANGES = (
     ("power_w", -LARGEST, LARGEST), ("radius", 0.0, LARGEST), ("irradiance", -LARGEST, LARGEST),
     ("size", 0.0, LARGEST),
-    ("angle_rad", 0.0, 2 * np.pi), ("cone_angle_rad", 0.0, 2 * np.pi), ("blend", 0.0, 1.0),
-    ("spread_rad", 0.0, 2 * np.pi), ("cone_scale", 1e-9, LARGEST),
+    ("angle_rad", 0.0, 2 * np.pi), ("cone_angle_rad", 0.0, _HALF_TURN), ("blend", 0.0, 1.0),
+    ("spread_rad", 0.0, _HALF_TURN), ("cone_scale", 1e-9, LARGEST),
 )  # fmt: skip
 """Every number of a light with its range; NaN and infinity are outside every range. A light of negative power removes
 light, as in Blender.
 """
+_COUNTS = {"size": 2, "cone_scale": 3}
+"""Numbers of the lists among them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.render import render_scene
+from spectral_core.render import Bands, render_scene
 from spectral_core.scene import (
     AreaLight,
     Camera,
@@ -26,6 +26,7 @@ from spectral_core.scene import (
     Rays,
     RenderSettings,
     SpectralImage,
+    SpotLight,
     Subsurface,
     Surface,
     World,
@@ -141,3 +142,27 @@ def test_cubic_interpolation_of_an_image_is_no_nearest_pixel() -> None:
         made[name] = render_scene(lit_plane(surface=surface, camera=camera, film=Film(8, 8, samples=16)))
     np.testing.assert_allclose(made["cubic"].pixels, made["linear"].pixels, atol=1e-5)
     assert any("cubic interpolation, which is rendered as linear" in note.message for note in made["cubic"].notes)
+
+
+@pytest.mark.parametrize(
+    ("make", "values", "text"),
+    [
+        (SpotLight, {"cone_angle_rad": 3.2}, "cone_angle_rad is 3.2"),
+        (SpotLight, {"cone_scale": (1.0, 1.0)}, "expected 3 numbers"),
+        (AreaLight, {"size": (1.0,)}, "expected 2 numbers"),
+        (AreaLight, {"spread_rad": 4.0}, "spread_rad is 4.0"),
+    ],
+)
+def test_numbers_of_lamps_that_no_lamp_has_are_refused(make, values, text) -> None:
+    with pytest.raises(InvalidInputError, match=text):
+        make(name="a", world_from_light=np.eye(4), **values)
+    make(
+        name="a",
+        world_from_light=np.eye(4),
+        **({"cone_angle_rad": float(np.float32(np.pi))} if make is SpotLight else {}),
+    )
+
+
+def test_a_count_of_bands_is_whole() -> None:
+    with pytest.raises(InvalidInputError, match="whole number"):
+        Bands.uniform(count=4.5)  # type: ignore[arg-type]

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.trace.measure.sensitivity import (
     FIRST_NM,
@@ -71,12 +71,13 @@ class Bands:
     def uniform(cls, start_nm: float = 400.0, stop_nm: float = 700.0, count: int = 31) -> Bands:
         """Mean radiance per nm around ``count`` equally spaced wavelengths: triangles that overlap to 1 everywhere.
 
-        Named by their center wavelength in nm. Raises InvalidInputError outside 360 to 830 nm.
+        Named by their center wavelength in nm. Raises InvalidInputError outside 360 to 830 nm, and for fewer than 2 or
+        more than one per nm.
         """
-        if not (FIRST_NM <= start_nm < stop_nm <= LAST_NM and count >= 2):
+        count = require_whole("count of spectral bands", count, 2, LAST_NM - FIRST_NM + 1)
+        if not (FIRST_NM <= start_nm < stop_nm <= LAST_NM):
             raise InvalidInputError(
-                f"{count} bands from {start_nm:g} to {stop_nm:g} nm; "
-                f"expected at least 2 between {FIRST_NM} and {LAST_NM} nm"
+                f"bands from {start_nm:g} to {stop_nm:g} nm; expected them between {FIRST_NM} and {LAST_NM} nm"
             )
         centers = np.linspace(start_nm, stop_nm, count)
         step = centers[1] - centers[0]
