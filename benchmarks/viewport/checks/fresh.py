@@ -26,6 +26,8 @@ LARGEST_MEAN_ERROR = 1e-2
 """The same of a picture's mean in spectral transport: wavelengths are drawn by the spectra with which a scene was
 loaded, so that after an edit in place the noise differs from that of a fresh view.
 """
+DEVIATIONS = 5.0
+"""Standard errors by which the mean of a picture in spectral transport may differ from one of other noise."""
 
 Measure = Callable[[Any, Any], float]
 """Difference of two pictures."""
@@ -78,15 +80,18 @@ class FreshView:
             found = _pictured(self._link, stage, side.viewpoint, SAMPLES)
             if found is None:
                 return Comparison(np.inf, f"the fresh process shows nothing: {self._link.trouble(stage)}")
-            error, limit, repeated = _difference(found, shown), LARGEST_ERROR, False
+            error, limit, repeated, is_other = _difference(found, shown), LARGEST_ERROR, False, False
             if error > limit:
                 # both see the same scene, so that more samples tell noise from another scene
                 limit = LARGEST_MEAN_ERROR if shown.frame.is_spectral else LARGEST_ERROR
                 measure = _difference_of_means if shown.frame.is_spectral else _difference
                 error, repeated = self._certain_error(session, stage, measure, limit), True
+                is_other = not _is_rendered(session, shown)
         finally:
             self._link.drop(stage)
         trouble = f"differs from a fresh view by {error:.1e} of its mean" if error > limit else ""
+        if is_other and not trouble:
+            trouble = "is another picture than the process renders, as if it were one of before the change"
         is_dark = not found.pixels[..., :3].any()
         return Comparison(error, trouble, is_dark, repeated, ((found.pixels, shown.pixels), (true, known)))
 
@@ -106,6 +111,21 @@ class FreshView:
     def close(self) -> None:
         """End the process."""
         self._link.close()
+
+
+def _is_rendered(session: Any, shown: Any) -> bool:
+    """True if the session's process renders the shown picture again. In spectral transport a process that was killed
+    after it is replaced by one with other noise.
+    """
+    side = session._sides[0]
+    again = _pictured(session.link, session._stage_of(side), side.viewpoint, SAMPLES)
+    if again is None:
+        return False
+    if _difference(again, shown) <= LARGEST_ERROR:
+        return True
+    apart = (again.pixels - shown.pixels).reshape(-1, shown.pixels.shape[-1])
+    allowed = DEVIATIONS * apart.std(axis=0) / np.sqrt(len(apart)) + LARGEST_ERROR * _mean(again)
+    return bool(shown.frame.is_spectral and (np.abs(apart.mean(axis=0)) <= allowed).all())
 
 
 def _pictured(link: Any, stage: str, viewpoint: Any, samples: int) -> Any:
