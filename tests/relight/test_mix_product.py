@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The product of a live mix: whatever the order of the channels in memory, its pixels are those of Eq. 2.9."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.render.relight.band_storage import BandStorage
+from spectral_core.render.relight.mix import LiveMix
+from spectral_core.render.relight.transport import Transport
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.observer import normalized
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_channels_in_any_order_of_memory(order: str) -> None:
+    rng = np.random.default_rng(4)
+    storage, lamp = BandStorage(31), normalized(illuminant("A"))
+    count = storage.channel_count
+    channels = np.asarray(rng.random((2, count, 5, 7)), np.float32, order=order)
+    transport = Transport(storage, ("a", "b"), channels, np.ones((5, 7), np.float32), (lamp, lamp), 1.0, "hash", 4, 0)
+    live = LiveMix(transport)
+    live.set_light("b", illuminant("HP1"))
+    found = live.picture((0.5, 2.0))[..., :3]
+    alone = []
+    for weights in ((0.5, 0.0), (0.0, 2.0)):
+        other = LiveMix(replace(transport, channels=np.ascontiguousarray(channels)))
+        other.set_light("b", illuminant("HP1"))
+        alone.append(other.picture(weights)[..., :3].copy())
+    np.testing.assert_allclose(found, sum(alone), rtol=1e-5)
+    matrix = storage.rgb_as_recorded(lamp)
+    expected = np.einsum("ck,kyx->yxc", matrix, channels[0].astype(np.float64)) * 0.5
+    np.testing.assert_allclose(alone[0], expected, rtol=1e-5, atol=1e-6)
