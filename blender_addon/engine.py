@@ -102,7 +102,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         """A picture of a material, light or world for an icon or a panel: few samples, and no notes."""
         layer = depsgraph.view_layer_eval.name
         try:
-            scene = preview_scene(translate_scene(depsgraph, compares_faces=False), bpy.context)
+            scene = preview_scene(translate_scene(depsgraph, compares_faces=False), bpy.data.window_managers)
             place = _Place(layer, "", working_from_rgb(), scene.film.transparent)
             jobs.render_preview(scene, lambda progress: self._write(progress.pixels, place), self._should_stop)
         except SpectralError as error:

@@ -89,8 +89,8 @@ def test_previews_use_the_chosen_lamp(stage):
 
     depsgraph = bpy.context.evaluated_depsgraph_get()
     made = translate_scene(depsgraph, film=Film(8, 8), seen_from=Camera(world_from_camera=np.eye(4)))
-    assert preview_scene(made, bpy.context).settings.white is None
+    assert preview_scene(made, bpy.data.window_managers).settings.white is None
     settings = SimpleNamespace(preview_lamp="HP1")
     window = SimpleNamespace(scene=SimpleNamespace(spectral=SimpleNamespace(viewport=settings)))
-    context = SimpleNamespace(window_manager=SimpleNamespace(windows=[window]))
-    assert preview_scene(made, context).settings.white.name == catalogue.illuminant("HP1").name
+    managers = [SimpleNamespace(windows=[window])]
+    assert preview_scene(made, managers).settings.white.name == catalogue.illuminant("HP1").name

@@ -83,7 +83,7 @@ def test_a_preview_has_few_samples_and_no_notes(stage, scene):
     from blender_addon.translate.viewport.look import PREVIEW_SAMPLES, preview_scene
 
     assert SpectralRenderEngine.bl_use_preview
-    made = preview_scene(replace(scene, notes=scene.notes), bpy.context)
+    made = preview_scene(replace(scene, notes=scene.notes), bpy.data.window_managers)
     assert made.film.samples == PREVIEW_SAMPLES
     assert made.notes == ()
     before, seen = len(jobs.records), []

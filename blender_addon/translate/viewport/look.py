@@ -61,10 +61,13 @@ def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
     return frozenset(obj.name_full for obj in lamps) or None
 
 
-def preview_scene(scene: Scene, context: Any) -> Scene:
-    """A preview's scene with few samples, under the lamp for previews."""
+def preview_scene(scene: Scene, managers: Any) -> Scene:
+    """A preview's scene with few samples, under the lamp for previews.
+
+    ``managers``: those of all windows, in ``bpy.data``; a thread must not read the context of Blender's main thread.
+    """
     film, settings = replace(scene.film, samples=PREVIEW_SAMPLES), replace(scene.settings, denoise=False)
     scene = replace(scene, film=film, settings=settings, notes=())
-    windows = context.window_manager.windows if context.window_manager else ()
+    windows = (window for manager in managers for window in manager.windows)
     name = next((window.scene.spectral.viewport.preview_lamp for window in windows), "")
     return Look(spectrum=catalogue.named("illuminant", name)).on(scene) if name else scene
