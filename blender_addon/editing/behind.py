@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 from bpy.types import Scene
 
-from .deferred import RENDER_SECONDS
+from .deferred import RENDER_SECONDS, open_scene
 from .pauses import pause, paused_seconds
 
 PATIENCE_SECONDS = 0.03
@@ -78,7 +78,7 @@ class Behind:
             return RENDER_SECONDS  # nothing is written while a render reads
         for uid in [uid for uid, each in self.running.items() if each.answer.done()]:
             found = self.running.pop(uid)
-            scene = next((each for each in bpy.data.scenes if each.session_uid == uid), None)
+            scene = open_scene(uid)
             if scene is None:
                 continue  # deleted in the meantime
             found.done(scene, found.answer.result())

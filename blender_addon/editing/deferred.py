@@ -19,6 +19,11 @@ CONTINUE_SECONDS = 0.01
 """Time between two parts of ``finish``, in which Blender handles the artist's input."""
 
 
+def open_scene(session_uid: int) -> bpy.types.Scene | None:
+    """The scene with this session number; None if it was deleted, or if its file is not open any more."""
+    return next((each for each in bpy.data.scenes if each.session_uid == session_uid), None)
+
+
 class Deferred:
     """Handles edits of a scene later, when the artist pauses.
 

@@ -19,7 +19,7 @@ from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.store import Store
 
-from .deferred import redraw
+from .deferred import open_scene, redraw
 from .sweep_documents import command_line, folder_of, parameters_of, write_documents
 from .sweep_points import set_point
 from .sweep_run import Run
@@ -41,7 +41,7 @@ def running() -> Run | None:
 
 def scene_of_run() -> Scene | None:
     """The scene of the present run, None if nothing runs or the scene was deleted."""
-    return None if running() is None else _open_scene(_scene_uid)
+    return None if running() is None else open_scene(_scene_uid)
 
 
 def _forget() -> None:
@@ -65,11 +65,6 @@ def _begin(scene: Scene, command: list[str], folder: Path, total: int) -> Run:
 def _require_no_run() -> None:
     if running() is not None:
         raise InvalidInputError("a sweep is running; wait for it or cancel it")
-
-
-def _open_scene(uid: int) -> Scene | None:
-    """The scene with this ``session_uid``, None if it was deleted or its file is not open any more."""
-    return next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
 
 
 def add(scene: Scene, path: str) -> PropertyGroup:
@@ -142,7 +137,7 @@ def watch() -> None:
 
 def tick() -> float | None:
     """Update the progress. Blender's timer calls this."""
-    scene = _open_scene(_scene_uid)
+    scene = open_scene(_scene_uid)
     if scene is None:
         _forget()  # the scene was deleted
     is_running = scene is not None and look(scene)
@@ -161,7 +156,7 @@ def wait(scene: Scene) -> None:
 
 def cancel() -> None:
     """End the run; computed points stay."""
-    run, scene = running(), _open_scene(_scene_uid)
+    run, scene = running(), open_scene(_scene_uid)
     if run is None:
         raise InvalidInputError("no sweep is running")
     _forget()
@@ -237,7 +232,7 @@ def _on_main_thread(uid: int, work: Callable[[Scene], Any]) -> None:
 
     def run() -> None:
         global _served_uid
-        scene = _open_scene(uid)
+        scene = open_scene(uid)
         if scene is None:
             _served_uid = 0  # the scene was deleted: the page reports it from now on
             return

@@ -21,7 +21,7 @@ from spectral_core.spectra.color import display_rgb_from_linear
 
 from ..translate.texture_project import project_of, report_lines
 from .background import BackgroundCommand
-from .deferred import redraw
+from .deferred import open_scene, redraw
 
 POLL_S = 0.25
 DOCUMENT = "texture.toml"
@@ -40,7 +40,7 @@ class Job(BackgroundCommand):
     @property
     def scene(self) -> Scene | None:
         """The scene, None if it was deleted or its file is not open any more."""
-        return next((each for each in bpy.data.scenes if each.session_uid == self._scene_uid), None)
+        return open_scene(self._scene_uid)
 
 
 def running() -> bool:

@@ -13,6 +13,7 @@ from bpy.types import Context, Event, Operator, PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError, SpectralError
 
 from ..editing.board.paths import full_path
+from ..editing.deferred import open_scene
 from ..editing.pauses import pause, paused_seconds
 
 Execute = Callable[[Any, Context], set[str] | None]
@@ -208,7 +209,7 @@ class Waiting:
     def _look(self, context: Context) -> set[str]:
         if not self.is_prepared():
             return {"PASS_THROUGH"}
-        scene = next((each for each in bpy.data.scenes if each.session_uid == self._scene), None)
+        scene = open_scene(self._scene)
         if self._thread is None:
             try:
                 if scene != context.scene:

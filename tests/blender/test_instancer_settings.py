@@ -8,16 +8,22 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 
+def shown_by_an_empty(thing):
+    """Move an object into a collection of its own, and show that by an empty; returns the empty."""
+    group = bpy.data.collections.new("Group")
+    bpy.context.scene.collection.objects.unlink(thing)
+    group.objects.link(thing)
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", group
+    bpy.context.scene.collection.objects.link(empty)
+    return empty
+
+
 @pytest.fixture
 def shown(build):
     """A plane in a collection, and the empty that shows it."""
     plane = build.plane()
-    group = bpy.data.collections.new("Group")
-    bpy.context.scene.collection.objects.unlink(plane)
-    group.objects.link(plane)
-    empty = bpy.data.objects.new("Empty", None)
-    empty.instance_type, empty.instance_collection = "COLLECTION", group
-    bpy.context.scene.collection.objects.link(empty)
+    empty = shown_by_an_empty(plane)
     return plane, empty
 
 
@@ -79,12 +85,7 @@ def shown_lamp(build):
     """A lamp that the camera sees, in a collection, and the empty that shows it."""
     lamp = build.light("POINT", shadow_soft_size=0.5)
     lamp.visible_camera, lamp.is_shadow_catcher = True, False
-    group = bpy.data.collections.new("Lamps")
-    bpy.context.scene.collection.objects.unlink(lamp)
-    group.objects.link(lamp)
-    empty = bpy.data.objects.new("Empty", None)
-    empty.instance_type, empty.instance_collection = "COLLECTION", group
-    bpy.context.scene.collection.objects.link(empty)
+    empty = shown_by_an_empty(lamp)
     return lamp, empty
 
 

@@ -50,7 +50,7 @@ def counted(owner, name):
 
 
 noted(SPECTRAL_OT_dial_record)
-counted(saving.Saving, "_write_here")
+counted(saving, "write_pixels")
 counted(saving, "write_picture")
 counted(view_transform, "shown_pixels")
 SPECTRAL_OT_dial_save.invoke = lambda self, context, _event: self.start(context)  # the browser cannot be driven

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The product of a live mix: whatever the order of the channels in memory, its pixels are those of Eq. 2.9."""
+"""The product of a live mix: its pixels do not depend on the order of the channels in memory."""
 
 from __future__ import annotations
 

@@ -16,6 +16,7 @@ from spectral_core.errors import InvalidInputError, SpectralError
 
 from ...properties import hooks
 from ...properties.hooks import Topic
+from ..deferred import open_scene
 
 if TYPE_CHECKING:
     from spectral_core.explore.board import Board, Change
@@ -151,7 +152,7 @@ def tick() -> float | None:
     """Apply the moves since the last call. Blender calls this by a timer; a script may call it too."""
     if _session is None:
         return None
-    scene = next((each for each in bpy.data.scenes if each.session_uid == _session.scene), None)
+    scene = open_scene(_session.scene)
     if scene is None:
         stop()
         return None

@@ -7,12 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import bpy
+import numpy as np
 from bpy.types import Image, Scene
+from numpy.typing import NDArray
 
 from spectral_core.errors import FileWriteError, InvalidInputError
 from spectral_core.files.whole import whole_file
 
 from ... import compat
+from .picture import new_picture
 
 ENDINGS = (".png", ".exr")
 
@@ -45,6 +49,16 @@ class Output:
         for name, value in self.image:
             setattr(scene.render.image_settings, name, value)
         scene.render.dither_intensity = self.dither
+
+
+def write_pixels(scene: Scene, pixels: NDArray[np.float32], path: Path) -> None:
+    """Write linear pixels (height, width, 4), bottom row first. Raises FileWriteError."""
+    image = new_picture("spectral picture to save", pixels.shape[1], pixels.shape[0])
+    try:
+        image.pixels.foreach_set(np.ascontiguousarray(pixels).reshape(-1))
+        write_picture(scene, image, path)
+    finally:
+        bpy.data.images.remove(image)
 
 
 def write_picture(scene: Scene, image: Image, path: Path) -> None:

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from spectral_core.errors import RenderError
 
 from ..background import has_program
+from ..deferred import open_scene
 from . import live
-from .picture import new_picture
-from .picture_files import Output, require_ending, write_picture
+from .picture_files import Output, require_ending, write_picture, write_pixels
 from .view_process import ViewProcess
 
 MOST_UNWRITTEN = 2
@@ -62,7 +62,7 @@ class Saving:
 
     def step(self) -> bool:
         """Relight the next picture and have it written; True if all were relit. Raises SpectralError and OSError."""
-        scene = self._scene()
+        scene = open_scene(self._number)
         if scene is None or not self._targets:
             return True
         if self._moves and bpy.app.is_job_running("RENDER"):
@@ -91,7 +91,7 @@ class Saving:
 
     def finish(self) -> None:
         """Write what the second Blender could not write. Raises the errors of ``write_picture``."""
-        scene = self._scene()
+        scene = open_scene(self._number)
         while self._unwritten and scene is not None:
             self._settle(scene)
 
@@ -100,12 +100,9 @@ class Saving:
         if self._process is not None:
             self._process.end()
             self._process = None
-        scene = self._scene()
+        scene = open_scene(self._number)
         if self._moves and scene is not None and scene.frame_current != self._before:
             scene.frame_set(self._before)
-
-    def _scene(self) -> Scene | None:
-        return next((each for each in bpy.data.scenes if each.session_uid == self._number), None)
 
     def _settle(self, scene: Scene) -> None:
         """Take the answer about the first picture."""
@@ -115,13 +112,5 @@ class Saving:
         except RenderError:  # it did not start, or it ended
             is_written = False
         if not is_written:
-            self._write_here(scene, picture)
+            write_pixels(scene, picture.pixels, picture.path)
         self.saved += 1
-
-    def _write_here(self, scene: Scene, picture: _Unwritten) -> None:
-        image = new_picture("spectral picture to save", picture.pixels.shape[1], picture.pixels.shape[0])
-        try:
-            image.pixels.foreach_set(picture.pixels.reshape(-1))
-            write_picture(scene, image, picture.path)
-        finally:
-            bpy.data.images.remove(image)

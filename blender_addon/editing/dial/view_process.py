@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 from ...translate.view_settings import ViewSettings
 from ...translate.view_transform import is_known, remember, sampled, view_key
 from ..background import has_program, worker_command, worker_prelude
-from .picture import new_picture
-from .picture_files import Output, write_picture
+from .picture_files import Output, write_pixels
 
 START_SECONDS = 30.0
 """Time after which the first answer is no longer waited for."""
@@ -47,9 +46,9 @@ class ViewProcess:
         return self._pool.submit(_sampled_there, self._view)
 
     def save(self, pixels: NDArray[np.float32], path: Path) -> Future[Any]:
-        """Write a linear picture (height, width, 4), bottom row first; False where it cannot have this view.
+        """Write a linear picture, as ``write_pixels``; False where it cannot have this view.
 
-        Its errors are those of ``write_picture``.
+        Its errors are those of ``write_pixels``.
         """
         return self._pool.submit(_written_there, self._view, self._output, pixels, str(path))
 
@@ -100,10 +99,5 @@ def _written_there(view: ViewSettings, output: Output | None, pixels: NDArray[np
         return False
     if output is not None:
         output.set_in(scene)
-    image = new_picture("spectral picture to save", pixels.shape[1], pixels.shape[0])
-    try:
-        image.pixels.foreach_set(np.ascontiguousarray(pixels).reshape(-1))
-        write_picture(scene, image, Path(path))
-    finally:
-        bpy.data.images.remove(image)
+    write_pixels(scene, pixels, Path(path))
     return True

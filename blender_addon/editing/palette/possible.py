@@ -20,7 +20,7 @@ from spectral_core.spectra.spectrum import Illuminant
 
 from ...translate.palette.problem import palette_problem
 from ...translate.spectra.stored import spectrum_of
-from ..deferred import redraw
+from ..deferred import open_scene, redraw
 
 SIZE = 96
 POLL_SECONDS = 0.05
@@ -131,7 +131,7 @@ def _collect() -> float | None:
     if not _asking or not _asking[0].answer.done():
         return POLL_SECONDS if _asking else None
     asked = _asking.pop()
-    scene = next((each for each in bpy.data.scenes if each.session_uid == asked.scene), None)
+    scene = open_scene(asked.scene)
     if scene is None:
         return None
     if asked.answer.exception() is None:

@@ -99,12 +99,12 @@ class LiveMix:
 def _multiply(matrix: Pixels, channels: Pixels, out: Pixels) -> None:
     """``out`` (3, pixels) = ``matrix`` (3, n) · ``channels`` (n, pixels), all of them contiguous.
 
-    By SciPy, which brings an OpenBLAS of its own: the NumPy of a Blender may have the reference BLAS, which takes four
-    times as long for a picture.
+    By SciPy, which brings an OpenBLAS of its own: the NumPy of a Blender may have the reference BLAS, which takes
+    several times as long for a picture.
     """
     from scipy.linalg.blas import sgemm
 
-    # LAPACK's order of columns: the transposes are views, and nothing is copied.
+    # BLAS works column by column: the transposes are views, and nothing is copied.
     found = sgemm(1.0, channels.T, np.asfortranarray(matrix.T), beta=0.0, c=out.T, overwrite_c=1)
     if not np.may_share_memory(found, out):
         out[:] = found.T
