@@ -125,6 +125,7 @@ def _layer(of: str | None = None) -> Callable[[Any], Any]:
         plane = build.plane(material=build.material())
         bpy.context.scene.collection.objects.unlink(plane)
         collection.objects.link(plane)
+        bpy.context.scene.render.use_freestyle = True  # a layer's Freestyle is named only beside it
         layer = bpy.context.view_layer
         return layer.layer_collection.children["Own"] if of == "collection" else layer if of is None else layer.cycles
 
