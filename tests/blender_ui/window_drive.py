@@ -191,7 +191,8 @@ def tick() -> float | None:
     if state["step"] < len(STEPS) and not errors:
         return 0.3
     facts.pop("edited_at", None)
-    print("RESULT " + json.dumps({**facts, "drawn": sorted(drawn), "errors": errors}), flush=True)
+    result = {**facts, "panels": len(PANELS), "drawn": sorted(drawn), "errors": errors}
+    print("RESULT " + json.dumps(result), flush=True)
     bpy.ops.wm.quit_blender()
     return None
 
