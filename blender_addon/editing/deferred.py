@@ -62,7 +62,8 @@ class Deferred:
                 while self._finish(scene) is False:
                     pass
             return
-        if not self._edited:  # a pending edit is not delayed again, so that results appear during a drag
+        # A pending edit is not delayed again, so that results appear during a drag. An opened file ends the timers.
+        if not self._edited or not bpy.app.timers.is_registered(self._timer):
             self._unregister()
             bpy.app.timers.register(self._timer, first_interval=self._delay)
         self._edited.add(scene.session_uid)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
@@ -95,11 +95,11 @@ def keep(scene: Scene, known: Answer) -> PropertyGroup:
 
 @dataclass
 class _Asking:
-    """A question in a thread; ``again``: another cell or color was selected since then."""
+    """A question in a thread; ``again``: the scenes in which another cell or color was selected since then."""
 
     scene: int
     answer: Future[Answer]
-    again: bool = False
+    again: set[int] = field(default_factory=set)
 
 
 _thread: list[ThreadPoolExecutor] = []
@@ -114,7 +114,8 @@ def follow(scene: Scene) -> None:
     if bpy.app.background or not palette.possible_follows or not (len(palette.materials) and len(palette.lights)):
         return
     if _asking:
-        _asking[0].again = True
+        _asking[0].again.add(scene.session_uid)
+        _look_later()  # an opened file ends the timers
         return
     try:
         question = question_of(palette)
@@ -123,25 +124,30 @@ def follow(scene: Scene) -> None:
     if not _thread:
         _thread.append(ThreadPoolExecutor(1, thread_name_prefix="possible"))
     _asking.append(_Asking(scene.session_uid, _thread[0].submit(answered, question)))
-    bpy.app.timers.register(_collect, first_interval=POLL_SECONDS)
+    _look_later()
+
+
+def _look_later() -> None:
+    if not bpy.app.timers.is_registered(_collect):
+        bpy.app.timers.register(_collect, first_interval=POLL_SECONDS)
 
 
 def _collect() -> float | None:
-    """Store the answer of the thread, and start again if something has changed since then."""
+    """Store the answer of the thread, and start again where something has changed since then."""
     if not _asking or not _asking[0].answer.done():
         return POLL_SECONDS if _asking else None
     asked = _asking.pop()
     scene = open_scene(asked.scene)
-    if scene is None:
-        return None
-    if asked.answer.exception() is None:
+    if scene is not None and asked.answer.exception() is None:
         keep(scene, asked.answer.result())
         redraw("VIEW_3D", "PROPERTIES")
-    else:
+    elif scene is not None:
         scene.spectral.palette.possible.words = ""
-    if asked.again:
-        follow(scene)
-    return None
+    for number in asked.again:
+        again = open_scene(number)
+        if again is not None:
+            follow(again)
+    return POLL_SECONDS if _asking else None
 
 
 def stop() -> None:

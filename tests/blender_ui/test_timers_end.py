@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender ends the timers of a file when another one is opened: edits in the new file are followed all the same."""
+
+from __future__ import annotations
+
+import time
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("bpy")
+
+
+class Timers:
+    """Timers that the test runs itself, as Blender does."""
+
+    def __init__(self) -> None:
+        self.waiting: list = []
+
+    def register(self, call, first_interval=0.0, persistent=False):
+        self.waiting.append(call)
+
+    def is_registered(self, call):
+        return call in self.waiting
+
+    def unregister(self, call):
+        self.waiting.remove(call)
+
+    def run_all(self):
+        """Call each once; those that return None end."""
+        for call in list(self.waiting):
+            if call() is None:
+                self.waiting.remove(call)
+
+
+@pytest.fixture
+def timers() -> Timers:
+    return Timers()
+
+
+def windowed(blender, timers):
+    """bpy as the modules see it in a session with a window."""
+    app = SimpleNamespace(background=False, timers=timers, is_job_running=lambda _name: False)
+    return SimpleNamespace(app=app, data=blender.data)
+
+
+def test_an_edit_is_followed_although_the_file_before_had_an_unanswered_one(blender, timers, monkeypatch) -> None:
+    from blender_addon.editing import deferred
+
+    monkeypatch.setattr(deferred, "bpy", windowed(blender, timers))
+    followed: list[str] = []
+    live = deferred.Deferred(lambda scene: followed.append(scene.name), delay_seconds=1.0)
+    live.request(blender.context.scene)
+    blender.ops.wm.read_factory_settings(use_empty=True)
+    timers.waiting.clear()  # as Blender does
+    blender.context.scene.name = "Newly Opened"
+    live.request(blender.context.scene)
+    timers.run_all()
+    assert followed == ["Newly Opened"]
+    live.request(blender.context.scene)
+    live.request(blender.context.scene)
+    assert len(timers.waiting) == 1, "edits until the answer share a timer"
+
+
+@pytest.fixture
+def asked(blender, timers, monkeypatch):
+    """The module of *Possible?*, in a session with a window."""
+    from blender_addon.editing.palette import possible
+
+    monkeypatch.setattr(possible, "bpy", windowed(blender, timers))
+    monkeypatch.setattr(possible, "redraw", lambda *_: None)
+    yield possible
+    possible.stop()
+
+
+def answers(timers: Timers) -> None:
+    end = time.monotonic() + 60
+    while timers.waiting and time.monotonic() < end:
+        timers.run_all()
+        time.sleep(0.01)
+
+
+def test_possible_colors_are_told_although_the_file_before_had_an_unanswered_question(blender, timers, asked) -> None:
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    asked.follow(blender.context.scene)
+    blender.ops.wm.read_factory_settings(use_empty=True)
+    timers.waiting.clear()  # as Blender does
+    blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    palette = blender.context.scene.spectral.palette
+    asked.follow(blender.context.scene)
+    answers(timers)
+    assert palette.possible.words
+    assert palette.possible.material_uid == palette.materials[0].uid
+
+
+def test_possible_colors_are_told_in_two_scenes_that_ask_at_once(blender, timers, asked) -> None:
+    first = blender.context.scene
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    blender.ops.scene.new(type="NEW")
+    second = blender.context.scene
+    blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    asked.follow(first)
+    asked.follow(second)
+    answers(timers)
+    for scene in (first, second):
+        assert scene.spectral.palette.possible.words, scene.name
