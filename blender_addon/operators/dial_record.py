@@ -15,10 +15,11 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
 from spectral_core.files.whole import make_folder
 
+from ..editing.deferred import open_scene
 from ..editing.dial import changes, live
 from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, color_bulbs, store_members
-from ..editing.dial.paths import path_for_recording
+from ..editing.dial.paths import follow_recording, path_for_recording, transport_path
 from ..editing.dial.recording import Recording, remember_recorded, told
 from ..editing.dial.view_process import TableAhead
 from ..translate.dial import storage_name
@@ -32,23 +33,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Recorded:
-    """What the thread hands back. ``unsaved``: the error of a file that could not be written."""
+    """What the thread hands back. ``path``: of the file; ``unsaved``: the error if it could not be written."""
 
     mix: "LiveMix"
+    path: Path
     unsaved: Exception | None
 
 
-def _record(recording: Recording, path: Path) -> _Recorded:
+def _record(recording: Recording) -> _Recorded:
     """Render, and write the file. A recording that could not be written is kept: it may have taken hours."""
     from spectral_core.render.relight.transport_file import write_transport
 
     transport = recording.run()
+    path, unsaved = recording.path, None
     try:
         make_folder(path.parent)
         write_transport(path, transport, only_over_transports=True)  # the path may come from a downloaded .blend
     except (SpectralError, OSError) as error:
-        return _Recorded(live.mix_of(transport), error)
-    return _Recorded(live.mix_of(transport), None)
+        unsaved = error
+    return _Recorded(live.mix_of(transport), path, unsaved)
 
 
 def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
@@ -66,6 +69,7 @@ def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
     if recorded.unsaved is not None:
         raise FileWriteError(f"{recorded.unsaved}. The recording is in memory: write it elsewhere with Save Transport")
     notes = [f"of {gone} of its lights the objects were deleted meanwhile, so Apply cannot dim them"] if gone else []
+    follow_recording(scene, recorded.path)
     if not dial.filepath and not bpy.data.filepath:
         notes.append("it is in a temporary folder, so save the .blend, or keep it with Save Transport")
     return "".join(f"; {note}" for note in notes)
@@ -136,6 +140,12 @@ class _Translating(Waiting):
         self._recording = Recording.of(context, self._asked.take(), only_changed=only_changed, parts=parts)
         return self._recording
 
+    def modal(self, context: Context, event: Event) -> set[str]:
+        scene = open_scene(self._uid)
+        if self._recording is not None and scene is not None:  # a save may have given the .blend another name
+            self._recording.path = transport_path(scene.spectral.dial)
+        return super().modal(context, event)
+
     def leave(self) -> None:
         if self._asked is not None:
             self._asked.leave()
@@ -162,17 +172,16 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
         if self._is_stopped:
             raise RenderCancelled("stopped before the recording began")
         recording = self.read(context, only_changed=self.only_changed)
-        path = path_for_recording(context.scene)
-        return lambda: _record(recording, path)
+        recording.path = path_for_recording(context.scene)
+        return lambda: _record(recording)
 
     def end(self, scene: Scene, answer: _Recorded) -> None:
         assert self._recording is not None
         note = _keep(scene, self._recording, answer)
         changes.LIVE.request(scene)  # later: it translates the scene once more
         live.redraw_dial()
-        notes = told(answer.mix.transport.notes)
-        text = f"recorded: {scene.spectral.dial.facts}{self._recording.told}{note}{notes}"
-        self.report({"WARNING" if note else "INFO"}, text)
+        facts = f"recorded: {scene.spectral.dial.facts}{self._recording.told}{note}{told(answer.mix.transport.notes)}"
+        self.report({"WARNING" if note else "INFO"}, facts)
 
     def refused(self, error: Exception) -> set[str]:
         if not isinstance(error, RenderCancelled):
@@ -278,14 +287,11 @@ def _require_grouping(transport: "Transport", recording: Recording) -> None:
     known = light_groups(one_group_per_light(recording.scene) if recording.one_per_light else recording.scene)
     strange = [group for group in transport.groups if group not in known]
     if strange:
+        other = "off" if recording.one_per_light else "on"
         raise InvalidInputError(
             f"the file has light groups {', '.join(map(repr, transport.groups))}; this scene has "
-            f"{', '.join(map(repr, sorted(known)))}. Was it recorded with One per Light {_other(recording)}?"
+            f"{', '.join(map(repr, sorted(known)))}. Was it recorded with One per Light {other}?"
         )
-
-
-def _other(recording: Recording) -> str:
-    return "off" if recording.one_per_light else "on"
 
 
 register, unregister = bpy.utils.register_classes_factory(

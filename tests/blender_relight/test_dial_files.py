@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,94 @@ def test_a_light_that_is_deleted_while_it_is_recorded_does_not_lose_the_recordin
     assert {bulb.name: len(bulb.members) for bulb in bulbs}["Fill"] == 0
     assert {bulb.name: len(bulb.members) for bulb in bulbs}["Key"] == 1
     assert shown(stage).any()
+
+
+def test_a_recording_follows_a_file_that_is_saved_under_another_name_meanwhile(stage, tmp_path, monkeypatch):
+    from blender_addon.editing.dial.recording import Recording
+
+    run = Recording.run
+
+    def saving(self):
+        transport = run(self)
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "meanwhile.blend"))
+        return transport
+
+    monkeypatch.setattr(Recording, "run", saving)
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    assert transport_path(stage.spectral.dial).name == "meanwhile.transport.exr"
+    before = shown(stage)
+    live._sessions.clear()
+    np.testing.assert_array_equal(shown(stage), before)
+
+
+def test_the_recording_of_the_earlier_name_stays_when_the_file_is_saved_under_another_one_meanwhile(stage, dial):
+    """The thread writes its file where the dial looks for it at the end."""
+    from blender_addon.operators.dial_record import _Translating
+
+    operator = _Translating()
+    operator._uid, operator._recording = stage.session_uid, SimpleNamespace(path=transport_path(dial))
+    bpy.ops.wm.save_as_mainfile(filepath=bpy.data.filepath.replace("stage", "meanwhile"))
+    operator.modal(bpy.context, SimpleNamespace(type="MOUSEMOVE"))
+    assert operator._recording.path == transport_path(dial)
+    assert operator._recording.path.name == "meanwhile.transport.exr"
+
+
+def test_an_unreadable_recording_is_named_by_the_thread_that_reads_it(stage, dial):
+    """Reading it once more on the main thread would stop the interface at each turn of the dial."""
+    live._was_read(("", 0, 0), stage, live._read(transport_path(dial), "another"))
+    assert "was recorded from another scene" in dial.message
+
+
+def test_a_recording_is_not_exchanged_for_that_of_a_file_that_is_saved_over(stage, dial, tmp_path):
+    """Save As over an older version, beside which its own recording lies."""
+    first, before = transport_path(dial), shown(stage)
+    older = tmp_path / "older.blend"
+    older.with_suffix(".transport.exr").write_bytes(first.read_bytes()[:-7])
+    bpy.ops.wm.save_as_mainfile(filepath=str(older))
+    live._sessions.clear()
+    np.testing.assert_array_equal(shown(stage), before)
+    bpy.ops.wm.open_mainfile(filepath=str(older))
+    np.testing.assert_array_equal(shown(bpy.context.scene), before)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "stage.blend"))
+    live._sessions.clear()
+    np.testing.assert_array_equal(shown(bpy.context.scene), before)
+
+
+def test_a_saved_copy_leaves_the_open_file_its_recording(stage, dial, tmp_path):
+    first = transport_path(dial)
+    (tmp_path / "copy.transport.exr").write_bytes(b"another")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "copy.blend"), copy=True)
+    assert transport_path(dial) == first
+    (tmp_path / "blocked.transport.exr").write_bytes(b"another")
+    (tmp_path / "blocked.blend").mkdir()
+    with pytest.raises(RuntimeError, match=r"Cannot|cannot"):
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "blocked.blend"))
+    assert transport_path(dial) == first
+
+
+def test_a_chosen_file_with_the_recording_of_another_scene_is_not_overwritten(stage, dial, tmp_path):
+    assert bpy.ops.spectral.dial_keep(filepath=str(tmp_path / "kept.exr")) == {"FINISHED"}
+    before = shown(stage)
+    bpy.ops.scene.new(type="FULL_COPY")
+    next(each for each in bpy.context.scene.objects if each.type == "LIGHT").location.x += 1
+    with pytest.raises(RuntimeError, match="kept.exr has the recording of the scene 'Scene'; choose another File"):
+        bpy.ops.spectral.dial_record()
+    live._sessions.clear()
+    np.testing.assert_array_equal(shown(stage), before)
+    bpy.context.scene.spectral.dial.filepath = ""
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+
+
+def test_an_undo_of_a_recording_does_not_show_it_with_the_powers_of_the_one_before(stage, dial):
+    bpy.ops.ed.undo_push(message="recorded")
+    bpy.data.lights["Key"].energy *= 3
+    bpy.ops.ed.undo_push(message="brighter")
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="recorded again")
+    again = shown(bpy.context.scene)
+    bpy.ops.ed.undo()
+    undone = bpy.context.scene
+    with pytest.raises(Exception, match="was recorded from another scene, or from this one before a change"):
+        live.show(undone)
+    bpy.ops.ed.redo()
+    np.testing.assert_array_equal(shown(bpy.context.scene), again)

@@ -35,16 +35,16 @@ MISSING = (0, 0)
 
 @dataclass
 class _Session:
-    """Transport of one scene as last read; ``stamp`` shows if its file is unchanged."""
+    """Transport of one scene as last read; ``stamp`` shows if its file is unchanged. An undo may ask for another."""
 
     stamp: tuple[str, int, int]
     live: Any
     lamps: list[Any]
 
     def is_current(self, stamp: tuple[str, int, int], dial: PropertyGroup) -> bool:
-        """True if the file is unchanged, or is missing while this is the dial's recording: a save moved its path."""
-        is_missing = stamp[1:] == MISSING
-        return self.stamp == stamp or (is_missing and self.live.transport.scene_hash == dial.scene_hash)
+        """True if this is the dial's recording, and the file is unchanged, or missing: a save moved its path."""
+        is_own = self.live.transport.scene_hash == dial.scene_hash
+        return is_own and (self.stamp == stamp or stamp[1:] == MISSING)
 
 
 _sessions: dict[int, _Session] = {}
@@ -211,18 +211,21 @@ def _follow(scene: bpy.types.Scene) -> None:
 
 
 def _read(path: Path, scene_hash: str) -> Any:
-    """LiveMix of a file, or None if it cannot be read, which ``show`` reports."""
+    """LiveMix of a file, or a text on why it cannot be read."""
     from spectral_core.render.relight.transport_file import read_transport
 
     try:
         return mix_of(read_transport(path, scene_hash=scene_hash))
-    except (SpectralError, OSError):
-        return None
+    except (SpectralError, OSError) as error:
+        return str(error)
 
 
 def _was_read(stamp: tuple[str, int, int], scene: bpy.types.Scene, mix: Any) -> None:
-    if mix is not None:
-        remember(scene, mix, stamp)  # another file may have been chosen meanwhile
+    if isinstance(mix, str):
+        scene.spectral.dial.message = mix
+        redraw_dial()
+        return
+    remember(scene, mix, stamp)  # another file may have been chosen meanwhile
     _show_quietly(scene)
 
 
@@ -271,7 +274,8 @@ def _after_load(*_: object) -> None:
 
 
 HANDLERS = {"frame_change_post": _after_frame, "undo_post": _after_undo, "redo_post": _after_undo,
-            "load_post": _after_load, "save_pre": note_paths, "save_post": follow_save}  # fmt: skip
+            "load_post": _after_load, "save_pre": note_paths, "save_post": follow_save,
+            "save_post_fail": follow_save}  # fmt: skip
 
 
 def register() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import bpy
 from bpy.types import PropertyGroup, Scene
 
-from spectral_core.errors import FileWriteError
+from spectral_core.errors import FileWriteError, InvalidInputError
 from spectral_core.files.whole import whole_file
 
 ENDING = ".transport.exr"
@@ -27,10 +27,18 @@ def transport_path(dial: PropertyGroup) -> Path:
 
 
 def path_for_recording(scene: Scene) -> Path:
-    """File for a new recording of a scene; a file of its own where another scene of the .blend has a recording."""
+    """File for a new recording of a scene; a file of its own where another scene of the .blend has a recording.
+
+    Raises InvalidInputError if the chosen file has the recording of another scene.
+    """
     dial = scene.spectral.dial
-    others = [each.spectral.dial for each in bpy.data.scenes if each != scene]
-    taken = {transport_path(other) for other in others if other.scene_hash}
+    recorded = [each for each in bpy.data.scenes if each != scene and each.spectral.dial.scene_hash]
+    taken = {transport_path(each.spectral.dial): each.name for each in recorded}
+    if dial.filepath and transport_path(dial) in taken:
+        raise InvalidInputError(
+            f"{transport_path(dial)} has the recording of the scene {taken[transport_path(dial)]!r}; choose another "
+            "File for this scene, or empty that field"
+        )
     number = 0
     while not dial.filepath and transport_path(dial) in taken:
         number += 1
@@ -38,37 +46,79 @@ def path_for_recording(scene: Scene) -> Path:
     return transport_path(dial)
 
 
-_before_save: dict[int, Path] = {}
-"""By scene the file of its recording beside the .blend that is about to be saved."""
+_before_save: dict[int, tuple[Path, str]] = {}
+"""By scene the file of its recording beside the .blend that is about to be saved, and its ``own_ending``."""
 
 
 @bpy.app.handlers.persistent
-def note_paths(*_: object) -> None:
-    """Called before a save, which may give the .blend another name."""
+def note_paths(blend: object = "", *_: object) -> None:
+    """Called before a save to the file ``blend``, which may give the .blend another name."""
     _before_save.clear()
+    endings: dict[Path, str] = {}
     for scene in bpy.data.scenes:
         dial = scene.spectral.dial
-        if dial.scene_hash and not dial.filepath:
-            _before_save[scene.session_uid] = transport_path(dial)
+        if not dial.scene_hash or dial.filepath:
+            continue
+        old = transport_path(dial)
+        _before_save[scene.session_uid] = old, dial.own_ending
+        if isinstance(blend, str) and blend and scene.library is None:
+            dial.own_ending = endings.setdefault(old, _free_ending(dial.own_ending, old, Path(blend)))
+
+
+def _free_ending(ending: str, old: Path, blend: Path) -> str:
+    """``ending``, or a longer one if the .blend that a save replaces has another recording there."""
+    number, free = 1, ending
+    while _is_another(blend.with_suffix(free + ENDING), old):
+        number += 1
+        free = f"{ending}.{number}"
+    return free
+
+
+def _is_another(new: Path, old: Path) -> bool:
+    """True if there is a recording at ``new`` other than that at ``old``. Compressed files differ in their sizes."""
+    if new == old or not new.exists():
+        return False
+    return not old.is_file() or new.stat().st_size != old.stat().st_size
 
 
 @bpy.app.handlers.persistent
-def follow_save(*_: object) -> None:
-    """Called after a save: copy each recording beside the new .blend, which would not find it otherwise."""
+def follow_save(blend: object = "", *_: object) -> None:
+    """Called after a save to the file ``blend``: copy each recording beside a new .blend, which would not find it.
+
+    Called after a failed save, too, and after that of a copy: the open file has its earlier name then.
+    """
     for scene in bpy.data.scenes:
         dial = scene.spectral.dial
-        old, new = _before_save.pop(scene.session_uid, None), transport_path(dial)
-        if old is None or old == new or new.exists() or not old.is_file():
+        old, ending = _before_save.pop(scene.session_uid, (None, ""))
+        if old is None:
             continue
-        errors: list[str] = []
-        thread = threading.Thread(target=_copy, args=(old, new, errors))  # no daemon: Blender waits for it at its end
-        thread.start()
-        report = partial(_report, scene.session_uid, thread, errors)
-        if bpy.app.background:
-            thread.join()
-            report()
-        else:
-            bpy.app.timers.register(report, first_interval=POLL_S, persistent=True)
+        if isinstance(blend, str) and blend and blend != bpy.data.filepath:
+            dial.own_ending = ending
+            continue
+        new = transport_path(dial)
+        if old != new and not new.exists():
+            _copy_beside(scene, old, new)
+
+
+def follow_recording(scene: Scene, written: Path) -> None:
+    """Copy a recording that was just written, if a save has given the .blend another name since it was begun."""
+    if written != transport_path(scene.spectral.dial):
+        _copy_beside(scene, written, transport_path(scene.spectral.dial))
+
+
+def _copy_beside(scene: Scene, old: Path, new: Path) -> None:
+    """Copy a file on a thread."""
+    if not old.is_file():
+        return
+    errors: list[str] = []
+    thread = threading.Thread(target=_copy, args=(old, new, errors))  # no daemon: Blender waits for it at its end
+    thread.start()
+    report = partial(_report, scene.session_uid, thread, errors)
+    if bpy.app.background:
+        thread.join()
+        report()
+    else:
+        bpy.app.timers.register(report, first_interval=POLL_S, persistent=True)
 
 
 def _copy(old: Path, new: Path, errors: list[str]) -> None:

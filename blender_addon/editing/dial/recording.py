@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -53,6 +54,8 @@ class Recording:
     """Groups that are recorded; None for all."""
     progress: float = 0.0
     stop: bool = False
+    path: Path = Path()
+    """File to write. It changes if the .blend gets another name during the render."""
 
     @classmethod
     def of(
