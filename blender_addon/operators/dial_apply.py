@@ -13,8 +13,8 @@ from bpy.types import ID, Context, PropertyGroup
 from spectral_core.errors import InvalidInputError
 
 from ..editing.dial import changes, live
-from ..editing.dial.members import apply_weights
-from ..translate.spectra.stored import require_editable, store_spectrum
+from ..editing.dial.members import apply_weights, block_of
+from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting
 from .dial import dial_in
 
@@ -57,7 +57,11 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
 
 def _require_lamps(dial: PropertyGroup) -> None:
     """Check, before anything is written, that the lights of a bulb can have its lamp."""
+    from ..translate.spectra import catalogue
+
     for bulb in dial.bulbs:
+        if bulb.lamp:
+            catalogue.named("illuminant", bulb.lamp)  # raises for an unknown name
         for kept in bulb.members:
             if bulb.lamp and kept.slot >= 0:
                 raise InvalidInputError(
@@ -77,19 +81,28 @@ def _apply_lamps(dial: PropertyGroup) -> None:
     for bulb in dial.bulbs:
         for kept in bulb.members if bulb.lamp else ():
             carrier = _carrier(kept)
+            strength = strength_of(carrier)
             carrier.spectral.source = "CATALOGUE"
             carrier.spectral.catalogue_name = bulb.lamp
+            carrier.spectral.strength = strength  # a recording is relative to it
 
 
 def _animated(dial: PropertyGroup) -> str:
-    """Name of the first lamp behind the dial that has keyframes or drivers, "" without one."""
+    """Name of the first lamp, material or world behind the dial that has keyframes or drivers, "" without one.
+
+    Strengths of nodes are animated by their node tree.
+    """
     for bulb in dial.bulbs:
         for kept in bulb.members:
-            block = kept.owner.data if isinstance(kept.owner, bpy.types.Object) else kept.owner
-            animation = block.animation_data
-            if animation is not None and (animation.action is not None or len(animation.drivers)):
-                return block.name
+            block = block_of(kept)
+            for animated in (block, getattr(block, "node_tree", None) if kept.node else None):
+                if block is not None and animated is not None and _moves(animated.animation_data):
+                    return block.name
     return ""
+
+
+def _moves(animation: bpy.types.AnimData | None) -> bool:
+    return animation is not None and bool(animation.action or len(animation.drivers) or len(animation.nla_tracks))
 
 
 class SPECTRAL_OT_dial_bake(bpy.types.Operator):
@@ -108,35 +121,45 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         mixing = live.live_mix(context.scene)
         weights = live.weights_of(dial)
         shares = weights * _luminances(mixing)
-        lamps = [_first_lamp(bulb) for bulb in dial.bulbs]
-        strongest = max(range(len(shares)), key=lambda k: (lamps[k] is not None, shares[k]))
-        lamp = lamps[strongest]
-        if lamp is None or not shares[strongest]:
+        lamps = [_lamps(bulb) for bulb in dial.bulbs]
+        strongest = max(range(len(shares)), key=lambda k: (bool(lamps[k]), shares[k]))
+        if not lamps[strongest] or not shares[strongest]:
             raise InvalidInputError(
                 "no lamp contributes to the mixture, so no lamp can be made of it; turn the dial to one"
             )
         spectrum = _mixed_spectrum(dial, mixing.transport, shares)
+        lamp = lamps[strongest][0]
         made = lamp.owner.copy()
         made.data = made.data.copy()
         made.name = made.data.name = BAKED
         made.lightgroup = ""
         context.collection.objects.link(made)
         made.data.color = (1.0, 1.0, 1.0)
-        made.data.energy = lamp.base * weights[strongest] * shares.sum() / shares[strongest]
+        alike = [kept for kept in lamps[strongest] if kept.owner.data.type == made.data.type]
+        power = sum(kept.base * strength_of(kept.owner.data) for kept in alike)
+        power *= _own_luminance(dial.bulbs[strongest], mixing.transport.lights[strongest])
+        made.data.energy = power * weights[strongest] * shares.sum() / shares[strongest]
         store_spectrum(made.data.spectral, spectrum)
         if self.hide:
-            for bulb in dial.bulbs:
-                for kept in bulb.members:
-                    if isinstance(kept.owner, bpy.types.Object) and kept.owner.type == "LIGHT":
-                        kept.owner.hide_render = True
+            for kept in (each for found in lamps for each in found):
+                kept.owner.hide_render = True
         self.report({"INFO"}, f"{made.name}: {made.data.energy:.4g} W")
 
 
-def _first_lamp(bulb: PropertyGroup) -> PropertyGroup | None:
-    for kept in bulb.members:
-        if isinstance(kept.owner, bpy.types.Object) and kept.owner.type == "LIGHT":
-            return kept
-    return None
+def _lamps(bulb: PropertyGroup) -> list[PropertyGroup]:
+    """The lamps of a bulb, the strongest first."""
+    found = [kept for kept in bulb.members if isinstance(kept.owner, bpy.types.Object) and kept.owner.type == "LIGHT"]
+    return sorted(found, key=lambda kept: -kept.base)
+
+
+def _own_luminance(bulb: PropertyGroup, recorded: "Spectrum | None") -> float:
+    """Luminance of a bulb's light relative to a white one of the same power: a color has that of its RGB."""
+    from spectral_core.spectra.observer import xyz_of
+    from spectral_core.spectra.spectrum import Illuminant
+
+    if bulb.lamp or recorded is None:
+        return 1.0
+    return float(xyz_of(Illuminant(recorded.name, recorded.grid, recorded.values))[1])
 
 
 def _luminances(mixing: "LiveMix") -> np.ndarray:

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the dial back to lamps that have colors, strengths, keyframes and names of their own."""
+
+from __future__ import annotations
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+
+
+def brightness(scene, picture):
+    """Mean luminance of the dial's present mix."""
+    return float(picture()[..., :3].mean(axis=(0, 1)) @ LUMINANCE)
+
+
+def alone(dial, name):
+    """Turn the dial to one bulb, with the powers as recorded."""
+    dial.selector = next(bulb for bulb in dial.bulbs if bulb.name == name).place
+    dial.intensity = 1.0
+
+
+def without_others(scene):
+    """Only lamps give light."""
+    bpy.data.objects["Ball"].hide_render = True
+    scene.world = None
+
+
+def red(lamp):
+    lamp.color = (1.0, 0.04, 0.02)
+
+
+def brightened(lamp):
+    lamp.spectral.source, lamp.spectral.catalogue_name = "CATALOGUE", "A"
+    lamp.spectral.strength = 2.5
+
+
+@pytest.mark.parametrize("change", [red, brightened])
+def test_a_baked_lamp_is_as_bright_as_the_mix(stage, picture, change):
+    without_others(stage)
+    change(bpy.data.lights["Key"])
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    dial = stage.spectral.dial
+    alone(dial, "Key")
+    mixed = brightness(stage, picture)
+    assert bpy.ops.spectral.dial_bake(hide=True) == {"FINISHED"}
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    assert [bulb.name for bulb in dial.bulbs] == ["Dial Light"]
+    # the red lamp was rendered in RGB, the baked one with its spectrum, of which the floor reflects another share
+    assert brightness(stage, picture) == pytest.approx(mixed, rel=0.06)
+
+
+def test_a_baked_lamp_stands_for_all_lamps_of_a_light_group(stage, picture):
+    without_others(stage)
+    stage.view_layers[0].lightgroups.add(name="Row")
+    first = bpy.data.objects["Key"]
+    second = first.copy()
+    second.data = first.data.copy()
+    second.data.energy = 3 * first.data.energy
+    stage.collection.objects.link(second)
+    first.lightgroup = second.lightgroup = "Row"
+    stage.spectral.dial.one_per_light = False
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    dial = stage.spectral.dial
+    alone(dial, "Row")
+    mixed = brightness(stage, picture)
+    assert bpy.ops.spectral.dial_bake(hide=True) == {"FINISHED"}
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    assert brightness(stage, picture) == pytest.approx(mixed, rel=0.02)
+
+
+def test_an_applied_lamp_is_as_bright_as_in_the_picture(stage, picture):
+    without_others(stage)
+    brightened(bpy.data.lights["Key"])
+    dial = stage.spectral.dial
+    dial.storage = "BANDS31"
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    alone(dial, "Key")
+    next(bulb for bulb in dial.bulbs if bulb.name == "Key").lamp = "D65"
+    mixed = brightness(stage, picture)
+    assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
+    spectral = bpy.data.lights["Key"].spectral
+    assert (spectral.catalogue_name, spectral.strength) == ("D65", 2.5)
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    dial.bulbs[0].lamp = ""
+    dial.intensity = 1.0
+    assert brightness(stage, picture) == pytest.approx(mixed, rel=0.03)
+
+
+def test_an_unknown_lamp_is_refused_before_anything_is_written(stage):
+    lamp = bpy.data.lights["Key"]
+    lamp.spectral.source, lamp.spectral.catalogue_name = "CATALOGUE", "A"
+    dial = stage.spectral.dial
+    dial.storage = "BANDS31"
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    next(bulb for bulb in dial.bulbs if bulb.name == "Key").lamp = "sodium lamp of the corner"
+    with pytest.raises(RuntimeError, match="no illuminant is named 'sodium lamp of the corner'"):
+        bpy.ops.spectral.dial_apply()
+    assert (lamp.spectral.catalogue_name, lamp.energy) == ("A", 200.0)
+    assert len(lamp.spectral.samples)
+
+
+def world_strength():
+    tree = bpy.context.scene.world.node_tree
+    node = next(each for each in tree.nodes if each.type == "BACKGROUND")
+    node.inputs["Strength"].keyframe_insert("default_value", frame=3)
+    return "World"
+
+
+def driven_emission():
+    node = next(each for each in bpy.data.materials["Glow"].node_tree.nodes if each.type == "EMISSION")
+    node.inputs["Strength"].driver_add("default_value").driver.expression = "2 + 1"
+    return "Glow"
+
+
+def action_strip():
+    lamp = bpy.data.lights["Key"]
+    lamp.keyframe_insert("energy", frame=4)
+    animation = lamp.animation_data
+    animation.nla_tracks.new().strips.new("Strip", 4, animation.action)
+    animation.action = None
+    return "Key"
+
+
+@pytest.mark.parametrize("animate", [world_strength, driven_emission, action_strip])
+def test_animated_strengths_are_named(stage, dial, animate):
+    from blender_addon.operators.dial_apply import _animated
+
+    assert _animated(dial) == ""
+    name = animate()
+    assert _animated(stage.spectral.dial) == name
+    assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
