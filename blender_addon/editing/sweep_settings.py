@@ -60,9 +60,9 @@ class Setting:
                 values[place.index] = given
             elif place.is_custom:
                 place.owner[place.name] = given
-                place.owner.id_data.update_tag()
             else:
                 setattr(place.owner, place.name, given)
+            place.tag()
         except (TypeError, AttributeError) as error:
             raise InvalidInputError(f"{self.path} cannot be set to {value!r}: {error}") from error
 

@@ -10,7 +10,7 @@ from bpy.types import Context, PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteSolution
 
-from ..editing.palette import live
+from ..editing.palette import live, picture
 from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette import table
@@ -38,6 +38,8 @@ class Solving(Waiting):
 
     def begin(self, context: Context) -> Callable[[], PaletteSolution | str]:
         self.change(context)
+        if not palette_in(context).status:  # another table: the picture shows nothing of the one before
+            picture.follow(context.scene)
         solve = palette_solve.button_solve(context.scene)
         if solve is None:
             message = palette_in(context).message
@@ -96,6 +98,7 @@ class SPECTRAL_OT_palette_clear(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         table.clear(palette_in(context))
+        picture.follow(context.scene)
 
 
 class SPECTRAL_OT_palette_solve(Solving, bpy.types.Operator):

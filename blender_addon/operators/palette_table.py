@@ -9,7 +9,7 @@ from bpy.types import ID, Context, PropertyGroup, bpy_prop_collection
 
 from spectral_core.errors import InvalidInputError
 
-from ..editing.palette import live, possible
+from ..editing.palette import live, picture, possible
 from ..properties.palette_cell import ASKED
 from ..translate.palette import from_scene, table
 from .common import UNDOABLE, palette_in, reporting, require_index
@@ -80,6 +80,8 @@ class SPECTRAL_OT_palette_remove(bpy.types.Operator):
         if lost:
             self.report({"WARNING"}, f"these cells referred to {name} and ask for nothing now: {', '.join(lost)}")
         live.edited(palette)
+        if not palette.live:
+            picture.follow(context.scene)
 
 
 Remove = Callable[[PropertyGroup, int], list[str]]

@@ -87,7 +87,7 @@ def _draw_bindings(layout: UILayout, settings: PropertyGroup) -> None:
 
 def _short(path: str) -> str:
     """A number by the name of its data-block and its path: ``Key: energy`` for ``bpy.data.lights["Key"].energy``."""
-    found = re.match(r'bpy\.data\.\w+\["(.*?)"\]\.?(.*)', path)
+    found = re.match(r'bpy\.data\.\w+\["(.*?)"(?:, "[^"]*")?\]\.?(.*)', path)
     return f"{found[1]}: {found[2]}" if found else path.removeprefix("bpy.data.")
 
 

@@ -16,7 +16,7 @@ from bpy.props import (
 )
 
 from .fields import Field, by_name
-from .hooks import Topic, announces
+from .hooks import Topic, announce, announces
 from .palette_answers import SpectralAlternative, SpectralDye, SpectralPossible
 from .palette_cell import SpectralPaletteCell, edited
 from .spectrum import SpectralSpectrum
@@ -102,11 +102,12 @@ PALETTE_FIELDS = by_name(
 
 
 def _remembers(pointer: str) -> Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]:
-    """Store the name of a chosen data-block, the only trace of it after its deletion."""
+    """Store the name of a chosen data-block, the only trace of it after its deletion, and show the solution on it."""
 
     def changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
         block = getattr(entry, pointer)
         setattr(entry, f"{pointer}_name", "" if block is None else block.name)
+        announce(Topic.PALETTE_PICTURE, entry.id_data.spectral.palette)
 
     return changed
 

@@ -64,3 +64,58 @@ def test_an_order_can_be_removed_while_the_board_runs(stage, running):
     assert running.board.orders == ()
     with pytest.raises(RuntimeError, match="there is no order 0"):
         bpy.ops.spectral.board_disorder(index=0)
+
+
+def test_an_undo_gives_a_fader_its_binding_back_and_a_redo_takes_it(stage, running):
+    from spectral_core.explore.board import Control
+
+    entry = stage.spectral.board.bindings.add()
+    entry.name, entry.low, entry.high = full_path(bpy.data.lights["Fill"], "energy"), 0.0, 40.0
+    entry.control = "osc:0:/3"
+    bpy.ops.ed.undo_push(message="bound")
+    bpy.ops.spectral.board_unbind(index=0)
+    bpy.ops.ed.undo_push(message="unbound")
+    assert running.board.bindings == ()
+    bpy.ops.ed.undo()
+    running.board.receive(Control.parse("osc:0:/3"), 0.25, 0.0)
+    live.tick()
+    assert bpy.data.lights["Fill"].energy == pytest.approx(10.0)
+    bpy.ops.ed.redo()
+    assert not running.board.bindings
+
+
+def test_a_custom_property_is_bound_over_its_own_range_and_moves_what_it_drives(stage):
+    holder = bpy.data.objects["Ball"]
+    for name, value, limits in (("Pull", 3.0, (-4.0, 8.0)), ("Count", 3, (1, 12)), ("Free", 3.0, (0.0, 6.0))):
+        holder[name] = value
+        if name != "Free":
+            holder.id_properties_ui(name).update(soft_min=limits[0], soft_max=limits[1])
+        assert number_at(f'bpy.data.objects["Ball"]["{name}"]').range() == limits
+    holder["Pair"] = [1.0, 2.0]
+    driven = bpy.data.objects.new("Driven", None)
+    driver = driven.driver_add("location", 0).driver
+    driver.type = "SUM"
+    variable = driver.variables.new()
+    variable.targets[0].id, variable.targets[0].data_path = holder, '["Pair"][1]'
+    stage.collection.objects.link(driven)
+    bpy.context.view_layer.update()
+    number_at('bpy.data.objects["Ball"]["Pair"][1]').write(7.0)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    assert driven.evaluated_get(depsgraph).location.x == pytest.approx(7.0)
+
+
+@pytest.mark.parametrize("name", ["Key", 'Key "left"'])
+def test_a_linked_number_is_not_taken_for_the_local_one_of_its_name(stage, tmp_path, name):
+    library = tmp_path / "lamps.blend"
+    bpy.data.lights["Key"].name = name
+    bpy.data.libraries.write(str(library), {bpy.data.lights[name]})
+    with bpy.data.libraries.load(str(library), link=True) as (_, wanted):
+        wanted.lights = [name]
+    linked = wanted.lights[0]
+    linked.energy = 7.0
+    path = full_path(linked, "energy")
+    assert number_at(path).owner == linked
+    assert number_at(full_path(bpy.data.lights[name], "energy")).read() == pytest.approx(200.0)
+    assert path.endswith(f'"{bpy.data.libraries[0].filepath}"].energy')
+    with pytest.raises(Exception, match="this file has no lights named 'Key', linked from //other.blend"):
+        number_at('bpy.data.lights["Key", "//other.blend"].energy')

@@ -249,6 +249,14 @@ def _before_load(*_: object) -> None:
     stop()
 
 
+@bpy.app.handlers.persistent
+def _after_undo(*_: object) -> None:
+    """Bindings that an undo or redo has brought back or removed, which announces nothing."""
+    scene = None if _session is None else open_scene(_session.scene)
+    if scene is not None:
+        rebind(scene)
+
+
 def _devices(_board: bpy.types.PropertyGroup) -> list[str]:
     """Names of the connected MIDI devices."""
     from spectral_core.explore.board.midi import port_names
@@ -260,14 +268,18 @@ def _devices(_board: bpy.types.PropertyGroup) -> list[str]:
 
 
 def register() -> None:
-    """Start listening to the bindings, and close devices when another file is opened."""
+    """Start listening to the bindings and to undo, and close devices when another file is opened."""
     hooks.listen(Topic.BOARD, lambda properties: rebind(properties.id_data))
     hooks.listen(Topic.BOARD_DEVICES, _devices)
     bpy.app.handlers.load_pre.append(_before_load)
+    for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
+        handlers.append(_after_undo)
 
 
 def unregister() -> None:
     """Close the devices."""
     hooks.ignore(Topic.BOARD, Topic.BOARD_DEVICES)
     bpy.app.handlers.load_pre.remove(_before_load)
+    for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
+        handlers.remove(_after_undo)
     stop()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import re
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +14,9 @@ from bpy.types import ID
 
 from spectral_core.errors import InvalidInputError
 
-_FULL = re.compile(r"""bpy\.data\.(\w+)\[(?:"((?:[^"\\]|\\.)*)"|'((?:[^'\\]|\\.)*)')\](.*)""", re.S)
+_QUOTED = r"""(?:"((?:[^"\\]|\\.)*)"|'((?:[^'\\]|\\.)*)')"""
+_FULL = re.compile(rf"bpy\.data\.(\w+)\[{_QUOTED}(?:,\s*{_QUOTED})?\](.*)", re.S)
+"""Collection, name, library of linked data, and the rest, with two groups for each text in quotes."""
 _INDEXED = re.compile(r"(.*)\[(\d+)\]", re.S)
 _CUSTOM = re.compile(r'(.*)\["((?:[^"\\]|\\.)*)"\]', re.S)
 WIDEST = 1e5
@@ -43,9 +46,14 @@ class Number:
             values[self.index] = given
         elif self.is_custom:
             self.owner[self.name] = given
-            self.owner.id_data.update_tag()
         else:
             setattr(self.owner, self.name, given)
+        self.tag()
+
+    def tag(self) -> None:
+        """Notify Blender of a new value in a custom property, which it does not watch."""
+        if self.is_custom:
+            self.owner.id_data.update_tag()
 
     def element(self) -> Any:
         """The value at the path."""
@@ -55,12 +63,17 @@ class Number:
     def range(self) -> tuple[float, float]:
         """Range of its slider; twice its value if the slider is unbounded."""
         present = self.read()
-        low, high = 0.0, max(1.0, 2 * abs(present))
+        least, most = self._soft_limits()
+        low = least if abs(least) < WIDEST else min(0.0, 2 * present)
+        high = most if abs(most) < WIDEST else max(1.0, 2 * abs(present))
+        return (low, high) if high > low else (low, low + 1.0)
+
+    def _soft_limits(self) -> tuple[float, float]:
         if not self.is_custom:
             known = self.owner.bl_rna.properties[self.name]
-            low = known.soft_min if abs(known.soft_min) < WIDEST else min(low, 2 * present)
-            high = known.soft_max if abs(known.soft_max) < WIDEST else high
-        return (low, high) if high > low else (low, low + 1.0)
+            return float(known.soft_min), float(known.soft_max)
+        known = self.owner.id_properties_ui(self.name).as_dict()
+        return float(known.get("soft_min", -math.inf)), float(known.get("soft_max", math.inf))
 
 
 def number_at(path: str) -> Number:
@@ -81,11 +94,12 @@ def block_at(path: str) -> tuple[ID, str]:
         raise InvalidInputError(
             f'{path!r} is no data path; expected one as Copy Full Data Path gives it: bpy.data.lights["Key"].energy'
         )
-    name = _plain(full[2] if full[2] is not None else full[3])
-    block = blocks.get(name)
+    name, library = (_plain(full[2] or full[3] or ""), _plain(full[4] or full[5] or ""))
+    block = blocks.get((name, library)) if library else blocks.get(name)
     if block is None:
-        raise InvalidInputError(f"{path!r}: this file has no {full[1]} named {name!r}")
-    return block, full[4]
+        linked = f", linked from {library}" if library else ""
+        raise InvalidInputError(f"{path!r}: this file has no {full[1]} named {name!r}{linked}")
+    return block, full[6]
 
 
 def place_in(block: ID, rest: str) -> Number | None:
@@ -110,7 +124,7 @@ def _plain(quoted: str) -> str:
 
 
 def full_path(block: ID, data_path: str, index: int = -1) -> str:
-    """The text for a property of a data-block, in the quotes of Copy Full Data Path."""
+    """The text for a property of a data-block, as Copy Full Data Path gives it."""
     return f"{block_path(block)}.{data_path}" + (f"[{index}]" if index >= 0 else "")
 
 
@@ -120,14 +134,17 @@ def block_path(block: ID) -> str:
     node = ast.parse(text, mode="eval").body
     while isinstance(node, ast.Attribute):
         node = node.value
-    if not isinstance(node, ast.Subscript) or not isinstance(node.slice, ast.Constant):
+    key = node.slice if isinstance(node, ast.Subscript) else None
+    key = key.elts[0] if isinstance(key, ast.Tuple) else key  # with its library
+    if not isinstance(node, ast.Subscript) or not isinstance(key, ast.Constant):
         raise InvalidInputError(f"{text} has no data path for a fader")
-    name = str(node.slice.value).replace("\\", "\\\\").replace('"', '\\"')
+    names = [str(key.value), *([block.library.filepath] if block.library else [])]
+    quoted = ", ".join('"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"' for name in names)
     rest = text.encode()[node.end_col_offset :].decode()
-    return f'{text.partition("[")[0]}["{name}"]{rest}'
+    return f"{text.partition('[')[0]}[{quoted}]{rest}"
 
 
 def renamed(path: str, block: ID) -> str:
     """``path`` with the present name of its data-block."""
     full = _FULL.fullmatch(path.strip())
-    return path if full is None else f"{block_path(block)}{full[4]}"
+    return path if full is None else f"{block_path(block)}{full[6]}"

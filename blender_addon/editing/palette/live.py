@@ -49,6 +49,8 @@ def _mode_changed(cell: bpy.types.PropertyGroup) -> None:
 
 def _follow(scene: bpy.types.Scene) -> None:
     FINISHES.drop(scene)  # it finishes the table before this edit
+    if not (len(scene.spectral.palette.lights) and len(scene.spectral.palette.materials)):
+        picture.forget(scene)
     if not SOLVES.is_busy(scene, LIVE.request):
         _solve(SOLVES, scene, live_solve(scene), lambda: None)
 
@@ -84,15 +86,15 @@ LIVE = Deferred(_follow, _finish, delay_seconds=DELAY_SECONDS, rest_seconds=REST
 def _after_undo(scene: bpy.types.Scene | None, *_rest: object) -> None:
     """Blender stores an undo step before the timer has solved, so a step may contain new targets with older results.
 
-    An alternative that the artist has taken stays.
+    An alternative that the artist has taken stays, and so does a table that is not live; the picture shows them.
     """
-    if scene is None or not len(scene.spectral.palette.materials):
+    if scene is None or not (len(scene.spectral.palette.materials) or picture.shown_in(scene)):
         return
     palette = scene.spectral.palette
-    if palette.is_alternative and not palette.is_stale:
-        picture.follow(scene)
-    elif palette.live:
+    if palette.live and not (palette.is_alternative and not palette.is_stale):
         LIVE.request(scene)
+    else:
+        picture.follow(scene)
 
 
 @bpy.app.handlers.persistent
