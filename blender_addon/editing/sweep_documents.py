@@ -13,7 +13,7 @@ from bpy.types import PropertyGroup, Scene
 
 from spectral_core import child
 from spectral_core.documents import write_document
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import FileWriteError, InvalidInputError
 from spectral_core.explore.sweep.document import FORMAT, VERSION
 from spectral_core.explore.sweep.parameters import Parameter
 from spectral_core.explore.sweep.store import cdb_folder
@@ -55,7 +55,13 @@ def write_documents(scene: Scene) -> tuple[Path, Path]:
     folder = folder_of(sweep)
     make_folder(folder.parent)
     blend = folder.with_suffix(".sweep.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
+    except RuntimeError as error:  # Blender's
+        raise FileWriteError(
+            f"the copy of the file for the sweep could not be written: {str(error).strip().removeprefix('Error: ')}; "
+            "choose another folder for the sweep"
+        ) from error
     document = folder.with_suffix(".sweep.toml")
     compute = {"kind": "blend", "blend": blend.name, "percentage": sweep.percentage, "samples": sweep.samples}
     contents = {

@@ -92,6 +92,7 @@ def test_a_custom_property_is_bound_over_its_own_range_and_moves_what_it_drives(
             holder.id_properties_ui(name).update(soft_min=limits[0], soft_max=limits[1])
         assert number_at(f'bpy.data.objects["Ball"]["{name}"]').range() == limits
     holder["Pair"] = [1.0, 2.0]
+    holder.update_tag()
     driven = bpy.data.objects.new("Driven", None)
     driver = driven.driver_add("location", 0).driver
     driver.type = "SUM"

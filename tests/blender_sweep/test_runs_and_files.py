@@ -17,7 +17,7 @@ import bpy
 
 from blender_addon.editing import sweep as sweeps
 from blender_addon.editing import sweep_documents
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import FileWriteError, InvalidInputError
 from tests.blender_sweep.test_sweep_in_blender import KEY, scene  # noqa: F401 - a fixture
 
 WAITING = [sys.executable, "-c", "import time; time.sleep(300)"]
@@ -168,3 +168,14 @@ def test_entries_of_the_document_beyond_blenders_limits_are_refused(swept: Any, 
     space = Space((Parameter("energy", 1.0, 2.0, path=KEY),))
     with pytest.raises(InvalidInputError, match=f"{entry} = {value}; expected a whole number from 1 to"):
         blend_node({"blend": "scene.blend", entry: value}, space, Path(bpy.data.filepath).parent)
+
+
+def test_a_copy_of_the_file_that_cannot_be_written_is_one_message(swept: Any, tmp_path: Any) -> None:
+    """Blender raises its own error, which would be shown as a traceback."""
+    swept.spectral.sweep.folder = str(tmp_path / "heights.cdb")
+    (tmp_path / "heights.sweep.blend").mkdir()
+    with pytest.raises(FileWriteError, match=r"the copy of the file for the sweep could not be written: .*folder"):
+        sweeps.start(swept)
+    with pytest.raises(RuntimeError) as told:
+        bpy.ops.spectral.sweep_run()
+    assert "Traceback" not in str(told.value)
