@@ -9,7 +9,7 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing.spectrum import reload
 from ..translate.palette.apply import store_result
-from ..translate.spectra.stored import kind_of
+from ..translate.spectra.stored import kind_of, require_editable
 from .common import UNDOABLE, palette_in, reporting
 
 CARRIERS = [
@@ -41,6 +41,7 @@ def _required(context: Context, which: str) -> ID | Node:
     found = carrier(context, which)
     if found is None or not hasattr(found, "spectral"):
         raise InvalidInputError(f"there is no active {which.lower()} that can have a spectrum; select one")
+    require_editable(found.id_data)
     return found
 
 

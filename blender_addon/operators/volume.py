@@ -55,8 +55,15 @@ def _voxels(context: Context, data: Volume) -> "ScalarVolume":
     return voxels_of(evaluated, grid=data.spectral.grid)
 
 
+def _editable_volume(context: Context) -> Volume:
+    """The active Volume data-block. Raises InvalidInputError without one, or if it is linked."""
+    found = shown_volume(context)
+    require_editable(found)
+    return found
+
+
 def _active_material(context: Context) -> PropertyGroup:
-    settings = shown_volume(context).spectral
+    settings = _editable_volume(context).spectral
     if not len(settings.materials):
         raise InvalidInputError("the volume has no material; add one first")
     return settings.materials[min(settings.active, len(settings.materials) - 1)]
@@ -134,8 +141,7 @@ class SPECTRAL_OT_volume_material_add(_OnVolume, bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
-        data = shown_volume(context)
-        require_editable(data)
+        data = _editable_volume(context)
         stored.add_material(data, "Material")
         data.spectral.enabled = True
 

@@ -166,6 +166,10 @@ def _require_writable(bulb: PropertyGroup, kept: PropertyGroup) -> None:
         raise InvalidInputError(f"{owner.name!r} has changed since it was recorded; record it again")
     if owner.library is not None or block.library is not None:
         raise InvalidInputError(f"{block.name!r} is linked from another file; make it local to dim it")
+    if block.override_library is not None:  # Blender accepts the value, and loses it when the file is saved
+        raise InvalidInputError(
+            f"{block.name!r} is a library override, which does not keep its strength; make it local to dim it"
+        )
 
 
 def block_of(kept: PropertyGroup) -> ID | None:

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import bpy
 from bpy.props import IntProperty
-from bpy.types import Context
+from bpy.types import Context, Object
 
 from spectral_core.errors import InvalidInputError
 
 from ... import compat
 from ...editing import texture_job
 from ...properties.texture import NODE
-from ...translate.spectra.stored import store_spectrum
+from ...translate.spectra.stored import require_editable, store_spectrum
 from ..common import UNDOABLE, add_or_remove, reporting
 
 
@@ -66,7 +66,9 @@ class SPECTRAL_OT_texture_material(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
-        path = _designed(context)
+        path, target = _designed(context), context.object
+        if target is not None and target.type == "MESH":
+            _require_slot(target)
         material = bpy.data.materials.new("Spectral Texture")
         tree = compat.use_nodes(material)
         tree.nodes.clear()
@@ -78,14 +80,15 @@ class SPECTRAL_OT_texture_material(bpy.types.Operator):
             self.report({"WARNING"}, node.message)
         tree.links.new(node.outputs[0], shader.inputs["Color"])
         tree.links.new(shader.outputs[0], end.inputs["Surface"])
-        target = context.object
         if target is None or target.type != "MESH":
             self.report({"INFO"}, f"made material {material.name!r}; no mesh is selected that could use it")
             return
         if not len(target.data.uv_layers):
             self.report({"WARNING"}, f"{target.name!r} has no UV map, so the texture cannot be applied; unwrap it")
         if target.material_slots:
-            target.material_slots[target.active_material_index].material = material
+            slot = target.material_slots[target.active_material_index]
+            slot.link = slot.link if compat.is_editable(target.data) else "OBJECT"
+            slot.material = material
         else:
             target.data.materials.append(material)
 
@@ -106,10 +109,22 @@ class SPECTRAL_OT_texture_lights(bpy.types.Operator):
         lamps = [design.lamp_1, design.lamp_2]
         if not any(lamps):
             raise InvalidInputError("no lamp is chosen; choose the lamps that get the first and the second light")
+        for lamp in filter(None, lamps):
+            require_editable(lamp)  # before anything is written
         for lamp, spectrum in zip(lamps, spectra, strict=True):
             if lamp is not None:
                 store_spectrum(lamp.spectral, spectrum)
         self.report({"INFO"}, f"{sum(lamp is not None for lamp in lamps)} lamps have their light")
+
+
+def _require_slot(target: Object) -> None:
+    """Raise InvalidInputError if an object cannot get a material: Blender loses a change of linked data."""
+    for block in (target, *([] if target.material_slots else [target.data])):
+        if block.library is not None:
+            raise InvalidInputError(
+                f"{block.name!r} is linked from {bpy.path.basename(block.library.filepath)} and cannot get the "
+                "material; make it local, or select another object"
+            )
 
 
 def _designed(context: Context) -> str:
