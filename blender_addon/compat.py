@@ -168,6 +168,15 @@ def image_format(render: Any, file_format: str, **options: Any) -> Iterator[None
                 setattr(owner, name, value)
 
 
+def curves_of(animation: Any) -> list[Any]:
+    """The collections of curves that animate a data-block by its action; before 4.4 an action has one itself."""
+    slot = getattr(animation, "action_slot", None)
+    if not hasattr(animation.action, "layers") or slot is None:
+        return [animation.action.fcurves] if hasattr(animation.action, "fcurves") else []
+    bags = [strip.channelbag(slot) for layer in animation.action.layers for strip in layer.strips]
+    return [bag.fcurves for bag in bags if bag is not None]
+
+
 def is_before_5_2() -> bool:
     """True for Cycles of older versions, which divides a mesh at its sharp edges, so that displaced faces come apart
     there, and whose Magic Texture has seams.

@@ -206,7 +206,9 @@ def serve(scene: Scene) -> str:
         given = dict(values)
 
         def set_scene(target: Scene) -> None:
-            set_point(target, given)
+            refused = set_point(target, given)
+            if refused:
+                target.spectral.sweep.status = "; ".join(refused)
             bpy.ops.ed.undo_push(message="Apply Sweep Point")
 
         _on_main_thread(uid, set_scene)

@@ -6,16 +6,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import bpy
 from bpy.types import Scene
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.ledger import Row
 
+from .. import compat
+from .board.paths import Number
 from .sweep_settings import setting_at
 
 
-def set_point(scene: Scene, values: Mapping[str, Any]) -> None:
-    """Set the swept settings of the file to a point's values."""
+def set_point(scene: Scene, values: Mapping[str, Any]) -> list[str]:
+    """Set the swept settings of the file to a point's values; returns a text for each that takes another value."""
     by_label = {entry.label: entry.name for entry in scene.spectral.sweep.parameters}
     missing = [name for name in values if name not in by_label]
     if missing:
@@ -25,6 +28,30 @@ def set_point(scene: Scene, values: Mapping[str, Any]) -> None:
         setting.checked(value)
     for setting, value in settings:
         setting.write(value)
+    layer = bpy.context.view_layer if bpy.context.scene == scene else scene.view_layers[0]
+    layer.update()
+    refused = []
+    for setting, value in settings:
+        try:
+            setting.require_taken(layer.depsgraph, value)
+        except InvalidInputError as error:
+            refused.append(str(error))
+        else:
+            if _has_keyframes(setting.place):
+                refused.append(f"{setting.path} has keyframes, which replace {value!r} at the next frame; remove them")
+    return refused
+
+
+def _has_keyframes(place: Number) -> bool:
+    """True if the action of a property's data-block has a curve for it."""
+    block, owner = place.owner.id_data, place.owner
+    animation = getattr(block, "animation_data", None)
+    if animation is None or animation.action is None:
+        return False
+    name = f'["{bpy.utils.escape_identifier(place.name)}"]' if place.is_custom else place.name
+    path = name if owner == block else f"{owner.path_from_id()}{'' if place.is_custom else '.'}{name}"
+    index = 0 if place.index is None else place.index
+    return any(curves.find(path, index=index) is not None for curves in compat.curves_of(animation))
 
 
 def keyframe_path(scene: Scene, chosen: list[Row], step: int) -> int:

@@ -31,7 +31,7 @@ def refresh(node: Any) -> None:
     image = bpy.data.images.new(f"{node.name} under D65", width, height)
     image.pixels.foreach_set(pixels.ravel())
     image.pack()
-    shown.image, shown.interpolation = image, node.interpolation
+    shown.image, shown.interpolation, shown.extension = image, node.interpolation, node.extension
 
 
 def register() -> None:

@@ -126,7 +126,8 @@ class SPECTRAL_OT_sweep_apply(bpy.types.Operator):
         found, row = editing.rows(context.scene), self.row or context.scene.spectral.sweep.point
         if row > len(found):
             raise InvalidInputError(f"there is no row {row}; the table has {len(found)}")
-        set_point(context.scene, found[row - 1].parameters)
+        for text in set_point(context.scene, found[row - 1].parameters):
+            self.report({"WARNING"}, text)
 
 
 class SPECTRAL_OT_sweep_keyframe(bpy.types.Operator):

@@ -29,6 +29,13 @@ INTERPOLATIONS = (
 )
 
 
+def _show_as_set(node: SpectralTextureNode, _context: Context) -> None:
+    """Blender's own views repeat and filter the picture as the renderer does the texture."""
+    for inner in () if node.node_tree is None else node.node_tree.nodes:
+        if inner.bl_idname == "ShaderNodeTexImage":
+            inner.interpolation, inner.extension = node.interpolation, node.extension
+
+
 class SpectralTextureNode(bpy.types.ShaderNodeCustomGroup):
     """A texture whose texels are reflectances: it can show another picture under another light"""
 
@@ -42,8 +49,8 @@ class SpectralTextureNode(bpy.types.ShaderNodeCustomGroup):
         options=path_options(),
         update=hooks.announces(Topic.SPECTRAL_TEXTURE),
     )
-    interpolation: bpy.props.EnumProperty(name="Interpolation", items=INTERPOLATIONS)
-    extension: bpy.props.EnumProperty(name="Extension", items=EXTENSIONS)
+    interpolation: bpy.props.EnumProperty(name="Interpolation", items=INTERPOLATIONS, update=_show_as_set)
+    extension: bpy.props.EnumProperty(name="Extension", items=EXTENSIONS, update=_show_as_set)
     message: bpy.props.StringProperty(name="Message", description="Reason why the file cannot be used")
 
     def init(self, _context: Context) -> None:

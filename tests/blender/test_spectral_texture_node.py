@@ -107,3 +107,12 @@ def test_a_spectrum_that_replaces_an_image_gets_a_note(build, translate):
     scene = translate()
     assert scene.materials[0].surface.color.name == "yellow"
     assert len([note for note in scene.notes if "replaces the texture" in note.message]) == 1
+
+
+def test_its_picture_is_repeated_and_filtered_as_the_texture(texture, node) -> None:
+    node.extension = "MIRROR"
+    node.filepath = str(texture[1])
+    shown = next(inner for inner in node.node_tree.nodes if inner.bl_idname == "ShaderNodeTexImage")
+    assert (shown.extension, shown.interpolation) == ("MIRROR", "Linear")
+    node.extension, node.interpolation = "EXTEND", "Closest"
+    assert (shown.extension, shown.interpolation) == ("EXTEND", "Closest")

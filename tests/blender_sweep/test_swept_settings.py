@@ -187,3 +187,28 @@ def test_two_settings_of_one_name_get_two_columns(scene: Any) -> None:  # noqa: 
     bpy.ops.spectral.sweep_add(target='bpy.data.objects["plane"].pass_index')
     labels = [each.label for each in settings.parameters]
     assert len(set(labels)) == 2, labels
+
+
+def driven(light: Any) -> str:
+    light.driver_add("energy").driver.expression = "40 + 2"
+    return "was set to 9.0, but keyframes, a driver, a constraint or its limits make it 42.0"
+
+
+def keyframed(light: Any) -> str:
+    light.keyframe_insert("energy", frame=bpy.context.scene.frame_current)
+    bpy.context.view_layer.update()
+    return "has keyframes, which replace 9.0 at the next frame"
+
+
+@pytest.mark.parametrize("animate", [driven, keyframed])
+def test_a_point_names_settings_that_keyframes_or_drivers_hold(scene: Any, animate: Any) -> None:  # noqa: F811
+    from blender_addon.editing.sweep_points import set_point
+
+    for path in (KEY, GREEN):
+        bpy.ops.spectral.sweep_add(target=path)
+    values = {"key_energy": 9.0, "key_color_g": 0.25}
+    bpy.data.lights["Key"].keyframe_insert("shadow_soft_size", frame=3)
+    assert set_point(scene, values) == []
+    held = animate(bpy.data.lights["Key"])
+    (text,) = set_point(scene, values)
+    assert text.startswith(f"{KEY} {held}")
