@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 import bpy
 
@@ -37,6 +38,18 @@ class BackgroundCommand:
             except subprocess.TimeoutExpired:
                 self.process.kill()
                 self.process.wait()
+
+
+def temporary(name: str) -> Path:
+    """Folder for the results of a file that was never saved; Blender deletes it at the end of the session."""
+    return Path(bpy.app.tempdir or tempfile.gettempdir()) / name
+
+
+def told_if_temporary(folder: Path) -> str:
+    """A sentence on results in such a folder, "" for results elsewhere."""
+    if folder != temporary(folder.name):
+        return ""
+    return f"{folder} is deleted at the end of the session: choose another Folder, or save the .blend, and run it again"
 
 
 def has_program() -> bool:

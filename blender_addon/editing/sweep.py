@@ -19,6 +19,7 @@ from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.store import Store
 
+from .background import told_if_temporary
 from .deferred import open_scene, redraw
 from .sweep_documents import command_line, folder_of, parameters_of, write_documents
 from .sweep_points import set_point
@@ -120,7 +121,7 @@ def look(scene: Scene) -> bool:
     lines = run.lines()
     aside = [line for line in lines if ASIDE.match(line)]
     if code == 0:
-        sweep.status = f"{sweep.done} points done"
+        sweep.status = "; ".join(filter(None, (f"{sweep.done} points done", told_if_temporary(run.folder))))
     else:
         last = lines[-1] if lines else f"status {code}"
         sweep.status = aside[0] if aside else last.strip().removeprefix("spectral-scene sweep: ")

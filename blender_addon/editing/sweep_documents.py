@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from spectral_core.explore.sweep.parameters import Parameter
 from spectral_core.explore.sweep.store import cdb_folder
 from spectral_core.files.whole import make_folder
 
+from .background import temporary
 from .sweep_settings import setting_at
 
 
@@ -44,7 +44,7 @@ def folder_of(sweep: PropertyGroup) -> Path:
     """Folder of the sweep: beside the file of its scene, or a temporary one if that was never saved."""
     library = sweep.id_data.library
     if sweep.folder.startswith("//") and not bpy.data.filepath and library is None:
-        return Path(bpy.app.tempdir or tempfile.gettempdir()) / "sweep.cdb"
+        return temporary("sweep.cdb")
     return cdb_folder(Path(bpy.path.abspath(sweep.folder, library=library).rstrip("/\\")))
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 import time
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from spectral_core.render.process.interpreter import find_python
 from spectral_core.spectra.color import display_rgb_from_linear
 
 from ..translate.texture_project import project_of, report_lines
-from .background import BackgroundCommand
+from .background import BackgroundCommand, temporary, told_if_temporary
 from .deferred import open_scene, redraw
 
 POLL_S = 0.25
@@ -66,7 +65,7 @@ def folder_of(design: PropertyGroup) -> Path:
     """Folder of the files: beside the .blend of its scene, or a temporary one if that was never saved."""
     library = design.id_data.library
     if design.folder.startswith("//") and not bpy.data.filepath and library is None:
-        return Path(bpy.app.tempdir or tempfile.gettempdir()) / "spectral_texture"
+        return temporary("spectral_texture")
     return Path(bpy.path.abspath(design.folder, library=library))
 
 
@@ -117,7 +116,7 @@ def _take_over(design: PropertyGroup, folder: Path) -> None:
     figures = json.loads((folder / "report.json").read_text("utf-8"))
     design.texture_file = str(folder / "texture.exr")
     design.report = "\n".join(report_lines(figures))
-    design.status = ""
+    design.status = told_if_temporary(folder)
     for number in (1, 2):
         path = folder / f"lost_{number}.png"
         has = number <= len(figures["pictures"])

@@ -88,6 +88,7 @@ class Ran:
         self.process = SimpleNamespace(poll=lambda: code, returncode=code)
         self.done, self.lines, self.total, self.started = lambda: done, lambda: lines, 8, 0.0
         self.log = SimpleNamespace(close=lambda: None)
+        self.folder = Path("/sweeps/heights.cdb")
 
 
 @pytest.mark.parametrize(
@@ -116,6 +117,19 @@ def test_the_panel_shows_how_far_a_run_is_and_how_it_ended(
         sweeps._run = Ran(code, done, lines)
         with pytest.raises(RenderError, match=status):
             sweeps.wait(scene)
+
+
+def test_a_run_tells_that_its_folder_is_temporary(scene: Any, monkeypatch: Any) -> None:  # noqa: F811
+    from blender_addon.editing import sweep_documents
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    opened = bpy.context.scene
+    run = Ran(0, 8, ["ready"])
+    run.folder = sweep_documents.folder_of(opened.spectral.sweep)
+    monkeypatch.setattr(sweeps, "_run", run)
+    sweeps.look(opened)
+    assert opened.spectral.sweep.status.startswith("8 points done; ")
+    assert "sweep.cdb is deleted at the end of the session" in opened.spectral.sweep.status
 
 
 @pytest.fixture

@@ -113,3 +113,22 @@ def test_the_panel_of_another_scene_shows_the_design_of_the_file(scene: Any) -> 
     layout, other.spectral.texture.texture_file = MagicMock(), "texture.exr"
     panel._draw_outcome(layout, SimpleNamespace(scene=other, region=None, preferences=None), other.spectral.texture)
     assert layout.row.called  # its own result stays
+
+
+@pytest.mark.parametrize("saved", [True, False])
+def test_a_texture_in_a_temporary_folder_is_named(scene: Any, saved: bool, tmp_path: Any) -> None:
+    """It is deleted at the end of the session, also if the .blend is saved afterward."""
+    if not saved:
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+    design = bpy.context.scene.spectral.texture  # noqa: F811
+    design.folder = "//spectral_texture"
+    folder = texture_job.folder_of(design)
+    folder.mkdir(exist_ok=True)
+    (folder / "report.json").write_text('{"pictures": []}', "utf-8")
+    report, texture_job.report_lines = texture_job.report_lines, lambda _figures: ["made"]
+    try:
+        texture_job._take_over(design, folder)
+    finally:
+        texture_job.report_lines = report
+    assert design.report == "made"
+    assert ("is deleted at the end of the session" in design.status) == (not saved)
