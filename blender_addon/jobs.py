@@ -84,7 +84,7 @@ def record(entry: RenderRecord) -> None:
 
 
 def failures() -> list[RenderRecord]:
-    """Renders of this session that failed or were cancelled."""
+    """Renders of this session that failed."""
     return [entry for entry in records if entry.status == "failed"]
 
 

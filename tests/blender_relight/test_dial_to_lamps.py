@@ -131,3 +131,10 @@ def test_animated_strengths_are_named(stage, dial, animate):
     name = animate()
     assert _animated(stage.spectral.dial) == name
     assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
+
+
+def test_a_saved_animation_returns_to_the_moment_between_two_frames(stage, dial, tmp_path):
+    stage.frame_start, stage.frame_end = 1, 2
+    stage.frame_set(2, subframe=0.5)
+    assert bpy.ops.spectral.dial_save(filepath=str(tmp_path / "walk_.png"), animation=True) == {"FINISHED"}
+    assert (stage.frame_current, stage.frame_subframe) == (2, 0.5)

@@ -51,7 +51,7 @@ class Saving:
 
     def __init__(self, scene: Scene, path: Path, frames: Sequence[int] = (), *, at_once: bool) -> None:
         require_ending(path)
-        self._number, self._before = scene.session_uid, scene.frame_current
+        self._number, self._before = scene.session_uid, (scene.frame_current, scene.frame_subframe)
         self._targets: deque[tuple[int | None, Path]] = deque([] if frames else [(None, path)])
         self._targets += [(frame, path.with_name(f"{path.stem}{frame:04d}{path.suffix}")) for frame in frames]
         self.total, self.saved = len(self._targets), 0
@@ -101,8 +101,8 @@ class Saving:
             self._process.end()
             self._process = None
         scene = open_scene(self._number)
-        if self._moves and scene is not None and scene.frame_current != self._before:
-            scene.frame_set(self._before)
+        if self._moves and scene is not None and (scene.frame_current, scene.frame_subframe) != self._before:
+            scene.frame_set(self._before[0], subframe=self._before[1])
 
     def _settle(self, scene: Scene) -> None:
         """Take the answer about the first picture."""
