@@ -111,7 +111,8 @@ def read_text(path: str | Path, most: int = MOST_TEXT_BYTES) -> str:
         text = data.decode(encoding)
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        raise FileFormatError(f"{path}, line {line}: not {encoding} text; save the file as UTF-8") from error
+        named = encoding.removesuffix("-sig").upper()
+        raise FileFormatError(f"{path}, line {line}: not {named} text; save the file as UTF-8") from error
     if "\0" in text:
         raise FileFormatError(f"{path}, line {text[: text.index(chr(0))].count(chr(10)) + 1}: a binary file, not text")
     if not text or text.isspace():

@@ -72,9 +72,21 @@ def values_on_grid(spectra: ArrayLike | Sequence[Spectrum], grid: SpectralGrid) 
 
     Raises InvalidInputError if an array's last axis does not fit the grid.
     """
-    if isinstance(spectra, Sequence) and spectra and isinstance(spectra[0], Spectrum):
-        return np.array([spectrum.at(grid.wavelengths_nm) for spectrum in spectra if isinstance(spectrum, Spectrum)])
-    values = np.asarray(spectra, dtype=np.float64)
+    if isinstance(spectra, Sequence) and any(isinstance(each, Spectrum) for each in spectra):
+        sampled = [each.at(grid.wavelengths_nm) for each in spectra if isinstance(each, Spectrum)]
+        if len(sampled) < len(spectra):
+            raise InvalidInputError(
+                f"{len(sampled)} of {len(spectra)} reflectances are spectra, the others are not; give spectra alone, "
+                "or an array of values"
+            )
+        return np.array(sampled)
+    try:
+        values = np.asarray(spectra, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(
+            f"reflectances are given as {type(spectra).__name__}; expected an array of values, or a list of spectra, "
+            "such as [red]"
+        ) from error
     if values.shape[-1:] != (grid.size,):
         raise InvalidInputError(
             f"reflectances have shape {values.shape}; the grid {grid} needs {grid.size} values on the last axis"

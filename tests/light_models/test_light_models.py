@@ -231,3 +231,22 @@ def test_a_light_on_other_knots_keeps_the_power_of_its_lines() -> None:
     model = BasisModel(BINS, np.eye(31))
     line = Spectrum("line", SpectralGrid(np.array([542.0, 543.0, 544.0])), np.array([0.0, 10.0, 0.0]))
     assert model.light_coefficients(line).sum() * 10 == pytest.approx(10.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (lambda red: [red, np.ones(81)], "1 of 2 reflectances are spectra"),
+        (lambda red: [np.ones(81), red], "1 of 2 reflectances are spectra"),
+        (lambda red: red, r"a list of spectra, such as \[red\]"),
+        (lambda red: iter([red]), "expected an array of values, or a list of spectra"),
+    ],
+)
+def test_reflectances_of_another_form_are_refused(given, message: str) -> None:
+    """An array among spectra was left out without a word."""
+    with pytest.raises(InvalidInputError, match=message):
+        NodeModel.natural(8).surface_coefficients(given(catalogue.reflectance("red")))
+
+
+def test_a_number_of_nodes_may_be_numpys() -> None:
+    assert NodeModel.natural(np.int64(7)).size == 7

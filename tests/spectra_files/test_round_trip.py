@@ -86,3 +86,20 @@ def test_a_file_without_its_ending_is_recognized_by_its_contents(tmp_path: Path)
         path = tmp_path / f"{file_format}.dat"
         write_spectra(path, [light], file_format=file_format)
         np.testing.assert_array_equal(read_spectrum(path).values, light.values)
+
+
+@pytest.mark.parametrize("ending", ["csv", "spd", "spdx"])
+@pytest.mark.parametrize("name", ["5014", "1e3", "nan"])
+def test_names_that_look_like_something_else_are_kept(tmp_path: Path, ending: str, name: str) -> None:
+    spectrum = Spectrum(name, SpectralGrid.uniform(800, 1000, 100), np.array([0.1, 0.2, 0.3]))
+    write_spectra(tmp_path / f"x.{ending}", [spectrum])
+    assert_same(read_spectrum(tmp_path / f"x.{ending}"), spectrum, tmp_path / f"x.{ending}")
+
+
+@pytest.mark.parametrize("names", [("5014", "5015"), ("900", "950", "1000"), ("1", "2")])
+def test_numbers_as_names_of_infrared_spectra_do_not_turn_the_table(tmp_path: Path, names: tuple[str, ...]) -> None:
+    grid = SpectralGrid.uniform(800, 1000, 100)
+    written = [Spectrum(name, grid, np.array([0.1, 0.2, 0.3]) * number) for number, name in enumerate(names, 1)]
+    write_spectra(tmp_path / "x.csv", written)
+    for read, spectrum in zip(read_spectra(tmp_path / "x.csv"), written, strict=True):
+        assert_same(read, spectrum, tmp_path / "x.csv")

@@ -148,7 +148,10 @@ def test_values_impossible_for_the_type_are_refused(
 
 
 def test_files_that_are_not_text_are_refused(tmp_path: Path) -> None:
-    for data, message in [(b"\x89PNG\r\n\x1a\n\0\0", "not utf-8-sig text"), (b"400\0 1\n", "a binary file")]:
+    for data, message in [
+        (b"\x89PNG\r\n\x1a\n\0\0", "not UTF-8 text; save"),
+        (b"400\0 1\n", "a binary file"),
+    ]:
         (tmp_path / "x.csv").write_bytes(data)
         with pytest.raises(FileFormatError, match=message):
             read_spectra(tmp_path / "x.csv")
@@ -206,3 +209,12 @@ def test_any_text_is_read_or_refused_with_its_file(tmp_path: Path, text: str, en
         assert str(path) in str(error)
     else:
         assert all(spectrum.grid.size == spectrum.values.size for spectrum in spectra)
+
+
+def test_points_in_names_leave_decimal_commas(tmp_path: Path) -> None:
+    """``paint No. 1`` was taken for a number with a decimal point, and the table was refused."""
+    across = file_of(tmp_path, "paint;400;410,5;420\nNo. 1;0,5;0,6;0,7\nNo. 2;0,1;0,2;0,3\n")
+    spectra = read_spectra(across)
+    assert [spectrum.name for spectrum in spectra] == ["No. 1", "No. 2"]
+    assert spectra[0].grid.wavelengths_nm.tolist() == [400, 410.5, 420]
+    assert spectra[1].values.tolist() == [0.1, 0.2, 0.3]

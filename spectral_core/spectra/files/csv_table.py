@@ -66,11 +66,14 @@ def write(path: Path, spectra: Sequence[Spectrum]) -> None:
         known = dict(zip(spectrum.grid.wavelengths_nm.tolist(), spectrum.values.tolist(), strict=True))
         cells.append([repr(known[wavelength]) if wavelength in known else "" for wavelength in wavelengths.tolist()])
     buffer = StringIO()
-    # A name that ends like a unit would be read as one; names and unit are then also stated in words.
-    names_mislead = any(_stated_unit(spectrum.name, FRACTION_PER_UNIT) for spectrum in spectra)
+    headings = [" ".join(spectrum.name.split()) for spectrum in spectra]
+    # A name that ends like a unit would be read as one, and names that are all numbers as wavelengths: names and unit
+    # are then also stated in words.
+    are_numbers = all(map(is_number, headings))
+    names_mislead = are_numbers or any(_stated_unit(heading, FRACTION_PER_UNIT) for heading in headings)
     buffer.writelines(line + "\n" for line in statements_of(spectra, names=names_mislead))
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(["wavelength_nm", *(" ".join(spectrum.name.split()) for spectrum in spectra)])
+    writer.writerow(["wavelength_nm", *([f"no. {heading}" for heading in headings] if are_numbers else headings)])
     writer.writerows(
         [repr(wavelength), *values] for wavelength, *values in zip(wavelengths.tolist(), *cells, strict=True)
     )
@@ -97,7 +100,7 @@ def _rows(path: Path, statements: Statements) -> list[Row]:
         comment = _headings(numbered[above][1].lstrip("# \t"), delimiter, _used(rows[0][1]))
         if len(comment) == _used(rows[0][1]) and _names_wavelengths(comment[0]):
             rows.insert(0, (above + 1, comment))
-    if delimiter in (";", "\t") and not any("." in cell for _, cells in rows[1:] for cell in cells):
+    if delimiter in (";", "\t") and not any("." in cell and is_number(cell) for _, cells in rows for cell in cells):
         rows = rows[:1] + [(n, [_with_point(cell) for cell in cells]) for n, cells in rows[1:]]
         rows[0] = (rows[0][0], [_with_point(cell) for cell in rows[0][1]])
     return rows

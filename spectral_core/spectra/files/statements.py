@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Statements of a text file about its spectra, in comments: ``# kind: reflectance``, ``# unit: nm, percent``.
+"""Statements of a text file about its spectra, in comments: ``# kind: reflectance``, ``# value unit: percent``.
 
 One statement applies to all columns, or one per column separated by commas. Comments with other words are ignored.
 """
