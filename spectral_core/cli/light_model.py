@@ -47,17 +47,22 @@ def run(arguments: argparse.Namespace) -> int:
     """Print a line per model, and write one model where asked."""
     from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
     from spectral_core.files.whole import write_text
+    from spectral_core.palette.recipe.library import told_apart
     from spectral_core.spectra import catalogue, observer
     from spectral_core.spectra.spectrum import SpectralGrid
 
-    lights = [observer.normalized(illuminant_named(name)) for name in arguments.light or ("D65", "A", "FL11")]
+    named = [illuminant_named(name) for name in arguments.light or ("D65", "A", "FL11")]
+    lights = [observer.normalized(light) for light in told_apart(named)]
     names = arguments.surface or catalogue.reflectance_names()
-    surfaces = [reflectance_named(name) for name in names]
+    surfaces = told_apart([reflectance_named(name) for name in names])
     grid = SpectralGrid.uniform(380, 780, 5)
     models = _models(lights, surfaces, grid)
     if arguments.keep not in models:
         raise UnknownNameError.among("light model", arguments.keep, models)
     figures = {name: _figures(model, lights, surfaces) for name, model in models.items()}
+    kept = models[arguments.keep]
+    if arguments.out is not None:  # before printing, because the reader of the table may close the pipe
+        write_text(arguments.out, json.dumps(_document(arguments.keep, kept, lights, surfaces), indent=1) + "\n")
     count = "1 surface" if len(surfaces) == 1 else f"{len(surfaces)} surfaces"
     print(f"{count} under {', '.join(light.name for light in lights)}; ΔE2000 to the full spectra")
     print(f"{'model':<22}{'mean':>8}{'largest':>9}{'mean, twice':>13}{'products':>10}")
@@ -66,8 +71,6 @@ def run(arguments: argparse.Namespace) -> int:
             f"{name:<22}{row['mean']:>8.2f}{row['largest']:>9.2f}{row['mean_twice']:>13.2f}{row['multiplications']:>10}"
         )
     if arguments.out is not None:
-        kept = models[arguments.keep]
-        write_text(arguments.out, json.dumps(_document(arguments.keep, kept, lights, surfaces), indent=1) + "\n")
         print(f"{arguments.out}: {kept.size} numbers per surface, a 3×{kept.size} matrix per light")
     if arguments.json:
         print_json({"models": figures})

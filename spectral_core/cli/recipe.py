@@ -94,6 +94,7 @@ def _lamp(arguments: argparse.Namespace) -> int:
 
 def _material(arguments: argparse.Namespace) -> int:
     from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
+    from spectral_core.palette.recipe.library import told_apart
     from spectral_core.palette.recipe.material import Colorants, material_recipe
 
     if arguments.target is None:
@@ -106,7 +107,7 @@ def _material(arguments: argparse.Namespace) -> int:
         arguments.kind, tuple(spectrum.name for spectrum in spectra), grid, values, paper=paper,
         dot_gain_n=arguments.dot_gain,
     )  # fmt: skip
-    lights = [illuminant_named(name) for name in arguments.light or ("D65", "A")]
+    lights = told_apart([illuminant_named(name) for name in arguments.light or ("D65", "A")])
     grams = require_range("--grams", arguments.grams, 1e-6, 1e12)
     most = {} if arguments.most is None else {"most_colorants": arguments.most}
     recipe = material_recipe(colorants, reflectance_named(arguments.target), lights, **most)

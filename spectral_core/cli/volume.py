@@ -15,14 +15,17 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.names import file_words
 
 if TYPE_CHECKING:
+    from spectral_core.spectra.spectrum import Illuminant
     from spectral_core.volume.field import ScalarVolume
     from spectral_core.volume.plan import Plan
     from spectral_core.volume.transfer import TransferFunction
@@ -49,7 +52,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--report", action="store_true", help="measure the error against a reference, beside uniform steps"
     )
     parser.add_argument("--out", type=Path, help=".png, .exr or .npy (default: the volume's name and .png, here)")
-    parser.add_argument("--light", action="append", default=[], metavar="NAME", help="such as D65, A, HP1; repeatable")
+    parser.add_argument(
+        "--light", action="append", default=[], metavar="NAME", help="such as D65, A, HP1, or a file; repeatable"
+    )
     parser.add_argument("--backend", default="llvm", choices=["llvm", "cuda"], help="processor or graphics card")
     _add_camera(parser.add_argument_group("camera"))
     _add_file(parser.add_argument_group("properties that the file does not state"))
@@ -84,16 +89,16 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from spectral_core.spectra import catalogue
+    from spectral_core.cli.shared.spectra import illuminant_named
+    from spectral_core.palette.recipe.library import told_apart
     from spectral_core.spectra.pictures import require_ending
 
     out = require_ending(arguments.out or Path(f"{_stem(arguments.volume)}.png"))
-    for name in arguments.light:
-        catalogue.illuminant(name)  # raises for an unknown name before the render
+    lights = told_apart([illuminant_named(name) for name in arguments.light])  # an unknown name ends the command here
     frames = []
     for number, volume in _frames(arguments):
         path = out if number is None else out.with_stem(f"{out.stem}_{number:04d}")
-        frames.append(_render(arguments, volume, path) | ({} if number is None else {"frame": number}))
+        frames.append(_render(arguments, volume, path, lights) | ({} if number is None else {"frame": number}))
     if arguments.json:
         print_json(frames[0] if len(frames) == 1 and "frame" not in frames[0] else {"frames": frames})
     return 0
@@ -157,7 +162,9 @@ def _estimate(chosen: Plan) -> str:
     return f"estimated {chosen.estimate_db:.1f} dB ({low:.1f} to {high:.1f})"
 
 
-def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> dict[str, Any]:
+def _render(
+    arguments: argparse.Namespace, volume: ScalarVolume, path: Path, lights: Sequence[Illuminant]
+) -> dict[str, Any]:
     from spectral_core.volume.plan import plan
     from spectral_core.volume.renderer import VolumeRenderer
     from spectral_core.volume.view import View
@@ -195,7 +202,7 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
     if not image.samples:
         low, high = volume.data.min(), volume.data.max()
         print(f"note: the picture is empty; the transfer function shows nothing of values from {low:g} to {high:g}")
-    figures["pictures"] = _write_lights(arguments.light, image, path)
+    figures["pictures"] = _write_lights(lights, image, path)
     if arguments.report:
         from spectral_core.cli.shared.volume_report import report
 
@@ -203,19 +210,19 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
     return figures
 
 
-def _write_lights(names: list[str], image: Any, path: Path) -> list[str]:
+def _write_lights(lights: Sequence[Illuminant], image: Any, path: Path) -> list[str]:
     """One picture per light, all from the same amounts; the paths."""
-    from spectral_core.spectra import catalogue
     from spectral_core.spectra.pictures import write_picture
     from spectral_core.volume.image import combine
     from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 
-    written = []
-    chosen: list[str | None] = [*names] or [None]
-    for name in chosen:
-        light = None if name is None else catalogue.illuminant(name)
-        target = path if name is None or len(names) < 2 else path.with_stem(f"{path.stem}_{name.replace(' ', '_')}")
+    if not lights:
+        write_picture(path, combine(image.amounts, display_matrix(image.transfer, None)))
+        print(f"wrote {path}")
+        return [str(path)]
+    names = file_words([light.name for light in lights])
+    targets = [path] if len(lights) == 1 else [path.with_stem(f"{path.stem}_{name}") for name in names]
+    for target, light in zip(targets, lights, strict=True):
         write_picture(target, combine(image.amounts, display_matrix(image.transfer, light)))
-        print(f"wrote {target}" + (f" ({name})" if name else ""))
-        written.append(str(target))
-    return written
+        print(f"wrote {target} ({light.name})")
+    return [str(target) for target in targets]

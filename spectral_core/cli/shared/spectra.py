@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 
 if TYPE_CHECKING:
     from spectral_core.spectra.files.columns import SpectrumKind
@@ -32,16 +32,30 @@ def illuminant_named(word: str) -> Illuminant:
 
 
 def _from_file(word: str, kind: SpectrumKind) -> Spectrum | None:
-    """The one spectrum that FILE, FILE@NAME or FILE:NAME names; None if there is no such file."""
-    from spectral_core.spectra.files import read_spectra
+    """The one spectrum that FILE, FILE@NAME or FILE:NAME names; None if the word names no file."""
+    from spectral_core.spectra.files import FORMATS, read_spectra
 
-    for mark in ("@", ":"):
-        file, _, wanted = word.partition(mark)
-        if Path(file).is_file():
-            break
-    else:
+    split = _splits(word)
+    file, wanted = next(((file, name) for file, name in split if Path(file).is_file()), ("", ""))
+    if not file:
+        endings = tuple(ending for each in FORMATS.values() for ending in each)
+        missing = next((file for file, _ in split if file.lower().endswith(endings)), None)
+        if missing is not None:
+            raise InvalidInputError(f"there is no file {missing}; check its name and its folder")
         return None
-    found = [each for each in read_spectra(Path(file), kind=kind) if not wanted or each.name == wanted]
-    if len(found) != 1:
-        raise InvalidInputError(f"{file} holds {len(found)} spectra that fit {word!r}; name one as FILE@NAME")
-    return found[0]
+    spectra = read_spectra(Path(file), kind=kind)
+    found = [each for each in spectra if not wanted or each.name == wanted]
+    if len(found) == 1:
+        return found[0]
+    if not found:
+        raise UnknownNameError.among(f"spectrum of {file}", wanted, [each.name for each in spectra])
+    if wanted:
+        raise InvalidInputError(f"{file} holds {len(found)} spectra that are named {wanted!r}; rename them in the file")
+    names = ", ".join(repr(each.name) for each in found[:8])
+    raise InvalidInputError(f"{file} holds {len(found)} spectra ({names}), expected one; name one as {file}@NAME")
+
+
+def _splits(word: str) -> list[tuple[str, str]]:
+    """All divisions of a word into a file and a name; both may contain the marks between them."""
+    places = [index for mark in "@:" for index, letter in enumerate(word) if letter == mark]
+    return [(word, ""), *((word[:index], word[index + 1 :]) for index in places)]

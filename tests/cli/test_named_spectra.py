@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spectra that a command line names: files beside the catalogue, equal names, and messages."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core.cli import main
+from spectral_core.files.names import file_words
+from spectral_core.palette.recipe.library import told_apart
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.files import write_spectra
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+
+
+def tables(folder: Path) -> list[str]:
+    """Two files that name their spectrum alike, in a folder with a mark in its name."""
+    made = folder / "me@work"
+    made.mkdir()
+    words = []
+    for number, values in enumerate(([0.1, 0.4, 0.9], [0.8, 0.3, 0.2]), 1):
+        path = made / f"{number}.csv"
+        path.write_text("nm,x\n" + "".join(f"{nm},{v}\n" for nm, v in zip((400, 550, 700), values, strict=True)))
+        words.append(str(path))
+    return words
+
+
+def test_lights_and_surfaces_of_one_name_are_all_written(tmp_path: Path, capsys) -> None:
+    first, second = tables(tmp_path)
+    out = tmp_path / "model.json"
+    named = ["--light", first, "--light", f"{second}@x", "--surface", first, "--surface", second]
+    assert main(["light-model", *named, "--out", str(out)]) == 0
+    assert "under x 1, x 2" in capsys.readouterr().out
+    model = json.loads(out.read_text("utf-8"))
+    assert list(model["surfaces"]) == list(model["linear_rgb_from_coefficients"]) == ["x 1", "x 2"]
+    assert model["surfaces"]["x 1"] != model["surfaces"]["x 2"]
+
+
+def test_names_that_numbers_would_make_equal_stay_apart() -> None:
+    grid = SpectralGrid.uniform(400, 700, 100)
+    named = [Reflectance(name, grid, np.full(4, 0.5)) for name in ("x", "x", "x 1", "y")]
+    names = [each.name for each in told_apart(named)]
+    assert len(set(names)) == 4
+    assert names[2:] == ["x 1", "y"]
+
+
+def test_recipes_keep_the_error_under_each_light(tmp_path: Path, capsys) -> None:
+    first, second = tables(tmp_path)
+    write_spectra(tmp_path / "paints.csv", [reflectance(name) for name in ("red", "yellow", "white 9.5 (.05 D)")])
+    words = ["recipe", "paints", str(tmp_path / "paints.csv"), "--target", "orange"]
+    assert main([*words, "--light", first, "--light", second, "--json"]) == 0
+    assert list(json.loads(capsys.readouterr().out.splitlines()[-1])["delta_e"]) == ["x 1", "x 2"]
+
+
+def test_a_mixture_keeps_the_wavelengths_of_its_parts_and_takes_lights_of_files(tmp_path: Path, capsys) -> None:
+    nm = np.array([380, 500, 500.5, 501, 740, 741, 742, 780])
+    spike = Reflectance("spike", SpectralGrid(nm), np.array([0, 0, 1, 0, 0, 1, 0, 0.0]))
+    lamp = Illuminant("of a file", SpectralGrid(np.array([380, 780.0])), np.ones(2))
+    write_spectra(tmp_path / "paint.csv", [spike])
+    write_spectra(tmp_path / "lamp.csv", [lamp])
+    words = ["mix", f"{tmp_path / 'paint.csv'}:1", "--law", "additive", "--light", str(tmp_path / "lamp.csv"), "--json"]
+    assert main(words) == 0
+    figures = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert figures["wavelengths_nm"] == nm.tolist()
+    assert figures["reflectance"] == spike.values.tolist()
+    assert list(figures["colors"]) == ["of a file"]
+    assert figures["colors"]["of a file"] != "#000000"
+
+
+def test_a_mixture_is_known_where_all_its_parts_are(tmp_path: Path, capsys) -> None:
+    first, _ = tables(tmp_path)
+    assert main(["mix", f"{first}:1", "red:1", "--json"]) == 0
+    out = capsys.readouterr().out.splitlines()
+    assert "the mixture has 400 to 700 nm" in out[0]
+    assert json.loads(out[-1])["wavelengths_nm"][0] == 400
+    write_spectra(tmp_path / "far.csv", [Reflectance("far", SpectralGrid.uniform(800, 900, 50), np.full(3, 0.5))])
+    assert main(["mix", f"{tmp_path / 'far.csv'}:1", "red:1"]) == 1
+    assert "no wavelength is in all spectra" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("{folder}/none.csv", "there is no file {folder}/none.csv"),
+        ("{folder}/none.csv@x", "there is no file {folder}/none.csv;"),
+        ("{folder}/1.csv@z", "named 'z'; known: x"),
+        ("{folder}/twice.csv", "holds 2 spectra ('x', 'x'), expected one"),
+        ("{folder}/twice.csv@x", "2 spectra that are named 'x'; rename them"),
+        ("daylihgt", "no illuminant is named 'daylihgt'"),
+    ],
+)
+def test_a_word_that_names_no_spectrum_is_explained(tmp_path: Path, capsys, word: str, message: str) -> None:
+    folder = Path(tables(tmp_path)[0]).parent
+    (folder / "twice.csv").write_text("nm,x,x\n400,1,2\n500,1,2\n")
+    assert main(["light-model", "--light", word.format(folder=folder)]) == 1
+    assert message.format(folder=folder) in capsys.readouterr().err
+
+
+def test_pictures_under_lights_with_any_name_get_a_file_each(tmp_path: Path, monkeypatch, capsys) -> None:
+    """A slash in a catalogue name ended the command in a traceback after the render."""
+    from spectral_core.cli import volume
+    from spectral_core.spectra import pictures
+    from spectral_core.volume.mitsuba_integrator import illumination
+
+    monkeypatch.setattr(illumination, "display_matrix", lambda transfer, light: np.eye(3))
+    monkeypatch.setattr(pictures, "write_picture", lambda path, pixels: Path(path).write_bytes(b"picture"))
+
+    class Image:
+        amounts = np.zeros((1, 1, 3), np.float32)
+        transfer = None
+
+    lights = [illuminant("3-LED-1 (457/540/605)"), illuminant("3-LED-2 Yellow"), illuminant("D65")]
+    written = volume._write_lights(lights, Image(), tmp_path / "engine.png")
+    assert len(set(written)) == 3
+    assert all(Path(each).parent == tmp_path and Path(each).is_file() for each in written)
+    assert file_words(["a/b", "A_b", "", "c.d"]) == ["a_b", "A_b_2", "_", "c_d"]
