@@ -234,7 +234,7 @@ class _Truth:
 
     def __init__(self, scene: Scene, effort: Effort) -> None:
         most = effort.most
-        far = replace(scene.settings, overrides=(*scene.settings.overrides, ("bounces", "64")))
+        far = replace(scene.settings, max_bounces=None, overrides=(*scene.settings.overrides, ("bounces", "64")))
         full = replace(scene, settings=far, film=replace(scene.film, seed=4711))
         stills = [full.at(moment) for moment in full.moments] or [full]
         self._tracers = [RenderJob(still, plan_from_data(still, _CERTAIN)).chosen_pixels() for still in stills]

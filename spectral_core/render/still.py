@@ -168,7 +168,7 @@ def _traced(
     if scene.settings.denoise:
         require_denoiser()  # before the render instead of after an hour
     if bands is not None:
-        scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
+        scene = replace(scene, settings=scene.settings.in_spectra())
     # a recording serves lights of any color and strength, so a pilot under the present lights does not apply
     is_recording = groups or bands is not None or sampling_lights is not None
     asked = is_asked(scene.settings)

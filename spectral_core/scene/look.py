@@ -131,7 +131,7 @@ def _dark_medium(medium: ScatteringMedium | None) -> ScatteringMedium | None:
 
 def _shining(scene: Scene, spectrum: Spectrum) -> Scene:
     """All emission with another spectrum, at unchanged brightness."""
-    settings = replace(scene.settings, white=spectrum, transport="spectral")
+    settings = scene.settings.in_spectra(white=spectrum)
     return replace(
         scene,
         lights=tuple(replace(light, color=_lamp(light, spectrum)) for light in scene.lights),

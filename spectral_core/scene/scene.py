@@ -58,6 +58,13 @@ class RenderSettings:
     def __post_init__(self) -> None:
         require_range("tolerance_delta_e", self.tolerance_delta_e, 0.0, 1e9)
 
+    def in_spectra(self, *, white: Spectrum | None = None) -> RenderSettings:
+        """These settings with spectral transport, whatever they state, and with another ``white`` if one is given."""
+        rest = tuple((name, value) for name, value in self.overrides if name != "transport")
+        return dataclasses.replace(
+            self, transport="spectral", overrides=rest, white=self.white if white is None else white
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Scene:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from spectral_core.errors import UnknownNameError
 from spectral_core.render.cost.asked import is_asked, predicted_error, predicted_time
 from spectral_core.render.cost.errors import bias, relative_errors
 from spectral_core.render.cost.fixed import fixed_work, plan_of_render
@@ -23,6 +24,8 @@ from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.scene import Scene
 
+AXES = ("samples", "bounces", "transport", "volume step")
+"""What a measurement varies."""
 _BIAS_SAMPLES = 16
 """Samples of each half where a bias is measured; the probe has had as many."""
 _TIMED_S = 0.4
@@ -32,7 +35,7 @@ _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
 
 @dataclass(frozen=True, slots=True)
 class CostPoint:
-    """A setting of one ``axis`` ("samples", "bounces", "transport", "volume step"), for the whole picture.
+    """A setting of one ``axis`` of AXES, for the whole picture.
 
     ``seconds``: render time; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of
     the effects that the setting omits, whatever the samples. ``measured``: traced, not predicted.
@@ -65,7 +68,12 @@ class CostCurve:
     plan: EffectPlan
 
     def axis(self, name: str) -> tuple[CostPoint, ...]:
-        """Points of an axis, in the order of its settings."""
+        """Points of an axis, in the order of its settings; none where the scene has nothing to vary there.
+
+        Raises UnknownNameError.
+        """
+        if name not in AXES:
+            raise UnknownNameError.among("axis", name, AXES)
         return tuple(point for point in self.points if point.axis == name)
 
 

@@ -12,6 +12,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import replace
 
+from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import Decision, EffectPlan
@@ -52,10 +53,13 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
 
     Raises
     ------
-    UnknownNameError : an override of an effect that does not exist. InvalidInputError : a value that it cannot take.
+    UnknownNameError : an override of an effect that does not exist.
+    InvalidInputError : a value that it cannot take, two values for one effect, or a tolerance below 0.
     """
     start = time.perf_counter()
-    tolerance = scene.settings.tolerance_delta_e if tolerance is None else float(tolerance)
+    if tolerance is None:
+        tolerance = scene.settings.tolerance_delta_e
+    tolerance = require_range("the tolerance (ΔE2000)", tolerance, 0.0, 1e9)
     found = Found(scene, take_inventory(scene), bounds.seen_points(scene))
     effects = effects_of(found)
     choices = _checked_choices(scene, {**effects, **unmeasured_kinds()})
@@ -150,19 +154,26 @@ def pilot_plan(scene: Scene, *, absorbs: bool = False) -> EffectPlan:
 def _checked_choices(scene: Scene, effects: Mapping[str, Effect]) -> dict[str, str]:
     """The artist's overrides by name."""
     settings = scene.settings
-    choices = dict(settings.overrides)
+    stated = [(name, value, "overrides") for name, value in dict(settings.overrides).items()]
     if settings.transport is not None:
-        choices["transport"] = settings.transport
+        stated.append(("transport", settings.transport, "transport"))
     if settings.max_bounces is not None:
-        choices["bounces"] = str(settings.max_bounces)
-    for name, value in choices.items():
+        stated.append(("bounces", settings.max_bounces, "max_bounces"))
+    choices: dict[str, str] = {}
+    for name, value, where in stated:
         if name not in effects:
             raise UnknownNameError.among("effect", name, effects)
-        _check_choice(effects[name], value)
+        choice = _checked_choice(effects[name], value)
+        if choices.setdefault(name, choice) != choice:
+            raise InvalidInputError(
+                f"effect {name!r} is {choices[name]!r} in overrides and {choice!r} in {where}; state it once"
+            )
     return choices
 
 
-def _check_choice(effect: Effect, value: str) -> None:
+def _checked_choice(effect: Effect, stated: object) -> str:
+    """The value that an override states, as text; a number of bounces may be a number."""
+    value = str(stated)
     if not effect.overridable:
         raise InvalidInputError(f"effect {effect.name!r} follows from the scene and cannot be set to {value!r}")
     if effect.choices:
@@ -170,6 +181,7 @@ def _check_choice(effect: Effect, value: str) -> None:
             raise InvalidInputError(f"effect {effect.name!r} cannot be {value!r}; choose {' or '.join(effect.choices)}")
     elif not value.isdecimal() or int(value) > MOST_BOUNCES:
         raise InvalidInputError(f"effect {effect.name!r} is {value!r}; expected a whole number, 0 to {MOST_BOUNCES}")
+    return value
 
 
 def _decided(effect: Effect, number: int, scene: Scene, piloted: bool) -> Decision:

@@ -213,7 +213,7 @@ def under_flat_light(scene: Scene) -> Scene:
         for light in scene.lights
     )
     materials = tuple(_colorless_material(material) for material in scene.materials)
-    settings = replace(scene.settings, transport="spectral", white=flat_light())
+    settings = scene.settings.in_spectra(white=flat_light())
     world = scene.world if has_several_colors(scene.world) else _colorless_world(scene.world)
     return replace(scene, lights=lights, materials=materials, world=world, settings=settings)
 
