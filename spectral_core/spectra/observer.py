@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -124,8 +124,9 @@ def xyz_of(light: Spectrum, surface: Spectrum | None = None, viewer: Observer | 
 def normalized(light: Illuminant, viewer: Observer | None = None, luminance: float = 1.0) -> Illuminant:
     """The light scaled so that a perfect white under it has Y = ``luminance``, on the light's own grid.
 
-    Raises InvalidInputError if the light gives this observer no luminance at all.
+    Raises InvalidInputError if the light gives this observer no luminance at all, or ``luminance`` is below 0.
     """
+    require_range("luminance", luminance, 0.0, 1e30)
     total = float((xyz_from_spectrum(light.grid, viewer) @ light.values)[1])
     if total <= 0:
         raise InvalidInputError(

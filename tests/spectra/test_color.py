@@ -140,6 +140,13 @@ def test_a_light_without_luminance_cannot_be_normalized() -> None:
         color.lab_from_xyz([1, 1, 1], [1, 0, 1])
 
 
+@pytest.mark.parametrize("luminance", [-1.0, float("nan"), float("inf")])
+def test_a_luminance_is_a_number_from_0(luminance: float) -> None:
+    """The message named the light's power at some wavelength, not the luminance that was given."""
+    with pytest.raises(InvalidInputError, match=f"luminance is {luminance}; expected a value from 0.0"):
+        normalized(Illuminant("flat", SpectralGrid.uniform(), np.ones(31)), luminance=luminance)
+
+
 def test_an_unknown_observer_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'cie_1931_2deg'"):
         observer("cie_1931")
