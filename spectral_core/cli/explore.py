@@ -15,6 +15,11 @@ from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 
+DRAWN = 8
+"""Variables of a figure that names none."""
+ERRORS = ("rmse", "delta_e_mean", "flip")
+"""Columns of error against time where none are named."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of ``spectral-scene explore``."""
@@ -115,7 +120,7 @@ def _refuse_analyses(arguments: argparse.Namespace, folder: Path) -> None:
     """Raise InvalidInputError if columns are to be added to a table that is not a sweep's."""
     names = ("derive", "reference", "distance", "embed", "clusters", "sensitivity", "propose", "region", "serve")
     for name in names:
-        if getattr(arguments, name):
+        if getattr(arguments, name) not in (None, False, []):
             raise InvalidInputError(f"--{name} needs a sweep's folder; {folder} is a table without project.json")
 
 
@@ -171,12 +176,20 @@ def _figures(arguments: argparse.Namespace, columns: dict[str, Any]) -> None:
     from spectral_core.explore.page.static import draw_error_against_time, draw_matrix
 
     if arguments.figure:
-        numeric = [name for name in columns if not name.upper().startswith("FILE")]
-        print(
-            f"wrote {draw_matrix(arguments.figure, columns, arguments.columns or numeric[:8], color=arguments.color)}"
-        )
+        known = [name for name in columns if not name.upper().startswith("FILE")]
+        shown = arguments.columns or known[:DRAWN]
+        print(f"wrote {draw_matrix(arguments.figure, columns, shown, color=arguments.color)}")
+        if not arguments.columns and len(known) > DRAWN:
+            print(
+                f"note: it shows the first {DRAWN} of {len(known)} variables; --columns names others: {known[DRAWN:]}"
+            )
     if arguments.error_time:
-        errors = arguments.columns or [name for name in ("rmse", "delta_e_mean", "flip") if name in columns]
+        errors = arguments.columns or [name for name in ERRORS if name in columns]
+        if not errors:
+            raise InvalidInputError(
+                f"--error-time draws columns of error, and the table has none of {', '.join(ERRORS)}; name columns with "
+                "--columns, or compare the pictures with --reference"
+            )
         print(
             f"wrote {draw_error_against_time(arguments.error_time, columns, arguments.time, errors, by=arguments.by)}"
         )

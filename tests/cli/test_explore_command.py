@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures and analyses of ``spectral-scene explore`` on a table that lacks what they need."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from spectral_core.cli import main
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    """A Cinema table of ten columns without pictures and without columns of error."""
+    names = [f"v{number}" for number in range(10)]
+    rows = [",".join(str(number * row) for number in range(1, 11)) for row in (1, 2, 3)]
+    (tmp_path / "data.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
+    return tmp_path
+
+
+def test_error_against_time_without_an_error_names_the_option(table: Path, capsys) -> None:
+    """It ended in a traceback of the drawing library."""
+    assert main(["explore", str(table), "--error-time", str(table / "e.png")]) == 1
+    assert "has none of rmse, delta_e_mean, flip; name columns with --columns" in capsys.readouterr().err
+
+
+def test_a_figure_says_which_columns_it_leaves_out(table: Path, capsys) -> None:
+    pytest.importorskip("matplotlib")
+    assert main(["explore", str(table), "--figure", str(table / "m.png")]) == 0
+    assert "the first 8 of 10 variables; --columns names others: ['v8', 'v9']" in capsys.readouterr().out
+    assert main(["explore", str(table), "--figure", str(table / "m.png"), "--columns", "v0", "v9"]) == 0
+    assert "note" not in capsys.readouterr().out
+
+
+def test_an_analysis_with_the_number_0_is_not_left_out(table: Path, capsys) -> None:
+    assert main(["explore", str(table), "--clusters", "0"]) == 1
+    assert "--clusters needs a sweep's folder" in capsys.readouterr().err
