@@ -120,7 +120,8 @@ def _refuse_analyses(arguments: argparse.Namespace, folder: Path) -> None:
     """Raise InvalidInputError if columns are to be added to a table that is not a sweep's."""
     names = ("derive", "reference", "distance", "embed", "clusters", "sensitivity", "propose", "region", "serve")
     for name in names:
-        if getattr(arguments, name) not in (None, False, []):
+        given = getattr(arguments, name)
+        if given is not None and given is not False and given != []:
             raise InvalidInputError(f"--{name} needs a sweep's folder; {folder} is a table without project.json")
 
 
@@ -187,8 +188,8 @@ def _figures(arguments: argparse.Namespace, columns: dict[str, Any]) -> None:
         errors = arguments.columns or [name for name in ERRORS if name in columns]
         if not errors:
             raise InvalidInputError(
-                f"--error-time draws columns of error, and the table has none of {', '.join(ERRORS)}; name columns with "
-                "--columns, or compare the pictures with --reference"
+                f"--error-time draws columns of error, and the table has none of {', '.join(ERRORS)}; name columns "
+                "with --columns, or compare the pictures with --reference"
             )
         print(
             f"wrote {draw_error_against_time(arguments.error_time, columns, arguments.time, errors, by=arguments.by)}"

@@ -178,12 +178,15 @@ def _status(
     builder: Assembler, state: PaletteState, trace: SolveTrace, bounds: float, errors: CellErrors
 ) -> PaletteStatus:
     answers = trace.answers.values()
-    worst, _ = exact_error(builder.requests, state.colors())
+    worst, missed = exact_error(builder.requests, state.colors())
+    dark = invisible_lights(builder, state)
+    if missed and all(column in dark for _, column in missed):
+        return PaletteStatus.INVISIBLE  # no other cell conflicts with them, so no other cell can be released
     if worst > EXACT_LIMIT or any(answer.infeasible for answer in answers):
         return PaletteStatus.EXACT_CONFLICT
     if not trace.joint.passed or bounds > Check.BOUND_LIMIT:
         return PaletteStatus.INACCURATE
-    if invisible_lights(builder, state) or black_materials(builder, state):
+    if dark or black_materials(builder, state):
         return PaletteStatus.INVISIBLE
     if not trace.optimal:
         return PaletteStatus.IMPROVING

@@ -71,3 +71,21 @@ def test_a_material_that_exact_cells_make_black_is_reported():
     assert solution.status == "invisible"
     assert any("is black under every light" in note for note in solution.notes)
     assert "not exact" in solution.remedy
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_color_under_a_light_that_no_observer_sees_is_reported_as_such(exact: bool) -> None:
+    """If the cell was exact, the message asked for a release of cells that do not conflict with it."""
+    infrared = PaletteLight(Illuminant("infrared", SpectralGrid.uniform(800, 900, 10), np.ones(11)))
+    cells = (Cell.fixed([0.2] * 3, exact=True), Cell.fixed([0.1] * 3, exact=exact))
+    solution = solve_palette(palette(*cells, lights=(PaletteLight(LAMP), infrared)))
+    assert solution.status == "invisible"
+    assert "Give the light power between 380 and 780 nm" in solution.remedy
+    assert "light 'infrared' gives no color" in solution.notes
+
+
+def test_exact_cells_that_exclude_each_other_beside_such_a_light_conflict() -> None:
+    infrared = PaletteLight(Illuminant("infrared", SpectralGrid.uniform(800, 900, 10), np.ones(11)))
+    cells = tuple(Cell.fixed([level] * 3, exact=True) for level in (0.2, 0.4, 0.1))
+    lights = (PaletteLight(LAMP), PaletteLight(Illuminant("twin", LAMP.grid, LAMP.values)), infrared)
+    assert solve_palette(palette(*cells, lights=lights)).status == "exact_conflict"
