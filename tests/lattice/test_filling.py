@@ -173,6 +173,16 @@ def test_the_number_of_points_is_near_m_and_has_levels() -> None:
     assert abs(len(frame.points_in(unit_cube(3), level)[0]) - 8000) < 300
 
 
+@pytest.mark.parametrize(("n", "limit"), [(2, 0.4), (3, 1.2), (6, 2.5), (9, 4.0)])
+@pytest.mark.parametrize("count", [60, 700, 4000])
+def test_the_number_of_points_is_near_m_in_a_region_without_a_formula(n: int, limit: float, count: int) -> None:
+    """Its volume was taken for a tenth of its ellipsoid's: four times as many points, or a refusal."""
+    region = unit_cube(n) & halfspaces([[1.0] * n], [limit])
+    frame = fill_exactly(make_lattice(n, 2), region, 40, seed=3)[0]
+    found = len(frame.points_in(region, level_for(frame, region, count))[0])
+    assert count / 1.6 < found < count * 1.6
+
+
 def test_equal_seeds_give_equal_points_and_other_seeds_do_not() -> None:
     first, same, other = (progressive_fill(unit_cube(3), 50, seed=s).points for s in (5, 5, 6))
     assert first.tobytes() == same.tobytes()

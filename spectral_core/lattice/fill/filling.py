@@ -32,6 +32,8 @@ Integers = NDArray[np.int64]
 _SEED_DOMAIN = 0x1A771CE
 MAX_GROWTHS = 60
 """Searches with growing gauge before giving up."""
+COUNTED, ENOUGH = 500, 100
+"""Points that are counted where a region has no formula of its volume, and the least that are enough."""
 MAX_DRAWS = 16
 """Rotations and offsets tried when rounding does not separate the m-th point from the next."""
 
@@ -75,10 +77,15 @@ def fill_exactly(
 
 
 def level_for(frame: Frame, region: Region, count: int) -> int:
-    """The level of a frame that comes nearest to ``count`` points in a region, by its volume where that is known."""
+    """The level of a frame that comes nearest to ``count`` points in a region.
+
+    By the region's volume where a formula has it, else by counting the points of a level that has some hundreds.
+    """
     _check_count(count)
     anchored = _anchored(frame.lattice, region)
     at_zero = expected_count(region, anchored.metric, frame.dimensions * math.log(frame.spacing))
+    if region.log_volume() is None:
+        at_zero = _counted_at_zero(frame, region, at_zero)
     level = round(float(np.log(max(count, 1) / at_zero) / np.log(frame.lattice.rate)))
     if not 0 <= level <= MAX_LEVEL:
         raise InvalidInputError(
@@ -86,6 +93,17 @@ def level_for(frame: Frame, region: Region, count: int) -> int:
             f"about {at_zero:.3g} here"
         )
     return level
+
+
+def _counted_at_zero(frame: Frame, region: Region, estimate: float) -> float:
+    """About how many points level 0 has in a region, from those of the first level that has enough of them."""
+    rate = frame.lattice.rate
+    level = min(max(round(math.log(COUNTED / estimate) / math.log(rate)), 0), MAX_LEVEL)
+    found = len(frame.points_in(region, level)[0])
+    while found < ENOUGH and level < MAX_LEVEL:
+        level = min(level + max(round(math.log(COUNTED / max(found, 1)) / math.log(rate)), 1), MAX_LEVEL)
+        found = len(frame.points_in(region, level)[0])
+    return max(found, 0.5) / float(rate) ** level
 
 
 def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> tuple[Matrix, Integers]:
