@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Decisions of the plan that the artist states: their cost, wrong names and values, and two for one effect."""
+"""Decisions that the artist states: their cost, wrong names and values, two for one effect; bands of a render."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.render import plan_from_data
+from spectral_core.render import Bands, plan_from_data
 from spectral_core.scene import Diffuse, RenderSettings
 from spectral_core.spectra import catalogue
 from tests.render.test_plan import _with_material
@@ -73,3 +73,9 @@ def test_a_recording_in_spectra_has_no_other_transport_beside_it():
 def test_a_tolerance_is_a_number_from_0(tolerance):
     with pytest.raises(InvalidInputError, match=r"the tolerance \(ΔE2000\) is"):
         plan_from_data(_with_material(Diffuse()), tolerance)
+
+
+@pytest.mark.parametrize("ends", [(700, 400), (500, 500), (300, 700), (400, 900)])
+def test_bands_are_a_rising_range_of_visible_light(ends):
+    with pytest.raises(InvalidInputError, match="expected a rising range in 360 to 830 nm"):
+        Bands.uniform(*ends, 31)

@@ -271,3 +271,10 @@ def test_three_samples_of_a_function_are_the_fewest():
 def test_samples_at_the_ends_of_the_interval_count():
     samples = RegularSamples(-0.5, 0.25, np.zeros(9), (0.0, 1.0))
     assert samples.count_inside == 5
+
+
+@pytest.mark.parametrize("name", ["spacing", "origin"])
+@pytest.mark.parametrize("given", [(1.0, 2.0), (1.0,), (1.0, 2.0, 3.0, 4.0)])
+def test_distances_are_one_number_or_one_per_axis(name: str, given: tuple[float, ...]) -> None:
+    with pytest.raises(InvalidInputError, match=f"{name} has shape .* expected a number, or one per axis \\(3\\)"):
+        SampledFunction.regular(np.zeros((4, 5, 6)), **{name: given})

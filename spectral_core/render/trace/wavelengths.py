@@ -77,7 +77,7 @@ class Bands:
         count = require_whole("count of spectral bands", count, 2, LAST_NM - FIRST_NM + 1)
         if not (FIRST_NM <= start_nm < stop_nm <= LAST_NM):
             raise InvalidInputError(
-                f"bands from {start_nm:g} to {stop_nm:g} nm; expected them between {FIRST_NM} and {LAST_NM} nm"
+                f"bands from {start_nm:g} to {stop_nm:g} nm; expected a rising range in {FIRST_NM} to {LAST_NM} nm"
             )
         centers = np.linspace(start_nm, stop_nm, count)
         step = centers[1] - centers[0]

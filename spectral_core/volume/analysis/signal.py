@@ -52,11 +52,17 @@ class SampledFunction:
         origin: float | Sequence[float] = 0.0,
         periodic: bool = False,
     ) -> SampledFunction:
-        """Samples at ``origin + i * spacing``; a single number applies to every axis."""
+        """Samples at ``origin + i * spacing``; a single number applies to every axis. Raises InvalidInputError."""
         array = np.asarray(values, dtype=np.float64)
-        per_axis = [
-            tuple(np.broadcast_to(np.asarray(given, float), (array.ndim,)).tolist()) for given in (spacing, origin)
-        ]
+        per_axis = []
+        for name, given in (("spacing", spacing), ("origin", origin)):
+            numbers = np.asarray(given, dtype=np.float64)
+            if numbers.ndim and numbers.shape != (array.ndim,):
+                raise InvalidInputError(
+                    f"{name} has shape {numbers.shape} for values of shape {array.shape}; expected a number, or "
+                    f"one per axis ({array.ndim})"
+                )
+            per_axis.append(tuple(np.broadcast_to(numbers, (array.ndim,)).tolist()))
         return cls(array, per_axis[0], per_axis[1], periodic)
 
     @classmethod
