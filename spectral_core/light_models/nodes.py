@@ -67,8 +67,10 @@ class NodeModel(LightModel):
         manufactured materials by default.
         """
         grid = grid or SpectralGrid.uniform(380, 780, 5)
-        is_count = isinstance(nodes, int | np.integer)
-        wavelengths = _natural_nodes(int(nodes)) if is_count else np.atleast_1d(np.asarray(nodes, dtype=np.float64))
+        if isinstance(nodes, int | np.integer):
+            wavelengths = _natural_nodes(int(nodes))
+        else:
+            wavelengths = np.atleast_1d(np.asarray(nodes, dtype=np.float64))
         _require_nodes(wavelengths, grid)
         known = _natural_training(grid) if training is None else np.atleast_2d(values_on_grid(training, grid))
         at_nodes = known @ grid.values_from_knots(wavelengths).T

@@ -141,3 +141,21 @@ def test_prefixes_keep_their_separation_relative_to_the_spacing_of_the_lattice(s
     least = np.minimum.accumulate(nearest)[1:] / 2
     counts = np.arange(2, 601)
     assert (least * (counts / 600) ** (1 / 6)).min() >= bound * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("n", [2, 3, 5])
+@pytest.mark.parametrize("p", [1.0, 2.0, np.inf])
+@pytest.mark.parametrize("low", [-1.0, -1.5, -0.9])
+def test_a_ball_whose_box_touches_it_is_filled(n: int, p: float, low: float) -> None:
+    """A face that only touches the ball was divided by 0."""
+    region = ball([0.0] * n, [1.0] * n, p=p) & box([low] * n, [1.25] * n)
+    points = progressive_fill(region, 60, seed=n).points
+    assert len(points) == 60
+    assert region.contains(points).all()
+
+
+def test_a_ball_in_unit_coordinates_that_touches_its_range_is_filled() -> None:
+    """Center 30 and radius 20 in the range 10 to 60 of a parameter from 1 to 100, as a sweep states it."""
+    low, high = (10 - 1) / 99, (60 - 1) / 99
+    region = ball([(30 - 1) / 99, 0.5], [20 / 99, 0.3]) & box([low, 0], [high, 1])
+    assert region.contains(progressive_fill(region, 20).points).all()

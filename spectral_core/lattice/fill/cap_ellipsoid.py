@@ -34,10 +34,11 @@ def cap_ellipsoid(ball: NormBall, rows: Matrix) -> tuple[Matrix, Matrix]:
         depths = (normals @ middle - limits) / lengths
         deepest = int(np.argmax(depths))
         depth = min(float(depths[deepest]), 1.0 - 1e-9)  # at 1 the half-space only touches: rounding, not emptiness
+        if depth <= -1.0 / n:  # a plane that far beyond the middle cannot make the ellipsoid smaller
+            break
         squeeze = 2.0 * (1.0 + n * depth) / ((n + 1.0) * (1.0 + depth))
         growth = n**2 * (1.0 - depth**2) / (n**2 - 1.0)
-        # A plane that lies 1/n or more beyond the middle cannot make the ellipsoid smaller.
-        if depth <= -1.0 / n or n * np.log(growth) + np.log1p(-squeeze) > -LEAST_GAIN:
+        if n * np.log(growth) + np.log1p(-squeeze) > -LEAST_GAIN:
             break
         direction = across[deepest] / lengths[deepest]
         middle = middle - (1.0 + n * depth) / (n + 1.0) * direction

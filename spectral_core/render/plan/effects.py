@@ -154,7 +154,9 @@ def pilot_plan(scene: Scene, *, absorbs: bool = False) -> EffectPlan:
 def _checked_choices(scene: Scene, effects: Mapping[str, Effect]) -> dict[str, str]:
     """The artist's overrides by name."""
     settings = scene.settings
-    stated = [(name, value, "overrides") for name, value in dict(settings.overrides).items()]
+    stated: list[tuple[str, object, str]] = [
+        (name, value, "overrides") for name, value in dict(settings.overrides).items()
+    ]
     if settings.transport is not None:
         stated.append(("transport", settings.transport, "transport"))
     if settings.max_bounces is not None:
