@@ -8,6 +8,9 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.designs import Design
 from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.parameters import Parameter
@@ -95,3 +98,10 @@ def test_names_and_options_of_a_document_are_kept() -> None:
     plain["parameters"][2]["choices"].append("w")
     assert stored(plain) != stored(document())
     assert [parameter.name for parameter in sweep_of(plain, Path()).space.parameters] == ["a", "b", "c"]
+
+
+def test_a_computed_column_does_not_take_the_name_of_a_parameter() -> None:
+    """The expression replaced the values of the parameter in the table."""
+    plain = document() | {"columns": {"b": "2 * a"}}
+    with pytest.raises(InvalidInputError, match="computes 'b', which is a parameter; take another name"):
+        sweep_of(plain, Path())

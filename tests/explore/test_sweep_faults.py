@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from spectral_core.cli import main
-from spectral_core.errors import FileWriteError
+from spectral_core.errors import FileWriteError, InvalidInputError
 from spectral_core.explore.sweep import task
 from spectral_core.explore.sweep.document import read_sweep, register_compute
 from spectral_core.explore.sweep.outcome import Outcome
@@ -167,3 +167,19 @@ def test_a_column_without_a_number_is_drawn(tmp_path: Path) -> None:
 
     columns = {"error": [None, None], "seconds": [1.0, 20.0]}
     assert draw_error_against_time(tmp_path / "a.png", columns, "seconds", ["error"]).is_file()
+
+
+def test_a_computed_column_that_takes_the_name_of_a_value_is_refused_until_it_is_renamed(tmp_path: Path) -> None:
+    """The expression replaced the value in the table without a word."""
+    path = sweep_file(tmp_path, budget=4)
+    path.write_text(path.read_text() + '\n[columns]\nproduct = "2 * product"\n')
+    with ThreadPoolExecutor(1) as pool, pytest.raises(InvalidInputError, match="'product', which the outcome has"):
+        first = Sweep(read_sweep(path), tmp_path / "out")
+        first.run(first.plan(), executor=pool)
+    path.write_text(path.read_text().replace("\nproduct = ", "\ndoubled = "))
+    with ThreadPoolExecutor(1) as pool:
+        second = Sweep(read_sweep(path), tmp_path / "out")
+        report = second.run(second.plan(), executor=pool)
+    assert (report.computed, report.reused) == (0, 4)
+    columns = second.store.columns()
+    assert columns["doubled"] == [2 * value for value in columns["product"]]

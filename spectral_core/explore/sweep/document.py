@@ -99,6 +99,8 @@ def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
     expressions = dict(plain.get("columns", {}))
     for name, text in expressions.items():
         require_column_name(name)
+        if name in space.names:
+            raise InvalidInputError(f"[columns] computes {name!r}, which is a parameter; take another name")
         parse(text)
     reference = plain.get("reference")
     if reference is not None and set(reference) != set(space.names):

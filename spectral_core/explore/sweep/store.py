@@ -190,6 +190,11 @@ class Store:
         for name, by_key in sorted(self.ledger.manual().items()):
             table[name] = [by_key.get(row.key) for row in rows]
         if rows:
+            taken = [name for name in self.project.expressions if name in table]
+            if taken:
+                raise InvalidInputError(
+                    f"a column is computed as {taken[0]!r}, which the outcome has already; rename it in [columns]"
+                )
             table |= evaluate_columns(self.project.expressions, table)
         table["key"] = [row.key for row in rows]
         for name in dict.fromkeys(name for row in rows for name in row.files):

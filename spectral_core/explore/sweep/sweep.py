@@ -90,6 +90,10 @@ class Sweep:
             project.design.kind, project.design.seed, project.design.rate)  # fmt: skip
         frame = (project.design.frame, project.design.shifts) if same_design else (None, ())
         project.design = replace(document.design, frame=frame[0], shifts=frame[1]).placed(project.space)
+        # A column that took the name of a value was refused, and the file may now have another name for it.
+        values = {name for row in self.store.ledger.rows("done") for name in row.outcome}
+        for name in values & set(project.expressions):
+            del project.expressions[name]
         project.expressions.update(document.expressions)
 
     def plan(self, budget: int | None = None) -> SweepPlan:
