@@ -64,19 +64,6 @@ FORMATS = [
 ENDINGS = tuple(f".{name}" for name, *_ in FORMATS)
 
 
-def _file_names(names: list[str]) -> list[str]:
-    """A part of a file name for each name: plain letters, and a number if another one is equal on some system."""
-    found: list[str] = []
-    for name in names:
-        plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
-        number, tried = 1, plain
-        while tried.casefold() in {each.casefold() for each in found}:
-            number += 1
-            tried = f"{plain}_{number}"
-        found.append(tried)
-    return found
-
-
 def _solved(operator: Operator, context: Context) -> PropertyGroup:
     """The palette with its last solution, with a warning if it has changed since then."""
     palette = palette_in(context)
@@ -100,6 +87,7 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
 
     @reporting
     def execute(self, context: Context) -> None:
+        from spectral_core.files.names import file_words
         from spectral_core.spectra.files import write_spectra
 
         palette = _solved(self, context)
@@ -110,7 +98,7 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
         if self.file_format == "csv":
             write_spectra(path, spectra)
             return
-        for spectrum, name in zip(spectra, _file_names([spectrum.name for spectrum in spectra]), strict=True):
+        for spectrum, name in zip(spectra, file_words([spectrum.name for spectrum in spectra]), strict=True):
             write_spectra(path.with_name(f"{stem}_{name}{path.suffix}"), [spectrum])
         self.report({"INFO"}, f"{len(spectra)} files written beside {path.name}")
 

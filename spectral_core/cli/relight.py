@@ -25,7 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "transport", type=Path, metavar="TRANSPORT.exr", help="as `spectral-scene transport` records it"
     )
-    parser.add_argument("--light", default="", metavar="GROUP=LAMP,…", help="spectra: catalogue names or files")
+    parser.add_argument(
+        "--light", default="", metavar="GROUP=LAMP,…", help="spectra: catalogue names, FILE or FILE@NAME"
+    )
     parser.add_argument("--mix", default="", metavar="GROUP=AMOUNT,…", help="intensities; 1 is as rendered")
     parser.add_argument(
         "--dial", metavar="X,Y", help="selector on the dial (bulbs on a polygon of radius 1), or a path X,Y;X,Y;…"
@@ -45,6 +47,7 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Relight and write."""
+    from spectral_core.cli.shared.spectra import illuminant_named
     from spectral_core.render.relight.mix import LiveMix, amounts_of
     from spectral_core.render.relight.page import write_page
     from spectral_core.render.relight.transport_file import read_transport
@@ -52,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is None and arguments.html is None:
         raise InvalidInputError("nothing to write: give --out FILE or --html FILE.html")
     transport = read_transport(arguments.transport)
-    lights = {group: _spectrum(name) for group, name in _pairs("--light", arguments.light)}
+    lights = {group: illuminant_named(name) for group, name in _pairs("--light", arguments.light)}
     mix = {group: _number("--mix", amount) for group, amount in _pairs("--mix", arguments.mix)}
     live = LiveMix(transport)
     for group, light in lights.items():
@@ -93,15 +96,6 @@ def _number(option: str, text: str) -> float:
         return float(text)
     except ValueError as error:
         raise InvalidInputError(f"{option} has {text!r}; expected a number such as 0.3") from error
-
-
-def _spectrum(name: str) -> Any:
-    from spectral_core.spectra import catalogue
-    from spectral_core.spectra.files import read_spectrum
-
-    if Path(name).suffix and Path(name).is_file():
-        return read_spectrum(name, kind="illuminant")
-    return catalogue.illuminant(name)
 
 
 def _dial_weights(arguments: argparse.Namespace, groups: int) -> Any:
