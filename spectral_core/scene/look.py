@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,12 +27,17 @@ Array = NDArray[np.float64]
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 """Cone responses from XYZ (Lam 1985), as CIECAM97s and ICC profiles use them."""
 
+_COPY = re.compile(r"( #\d+)+$")
+"""What a translation adds to the name of a further light with the same name, as that of an instance."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
     """Light and exposure for a view of a scene.
 
-    ``lamps``: names of the only visible lights, None for all; ``with_world``: True to keep the world's light.
+    ``lamps``: names of the only visible lights, whose copies (``Lamp #2``) are visible, too; None for all.
+    ``with_world``: True to keep the world's light; ``world_name``: its name, by which its suns are known
+    (``World sun 1``).
     ``group``: the only visible light group, None for all. ``spectrum``: spectrum of all emission, None for the
     scene's own; tinted lamps and images keep their tint. ``exposure_stops``: brightness of the picture. ``adapts``:
     True if the observer is adapted to ``spectrum``, so that white surfaces look white under it.
@@ -43,6 +49,7 @@ class Look:
     exposure_stops: float = 0.0
     adapts: bool = False
     with_world: bool = False
+    world_name: str = ""
 
     def __post_init__(self) -> None:
         require_range("exposure of a look", self.exposure_stops, -32.0, 32.0, " stops")
@@ -68,13 +75,19 @@ class Look:
     def on(self, scene: Scene) -> Scene:
         """``scene`` under this look."""
         if self.lamps is not None:
-            lamps = self.lamps
-            scene = _alone(scene, lambda light: light.name in lamps, world=self.with_world, emits=lambda _group: False)
+            scene = _alone(scene, self._has, world=self.with_world, emits=lambda _group: False)
         if self.group is not None:
             group = self.group
             world = scene.world.group == group
             scene = _alone(scene, lambda light: light.group == group, world=world, emits=lambda name: name == group)
         return scene if self.spectrum is None else _shining(scene, self.spectrum)
+
+    def _has(self, light: Light) -> bool:
+        """True if a light is one of ``lamps``, a copy of one, or a sun of the world that is kept."""
+        assert self.lamps is not None
+        if light.name in self.lamps or _COPY.sub("", light.name) in self.lamps:
+            return True
+        return self.with_world and re.fullmatch(rf"{re.escape(self.world_name)} sun \d+", light.name) is not None
 
 
 def _alone(scene: Scene, shines: Any, *, world: bool, emits: Any) -> Scene:

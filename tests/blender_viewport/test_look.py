@@ -38,6 +38,44 @@ def test_one_click_selects_a_palette_light_for_the_view_and_another_resets_it(st
     assert [light.name for light in next(iter(stage.link.scenes.values())).lights] == ["Lamp", "Other"]
 
 
+def test_a_palette_light_keeps_the_copies_of_its_lamp_in_collection_instances(stage):
+    column = stage.scene.spectral.palette.lights.add()
+    column.name, column.light = "Street", bpy.data.lights.new("Street", "POINT")
+    inner, outer = bpy.data.collections.new("Lantern"), bpy.data.collections.new("Street")
+    inner.objects.link(bpy.data.objects.new("Bulb", column.light))
+    nested = bpy.data.objects.new("Nested", None)
+    nested.instance_type, nested.instance_collection = "COLLECTION", inner
+    outer.objects.link(nested)
+    for number in range(3):
+        empty = bpy.data.objects.new(f"Post {number}", None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", outer
+        stage.scene.collection.objects.link(empty)
+    bpy.ops.spectral.look_under(kind="COLUMN", name="Street")
+    updated(stage)
+    lights = [light.name for light in next(iter(stage.link.scenes.values())).lights]
+    assert lights == ["Bulb", "Bulb #2", "Bulb #3"], "neither Lamp nor a copy that is dark"
+
+
+def test_a_palette_light_keeps_the_sun_of_its_world(stage):
+    world = stage.scene.world = bpy.data.worlds.new("Noon")
+    if world.node_tree is None:  # before Blender 5
+        world.use_nodes = True
+    tree = world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sky_type = next(
+        name for name in ("MULTIPLE_SCATTERING", "NISHITA")
+        if name in sky.bl_rna.properties["sky_type"].enum_items
+    )  # fmt: skip
+    tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
+    column = stage.scene.spectral.palette.lights.add()
+    column.name, column.world = "Noon", world
+    updated(stage)
+    assert [light.name for light in next(iter(stage.link.scenes.values())).lights] == ["Lamp", "Noon sun 1"]
+    bpy.ops.spectral.look_under(kind="COLUMN", name="Noon")
+    updated(stage)
+    assert [light.name for light in next(iter(stage.link.scenes.values())).lights] == ["Noon sun 1"]
+
+
 def test_a_split_view_has_two_lights_and_a_divider(stage):
     settings = stage.scene.spectral.viewport
     bpy.ops.spectral.look_split()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -45,7 +46,8 @@ def _under_column(look: Look, name: str, scene: Any) -> Look:
     with_world = column.world is not None and column.world == scene.world
     if with_world and lamps is None:
         lamps = frozenset()
-    return replace(look, lamps=lamps, spectrum=_spectrum_of(column), with_world=with_world)
+    world_name = column.world.name if with_world else ""
+    return replace(look, lamps=lamps, spectrum=_spectrum_of(column), with_world=with_world, world_name=world_name)
 
 
 def _spectrum_of(column: Any) -> Spectrum | None:
@@ -57,8 +59,20 @@ def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
     """Names of the lamps of a column; None if it has none."""
     if column.light is None:
         return None
-    lamps = (obj for obj in scene.objects if obj.type == "LIGHT" and obj.data == column.light)
+    lamps = (obj for obj in _shown(scene) if obj.type == "LIGHT" and obj.data == column.light)
     return frozenset(obj.name_full for obj in lamps) or None
+
+
+def _shown(scene: Any) -> Iterator[Any]:
+    """The objects of a scene, and those of the collections that they instance, at any depth."""
+    waiting, seen = [scene.objects], set()
+    while waiting:
+        for obj in waiting.pop():
+            yield obj
+            collection = obj.instance_collection
+            if collection is not None and collection not in seen:
+                seen.add(collection)
+                waiting.append(collection.all_objects)
 
 
 def preview_scene(scene: Scene, managers: Any) -> Scene:
