@@ -76,6 +76,19 @@ def test_a_palette_light_keeps_the_sun_of_its_world(stage):
     assert [light.name for light in next(iter(stage.link.scenes.values())).lights] == ["Noon sun 1"]
 
 
+def test_a_light_group_that_was_renamed_is_reported(stage):
+    settings, layer = stage.scene.spectral.viewport, stage.scene.view_layers[0]
+    layer.lightgroups.add(name="Rim")
+    bpy.data.objects["Lamp"].lightgroup = "Rim"
+    bpy.ops.spectral.look_under(kind="GROUP", name="Rim")
+    assert not updated(stage)[0].trouble
+    layer.lightgroups[0].name = "Kicker"
+    settings.id_data.update_tag()
+    assert updated(stage)[0].trouble == "the scene has no light group 'Rim' to look under; it has Kicker"
+    settings.look.group = "Kicker"
+    assert not updated(stage)[0].trouble
+
+
 def test_a_split_view_has_two_lights_and_a_divider(stage):
     settings = stage.scene.spectral.viewport
     bpy.ops.spectral.look_split()

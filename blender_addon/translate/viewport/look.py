@@ -29,6 +29,12 @@ def look_of(settings: Any, scene: Any) -> Look:
     if settings.kind == "GROUP":
         if not settings.group:
             raise InvalidInputError("no light group is chosen to look under; choose one, or look at it As It Is")
+        known = {group.name for layer in scene.view_layers for group in layer.lightgroups}
+        if settings.group not in known:
+            raise InvalidInputError(
+                f"the scene has no light group {settings.group!r} to look under; "
+                f"it has {', '.join(sorted(known)) or 'none'}"
+            )
         return replace(look, group=settings.group)
     if settings.kind == "COLUMN":
         return _under_column(look, settings.column, scene)
