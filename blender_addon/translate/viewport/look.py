@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -62,23 +61,19 @@ def _spectrum_of(column: Any) -> Spectrum | None:
 
 
 def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
-    """Names of the lamps of a column; None if it has none."""
+    """Names of the lamps of a column in a scene and in the collections that it instances; None if it has none."""
     if column.light is None:
         return None
-    lamps = (obj for obj in _shown(scene) if obj.type == "LIGHT" and obj.data == column.light)
-    return frozenset(obj.name_full for obj in lamps) or None
-
-
-def _shown(scene: Any) -> Iterator[Any]:
-    """The objects of a scene, and those of the collections that they instance, at any depth."""
-    waiting, seen = [scene.objects], set()
+    names, waiting, seen = set(), [scene.objects], set()
     while waiting:
         for obj in waiting.pop():
-            yield obj
-            collection = obj.instance_collection
-            if collection is not None and collection not in seen:
+            kind = obj.type
+            if kind == "LIGHT" and obj.data == column.light:
+                names.add(obj.name_full)
+            elif kind == "EMPTY" and (collection := obj.instance_collection) is not None and collection not in seen:
                 seen.add(collection)
                 waiting.append(collection.all_objects)
+    return frozenset(names) or None
 
 
 def preview_scene(scene: Scene, managers: Any) -> Scene:
