@@ -12,6 +12,9 @@ import pytest
 from spectral_core.cli import main
 from spectral_core.files.names import file_words
 from spectral_core.palette.recipe.library import told_apart
+from spectral_core.render.relight.band_storage import BandStorage
+from spectral_core.render.relight.transport import Transport
+from spectral_core.render.relight.transport_file import write_transport
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.files import write_spectra
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
@@ -118,3 +121,18 @@ def test_pictures_under_lights_with_any_name_get_a_file_each(tmp_path: Path, mon
     assert len(set(written)) == 3
     assert all(Path(each).parent == tmp_path and Path(each).is_file() for each in written)
     assert file_words(["a/b", "A_b", "", "c.d"]) == ["a_b", "A_b_2", "_", "c_d"]
+
+
+def test_relight_takes_one_spectrum_of_a_file(tmp_path: Path) -> None:
+    path, file = tmp_path / "lamps.csv", tmp_path / "lights.exr"
+    path.write_text("nm,warm,cold\n400,0.1,1\n550,0.5,0.6\n700,1,0.2\n", encoding="utf-8")
+    storage, lamps = BandStorage(31), (illuminant("D65"),)
+    layers = np.full((1, storage.channel_count, 2, 3), 1e-4, np.float32)
+    coverage = np.ones((2, 3), np.float32)
+    write_transport(file, Transport(storage, ("key",), layers, coverage, lamps, 1.0, "0" * 64, 1, 0))
+    red_over_blue = []
+    for name in ("warm", "cold"):
+        out = tmp_path / f"{name}.npy"
+        assert main(["relight", str(file), "--light", f"key={path}@{name}", "--out", str(out)]) == 0
+        red_over_blue.append(np.load(out)[0, 0, 0] / np.load(out)[0, 0, 2])
+    assert red_over_blue[0] > 2 * red_over_blue[1]
