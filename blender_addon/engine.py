@@ -123,7 +123,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             notes=(*scene.notes, *pass_notes(depsgraph.view_layer_eval)),
             settings=replace(scene.settings, passes=passes),
         )
-        look = look_of(depsgraph.scene.spectral.viewport.look, depsgraph.scene)
+        look = look_of(depsgraph.scene.spectral.viewport.look, depsgraph.scene, depsgraph.view_layer)
         if not look.is_plain:
             text = "it is rendered under a light of the Look panel; choose As It Is there for its own lamps"
             scene = look.on(replace(scene, notes=(*scene.notes, Note("Look", text))))

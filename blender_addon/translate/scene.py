@@ -84,7 +84,7 @@ def translate_scene(
         meshes=tuple(mesh for mesh in found.meshes.values() if mesh is not None),
         materials=found.materials,
         instances=found.settled,
-        lights=(*found.lights, *suns),
+        lights=(*found.lights, *_apart(suns, {light.name for light in found.lights})),
         world=environment,
         volumes=tuple(found.volumes),
         settings=settings_of(source),
@@ -108,6 +108,18 @@ def _world(
     make = partial(_translated_world, translation, world, viewed, is_view=len(state) > 2)
     key, makers = ("world", original.session_uid), frozenset((original.session_uid,))
     return kept_or_asked(kept, translation, key, makers, state, make)
+
+
+def _apart(suns: tuple[SunLight, ...], taken: set[str]) -> list[SunLight]:
+    """The suns of a world, renamed where a lamp has their name."""
+    found = []
+    for sun in suns:
+        number, name = 1, sun.name
+        while name in taken:
+            number += 1
+            name = f"{sun.name} #{number}"
+        found.append(sun if name == sun.name else replace(sun, name=name))
+    return found
 
 
 def _translated_world(

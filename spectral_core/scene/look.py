@@ -36,6 +36,7 @@ class Look:
     """Light and exposure for a view of a scene.
 
     ``lamps``: names of the only visible lights, whose copies (``Lamp #2``) are visible, too; None for all.
+    ``other_lamps``: names of lights that are none of these, even if they look like the name of a copy.
     ``with_world``: True to keep the world's light; ``world_name``: its name, by which its suns are known
     (``World sun 1``).
     ``group``: the only visible light group, None for all. ``spectrum``: spectrum of all emission, None for the
@@ -50,6 +51,7 @@ class Look:
     adapts: bool = False
     with_world: bool = False
     world_name: str = ""
+    other_lamps: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         require_range("exposure of a look", self.exposure_stops, -32.0, 32.0, " stops")
@@ -85,9 +87,12 @@ class Look:
     def _has(self, light: Light) -> bool:
         """True if a light is one of ``lamps``, a copy of one, or a sun of the world that is kept."""
         assert self.lamps is not None
-        if light.name in self.lamps or _COPY.sub("", light.name) in self.lamps:
+        if light.name in self.lamps or light.name in self.other_lamps:
+            return light.name in self.lamps
+        name = _COPY.sub("", light.name)
+        if name in self.lamps:
             return True
-        return self.with_world and re.fullmatch(rf"{re.escape(self.world_name)} sun \d+", light.name) is not None
+        return self.with_world and re.fullmatch(rf"{re.escape(self.world_name)} sun \d+", name) is not None
 
 
 def _alone(scene: Scene, shines: Any, *, world: bool, emits: Any) -> Scene:
@@ -102,7 +107,7 @@ def _alone(scene: Scene, shines: Any, *, world: bool, emits: Any) -> Scene:
         if not emits(instance.group) and dark.keys() & set(assigned):
             assigned = tuple(_dark_name(name, names) if name in dark else name for name in assigned)
             used.update(name for name in instance.materials if name in dark)
-        instances.append(replace(instance, materials=assigned))
+        instances.append(instance if assigned is instance.materials else replace(instance, materials=assigned))
     extra = tuple(replace(dark[name], name=_dark_name(name, names)) for name in sorted(used))
     return replace(
         scene,

@@ -12,6 +12,7 @@ from spectral_core.scene import Film
 from spectral_core.spectra import catalogue
 
 bpy = pytest.importorskip("bpy")
+from blender_addon.translate.viewport.look import look_of  # noqa: E402
 
 
 def updated(stage):
@@ -19,6 +20,19 @@ def updated(stage):
     depsgraph = bpy.context.view_layer.depsgraph
     stage.session.update(stage.context, depsgraph)
     return stage.session.look(stage.context, depsgraph)
+
+
+def sky_of(world):
+    """A sky with a sun as the world's color."""
+    if world.node_tree is None:  # before Blender 5
+        world.use_nodes = True
+    tree = world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sky_type = next(
+        name for name in ("MULTIPLE_SCATTERING", "NISHITA")
+        if name in sky.bl_rna.properties["sky_type"].enum_items
+    )  # fmt: skip
+    tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
 
 
 def test_one_click_selects_a_palette_light_for_the_view_and_another_resets_it(stage):
@@ -58,15 +72,7 @@ def test_a_palette_light_keeps_the_copies_of_its_lamp_in_collection_instances(st
 
 def test_a_palette_light_keeps_the_sun_of_its_world(stage):
     world = stage.scene.world = bpy.data.worlds.new("Noon")
-    if world.node_tree is None:  # before Blender 5
-        world.use_nodes = True
-    tree = world.node_tree
-    sky = tree.nodes.new("ShaderNodeTexSky")
-    sky.sky_type = next(
-        name for name in ("MULTIPLE_SCATTERING", "NISHITA")
-        if name in sky.bl_rna.properties["sky_type"].enum_items
-    )  # fmt: skip
-    tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
+    sky_of(world)
     column = stage.scene.spectral.palette.lights.add()
     column.name, column.world = "Noon", world
     updated(stage)
@@ -74,6 +80,51 @@ def test_a_palette_light_keeps_the_sun_of_its_world(stage):
     bpy.ops.spectral.look_under(kind="COLUMN", name="Noon")
     updated(stage)
     assert [light.name for light in next(iter(stage.link.scenes.values())).lights] == ["Noon sun 1"]
+
+
+def test_a_lamp_that_is_named_like_a_copy_or_a_sun_stays_dark(stage):
+    """Numbers of copies and suns are added to names at the translation; an artist may use them too."""
+    world = stage.scene.world = bpy.data.worlds.new("Noon")
+    sky_of(world)
+    column = stage.scene.spectral.palette.lights.add()
+    column.name, column.light, column.world = "Noon", bpy.data.lights["Lamp"], world
+    for name in ("Lamp #2", "Noon sun 1"):
+        stage.scene.collection.objects.link(bpy.data.objects.new(name, bpy.data.lights.new(name, "POINT")))
+    updated(stage)
+    names = [light.name for light in next(iter(stage.link.scenes.values())).lights]
+    assert names == ["Lamp", "Lamp #2", "Noon sun 1", "Noon sun 1 #2"]
+    bpy.ops.spectral.look_under(kind="COLUMN", name="Noon")
+    updated(stage)
+    names = [light.name for light in next(iter(stage.link.scenes.values())).lights]
+    assert names == ["Lamp", "Noon sun 1 #2"]
+
+
+def test_a_palette_light_is_of_the_world_that_its_view_layer_shows(stage):
+    """World Override replaces the world of a scene in a view layer."""
+    stage.scene.world, shown = bpy.data.worlds.new("Day"), bpy.data.worlds.new("Night")
+    column, look = stage.scene.spectral.palette.lights.add(), stage.scene.spectral.viewport.look
+    column.name, column.world = "Night", shown
+    look.kind, look.column = "COLUMN", "Night"
+    for world, is_shown in ((None, False), (shown, True)):
+        assert look_of(look, stage.scene, SimpleNamespace(world_override=world)).with_world is is_shown
+
+
+def test_a_picture_is_adapted_to_the_light_under_which_it_was_rendered(stage, monkeypatch):
+    """The picture of a paused view, and the last one before a new one comes, are still under the other light."""
+    monkeypatch.setattr(stage.link, "latest", lambda view: SimpleNamespace(frame=SimpleNamespace(generation=done)))
+    monkeypatch.setattr(stage.session, "_wait", lambda began, waits: None)
+    monkeypatch.setattr("blender_addon.editing.viewport.patience.Patience.notice", lambda patience, picture: None)
+    view, done = stage.scene.spectral.viewport, 1
+    view.look.kind, view.look.lamp, view.look.adapts = "LAMP", "A", True
+    before = updated(stage)[0].matrix
+    assert not np.allclose(before, np.eye(3))
+    view.is_paused = True
+    view.look.lamp, view.look.exposure = "FL11", 1.0
+    np.testing.assert_allclose(updated(stage)[0].matrix, 2 * before)
+    view.is_paused = False
+    np.testing.assert_allclose(updated(stage)[0].matrix, 2 * before, err_msg="the new picture has not come")
+    done = 2
+    assert not np.allclose(updated(stage)[0].matrix, 2 * before)
 
 
 def test_a_light_group_that_was_renamed_is_reported(stage):

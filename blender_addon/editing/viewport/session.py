@@ -73,6 +73,10 @@ class _Side:
 
     name: str
     look: Look = field(default_factory=Look)
+    shown_look: Look = field(default_factory=Look)
+    """That of the latest picture, which may still be one under another light."""
+    since: int = 0
+    """Generation of the first request with the present scene."""
     key: tuple[Any, ...] = ()
     viewpoint: Viewpoint | None = None
     generation: int = 0
@@ -120,7 +124,7 @@ class ViewSession:
         try:
             scene = self._translated(context, depsgraph, stage)
             chosen = [settings.look, settings.other][: 2 if settings.is_split else 1]
-            looks = [look_of(look, depsgraph.scene) for look in chosen]
+            looks = [look_of(look, depsgraph.scene, depsgraph.view_layer) for look in chosen]
         except Unfinished as unfinished:
             self._is_unfinished, self._trouble = True, ""
             self.needs_update = isinstance(unfinished, Forbidden)
@@ -219,7 +223,10 @@ class ViewSession:
     def _picture(self, side: _Side) -> Picture:
         shown = self.link.latest(side.name)
         is_current = shown is not None and shown.frame.generation >= side.generation
-        return Picture(shown, is_current, self.link.trouble(side.name), side.look.picture_matrix)
+        if shown is None or (not side.changed and shown.frame.generation >= side.since):
+            side.shown_look = side.look
+        seen = replace(side.shown_look, exposure_stops=side.look.exposure_stops)  # the exposure of a picture at hand
+        return Picture(shown, is_current, self.link.trouble(side.name), seen.picture_matrix)
 
     def _ask(self, side: _Side, began: float, context: Any, depsgraph: Any) -> float:
         """Request a new picture of a side if it would differ from the last; the time from ``began`` to wait for it."""
@@ -237,6 +244,8 @@ class ViewSession:
             return 0.0
         request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
         side.generation = self.link.look(side.name, request, self._redraw)
+        if side.changed:
+            side.since = side.generation
         wait_s = 0.0
         if side.key and self.drawings:  # the first drawing of a view, or of a second side, compiles its shaders
             longest = (BUSY_REDRAW_S if jobs.process.is_busy else REDRAW_S) - max(self.drawings)

@@ -17,8 +17,8 @@ PREVIEW_SAMPLES = 16
 """Samples per pixel of a preview: an icon is small, and a panel's picture is shown briefly."""
 
 
-def look_of(settings: Any, scene: Any) -> Look:
-    """The look in ``settings`` (a SpectralLook) for a Blender scene.
+def look_of(settings: Any, scene: Any, layer: Any = None) -> Look:
+    """The look in ``settings`` (a SpectralLook) for a Blender scene; ``layer``: the view layer that is shown.
 
     Raises InvalidInputError or UnknownNameError, with a remedy, if a named item does not exist.
     """
@@ -36,23 +36,23 @@ def look_of(settings: Any, scene: Any) -> Look:
             )
         return replace(look, group=settings.group)
     if settings.kind == "COLUMN":
-        return _under_column(look, settings.column, scene)
+        return _under_column(look, settings.column, scene, getattr(layer, "world_override", None) or scene.world)
     return look
 
 
-def _under_column(look: Look, name: str, scene: Any) -> Look:
-    """Only the lamps of a light of the palette; all lamps if it has none."""
+def _under_column(look: Look, name: str, scene: Any, world: Any) -> Look:
+    """Only the lamps of a light of the palette, and ``world`` if it is one; all lamps if the light has neither."""
     columns = scene.spectral.palette.lights
     column = columns.get(name)
     if column is None:
         known = ", ".join(columns.keys()) or "none"
         raise InvalidInputError(f"the palette has no light {name!r} to look under; it has {known}")
-    lamps = _lamps_of(column, scene)
-    with_world = column.world is not None and column.world == scene.world
-    if with_world and lamps is None:
-        lamps = frozenset()
+    lamps, others = _lamps_of(column, scene)
+    with_world = column.world is not None and column.world == world
+    shown = lamps if lamps or with_world else None
     world_name = column.world.name if with_world else ""
-    return replace(look, lamps=lamps, spectrum=_spectrum_of(column), with_world=with_world, world_name=world_name)
+    look = replace(look, lamps=shown, other_lamps=others, with_world=with_world, world_name=world_name)
+    return replace(look, spectrum=_spectrum_of(column))
 
 
 def _spectrum_of(column: Any) -> Spectrum | None:
@@ -60,20 +60,19 @@ def _spectrum_of(column: Any) -> Spectrum | None:
     return stored.spectrum_of(column, "result") or stored.spectrum_of(column)
 
 
-def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
-    """Names of the lamps of a column in a scene and in the collections that it instances; None if it has none."""
-    if column.light is None:
-        return None
-    names, waiting, seen = set(), [scene.objects], set()
+def _lamps_of(column: Any, scene: Any) -> tuple[frozenset[str], frozenset[str]]:
+    """Names of the lamps in a scene and in the collections that it instances: those of a column, and the others."""
+    names: tuple[set[str], set[str]] = set(), set()
+    waiting, seen = [scene.objects], set()
     while waiting:
         for obj in waiting.pop():
             kind = obj.type
-            if kind == "LIGHT" and obj.data == column.light:
-                names.add(obj.name_full)
+            if kind == "LIGHT":
+                names[obj.data != column.light].add(obj.name_full)
             elif kind == "EMPTY" and (collection := obj.instance_collection) is not None and collection not in seen:
                 seen.add(collection)
                 waiting.append(collection.all_objects)
-    return frozenset(names) or None
+    return frozenset(names[0]), frozenset(names[1])
 
 
 def preview_scene(scene: Scene, managers: Any) -> Scene:
