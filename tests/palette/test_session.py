@@ -198,3 +198,9 @@ def test_edits_with_weights_far_from_1_equal_a_new_solve(rng):
         fresh = solve_palette(session.problem, explain=False)
         assert answer.trusted
         np.testing.assert_allclose(answer.actual_linear_rgb, fresh.actual_linear_rgb, atol=2e-6)
+
+
+@pytest.mark.parametrize("rounds", [0, -1, 2.5, float("nan")])
+def test_a_number_of_rounds_that_cannot_be_made_is_refused(rounds: float) -> None:
+    with pytest.raises(InvalidInputError, match="rounds of refine"):
+        PaletteSession(metamer_pair()).refine(rounds)  # type: ignore[arg-type]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.blas_threads import on_one_thread
+from spectral_core.checks import require_whole
 from spectral_core.palette.assemble.requests import WEIGHT_RATIO, Target, compiled_requests
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
@@ -120,8 +121,8 @@ class PaletteSession:
 
     @on_one_thread
     def refine(self, rounds: int = 5) -> LivePalette:
-        """More rounds from here, for when there is time."""
-        return self._resolve(rounds, perf_counter())
+        """More rounds from here, for when there is time; 1 to 1,000. Raises InvalidInputError for another number."""
+        return self._resolve(require_whole("rounds of refine", rounds, 1, 1000), perf_counter())
 
     @on_one_thread
     def solution(self) -> PaletteSolution:
