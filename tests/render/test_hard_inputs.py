@@ -242,7 +242,7 @@ def test_lights_cast_no_shadow():
 
 
 def test_bands_are_checked():
-    with pytest.raises(InvalidInputError, match="between 360 and 830 nm"):
+    with pytest.raises(InvalidInputError, match="expected a rising range in 360 to 830 nm"):
         Bands.uniform(300, 700, 5)
     with pytest.raises(InvalidInputError, match="expected 1 nm or more"):
         Bands.uniform(400, 410, 100)
