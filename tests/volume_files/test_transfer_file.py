@@ -210,7 +210,7 @@ def test_errors_of_invalid_spectra_state_their_position(tmp_path, color, message
 
 def test_folders_and_missing_files_are_refused(tmp_path):
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FileFormatError, match="not utf-16 text|binary file"):
+    with pytest.raises(FileFormatError, match="not UTF-16 text|binary file"):
         read_transfer(tmp_path / "binary.toml")
     with pytest.raises(InvalidInputError, match="there is no file"):
         read_transfer(tmp_path / "missing.toml")
