@@ -34,3 +34,18 @@ def test_channels_in_any_order_of_memory(order: str) -> None:
     matrix = storage.rgb_as_recorded(lamp)
     expected = np.einsum("ck,kyx->yxc", matrix, channels[0].astype(np.float64)) * 0.5
     np.testing.assert_allclose(alone[0], expected, rtol=1e-5, atol=1e-6)
+
+
+def test_a_picture_keeps_nothing_of_the_last_one() -> None:
+    """Neither its values, even infinite ones, nor its coverage."""
+    rng = np.random.default_rng(5)
+    storage, lamp = BandStorage(31), normalized(illuminant("A"))
+    channels = rng.random((3, storage.channel_count, 3, 4)).astype(np.float32)
+    channels[1, :, 0, 0] = 1e35
+    coverage = rng.random((3, 4)).astype(np.float32)
+    live = LiveMix(Transport(storage, ("a", "b", "c"), channels, coverage, (lamp,) * 3, 1.0, "hash", 4, 0))
+    first = live.picture((1.0, 1.0, 0.5)).copy()
+    np.testing.assert_array_equal(first[..., 3], coverage)
+    assert np.isfinite(first).all()
+    assert np.isinf(live.picture((1.0, 1e5, 0.5))[0, 0, :3]).all()
+    np.testing.assert_array_equal(live.picture((1.0, 1.0, 0.5)), first)

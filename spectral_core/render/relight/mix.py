@@ -48,13 +48,11 @@ class LiveMix:
         self.transport = transport
         height, width = transport.coverage.shape
         self._shape = (height, width)
-        # One row per group, red, green and blue apart: a light is then a product of contiguous rows of channels, which
-        # takes a third of the time of one that writes pixels, and a mix is one product over the rows of the groups.
-        self._group_rgb = np.zeros((len(transport.groups), height * width * 3), np.float32)
+        # Pixels as Blender stores them, with an alpha of 0: a light is one product that writes them, and a mix is their
+        # sum. Planes of red, green and blue would have to be interleaved for each picture.
+        self._groups = np.zeros((len(transport.groups), height * width, 4), np.float32)
         self._known = [False] * len(transport.groups)
         self._out = np.empty((height, width, 4), np.float32)
-        self._out[..., 3] = transport.coverage
-        self._mixed = np.empty(height * width * 3, np.float32)
 
     def set_light(self, group: str, light: Spectrum) -> None:
         """Give a group a new spectrum. Raises InvalidInputError on a ``dial`` transport."""
@@ -66,7 +64,9 @@ class LiveMix:
 
     def _set(self, index: int, rgb_from_channels: NDArray[np.float64]) -> None:
         channels = self.transport.channels[index].reshape(len(self.transport.channels[index]), -1)
-        _multiply(rgb_from_channels.astype(np.float32), channels, self._group_rgb[index].reshape(3, -1))
+        matrix = np.zeros((4, len(channels)), np.float32, order="F")
+        matrix[:3] = rgb_from_channels
+        _multiply(matrix, channels, self._groups[index])
         self._known[index] = True
 
     def _complete(self, amounts: NDArray[np.float64]) -> None:
@@ -90,21 +90,31 @@ class LiveMix:
             raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot absorb light")
         self._complete(amounts)
         scaled = (amounts * self.transport.exposure).astype(np.float32)
-        np.matmul(scaled, self._group_rgb, out=self._mixed)
-        for channel, plane in enumerate(self._mixed.reshape(3, *self._shape)):
-            self._out[..., channel] = plane
+        _add(scaled, self._groups, self._out)
+        self._out[..., 3] = self.transport.coverage
         return self._out
 
 
-def _multiply(matrix: Pixels, channels: Pixels, out: Pixels) -> None:
-    """``out`` (3, pixels) = ``matrix`` (3, n) · ``channels`` (n, pixels), all of them contiguous.
+# Both products are SciPy's, which brings an OpenBLAS of its own: the NumPy of a Blender may have the reference BLAS,
+# which takes several times as long for a picture. BLAS works column by column: the transposes are views, and nothing is
+# copied.
 
-    By SciPy, which brings an OpenBLAS of its own: the NumPy of a Blender may have the reference BLAS, which takes
-    several times as long for a picture.
-    """
+
+def _multiply(matrix: Pixels, channels: Pixels, out: Pixels) -> None:
+    """``out`` (pixels, 4) = the transpose of ``matrix`` (4, n) · ``channels`` (n, pixels)."""
     from scipy.linalg.blas import sgemm
 
-    # BLAS works column by column: the transposes are views, and nothing is copied.
-    found = sgemm(1.0, channels.T, np.asfortranarray(matrix.T), beta=0.0, c=out.T, overwrite_c=1)
+    found = sgemm(1.0, matrix, channels.T, trans_b=1, beta=0.0, c=out.T, overwrite_c=1)
     if not np.may_share_memory(found, out):
         out[:] = found.T
+
+
+def _add(weights: Pixels, groups: Pixels, out: Pixels) -> None:
+    """``out`` (height, width, 4) = the sum of ``groups`` (groups, pixels, 4) with ``weights`` (groups,)."""
+    from scipy.linalg.blas import sgemv
+
+    out.fill(0.0)  # not by a factor of 0, which leaves a NaN of the last picture
+    flat = out.reshape(-1)
+    found = sgemv(1.0, groups.reshape(len(groups), -1).T, weights, beta=1.0, y=flat, overwrite_y=1)
+    if not np.may_share_memory(found, flat):
+        flat[:] = found
