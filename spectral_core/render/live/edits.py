@@ -39,14 +39,14 @@ class Edit:
         """Changes of single search trees."""
         self._moved = False
         """True if all search trees must be built anew."""
-        self._rows_changed = self._vertices_changed = False
+        self._rows_changed = self._vertices_changed = self._faces_changed = False
 
     def finish(self) -> None:
         """Update the search trees if anything has moved."""
         if self._rows_changed:
             self._parts.context.tables.rebuild()
         if self._vertices_changed:
-            self._parts.context.meshes.write_vertices()
+            self._parts.context.meshes.write_vertices(faces=self._faces_changed)
         if self._moved or (self._in_trees and not self._updated_trees()):
             self._loaded.scene.scene.parameters_changed()
             # Mitsuba's environment hears of the scene's size before that is computed
@@ -190,9 +190,10 @@ class Edit:
         return True
 
     def mesh(self, old: Mesh, new: Mesh) -> bool:
-        """Change positions, normals and UV coordinates of a mesh with the same triangles."""
-        if not equal(old.triangles, new.triangles) or not equal(old.material_indices, new.material_indices):
+        """Change vertices of a mesh, and the corners of its triangles if there are as many."""
+        if old.triangles.shape != new.triangles.shape or not equal(old.material_indices, new.material_indices):
             return False
+        faces = not equal(old.triangles, new.triangles)
         if [a.name for a in old.attributes] != [a.name for a in new.attributes]:
             return False
         if any(
@@ -202,11 +203,11 @@ class Edit:
         before, after = geometry.split_by_material(old), geometry.split_by_material(new)
         shapes = self._parts.shapes.meshes.get(new.name, [])
         for index, shape, group in shapes:
-            if index not in after or not geometry.fill(self._mi, shape, before[index], after[index]):
+            if index not in after or not geometry.fill(self._mi, shape, before[index], after[index], faces=faces):
                 return False
             group.parameters_changed()
             self._parts.context.meshes.add(shape)
-            self._vertices_changed = True
+            self._vertices_changed, self._faces_changed = True, self._faces_changed or faces
         copies: dict[tuple[str, ...], list[Any]] = {}
         for instance in self._new.instances:
             if instance.mesh == new.name:
@@ -229,7 +230,7 @@ class Edit:
             if all(self._is_placed(instance) for instance in placed):
                 parts = geometry.split_by_material(mesh)
                 for index, shape, group in self._parts.shapes.meshes.get(mesh.name, []):
-                    geometry.fill(self._mi, shape, parts[index], parts[index])
+                    geometry.fill(self._mi, shape, parts[index], parts[index], faces=True)
                     group.parameters_changed()
                     self._moved = True
         self.finish()

@@ -102,20 +102,23 @@ def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
     return mesh
 
 
-def fill(mi: Any, mesh: Any, old: Part, new: Part) -> bool:
+def fill(mi: Any, mesh: Any, old: Part, new: Part, *, faces: bool) -> bool:
     """Write the vertices of ``new`` into a Mitsuba mesh that was made of ``old``; False if the two do not match.
 
+    ``faces``: write the corners of its triangles, too, which may be others in the same number: an edit of a vertex lets
+    Blender divide quadrilaterals along the other diagonal.
     Mitsuba's scene must be updated afterward (``parameters_changed``), before anything is traced.
     """
     optional = ((old.normals, new.normals), (old.uvs, new.uvs))
     if any((before is None) != (after is None) for before, after in optional):
         return False
-    if not np.array_equal(old.triangles, new.triangles) or len(old.positions) != len(new.positions):
+    if len(old.triangles) != len(new.triangles) or len(old.positions) != len(new.positions):
         return False
     arrays = {"vertex_normals": new.normals, "vertex_texcoords": new.uvs}
     arrays |= {attribute_name(item.name): item.values for item in new.attributes}
     # Mitsuba computes its own normals for new positions, so ours are written after it
-    for group in ({"vertex_positions": new.positions}, arrays):
+    shape = {"vertex_positions": new.positions} | ({"faces": new.triangles} if faces else {})
+    for group in (shape, arrays):
         parameters = mi.traverse(mesh)
         for name, array in group.items():
             if array is not None:

@@ -121,7 +121,6 @@ class MeshTables:
         self.rows = self._array(mi.UInt32, rows)
         self.parts = self._array(mi.UInt32, np.array([k for of in self._parts.values() for k in of] or [0, 0]))
         self.balls = self._array(mi.Float, np.array(list(self._balls.values()) or [(0.0, 0.0)]))
-        self.faces = self._joined(mi.UInt32, [mesh.triangles for mesh in meshes.values()])
         for name in dict.fromkeys(name for mesh in meshes.values() for name in mesh.attributes):
             first, places = 0, np.full(self.last + 1, NONE, np.uint32)
             for number, mesh in meshes.items():
@@ -129,11 +128,13 @@ class MeshTables:
                     places[number] = first
                     first += len(mesh.attributes[name])
             self.attributes[name] = [self._array(mi.UInt32, places), None]
-        self.write_vertices()
+        self.write_vertices(faces=True)
 
-    def write_vertices(self) -> None:
-        """Write positions, normals, UV maps and attributes again."""
+    def write_vertices(self, *, faces: bool = False) -> None:
+        """Write positions, normals, UV maps and attributes again; ``faces``: the corners of triangles, too."""
         mi, meshes = self.mi, list(self._meshes.values())
+        if faces:
+            self.faces = self._joined(mi.UInt32, [mesh.triangles for mesh in meshes])
         self.positions = self._joined(mi.Float, [mesh.positions for mesh in meshes])
         self.normals = self._joined(mi.Float, [mesh.normals for mesh in meshes if mesh.normals is not None])
         self.uvs = self._joined(mi.Float, [mesh.uvs for mesh in meshes if mesh.uvs is not None])
