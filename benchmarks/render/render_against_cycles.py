@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Time to the same error as Cycles, RGB, on the same machine in one run, for types of scenes.
+"""Time to the same error as Cycles, RGB, on the same machine in one run, for several types of scenes.
 
 Each engine renders each scene three times at one number of samples, after a render that warms it, and its error is the
 mean of their relative mean square errors against its own converged picture: (x - r)² / (r² + (mean r / 10)²), the worst

@@ -14,11 +14,11 @@ from bpy.types import ID, PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
-from spectral_core.palette.recipe.library import led_channels, paint_chips, told_apart
+from spectral_core.palette.recipe.library import led_channels, paint_chips
 from spectral_core.palette.recipe.material import Colorants, material_recipe
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.files import read_spectra
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum, told_apart
 
 from ..translate.spectra.stored import spectrum_of, store_spectrum
 

@@ -47,9 +47,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Print a line per model, and write one model where asked."""
     from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
     from spectral_core.files.whole import write_text
-    from spectral_core.palette.recipe.library import told_apart
     from spectral_core.spectra import catalogue, observer
-    from spectral_core.spectra.spectrum import SpectralGrid
+    from spectral_core.spectra.spectrum import SpectralGrid, told_apart
 
     named = [illuminant_named(name) for name in arguments.light or ("D65", "A", "FL11")]
     lights = [observer.normalized(light) for light in told_apart(named)]

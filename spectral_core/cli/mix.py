@@ -33,11 +33,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Mix, print the colors, write the spectrum where asked."""
     from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
     from spectral_core.palette.paint.mixtures import additive_mixture, paint_mixture
-    from spectral_core.palette.recipe.library import told_apart
     from spectral_core.palette.texture.reach import stimulus_matrix
     from spectral_core.spectra.color import display_rgb_from_linear
     from spectral_core.spectra.files import write_spectra
-    from spectral_core.spectra.spectrum import Reflectance
+    from spectral_core.spectra.spectrum import Reflectance, told_apart
 
     named = [_part(word) for word in arguments.parts]
     lights = told_apart([illuminant_named(name) for name in arguments.light or ("D65", "A")])

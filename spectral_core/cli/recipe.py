@@ -94,8 +94,8 @@ def _lamp(arguments: argparse.Namespace) -> int:
 
 def _material(arguments: argparse.Namespace) -> int:
     from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
-    from spectral_core.palette.recipe.library import told_apart
     from spectral_core.palette.recipe.material import Colorants, material_recipe
+    from spectral_core.spectra.spectrum import told_apart
 
     if arguments.target is None:
         raise InvalidInputError("a recipe of a material needs --target, the wanted reflectance")
@@ -133,7 +133,7 @@ def _read(path: Path, kind: SpectrumKind) -> list[Spectrum]:
 
 
 def _channels(path: Path, kind: SpectrumKind) -> list[Spectrum]:
-    from spectral_core.palette.recipe.library import told_apart
+    from spectral_core.spectra.spectrum import told_apart
 
     return told_apart(_read(path, kind))
 

@@ -90,8 +90,8 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 def run(arguments: argparse.Namespace) -> int:
     from spectral_core.cli.shared.spectra import illuminant_named
-    from spectral_core.palette.recipe.library import told_apart
     from spectral_core.spectra.pictures import require_ending
+    from spectral_core.spectra.spectrum import told_apart
 
     out = require_ending(arguments.out or Path(f"{_stem(arguments.volume)}.png"))
     lights = told_apart([illuminant_named(name) for name in arguments.light])  # an unknown name ends the command here

@@ -7,8 +7,9 @@ outside of them zero, exactly as the renderer reads it, so that the designed spe
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal, Self
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -221,3 +222,20 @@ class Reflectance(Spectrum):
                 f"reflectance {self.name!r} spans {low:g} to {high:g}; a passive surface reflects between 0 and 1"
             )
         object.__setattr__(self, "values", frozen_array(self.name, np.clip(self.values, 0.0, 1.0)))
+
+
+SpectrumType = TypeVar("SpectrumType", bound=Spectrum)
+
+
+def told_apart(spectra: Sequence[SpectrumType]) -> list[SpectrumType]:
+    """The spectra, with numbers added to equal names: a list with two channels of one name would be ambiguous."""
+    names = [spectrum.name for spectrum in spectra]
+    taken = {name for name in names if names.count(name) == 1}
+    found: list[SpectrumType] = []
+    for number, spectrum in enumerate(spectra, 1):
+        tried, count = spectrum.name, number
+        while names.count(spectrum.name) > 1 and (tried == spectrum.name or tried in taken):
+            tried, count = f"{spectrum.name} {count}", count + 1
+        taken.add(tried)
+        found.append(spectrum if tried == spectrum.name else replace(spectrum, name=tried))
+    return found

@@ -27,6 +27,15 @@ def without_others(scene):
     scene.world = None
 
 
+def mixed_and_baked(scene, picture, name):
+    """Brightness of one bulb of a recording, and of a recording of the lamp that is baked from it."""
+    alone(scene.spectral.dial, name)
+    mixed = brightness(scene, picture)
+    assert bpy.ops.spectral.dial_bake(hide=True) == {"FINISHED"}
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    return mixed, brightness(scene, picture)
+
+
 def red(lamp):
     lamp.color = (1.0, 0.04, 0.02)
 
@@ -41,14 +50,10 @@ def test_a_baked_lamp_is_as_bright_as_the_mix(stage, picture, change):
     without_others(stage)
     change(bpy.data.lights["Key"])
     assert bpy.ops.spectral.dial_record() == {"FINISHED"}
-    dial = stage.spectral.dial
-    alone(dial, "Key")
-    mixed = brightness(stage, picture)
-    assert bpy.ops.spectral.dial_bake(hide=True) == {"FINISHED"}
-    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
-    assert [bulb.name for bulb in dial.bulbs] == ["Dial Light"]
+    mixed, baked = mixed_and_baked(stage, picture, "Key")
+    assert [bulb.name for bulb in stage.spectral.dial.bulbs] == ["Dial Light"]
     # the red lamp was rendered in RGB, the baked one with its spectrum, of which the floor reflects another share
-    assert brightness(stage, picture) == pytest.approx(mixed, rel=0.06)
+    assert baked == pytest.approx(mixed, rel=0.06)
 
 
 def test_a_baked_lamp_stands_for_all_lamps_of_a_light_group(stage, picture):
@@ -62,12 +67,8 @@ def test_a_baked_lamp_stands_for_all_lamps_of_a_light_group(stage, picture):
     first.lightgroup = second.lightgroup = "Row"
     stage.spectral.dial.one_per_light = False
     assert bpy.ops.spectral.dial_record() == {"FINISHED"}
-    dial = stage.spectral.dial
-    alone(dial, "Row")
-    mixed = brightness(stage, picture)
-    assert bpy.ops.spectral.dial_bake(hide=True) == {"FINISHED"}
-    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
-    assert brightness(stage, picture) == pytest.approx(mixed, rel=0.02)
+    mixed, baked = mixed_and_baked(stage, picture, "Row")
+    assert baked == pytest.approx(mixed, rel=0.02)
 
 
 def test_an_applied_lamp_is_as_bright_as_in_the_picture(stage, picture):

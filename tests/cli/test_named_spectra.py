@@ -11,13 +11,12 @@ import pytest
 
 from spectral_core.cli import main
 from spectral_core.files.names import file_words
-from spectral_core.palette.recipe.library import told_apart
 from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.transport import Transport
 from spectral_core.render.relight.transport_file import write_transport
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.files import write_spectra
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, told_apart
 
 
 def tables(folder: Path) -> list[str]:

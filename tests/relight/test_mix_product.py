@@ -49,3 +49,10 @@ def test_a_picture_keeps_nothing_of_the_last_one() -> None:
     assert np.isfinite(first).all()
     assert np.isinf(live.picture((1.0, 1e5, 0.5))[0, 0, :3]).all()
     np.testing.assert_array_equal(live.picture((1.0, 1.0, 0.5)), first)
+
+
+def test_a_recording_without_lights_is_black() -> None:
+    storage = BandStorage(31)
+    channels, coverage = np.zeros((0, storage.channel_count, 2, 3), np.float32), np.full((2, 3), 0.5, np.float32)
+    picture = LiveMix(Transport(storage, (), channels, coverage, (), 1.0, "hash", 4, 0)).picture(())
+    np.testing.assert_array_equal(picture, np.dstack([np.zeros((2, 3, 3)), coverage]))

@@ -9,15 +9,9 @@ and makers, so they are read from a file.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import TypeVar
-
 from spectral_core.palette.texture.lights import led
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
-
-_S = TypeVar("_S", bound=Spectrum)
+from spectral_core.spectra.spectrum import Illuminant, Reflectance
 
 LED_PEAKS_AND_WIDTHS_NM = (
     ("royal blue", 447, 18), ("blue", 470, 25), ("cyan", 500, 28), ("green", 523, 33), ("lime", 556, 95),
@@ -39,20 +33,6 @@ def led_channels() -> list[Illuminant]:
 def _of_one_watt(name: str, channel: Illuminant) -> Illuminant:
     watts = float(channel.grid.cell_widths_nm @ channel.values)
     return Illuminant(name, channel.grid, channel.values / watts)
-
-
-def told_apart(spectra: Sequence[_S]) -> list[_S]:
-    """The spectra, with numbers added to equal names: a list with two channels of one name would be ambiguous."""
-    names = [spectrum.name for spectrum in spectra]
-    taken = {name for name in names if names.count(name) == 1}
-    found: list[_S] = []
-    for number, spectrum in enumerate(spectra, 1):
-        tried, count = spectrum.name, number
-        while names.count(spectrum.name) > 1 and (tried == spectrum.name or tried in taken):
-            tried, count = f"{spectrum.name} {count}", count + 1
-        taken.add(tried)
-        found.append(spectrum if tried == spectrum.name else replace(spectrum, name=tried))
-    return found
 
 
 def paint_chips() -> list[Reflectance]:

@@ -115,6 +115,8 @@ def _add(weights: Pixels, groups: Pixels, out: Pixels) -> None:
 
     out.fill(0.0)  # not by a factor of 0, which leaves a NaN of the last picture
     flat = out.reshape(-1)
+    if not len(groups):
+        return
     found = sgemv(1.0, groups.reshape(len(groups), -1).T, weights, beta=1.0, y=flat, overwrite_y=1)
     if not np.may_share_memory(found, flat):
         flat[:] = found
