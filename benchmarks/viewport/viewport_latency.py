@@ -6,15 +6,16 @@ Ten balls of 10,000 triangles (2,000 with ``--quick``) on a floor, ten materials
 recorded and kernels compiled by kind, which other work on the machine does not change; ``window``, from the change of a
 property to the end of the ``view_draw`` that shows it, in a Blender with a window (SPECTRAL_REAL_BLENDER, see
 ``launch``); ``drag``, from a wanted color that is dragged over a recording to the picture, without a window
-(``palette-live``) and in an image editor. Each kind is tried in turn, so that a busy machine slows all alike. Names of
-parts as arguments run those alone; ``--count N`` tries each kind N times (200); ``--only KIND,KIND`` measures these in
-the window alone.
+(``palette-live``), in the camera view of a 3D view in Solid mode and in an image editor. Each kind is tried in turn, so
+that a busy machine slows all alike. Names of parts as arguments run those alone; ``--count N`` tries each kind N times
+(200); ``--only KIND,KIND`` measures these in the window alone, ``--transport rgb`` or ``spectral`` one transport.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -36,8 +37,9 @@ RARE_MS = {"object added": 2000.0, "node added": 2000.0}
 SPECTRAL_RATIO = 1.5
 """Most of a median in spectral transport over that in RGB."""
 DRAG_MS = 50.0
+TRANSPORTS = ("rgb", "spectral")
 PARTS = ("session", "counts", "window", "drag")
-OPTIONS = ("--count", "--only")
+OPTIONS = ("--count", "--only", "--transport")
 
 
 def run(options: Options) -> dict[str, Any]:
@@ -55,9 +57,17 @@ def _count(options: Options) -> int:
     return 3 if options.quick else 200
 
 
+def _chosen(options: Options, option: str, names: Sequence[str]) -> list[str]:
+    """The names that follow an option, separated by commas; none without it."""
+    found = options.extra[options.extra.index(option) + 1].split(",") if option in options.extra else []
+    if unknown := sorted(set(found) - set(names)):
+        raise UnknownNameError(f"{option} {', '.join(unknown)}: expected some of {', '.join(names)}")
+    return found
+
+
 def _session(options: Options, figures: dict[str, Any]) -> None:
     count = _count(options)
-    for transport in ("rgb", "spectral"):
+    for transport in TRANSPORTS:
         link = LiveLink()
         try:
             found = _measure(link, balls(options.quick, transport), count, max(1, count // 10))
@@ -106,7 +116,7 @@ def _parts(records: list[dict[str, Any]]) -> str:
 
 def _counts(options: Options, figures: dict[str, Any]) -> None:
     rounds = 3 if options.quick else 6
-    for transport in ("rgb", "spectral"):
+    for transport in TRANSPORTS:
         found = counted(balls(options.quick, transport), CHANGES | RARE, VIEWPOINTS, rounds)
         for kind, counts in found.items():
             name, hows = f"counts, {transport}, {kind}", sorted(set(counts.how))
@@ -128,11 +138,10 @@ def _in_window(options: Options, figures: dict[str, Any]) -> None:
         print(f"no window is measured: {launch.MISSING}", file=sys.stderr)
         return
     count = _count(options)
-    only = options.extra[options.extra.index("--only") + 1].split(",") if "--only" in options.extra else []
-    if unknown := sorted(set(only) - (LIMITS_MS | RARE_MS).keys()):
-        raise UnknownNameError(f"--only {', '.join(unknown)}: expected some of {', '.join(LIMITS_MS | RARE_MS)}")
+    only = _chosen(options, "--only", [*LIMITS_MS, *RARE_MS])
+    transports = _chosen(options, "--transport", TRANSPORTS) or TRANSPORTS
     settings = {"quick": options.quick, "count": count, "rare": max(1, count // 10), "only": only,
-                "transports": ["rgb", "spectral"]}  # fmt: skip
+                "transports": list(transports)}  # fmt: skip
     told = launch.told_by("latency.py", settings, options, (WIDTH, HEIGHT))
     where = f"Blender {told['version'].split()[0]}"
     print(f"{where}, a view of {told['size'][0]} × {told['size'][1]} pixels")
@@ -162,8 +171,9 @@ def _drag(options: Options, figures: dict[str, Any]) -> None:
     figures["holds"]["no errors while a color is dragged"] = not told["errors"]
     for text in told["errors"]:
         print(text, file=sys.stderr)
-    if told["drags"]:
-        _tell_drags(figures, f"Blender {told['version'].split()[0]}", told["drags"])
+    for editor, drags in told["drags"].items():
+        if drags:
+            _tell_drags(figures, f"Blender {told['version'].split()[0]}, {editor}", drags)
 
 
 def _tell_drags(figures: dict[str, Any], where: str, drags: list[dict[str, Any]]) -> None:
@@ -173,9 +183,9 @@ def _tell_drags(figures: dict[str, Any], where: str, drags: list[dict[str, Any]]
     relit = sum(drag["relit"] for drag in drags)
     figures[f"{where}, dragged"] = medians | {"relit": relit, "drags": len(drags)}
     print(
-        f"{where} a wanted color is dragged {len(drags)} times, {relit} re-lit: median {medians['ms']:.1f} ms to the "
+        f"{where}: a wanted color is dragged {len(drags)} times, {relit} re-lit: median {medians['ms']:.1f} ms to the "
         f"picture ({medians['work_ms']:.1f} ms of it work of the main thread), {medians['shown_ms']:.1f} ms to the end "
-        f"of the image editor's redraw, which takes {medians['idle_ms']:.1f} ms without a change"
+        f"of the redraw, which takes {medians['idle_ms']:.1f} ms without a change"
     )
     is_kept = medians["shown_ms"] <= DRAG_MS and relit == len(drags)
     figures["holds"][f"{where}: a dragged color is solved, re-lit and drawn in {DRAG_MS:g} ms"] = is_kept

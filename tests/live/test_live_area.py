@@ -52,7 +52,7 @@ def maker() -> Iterator[tuple[subprocess.Popen[str], Path]]:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of all areas of a test."""
-    monkeypatch.setattr(area_module, "_folder", lambda: str(tmp_path))
+    monkeypatch.setattr(area_module, "_folders", lambda: [str(tmp_path)])
     return tmp_path
 
 
@@ -124,6 +124,33 @@ def test_an_area_that_cannot_be_made_leaves_no_file(folder: Path, monkeypatch: p
     with pytest.raises(OSError, match="No space"):
         PixelArea.make(4)
     assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("free", [63_000_000, 0, None], ids=["a container's", "full", "not readable"])
+def test_an_area_is_a_temporary_file_where_memory_is_short(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, free: int | None
+) -> None:
+    """A process that writes to a file in memory where none is left ends with a bus error."""
+    memory, temporary = tmp_path / "memory", tmp_path / "temporary"
+    memory.mkdir()
+    temporary.mkdir()
+    usage = area_module.shutil.disk_usage(tmp_path)
+
+    def disk_usage(_folder: str) -> object:
+        if free is None:
+            raise PermissionError(13, "Permission denied")
+        return usage._replace(free=free)
+
+    monkeypatch.setattr(area_module, "_folders", lambda: [str(memory), str(temporary)])
+    monkeypatch.setattr(area_module.shutil, "disk_usage", disk_usage)
+    made = PixelArea.make(3840 * 2160)
+    small = PixelArea.make(4)
+    try:
+        assert Path(made.path).parent == temporary
+        assert Path(small.path).parent == (memory if free else temporary)
+    finally:
+        made.remove()
+        small.remove()
 
 
 def test_an_area_that_is_closed_while_it_is_read_gives_no_picture(folder: Path) -> None:

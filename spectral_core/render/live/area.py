@@ -15,6 +15,7 @@ import itertools
 import mmap
 import os
 import re
+import shutil
 import socket
 import sys
 import tempfile
@@ -28,6 +29,10 @@ from numpy.typing import NDArray
 
 SLOTS = 3
 PREFIX = "spectral-view-"
+MEMORY = "/dev/shm"
+"""Folder of Linux whose files are kept in memory."""
+RESERVE = 2
+"""Free space in it per size of an area: another view may grow at the same time."""
 _HEAD = 64
 """Bytes before the pixels of a slot."""
 _BUSY = np.uint64(0xFFFFFFFFFFFFFFFF)
@@ -61,14 +66,15 @@ class PixelArea:
 
     @classmethod
     def make(cls, pixels: int) -> PixelArea:
-        """Create an area, in memory if the system has a folder for that. Raises OSError if there is not enough
-        space.
+        """Create an area, in memory if the system has a folder for that with enough space. Raises OSError if there is
+        not enough space in the folder of temporary files either.
         """
-        handle, path = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-{_system()}-", dir=_folder())
+        size = SLOTS * (_HEAD + 16 * pixels)
+        handle, path = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-{_system()}-", dir=_folder(size))
         _made.add(path)
         try:
             try:
-                os.truncate(handle, SLOTS * (_HEAD + 16 * pixels))
+                os.truncate(handle, size)
                 return cls(path, pixels)
             finally:
                 os.close(handle)  # after it was mapped: Windows lets nobody delete it in between
@@ -132,7 +138,7 @@ def clean() -> None:
     delete_left()
     form = re.compile(rf"{PREFIX}([1-9][0-9]{{0,9}})-{_system()}-\w+")
     with contextlib.suppress(OSError):  # a folder that cannot be listed
-        for path in Path(_folder()).glob(f"{PREFIX}*"):
+        for path in itertools.chain.from_iterable(Path(folder).glob(f"{PREFIX}*") for folder in _folders()):
             found = form.fullmatch(path.name)
             if found is not None and _has_ended(int(found[1])):
                 with contextlib.suppress(OSError):  # another session has deleted it, or it belongs to another user
@@ -151,8 +157,27 @@ def _delete_made() -> None:
     delete_left()
 
 
-def _folder() -> str:
-    return "/dev/shm" if Path("/dev/shm").is_dir() else tempfile.gettempdir()
+def _folders() -> list[str]:
+    """Folders for areas, the preferred one first."""
+    return [*([MEMORY] if Path(MEMORY).is_dir() else []), tempfile.gettempdir()]
+
+
+def _folder(size: int) -> str:
+    """The first folder with space for ``size`` bytes and a reserve, else the last one.
+
+    A file in memory grows as it is written, and a process that writes where no memory is left ends with a bus error.
+    Containers often have 64 MB there.
+    """
+    *folders, last = _folders()
+    return next((folder for folder in folders if _free(folder) >= RESERVE * size), last)
+
+
+def _free(folder: str) -> int:
+    """Bytes that this user can write into a folder; 0 if it cannot be told or written."""
+    try:
+        return shutil.disk_usage(folder).free if os.access(folder, os.W_OK) else 0
+    except OSError:
+        return 0
 
 
 @cache
