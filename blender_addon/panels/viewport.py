@@ -4,6 +4,9 @@
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
+from .. import jobs
+from .parts import wrapped
+
 
 class SPECTRAL_PT_look(bpy.types.Panel):
     """Look at the scene under one light or two, in Rendered viewports and in renders"""
@@ -34,6 +37,9 @@ class SPECTRAL_PT_look(bpy.types.Panel):
         column.use_property_split = True
         column.use_property_decorate = False
         column.prop(settings, "samples", text="Samples")
+        column.prop(settings, "denoise")
+        if settings.denoise and (missing := jobs.missing_denoiser()):
+            wrapped(column, context, missing)
         column.prop(settings, "preview_lamp")
 
 

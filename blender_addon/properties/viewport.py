@@ -50,6 +50,11 @@ class SpectralViewport(bpy.types.PropertyGroup):
         name="Viewport Samples", default=256, min=1, soft_max=4096, update=changed,
         description="Light paths per pixel after which the Rendered viewport stops",
     )  # fmt: skip
+    denoise: BoolProperty(
+        name="Denoise", default=False, update=changed,
+        description="Smooth the noise of Rendered viewports with Open Image Denoise, first after one sample per pixel. "
+        "Fine detail may blur at first",
+    )  # fmt: skip
     is_paused: BoolProperty(
         name="Pause", default=False, update=changed,
         description="Keep the Rendered viewport as it is, and leave the processor to other work",

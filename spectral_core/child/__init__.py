@@ -39,6 +39,14 @@ def lower_priority() -> None:
         os.nice(int(sys.argv[1]))
 
 
+def memory_bytes() -> int:
+    """Resident memory of this process in bytes; 0 if the system does not report it."""
+    try:
+        return int(Path("/proc/self/statm").read_text("ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError, AttributeError):
+        return 0
+
+
 def trusted_path() -> list[str]:
     """``sys.path`` without the current folder, relative entries and the user's site.
 

@@ -239,10 +239,11 @@ class ViewSession:
         size = region.width, region.height
         border = border_of(context.region_data, space, seen, depsgraph.scene)  # the original knows it at once
         part = None if border is None else pixels_of(border, size)
-        key = (*size, samples, exposure, stage, part)
+        denoise = depsgraph.scene.spectral.viewport.denoise and not jobs.missing_denoiser()
+        key = (*size, samples, exposure, stage, part, denoise)
         if key == side.key and viewpoint.same_as(side.viewpoint) and not side.changed:
             return 0.0
-        request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part)
+        request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part, denoise)
         side.generation = self.link.look(side.name, request, self._redraw)
         if side.changed:
             side.since = side.generation

@@ -258,7 +258,7 @@ class LiveLink:
                 kept.trouble = content.message
             told = kept.on_news
             self._news.notify_all()
-            too_large = kind == "frame" and self._limits.is_too_large(content.memory)
+            too_large = kind == "frame" and self._limits.is_too_large(content.memory - content.denoiser_memory)
         inform(told)
         if too_large:
             self._replace(worker)

@@ -31,7 +31,8 @@ class Frame:
     ``corner``: its lower left pixel in the view, (0, 0) without a border.
     ``samples``: per pixel of a full picture. ``seconds``: since the request was received. ``memory``: bytes of the
     process. ``how``: how the last change of the scene was made, ``LOADED`` or the edited parts. ``recordings``: of
-    launches since the scene was loaded.
+    launches since the scene was loaded. ``is_denoised``: True if the pixels are denoised; ``denoiser_memory``: bytes of
+    ``memory`` that the filter takes.
     """
 
     view: str
@@ -47,6 +48,8 @@ class Frame:
     is_spectral: bool
     recordings: int
     notes: tuple[Note, ...] = ()
+    is_denoised: bool = False
+    denoiser_memory: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import itertools
 import time
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.denoise import Quality
 from spectral_core.render.live.passes import Launcher, block_order
 from spectral_core.render.live.view import ViewRequest
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -21,6 +24,22 @@ SHOWN_S = 0.15
 """Time between two pictures after the first full one: each redraw of Blender takes time from the renderer."""
 MOST_SAMPLES = 16
 """Samples per pixel of one launch."""
+DENOISED_S, DENOISED_SHARE = 3.0, 0.25
+"""A picture is denoised again when its samples have doubled, or after this time at the earliest, and so that the filter
+takes at most this share of the time.
+"""
+_numbers = itertools.count(1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clean:
+    """Denoised ``pixels`` (rows, columns, 4) of a picture with ``samples``; ``again``: time (``time.perf_counter``)
+    after which more samples are denoised.
+    """
+
+    pixels: Pixels
+    samples: int
+    again: float
 
 
 class ViewPicture:
@@ -31,6 +50,7 @@ class ViewPicture:
 
         mi = launcher._mi
         self._launcher, self.request, self.stride = launcher, request, stride
+        self.number = next(_numbers)
         self._order = block_order(stride)
         self.columns, self.rows = -(-request.part[2] // stride), -(-request.part[3] // stride)
         count = self.columns * self.rows
@@ -50,11 +70,41 @@ class ViewPicture:
         self._shown = 0.0
         self.seconds = 0.0
         self.latest_seconds, self.latest_samples = 0.0, 1
+        self.clean: Clean | None = None
+        """The latest denoised picture, which is shown until the next one."""
+        self.why_noisy = ""
+        """Why the picture cannot be denoised, "" without an error."""
 
     @property
     def is_done(self) -> bool:
         """True if it has all requested samples."""
         return self.samples >= self.request.samples
+
+    @property
+    def is_complete(self) -> bool:
+        """True if no other picture follows."""
+        is_clean = self.clean is not None and self.clean.samples == self.samples
+        return self.is_done and (is_clean or not self._is_denoised)
+
+    @property
+    def _is_denoised(self) -> bool:
+        return self.request.denoise and not self.why_noisy
+
+    @property
+    def wants_denoising(self) -> bool:
+        """True if the full picture has many more samples than the one that was denoised last."""
+        if not self._is_denoised or not self.samples:
+            return False
+        if self.clean is None:
+            return True
+        is_old = time.perf_counter() > self.clean.again and not self._next
+        is_better = self.samples >= 2 * self.clean.samples or is_old or self.is_done
+        return is_better and self.samples > self.clean.samples
+
+    @property
+    def quality(self) -> Quality:
+        """Quality of the filter: the best one for the complete picture."""
+        return "high" if self.is_done else "fast"
 
     @property
     def level(self) -> int:
@@ -98,6 +148,18 @@ class ViewPicture:
                 self._sweep = max(1, self._sweep // 2)
             return True
         return self.level != before or (self.samples > 0 and time.perf_counter() - self._shown > SHOWN_S)
+
+    def clean_up(self, pixels: Pixels, samples: int, seconds: float, why: str) -> None:
+        """Show denoised pixels from now on; after a failure (``why``) those with their noise. ``seconds``: time of the
+        filter.
+        """
+        self.why_noisy = why
+        again = time.perf_counter() + max(DENOISED_S, seconds / DENOISED_SHARE - seconds)
+        self.clean = None if why else Clean(pixels, samples, again)
+
+    def shown(self) -> tuple[Pixels, int]:
+        """What a view shows: pixels (rows, columns, 4), and the samples of each."""
+        return (self.pixels(), self.samples) if self.clean is None else (self.clean.pixels, self.clean.samples)
 
     def pixels(self) -> Pixels:
         """(rows, columns, 4) linear sRGB and coverage of the finest complete grid, row 0 at the bottom."""

@@ -3,27 +3,22 @@
 
 from __future__ import annotations
 
-import faulthandler
-import os
 import queue
-import signal
-import sys
-import threading
 import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
-from spectral_core.child import lower_priority
+from spectral_core.child import memory_bytes
 from spectral_core.errors import SpectralError
+from spectral_core.render.denoise_thread import Denoised, DenoiseThread
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.messages import AreaName, Frame, Trouble
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import ViewRequest
-from spectral_core.render.process.messages import receive, send
+from spectral_core.render.process import serving
 from spectral_core.render.same import equal
 from spectral_core.scene import Scene
 
@@ -61,10 +56,18 @@ class Server:
     """Serves one session.
 
     ``tell``: sends a message to it. ``hear_more``: called after each launch; hears the messages that have come.
+    ``post``: called on another thread; has this server hear a message of its own.
     """
 
-    def __init__(self, tell: Any, hear_more: Callable[[Server], None] = lambda _server: None) -> None:
+    def __init__(
+        self,
+        tell: Any,
+        hear_more: Callable[[Server], None] = lambda _server: None,
+        post: Callable[[tuple[str, Any]], None] = lambda _message: None,
+    ) -> None:
         self._tell, self._hear_more = tell, hear_more
+        self._denoiser = DenoiseThread(lambda denoised: post(("denoised", denoised)))
+        self._denoised = 0  # number of the picture that is denoised at present; a reference would keep its scene
         self._stages: dict[str, _Kept] = {}
         self._views: dict[str, _View] = {}
         self._paused: set[str] = set()  # views that are traced no further until they are resumed
@@ -110,6 +113,8 @@ class Server:
         elif kind == "close":
             self._close(content)
             self._paused.discard(content)
+        elif kind == "denoised":
+            self._take(content)
         elif kind == "drop":
             self._stages.pop(content, None)
             for name in [name for name, view in self._views.items() if view.request.stage == content]:
@@ -146,16 +151,16 @@ class Server:
             if kept.is_pending and kept.scene is not None and not self._rests(name):
                 self._bring_up(name, kept)
         found = self._next_view()
-        if found is None:
-            return
-        name, view = found
-        kept = self._stages[view.request.stage]
-        try:
-            self._trace(name, view, kept)
-        except SpectralError as error:
-            self._say_trouble(view.request.stage, kept, str(error))
-        except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
-            self._recover(view.request.stage, kept, error)
+        if found is not None:
+            name, view = found
+            kept = self._stages[view.request.stage]
+            try:
+                self._trace(name, view, kept)
+            except SpectralError as error:
+                self._say_trouble(view.request.stage, kept, str(error))
+            except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
+                self._recover(view.request.stage, kept, error)
+        self._denoise()
 
     def _bring_up(self, name: str, kept: _Kept) -> None:
         for view in self._views.values():  # they refer to the scene before the change
@@ -209,7 +214,7 @@ class Server:
         kept = self._stages.get(view.request.stage)
         if kept is None or kept.scene is None or kept.trouble:
             return False
-        return view.picture is None or not view.picture.is_done
+        return view.picture is None or not (view.picture.is_done or view.picture.number == self._denoised)
 
     def _trace(self, name: str, view: _View, kept: _Kept) -> None:
         stage, request = kept.stage, view.request
@@ -226,19 +231,44 @@ class Server:
         # After a change nobody needs the whole picture, whose conversion would hold up the change. The first picture of
         # each change is shown: otherwise changes that follow each other fast would show nothing.
         is_present = view.picture is picture and not kept.is_pending
-        if shows_more and self._views.get(name) is view and (is_present or picture.launches == 1):
+        if shows_more and self._views.get(name) is view and (is_present or picture.launches == 1) and not picture.clean:
             self._show(name, view, kept, picture, view.request if view.picture is picture else request)
 
     def _show(self, name: str, view: _View, kept: _Kept, picture: ViewPicture, request: ViewRequest) -> None:
         """Tell the session what a view shows now; ``request``: the one that the picture answers."""
         stage = kept.stage
-        place = view.area.write(picture.pixels())
+        pixels, samples = picture.shown()
+        place = view.area.write(pixels)
         spent, corner = time.monotonic() - view.started, request.part[:2]
         self._tell(("frame", Frame(
-            name, request.generation, place, picture.level, corner, picture.samples, picture.is_done, spent,
+            name, request.generation, place, picture.level, corner, samples, picture.is_complete, spent,
             memory_bytes(), stage.how, stage.plan.is_spectral, stage.launcher.recordings,
-            stage.notes if picture.launches == 1 else (),
+            stage.notes if picture.launches == 1 else (), picture.clean is not None, self._denoiser.memory,
         )))  # fmt: skip
+        if picture.why_noisy:
+            self._tell(("trouble", Trouble(name, request.generation, picture.why_noisy)))
+
+    def _denoise(self) -> None:
+        """Denoise a picture that has many more samples than when it was last denoised."""
+        if self._denoised:
+            return
+        for name, view in self._views.items():
+            picture = view.picture
+            if picture is not None and picture.wants_denoising and name not in self._paused:
+                self._denoised = picture.number
+                self._denoiser.start((picture.number, picture.samples), picture.pixels().copy(), picture.quality)
+                return
+
+    def _take(self, denoised: Denoised) -> None:
+        """Show a denoised picture, unless its view or its scene has changed since."""
+        self._denoised = 0
+        number, samples = denoised.subject
+        for name, view in self._views.items():
+            picture, kept = view.picture, self._stages.get(view.request.stage)
+            if picture is None or picture.number != number or kept is None or kept.is_pending or kept.trouble:
+                continue
+            picture.clean_up(denoised.pixels, samples, denoised.seconds, denoised.why)
+            self._show(name, view, kept, picture, view.request)
 
     def _stride(self, request: ViewRequest, kept: _Kept) -> int:
         """Step of the first picture, chosen so that it is fast."""
@@ -246,53 +276,20 @@ class Server:
         return next(stride for stride, longest in STRIDES.items() if per_grid / stride**2 <= longest)
 
 
-def memory_bytes() -> int:
-    """Resident memory of this process in bytes; 0 if the system does not report it."""
-    try:
-        return int(Path("/proc/self/statm").read_text("ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
-    except (OSError, ValueError, AttributeError):
-        return 0
-
-
 def main() -> None:
     """Serve until the input closes."""
-    faulthandler.enable()
-    lower_priority()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session handles Ctrl-C
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # output of libraries goes to the log, not between the messages
     messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(sys.stdin.buffer, messages), daemon=True).start()
-    send(answers, ("ready", os.getpid()))
 
     def hear_more(server: Server) -> None:
         while not messages.empty():
             server.hear(*messages.get())
 
-    server = Server(lambda message: _tell(answers, message), hear_more)
+    server = Server(serving.begin(messages.put), hear_more, messages.put)
     while True:
         if server.is_idle:
             server.hear(*messages.get())
         hear_more(server)
         server.work()
-
-
-def _listen(stream: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
-    while True:
-        try:
-            messages.put(receive(stream))
-        except (EOFError, OSError):
-            os._exit(0)  # the session has ended
-        except Exception:  # noqa: BLE001 - the rest of the stream means nothing; the session starts another process
-            traceback.print_exc()
-            os._exit(1)
-
-
-def _tell(answers: BinaryIO, message: Any) -> None:
-    try:
-        send(answers, message)
-    except OSError:
-        os._exit(0)
 
 
 if __name__ == "__main__":

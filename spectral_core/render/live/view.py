@@ -129,7 +129,8 @@ class ViewRequest:
 
     ``stage``: the scene's stage. ``width``, ``height`` in pixels. ``samples``: per pixel, after which the view is
     complete. ``generation``: number of the request, returned with the pictures. ``exposure``: factor on the picture.
-    ``border``: left, bottom, width and height in pixels of the part that is traced; None for all.
+    ``border``: left, bottom, width and height in pixels of the part that is traced; None for all. ``denoise``: True to
+    denoise full pictures.
     """
 
     stage: str
@@ -140,6 +141,7 @@ class ViewRequest:
     generation: int
     exposure: float = 1.0
     border: tuple[int, int, int, int] | None = None
+    denoise: bool = False
 
     def __post_init__(self) -> None:
         require_range("view width", self.width, 1, 65536, " pixels")

@@ -6,42 +6,42 @@ It lives as long as the session that started it: when its input closes, for any 
 
 from __future__ import annotations
 
-import faulthandler
 import gc
-import os
 import queue
-import signal
-import sys
 import threading
 from collections.abc import Callable
 from functools import partial
-from typing import Any, BinaryIO
+from typing import Any
 
-from spectral_core.child import lower_priority
 from spectral_core.errors import RenderError, SpectralError
-from spectral_core.render.process.messages import receive, send
+from spectral_core.render.process import serving
+
+Tell = Callable[[Any], None]
+"""Sends an answer to the session."""
 
 
 def main() -> None:
     """Serve render requests until the input closes."""
-    faulthandler.enable()
-    lower_priority()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session handles Ctrl-C
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # output of libraries goes to the log, not between the messages
     requests: queue.SimpleQueue[Any] = queue.SimpleQueue()
     stop = threading.Event()
-    threading.Thread(target=_listen, args=(sys.stdin.buffer, requests, stop), daemon=True).start()
-    send(answers, ("ready", os.getpid()))
+
+    def hear(message: tuple[str, Any]) -> None:
+        """Pass requests on, and recognize "stop" during a render."""
+        if message[0] == "stop":
+            stop.set()
+        else:
+            requests.put(message)
+
+    tell = serving.begin(hear)
     is_loaded = False
     while True:
         kind, content = requests.get()
         stop.clear()
         if kind == "call":
-            _answer_with(answers, partial(call, *content))
+            _answer_with(tell, partial(call, *content))
         else:
             scene, options = content
-            _answer(answers, scene, options, stop)
+            _answer(tell, scene, options, stop)
             del scene, options
         del content
         gc.collect()
@@ -50,19 +50,6 @@ def main() -> None:
             # need not walk over them, which takes some 30 ms each.
             gc.freeze()
             is_loaded = True
-
-
-def _listen(stream: BinaryIO, requests: queue.SimpleQueue[Any], stop: threading.Event) -> None:
-    """Pass requests on, and recognize "stop" during a render."""
-    while True:
-        try:
-            kind, content = receive(stream)
-        except (EOFError, OSError):
-            os._exit(0)  # the session has ended; a running render has no reader
-        if kind == "stop":
-            stop.set()
-        else:
-            requests.put((kind, content))
 
 
 def call(name: str, arguments: tuple[Any, ...]) -> Any:
@@ -74,35 +61,33 @@ def call(name: str, arguments: tuple[Any, ...]) -> Any:
     return known[name](*arguments)
 
 
-def _answer(answers: BinaryIO, scene: Any, options: dict[str, Any], stop: threading.Event) -> None:
+def _answer(tell: Tell, scene: Any, options: dict[str, Any], stop: threading.Event) -> None:
     from spectral_core.render.still import render_scene
 
     _answer_with(
-        answers,
+        tell,
         lambda: render_scene(
             scene,
-            on_progress=lambda progress: send(answers, ("progress", progress)),
+            on_progress=lambda progress: tell(("progress", progress)),
             should_stop=stop.is_set,
             **options,
         ),
     )
 
 
-def _answer_with(answers: BinaryIO, answer: Callable[[], Any]) -> None:
+def _answer_with(tell: Tell, answer: Callable[[], Any]) -> None:
     """Send the result of ``answer``, or the error that it raises."""
     try:
-        send(answers, ("done", answer()))
+        tell(("done", answer()))
     except SpectralError as error:
-        send(answers, ("error", (type(error).__name__, str(error))))
-    except (BrokenPipeError, EOFError):
-        os._exit(0)
+        tell(("error", (type(error).__name__, str(error))))
     except MemoryError:
-        send(answers, ("error", (RenderError.__name__, "the render process ran out of memory")))
+        tell(("error", (RenderError.__name__, "the render process ran out of memory")))
     except Exception as error:
         import traceback
 
         traceback.print_exc()
-        send(answers, ("error", (RenderError.__name__, f"the renderer failed: {type(error).__name__}: {error}")))
+        tell(("error", (RenderError.__name__, f"the renderer failed: {type(error).__name__}: {error}")))
 
 
 if __name__ == "__main__":
