@@ -90,7 +90,7 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
     samples, seconds = min(frame.samples for frame in frames), max(frame.seconds for frame in frames)
     left = f" | {left_s:.0f} s left" if (left_s := time_left(samples, settings.samples, seconds)) >= 1 else ""
     memory = max(frame.memory for frame in frames) / 1e6
-    denoised = " | denoised" if all(frame.is_denoised for frame in frames) else ""
+    denoised = ", denoised" if all(frame.is_denoised for frame in frames) else ""
     state = f"{kind} | Sample {samples}/{settings.samples}{denoised} | {seconds:.1f} s{left} | {memory:.0f} MB"
     if settings.is_paused:
         return state, "Paused"
