@@ -18,7 +18,7 @@ import numpy as np
 
 from spectral_core.child import memory_bytes
 from spectral_core.errors import SpectralError
-from spectral_core.render.denoise import Pixels, Quality, denoise
+from spectral_core.render.denoise import Guides, Pixels, Quality, denoise
 
 NICENESS = 15
 """Of the thread, and of the threads of the filter, which inherit it."""
@@ -44,25 +44,25 @@ class DenoiseThread:
 
     def __init__(self, post: Callable[[Denoised], None]) -> None:
         self._post = post
-        self._inbox: queue.SimpleQueue[tuple[Any, Pixels, Quality]] = queue.SimpleQueue()
+        self._inbox: queue.SimpleQueue[tuple[Any, Pixels, Guides | None, Quality]] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
         self.memory = 0
         """Bytes by which this process has grown for the filter."""
 
-    def start(self, subject: Any, pixels: Pixels, quality: Quality) -> None:
+    def start(self, subject: Any, pixels: Pixels, guides: Guides | None, quality: Quality) -> None:
         """Denoise ``pixels`` (height, width, 4), which nobody may change any more."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, daemon=True)
             self._thread.start()
-        self._inbox.put((subject, pixels, quality))
+        self._inbox.put((subject, pixels, guides, quality))
 
     def _run(self) -> None:
         _give_way()
         while True:
-            subject, pixels, quality = self._inbox.get()
+            subject, pixels, guides, quality = self._inbox.get()
             start, before, made, why = time.perf_counter(), memory_bytes(), pixels, ""
             try:
-                made = denoise(np.where(np.isfinite(pixels), pixels, np.float32(0.0)), quality=quality)
+                made = denoise(np.where(np.isfinite(pixels), pixels, np.float32(0.0)), guides, quality=quality)
             except Exception as error:  # noqa: BLE001 - the picture is shown with its noise, and the view says why
                 if not isinstance(error, SpectralError):
                     traceback.print_exc()

@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -17,7 +17,9 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from spectral_core.errors import MissingDependencyError
-from spectral_core.render import denoise_thread
+from spectral_core.render import denoise_thread, plan_effects
+from spectral_core.render.denoise import Guides
+from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.live import picture as picture_module
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.changes import difference
@@ -27,7 +29,7 @@ from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.running import MEMORY_ALLOWANCE, MEMORY_GROWTH, Limits
 from spectral_core.render.live.server import Server
 from spectral_core.render.live.view import Viewpoint, ViewRequest
-from spectral_core.scene import Color, Scene
+from spectral_core.scene import Color, RenderSettings, ScatteringMedium, Scene, World
 from tests.live import test_live_session as session
 from tests.live.test_live_session import HEIGHT, WIDTH, with_surface
 
@@ -42,13 +44,15 @@ class Filter:
 
     def __init__(self) -> None:
         self.given: list[np.ndarray] = []
+        self.guides: list[Guides | None] = []
         self.qualities: list[str] = []
         self.may_go = threading.Event()
         self.may_go.set()
         self.fails_with: Exception | None = None
 
-    def __call__(self, pixels: np.ndarray, guides: None = None, *, quality: str) -> np.ndarray:
+    def __call__(self, pixels: np.ndarray, guides: Guides | None = None, *, quality: str) -> np.ndarray:
         self.given.append(pixels)
+        self.guides.append(guides)
         self.qualities.append(quality)
         assert self.may_go.wait(PATIENCE_S)
         if self.fails_with is not None:
@@ -144,6 +148,34 @@ def test_the_filter_gets_the_picture_itself(scene: Scene, view: Session, denoise
     plain.area.remove()
 
 
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_the_filter_is_guided_as_in_a_render(
+    scene: Scene, denoiser: Filter, transport: Literal["rgb", "spectral"]
+) -> None:
+    """Albedo and normals of the view are those of a still picture, but for their noise at edges."""
+    seen = replace(scene, settings=RenderSettings(transport=transport))
+    view = Session(seen, 2)
+    view.finish()
+    view.area.remove()
+    guides = RenderJob(seen, plan_effects(seen), Measure()).guides()
+    assert guides is not None
+    for found in denoiser.guides:
+        assert found is not None
+        for name in ("albedo", "normal"):
+            apart = np.abs(getattr(found, name) - getattr(guides, name))
+            assert np.quantile(apart, 0.8) < 0.02 and apart.mean() < 0.03, name
+    assert guides.albedo.std() > 0.1 and guides.normal.std() > 0.1
+
+
+def test_a_medium_has_no_guides(scene: Scene, denoiser: Filter) -> None:
+    """Surfaces behind it say little about the picture."""
+    fog = World(Color([0.2, 0.2, 0.2]), medium=ScatteringMedium(density=0.01))
+    view = Session(replace(scene, world=fog), 2)
+    view.finish()
+    view.area.remove()
+    assert denoiser.guides == [None, None] and view.frames[-1].is_denoised
+
+
 def test_a_picture_is_not_traced_while_it_is_denoised(view: Session, denoiser: Filter) -> None:
     """The filter has a low priority, and would take long beside the renderer."""
     denoiser.may_go.clear()
@@ -202,7 +234,7 @@ def test_numbers_that_are_not_finite_reach_no_filter(view: Session, denoiser: Fi
     posted: queue.SimpleQueue[Any] = queue.SimpleQueue()
     thread = denoise_thread.DenoiseThread(posted.put)
     pixels = np.full((2, 3, 4), np.nan, np.float32)
-    thread.start("subject", pixels, "fast")
+    thread.start("subject", pixels, None, "fast")
     answer = posted.get(timeout=PATIENCE_S)
     assert answer.subject == "subject" and not answer.why
     assert np.all(denoiser.given[-1] == 0.0)

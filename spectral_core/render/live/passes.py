@@ -8,6 +8,7 @@ replayed with other numbers; if recording fails, every launch is traced anew and
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +21,7 @@ from spectral_core.render.lens.panorama import DrJitMath, direction_by
 from spectral_core.render.live.held import held, lay_open
 from spectral_core.render.live.view import NUMBERS, PLAIN_NUMBERS
 from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
+from spectral_core.render.trace.guides import first_seen, guide_wavelengths
 from spectral_core.render.trace.measure.spectral_measure import Drawn
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.scene import Camera, Film
@@ -40,11 +42,13 @@ def block_order(stride: int) -> list[tuple[int, int]]:
 class Launcher(Accumulator):
     """Traces launches of one loaded scene; all of its views share the recording."""
 
-    def __init__(self, loaded: Loaded, film: Film, unit: float) -> None:
+    def __init__(self, loaded: Loaded, film: Film, unit: float, *, has_guides: bool = True) -> None:
         import drjit
 
         self.unit = unit
         """The renderer's units per unit of the scene."""
+        self.has_guides = has_guides
+        """False if volumes or media are in front of the surfaces, whose albedo then guides no denoiser."""
 
         sampling = replace(film, width=1, height=1, crop=None)
         super().__init__(loaded.mitsuba, Camera(world_from_camera=np.eye(4)), sampling, loaded.wavelengths)
@@ -54,7 +58,7 @@ class Launcher(Accumulator):
         self._frame: Any = None
         self._freeze = drjit.freeze
         self._frozen: dict[str, Any] = {}
-        self._kind = ""
+        self._kind, self._is_guiding = "", False
         self.is_recorded = True
         """True if launches are recorded and replayed, which saves most of their time."""
 
@@ -80,14 +84,29 @@ class Launcher(Accumulator):
 
         ``camera``, ``kind``: ``Viewpoint.numbers`` and its kind, by which launches are recorded; ``numbers``: columns
         of the grid, its step and its offset in x and y in pixels, first and last sample, seed, width and height of the
-        picture.
+        picture, then ``MOST_PASSED``.
         """
+        return self._replayed(self._launch, kind, camera, numbers, lane, sums)
+
+    def guide(self, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any], kind: str = "") -> tuple[Any, Any]:
+        """Sums (albedo, normal) of the first visible surfaces, like ``trace``."""
+        self._is_guiding = True
+        try:
+            return self._replayed(self._launch_guides, f"guides {kind}", camera, numbers, lane, sums)
+        finally:
+            self._is_guiding = False
+
+    def _replayed(
+        self, plain: Callable[..., Any], name: str, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any]
+    ) -> tuple[Any, Any]:
+        """The result of a launch that is recorded under a name."""
         if self._inputs is None:
             self.refresh()
-        self._kind, self._sees_partly = kind, bool(kind)
-        if kind not in self._frozen:
-            self._frozen[kind] = self._freeze(self._launch)
-        launch = self._frozen[kind] if self.is_recorded else self._launch
+        self._kind = name.removeprefix("guides ") if self._is_guiding else name
+        self._sees_partly = bool(self._kind)
+        if name not in self._frozen:
+            self._frozen[name] = self._freeze(plain)
+        launch = self._frozen[name] if self.is_recorded else plain
         try:
             result = launch(self._inputs, camera, numbers, lane, sums)
         except RuntimeError as error:
@@ -95,22 +114,14 @@ class Launcher(Accumulator):
                 raise
             print(f"live view: launches are not recorded; Dr.Jit reports: {error}")
             self.is_recorded = False
-            result = self._launch(self._inputs, camera, numbers, lane, sums)
+            result = plain(self._inputs, camera, numbers, lane, sums)
         finally:
             self._camera = self._frame = None
         return result
 
     def _launch(self, inputs: Any, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any]) -> tuple[Any, Any]:
-        mi, dr = self._mi, self._dr
-        columns, stride, left, bottom, first, total, seed, width, height = (
-            dr.gather(mi.UInt32, numbers, mi.UInt32(k)) for k in range(9)
-        )
-        # lanes past the end of the last packet read 0, and a division by 0 ends the process
-        columns = dr.maximum(columns, 1)
-        x, y = (lane % columns) * stride + left, (lane // columns) * stride + bottom
-        corner = mi.Point2f(mi.Float(x), mi.Float(y))
-        self._camera, self._frame = camera, (mi.Float(width), mi.Float(height))
-        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(y * width + x, seed, 6)[0])
+        dr = self._dr
+        corner, sampler, first, total, _ = self._begin(camera, numbers, lane)
         first_hit, integrator = self._loaded.first_hit, self._loaded.integrator
 
         def body(index: Any, color: Any, covered: Any) -> Any:
@@ -125,6 +136,43 @@ class Launcher(Accumulator):
             (first, *sums), lambda index, *_: index < total, body, labels=("index", "color", "covered")
         )
         return color, covered
+
+    def _launch_guides(
+        self, inputs: Any, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any]
+    ) -> tuple[Any, Any]:
+        corner, sampler, first, total, most = self._begin(camera, numbers, lane)
+        first_hit = self._loaded.first_hit
+
+        def body(index: Any, albedo: Any, normal: Any) -> Any:
+            sampler.begin(index)
+            ray, _ = self._ray(corner, sampler)
+            color, direction = first_seen(first_hit, first_hit.past_hidden(ray), sampler, most)
+            return index + 1, albedo + color, normal + direction
+
+        _, albedo, normal = self._dr.while_loop(
+            (first, *sums), lambda index, *_: index < total, body, labels=("index", "albedo", "normal")
+        )
+        return albedo, normal
+
+    def _begin(self, camera: Any, numbers: Any, lane: Any) -> tuple[Any, ...]:
+        """Corner of the pixel of each lane, its sampler, its first and last sample, and ``MOST_PASSED``."""
+        mi, dr = self._mi, self._dr
+        columns, stride, left, bottom, first, total, seed, width, height, most = (
+            dr.gather(mi.UInt32, numbers, mi.UInt32(k)) for k in range(10)
+        )
+        # lanes past the end of the last packet read 0, and a division by 0 ends the process
+        columns = dr.maximum(columns, 1)
+        x, y = (lane % columns) * stride + left, (lane // columns) * stride + bottom
+        self._camera, self._frame = camera, (mi.Float(width), mi.Float(height))
+        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(y * width + x, seed, 6)[0])
+        return mi.Point2f(mi.Float(x), mi.Float(y)), sampler, first, total, most
+
+    def _draw_wavelengths(self, ray: Any, sampler: Any) -> Drawn | None:
+        if not self._is_guiding:
+            return super()._draw_wavelengths(ray, sampler)
+        if self.plan is not None:
+            ray.wavelengths = guide_wavelengths(self._mi)
+        return None
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Drawn | None]:
         """Ray of a sample through the view's window; the kernel reads all of its numbers from memory."""

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.denoise import Quality
+from spectral_core.render.denoise import Guides, Quality
 from spectral_core.render.live.passes import Launcher, block_order
 from spectral_core.render.live.view import ViewRequest
+from spectral_core.render.trace.guides import MOST_PASSED
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
 Pixels = NDArray[np.float32]
@@ -28,6 +29,8 @@ DENOISED_S, DENOISED_SHARE = 3.0, 0.25
 """A picture is denoised again when its samples have doubled, or after this time at the earliest, and so that the filter
 takes at most this share of the time.
 """
+GUIDE_SAMPLES = 4
+"""Rays per pixel of the albedo and normals that guide the filter."""
 _numbers = itertools.count(1)
 
 
@@ -72,6 +75,8 @@ class ViewPicture:
         self.latest_seconds, self.latest_samples = 0.0, 1
         self.clean: Clean | None = None
         """The latest denoised picture, which is shown until the next one."""
+        self._seen: Pixels | None = None  # albedo and normals
+        self._guided = 0
         self.why_noisy = ""
         """Why the picture cannot be denoised, "" without an error."""
 
@@ -93,7 +98,7 @@ class ViewPicture:
     @property
     def wants_denoising(self) -> bool:
         """True if the full picture has many more samples than the one that was denoised last."""
-        if not self._is_denoised or not self.samples:
+        if not self._is_denoised or not self.samples or self._lacks_guides:
             return False
         if self.clean is None:
             return True
@@ -115,18 +120,22 @@ class ViewPicture:
             return 1
         return next((self.stride // (1 << k) for k in (4, 3, 2, 1, 0) if self._next >= 4**k and self.stride >> k), 0)
 
+    @property
+    def _lacks_guides(self) -> bool:
+        """True if albedo and normals are traced next, after the first full picture."""
+        return self._is_denoised and self.samples > 0 and self._launcher.has_guides and self._guided < len(self._order)
+
     def step(self) -> bool:
         """Trace the next launch. True if there is more to show than before."""
+        if self._lacks_guides:
+            self._guide()
+            return False
         import drjit as dr
 
-        mi, place, before = self._launcher._mi, self._order[self._next], self.level
+        place, before = self._order[self._next], self.level
         first = self._counts.get(place, 0)
         last = min(first + self._sweep, self.request.samples)
-        left, bottom, *_ = self.request.part
-        corner = place[0] + left, place[1] + bottom
-        size = self.request.width, self.request.height
-        seed = (self._launcher.film.seed * 2654435761 + 1) & 0xFFFFFFFF
-        numbers = mi.UInt32([self.columns, self.stride, *corner, first, last, seed, *size])
+        numbers = self._numbers_of(place, first, last)
         start = time.perf_counter()
         sums = self._launcher.trace(
             self._camera, numbers, self._lane, self._sums.get(place, self._blank), self.request.viewpoint.kind
@@ -148,6 +157,39 @@ class ViewPicture:
                 self._sweep = max(1, self._sweep // 2)
             return True
         return self.level != before or (self.samples > 0 and time.perf_counter() - self._shown > SHOWN_S)
+
+    def _numbers_of(self, place: tuple[int, int], first: int, last: int) -> Any:
+        """The numbers of a launch over the pixels at an offset in each block."""
+        left, bottom, *_ = self.request.part
+        corner = place[0] + left, place[1] + bottom
+        size = self.request.width, self.request.height
+        seed = (self._launcher.film.seed * 2654435761 + 1) & 0xFFFFFFFF
+        return self._launcher._mi.UInt32([self.columns, self.stride, *corner, first, last, seed, *size, MOST_PASSED])
+
+    def _guide(self) -> None:
+        """Trace albedo and normals of the pixels at the next offset in each block."""
+        import drjit as dr
+
+        mi, (x, y) = self._launcher._mi, self._order[self._guided]
+        if self._seen is None:
+            self._seen = np.zeros((self.rows * self.stride, self.columns * self.stride, 6), np.float32)
+        blank = mi.Vector3f(*(dr.opaque(mi.Float, 0.0, self.columns * self.rows) for _ in range(3)))
+        sums = self._launcher.guide(
+            self._camera, self._numbers_of((x, y), 0, GUIDE_SAMPLES), self._lane, (self._blank[0], blank),
+            self.request.viewpoint.kind,
+        )  # fmt: skip
+        part = np.concatenate([np.array(each, dtype=np.float32).T for each in sums], axis=1) / GUIDE_SAMPLES
+        self._seen[y :: self.stride, x :: self.stride] = part.reshape(self.rows, self.columns, 6)
+        self._guided += 1
+        self.launches += 1
+
+    def guides(self) -> Guides | None:
+        """Albedo and normals, once they are traced; None without them."""
+        if self._seen is None:
+            return None
+        width, height = self.request.part[2:]
+        seen = self._seen[:height, :width]
+        return Guides(np.clip(seen[..., :3], 0.0, 1.0), np.clip(seen[..., 3:], -1.0, 1.0))
 
     def clean_up(self, pixels: Pixels, samples: int, seconds: float, why: str) -> None:
         """Show denoised pixels from now on; after a failure (``why``) those with their noise. ``seconds``: time of the

@@ -256,7 +256,8 @@ class Server:
             picture = view.picture
             if picture is not None and picture.wants_denoising and name not in self._paused:
                 self._denoised = picture.number
-                self._denoiser.start((picture.number, picture.samples), picture.pixels().copy(), picture.quality)
+                subject = picture.number, picture.samples
+                self._denoiser.start(subject, picture.pixels().copy(), picture.guides(), picture.quality)
                 return
 
     def _take(self, denoised: Denoised) -> None:

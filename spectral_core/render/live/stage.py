@@ -132,7 +132,8 @@ class Stage:
         self._spare = self._job.loaded.scene.parts.context.meshes.spare_shapes()
         if sum(len(mesh.triangles) for mesh in simulated.meshes) <= MOST_WARMED:
             edits.Edit(self._job.loaded, simulated, simulated).warm()
-        self._launcher = Launcher(self._job.loaded, scene.film, self._job.unit)
+        has_guides = not (scene.volumes or plan.is_on("media"))
+        self._launcher = Launcher(self._job.loaded, scene.film, self._job.unit, has_guides=has_guides)
         self._trees = Trees.of(self._job.loaded.scene.scene, self._spare[0])
         self.scene, self._simulated, self._plan = scene, simulated, plan
         self.loads += 1

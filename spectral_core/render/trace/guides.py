@@ -37,14 +37,14 @@ class GuidePass(Accumulator):
         columns = dr.opaque(mi.UInt32, width)
         corner = mi.Point2f(mi.Float(pixel % columns) + left, mi.Float(pixel // columns) + bottom)
         sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, dr.opaque(mi.UInt32, self.film.seed), 6)[0])
-        total = dr.opaque(mi.UInt32, samples)
+        total, most = dr.opaque(mi.UInt32, samples), dr.opaque(mi.UInt32, MOST_PASSED)
         count = width * height
         zeros = lambda: dr.opaque(mi.Float, 0.0, count)  # noqa: E731
 
         def body(index: Any, albedo: Any, normal: Any) -> Any:
             sampler.begin(index)
             ray, _ = self._ray(corner, sampler)
-            color, direction = self._first_seen(first_hit, first_hit.past_hidden(ray), sampler)
+            color, direction = first_seen(first_hit, first_hit.past_hidden(ray), sampler, most)
             return index + 1, albedo + color, normal + direction
 
         _, albedo, normal = dr.while_loop(
@@ -60,37 +60,46 @@ class GuidePass(Accumulator):
 
     def _draw_wavelengths(self, ray: Any, sampler: Any) -> None:
         if self._spectral:
-            ray.wavelengths = self._mi.Spectrum(*RED_GREEN_BLUE_NM, RED_GREEN_BLUE_NM[1])
+            ray.wavelengths = guide_wavelengths(self._mi)
 
-    def _first_seen(self, first_hit: FirstHit, ray: Any, sampler: Any) -> tuple[Any, Any]:
-        """Albedo of the first surface, and its normal toward the viewer."""
-        mi, dr = self._mi, self._dr
-        # one number for all surfaces of a ray: half of the rays pass a surface that transmits half of the light
-        pick, direction = sampler.next_1d(), sampler.next_2d()
-        bounds = dr.opaque(mi.UInt32, MOST_PASSED)
 
-        def body(origin: Any, length: Any, albedo: Any, normal: Any, layers: Any, walking: Any) -> Any:
-            si, met, unseen, hole = first_hit.meet(ray, origin, length, walking)
-            seen = met & ~unseen & ~hole
-            bs, weight = first_hit.surface(si).sample(mi.BSDFContext(), si, pick, direction, seen)
-            straight = unseen | (seen & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null))
-            shown = seen & ~straight
-            share = mi.Color3f(weight[0], weight[1], weight[2])
-            share = dr.select(dr.isfinite(share), dr.clip(share, 0.0, 1.0), 0.0)
-            facing = dr.select(dr.dot(si.sh_frame.n, ray.d) > 0.0, -si.sh_frame.n, si.sh_frame.n)
-            facing = dr.select(dr.all(dr.isfinite(facing)), facing, 0.0)
-            onward = straight & (layers + 1 < bounds)
-            return (
-                dr.select(onward, si.spawn_ray(ray.d).o, origin),
-                dr.select(onward, length - si.t, length),
-                dr.select(shown, share, albedo),
-                dr.select(shown, facing, normal),
-                layers + 1,
-                onward,
-            )
+def guide_wavelengths(mi: Any) -> Any:
+    """The wavelengths of a ray of the guides in spectral transport."""
+    return mi.Spectrum(*RED_GREEN_BLUE_NM, RED_GREEN_BLUE_NM[1])
 
-        start = (
-            mi.Point3f(ray.o), mi.Float(ray.maxt), mi.Color3f(0.0), mi.Vector3f(0.0), mi.UInt32(0), mi.Bool(True),
-        )  # fmt: skip
-        _, _, albedo, normal, _, _ = dr.while_loop(start, lambda *state: state[-1], body)
-        return albedo, normal
+
+def first_seen(first_hit: FirstHit, ray: Any, sampler: Any, most: Any) -> tuple[Any, Any]:
+    """Albedo of the first surface that a ray sees through at most ``most`` transparent ones, and its normal toward the
+    viewer; zeros where it hits nothing. ``most`` lies in memory: recorded launches make no number.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    # one number for all surfaces of a ray: half of the rays pass a surface that transmits half of the light
+    pick, direction = sampler.next_1d(), sampler.next_2d()
+
+    def body(origin: Any, length: Any, albedo: Any, normal: Any, layers: Any, walking: Any) -> Any:
+        si, met, unseen, hole = first_hit.meet(ray, origin, length, walking)
+        seen = met & ~unseen & ~hole
+        bs, weight = first_hit.surface(si).sample(mi.BSDFContext(), si, pick, direction, seen)
+        straight = unseen | (seen & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null))
+        shown = seen & ~straight
+        share = mi.Color3f(weight[0], weight[1], weight[2])
+        share = dr.select(dr.isfinite(share), dr.clip(share, 0.0, 1.0), 0.0)
+        facing = dr.select(dr.dot(si.sh_frame.n, ray.d) > 0.0, -si.sh_frame.n, si.sh_frame.n)
+        facing = dr.select(dr.all(dr.isfinite(facing)), facing, 0.0)
+        onward = straight & (layers + 1 < most)
+        return (
+            dr.select(onward, si.spawn_ray(ray.d).o, origin),
+            dr.select(onward, length - si.t, length),
+            dr.select(shown, share, albedo),
+            dr.select(shown, facing, normal),
+            layers + 1,
+            onward,
+        )
+
+    start = (
+        mi.Point3f(ray.o), mi.Float(ray.maxt), mi.Color3f(0.0), mi.Vector3f(0.0), mi.UInt32(0), mi.Bool(True),
+    )  # fmt: skip
+    _, _, albedo, normal, _, _ = dr.while_loop(start, lambda *state: state[-1], body)
+    return albedo, normal
