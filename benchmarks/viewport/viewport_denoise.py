@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A live view with and without denoising: error of what it shows against time, for a room with and without patterns.
 
-640×480 (160×120 with ``--quick``), one soft lamp, RGB transport; the error is the relative mean square error against a
-view of 4,096 samples with another seed: (x - r)² / (r² + (mean r / 10)²). Both views trace the same samples; the
+480×360 (160×120 with ``--quick``), one soft lamp, RGB transport; the error is the relative mean square error against a
+view of 2,048 samples (256) with another seed: (x - r)² / (r² + (mean r / 10)²). Both views trace the same samples; the
 denoised one stands still while the filter runs. "patterned": an image of 128 × 128 random cells on floor and block,
 which the filter may blur. Needs the package ``pyoidn``.
 """
@@ -33,7 +33,7 @@ def run(options: Options) -> dict[str, Any]:
     if not is_installed():
         print(how_to_install(), file=sys.stderr)
         return {"holds": {}}
-    size, samples, converged = ((160, 120), 16, 256) if options.quick else ((640, 480), 128, 4096)
+    size, samples, converged = ((160, 120), 16, 256) if options.quick else ((480, 360), 128, 2048)
     figures: dict[str, Any] = {"holds": {}}
     print(f"{'room':10} {'seconds':>8} {'noisy':>18} {'denoised':>18} {'noisy over denoised':>20}")
     for name, scene in rooms(size).items():

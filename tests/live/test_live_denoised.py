@@ -80,7 +80,6 @@ class Session:
         self.server.hear("view", ("view", request, AreaName(self.area.path, self.area.pixels)))
 
     def trace(self) -> None:
-        """Work until nothing is left to trace."""
         while not self.server.is_idle:
             self.server.work()
 
@@ -230,7 +229,6 @@ def test_a_paused_view_is_denoised_after_it_is_resumed(view: Session, denoiser: 
 
 
 def test_numbers_that_are_not_finite_reach_no_filter(view: Session, denoiser: Filter) -> None:
-    """The filter refuses them, and would spread them over the picture."""
     posted: queue.SimpleQueue[Any] = queue.SimpleQueue()
     thread = denoise_thread.DenoiseThread(posted.put)
     pixels = np.full((2, 3, 4), np.nan, np.float32)

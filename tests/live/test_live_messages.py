@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-import io
-import queue
-import struct
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -14,7 +11,6 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from spectral_core.render.live import server as server_module
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.changes import SceneChange, difference
 from spectral_core.render.live.messages import AreaName
@@ -174,15 +170,3 @@ def test_the_reason_why_a_scene_cannot_be_shown_is_told_to_each_request(bench: B
     server.hear(*bench.view("view", 4))
     assert len(bench.told) == 3, "the new scene may be right"
     assert next((kind, content.generation) for kind, content in bench.work()) in (("frame", 3), ("frame", 4))
-
-
-def test_a_message_that_cannot_be_read_ends_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only the thread ended, and the process waited for messages that nobody read. The session starts another one."""
-
-    def end(status: int) -> None:
-        raise SystemExit(status)
-
-    monkeypatch.setattr(server_module.os, "_exit", end)
-    with pytest.raises(SystemExit) as ended:
-        server_module._listen(io.BytesIO(struct.pack("<IQ", 1, 3) + b"bad"), queue.SimpleQueue())
-    assert ended.value.code == 1

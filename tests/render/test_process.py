@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -17,13 +18,14 @@ import pytest
 from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.render import Bands, RenderProcess, render_scene
 from spectral_core.render.process.interpreter import find_python
-from spectral_core.render.process.renderer import CANCEL_GRACE_S
+from spectral_core.render.process.renderer import CANCEL_GRACE_S, Worker
 from spectral_core.scene import Film, PointLight, RenderSettings
 from tests.render.scenes import lit_plane, matrix
 
 pytest.importorskip("mitsuba")
 LAMP = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100)
 SMALL = lit_plane(LAMP, film=Film(8, 6, samples=5, seed=3))
+PATIENCE_S = 60.0
 ENDLESS = replace(SMALL, film=Film(64, 64, samples=1 << 22))
 
 
@@ -100,6 +102,19 @@ def test_an_error_in_the_process_is_raised_in_the_session(process):
     with pytest.raises(InvalidInputError, match="bounces"):
         process.render(replace(SMALL, settings=RenderSettings(overrides=(("bounces", "many"),))))
     assert process.render(SMALL).status == "done"
+
+
+@pytest.mark.parametrize("module", ["spectral_core.render.process.worker", "spectral_core.render.live.server"])
+def test_a_message_that_cannot_be_read_ends_the_process(module):
+    """Its session waits for an answer; one that had lost its reader never gave any."""
+    worker = Worker(find_python(), module)
+    try:
+        assert worker.process.stdin is not None
+        worker.process.stdin.write(struct.pack("<IQ", 1, 3) + b"odd")
+        worker.process.stdin.flush()
+        assert worker.process.wait(PATIENCE_S) == 1
+    finally:
+        worker.end()
 
 
 def test_an_exception_of_the_caller_leaves_no_pending_result(process):

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import os
+import sys
 import time
 import traceback
 from collections.abc import Callable, Generator
@@ -68,6 +70,7 @@ def until(is_true: Callable[[], bool], seconds: float, what: str) -> Steps:
 def drive(steps: Steps, told: dict[str, Any]) -> None:
     """Run ``steps``, each after as many seconds as the last yielded; then print ``told`` and end Blender."""
     told.setdefault("errors", [])
+    faulthandler.enable(sys.__stderr__)  # if Blender ends with a signal: what Python did then
     told["version"] = bpy.app.version_string
 
     def tick() -> float | None:
