@@ -45,7 +45,7 @@ def table_of_store(store: Store) -> PageTable:
     about: dict[str, dict[str, Any]] = {}
     for parameter in store.project.space.parameters:
         about[parameter.name] = {"role": "parameter", "unit": parameter.unit, "group": parameter.group,
-                                 "log": parameter.scale == "log"}  # fmt: skip
+                                 "log": parameter.scale == "log", "of": parameter.kind}  # fmt: skip
     for name in store.ledger.manual():
         about[name] = {"role": "manual", "group": "measured"}
     for name in store.project.expressions:

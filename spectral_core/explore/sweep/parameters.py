@@ -33,6 +33,15 @@ def is_column_name(name: Any) -> bool:
     )
 
 
+def require_column_name(name: str) -> str:
+    """An identifier that is no FILE column."""
+    if is_column_name(name) and len(name) <= 64:
+        return name
+    raise InvalidInputError(
+        f"{str(name)[:80]!r} cannot name a column; expected letters, digits and underscores, not key, seconds or FILE…"
+    )
+
+
 def is_finite(number: float) -> bool:
     """True if this is a number that is finite as a float. A whole number of 400 digits is too large for that."""
     try:
@@ -139,6 +148,15 @@ class Parameter:
         if self.scale == "log":
             return self._to_unit(self.low - 0.5, self.high + 0.5, number)
         return (number - self.low + 0.5) / (self.high - self.low + 1)
+
+    def interval(self, value: int) -> tuple[float, float]:
+        """Coordinates between which ``value`` gives this whole number: half a step to both sides."""
+        ends = (value - 0.5, value + 0.5)
+        if self.scale == "log":
+            low, high = (self._to_unit(self.low - 0.5, self.high + 0.5, end) for end in ends)
+        else:
+            low, high = ((end - self.low + 0.5) / (self.high - self.low + 1) for end in ends)
+        return low, high
 
     def _number(self, value: Value) -> float:
         if isinstance(value, bool | str) or not is_finite(value):

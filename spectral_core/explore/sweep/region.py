@@ -81,11 +81,8 @@ class RegionOfInterest:
             if parameter.name in self.ranges:
                 ends = self.ranges[parameter.name]
                 if parameter.kind == "integer":
-                    half = 0.5 / (parameter.high - parameter.low + 1)  # a whole number has an interval
-                    first, last = (parameter.coordinate(float(v)) for v in (math.ceil(ends[0]), math.floor(ends[1])))
-                    if parameter.scale == "log":
-                        half = 1e-9
-                    low[index], high[index] = first - half, last + half
+                    low[index] = parameter.interval(math.ceil(ends[0]))[0]
+                    high[index] = parameter.interval(math.floor(ends[1]))[1]
                 else:
                     low[index], high[index] = (parameter.coordinate(v) for v in ends)
         region = box(low, high)

@@ -11,6 +11,7 @@ import numpy as np
 
 from spectral_core.errors import RenderError
 from spectral_core.explore.features.images import image_features
+from spectral_core.explore.sweep.cinema import is_file_column
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.scene import Scene, SunLight, scene_hash
 
@@ -43,7 +44,7 @@ def top_down(pixels: Any) -> Any:
 
 def _identifier(name: str) -> str:
     word = "".join(letter if letter.isalnum() else "_" for letter in name) or "unnamed"
-    return word if word[0].isalpha() else f"light_{word}"
+    return word if word[0].isalpha() and not is_file_column(word) else f"light_{word}"
 
 
 class Relighter:

@@ -11,12 +11,15 @@ from typing import Any
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.compute.function import load_function
-from spectral_core.explore.sweep.compute.paths import set_path
+from spectral_core.explore.sweep.compute.paths import parse_path, set_path
 from spectral_core.explore.sweep.compute.rendering import Relighter, rendered, swept_lights_only
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
 from spectral_core.scene import Scene, scene_hash
+
+SEED_PATH = "film.seed"
+"""The seed of the sweep replaces this one, unless the sweep sets it."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +81,16 @@ class SceneNode:
         scene = base
         for name, path in self.paths:
             scene = set_path(scene, path, parameters[name])
-        scene = replace(scene, film=replace(scene.film, seed=seed))
+        if not self._sets(SEED_PATH):
+            scene = replace(scene, film=replace(scene.film, seed=seed))
         if self.relights:
             relighter: Relighter = self._kept.setdefault("relighter", Relighter())
             return relighter.picture(scene)
         return rendered(scene, per_light=self.per_light)
+
+    def _sets(self, path: str) -> bool:
+        """True if a property is swept or has a setting."""
+        return any(parse_path(each) == parse_path(path) for each in (*dict(self.paths).values(), *dict(self.settings)))
 
     def _base(self) -> Scene:
         if "base" not in self._kept:

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Swept seeds, one whole number on a log scale, and regions around points of the page."""
+
+from __future__ import annotations
+
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.explore.checks.browser import Browser, find_browser
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.page.build import PageTable, write_page
+from spectral_core.explore.sweep.compute import rendering
+from spectral_core.explore.sweep.designs import Design, design_points
+from spectral_core.explore.sweep.document import compute_node, sweep_of
+from spectral_core.explore.sweep.parameters import Parameter, Space
+from spectral_core.explore.sweep.region import RegionOfInterest
+from tests.explore.test_nodes_get_settings import scene_node
+from tests.explore.test_nodes_get_settings import traced as traced  # a fixture
+
+SEED = {"name": "start", "low": 0, "high": 99, "kind": "integer", "path": "film.seed"}
+
+
+def test_a_swept_seed_of_a_scene_is_that_of_the_render(tmp_path: Path, traced: list[Any]) -> None:
+    """The seed of the sweep replaced it, so that all pictures were the same."""
+    scene_node(tmp_path, SEED)({"start": 17}, 3)
+    scene_node(tmp_path, {"name": "paths", "low": 1, "high": 9, "kind": "integer", "path": "film.samples"},
+               settings={"film.seed": 23})({"paths": 2}, 3)  # fmt: skip
+    assert [scene.film.seed for scene, _ in traced] == [17, 23]
+
+
+def test_a_swept_seed_of_a_program_is_what_it_gets(tmp_path: Path) -> None:
+    """The program got the seed of the sweep instead."""
+    words = [sys.executable, "-c", "import sys; print(sys.argv[1])", "{seed}"]
+    table = {"name": "seed", "low": 10, "high": 14, "kind": "integer"}
+    sweep = sweep_of({"compute": {"kind": "command", "command": words}, "parameters": [table]}, tmp_path)
+    node = compute_node(sweep.compute, sweep.space, tmp_path)
+    assert node({"seed": 12}, 0).values["result"] == 12
+    compute = {"kind": "command", "command": ["true", "{out}"]}
+    sweep = sweep_of({"compute": compute, "parameters": [table | {"name": "out"}]}, tmp_path)
+    with pytest.raises(InvalidInputError, match="named 'out'"):
+        compute_node(sweep.compute, sweep.space, tmp_path)
+
+
+def test_a_light_group_may_be_named_as_files_are() -> None:
+    """Its features were no columns of a table, so that every point failed."""
+    assert rendering._identifier("Filed lamp") == "light_Filed_lamp"
+    assert rendering._identifier("Fill") == "Fill"
+
+
+@pytest.mark.parametrize("alone", [1, 4, 64])
+def test_a_region_of_one_whole_number_on_a_log_scale_has_points(alone: int) -> None:
+    """The region was 2e-9 wide, and no point was found in it."""
+    space = Space((Parameter("n", 1, 64, kind="integer", scale="log"), Parameter("m")))
+    region = RegionOfInterest({"n": (alone, alone)})
+    for kind in ("lattice", "sobol", "latin_hypercube"):
+        points, _ = design_points(space, region, Design(kind, 12).placed(space))
+        assert len(points) == 12 and {point["n"] for point in points} == {alone}
+
+
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_the_intervals_of_whole_numbers_divide_the_unit_interval(scale: Any) -> None:
+    parameter = Parameter("n", 2, 9, kind="integer", scale=scale)
+    ends = [parameter.interval(number) for number in range(2, 10)]
+    assert ends[0][0] == pytest.approx(0) and ends[-1][1] == pytest.approx(1)
+    for number, ((low, high), (next_low, _)) in enumerate(pairwise(ends), 2):
+        assert high == pytest.approx(next_low)
+        assert {parameter.value(at) for at in np.linspace(low + 1e-9, high - 1e-9, 7)} == {number}
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_a_region_around_points_fits_numbers_that_are_chosen_or_whole(tmp_path: Path) -> None:
+    """Chosen numbers gave a range, and a single whole number one beyond its ends, which the sweep refused."""
+    rows = 8
+    columns = {"size": [2, 4, 8, 4] * 2, "count": [1, 1, 200, 400] * 2, "far": [-np.inf, 1.0, 2.0, 3.0] * 2,
+               "large": [1e20] * rows}  # fmt: skip
+    about = {"size": {"role": "parameter", "of": "choice"}, "count": {"role": "parameter", "of": "integer"}}
+    keys = ['a "b", c', "=1+1", *(f"k{i}" for i in range(rows - 2))]
+    path = write_page(tmp_path / "page.html", PageTable("odd", "odd", columns, keys, about))
+    with Browser(900, 700) as page:
+        page.open(path.resolve().as_uri())
+        page.run("explorer.select(Uint8Array.from([1, 1, 0, 0, 0, 0, 0, 0]))")
+        region = page.run("explorer.region()")
+        assert region["choices"] == {"size": [2, 4]} and region["ranges"] == {"count": [1, 1]}
+        lines = page.run("explorer.csv()").splitlines()
+        assert lines[1].startswith('"a ""b"", c",2') and lines[2].startswith("'=1+1,4")
+        for name in ("far", "large"):
+            places = page.run(f"Array.from(explorer.matrix.positions('{name}'), (x) => Number.isFinite(x) ? x : null)")
+            assert [place is None for place in places] == [value == -np.inf for value in columns[name]]
+        assert page.errors == []
+    space = Space((Parameter("size", kind="choice", choices=(2, 4, 8)), Parameter("count", 1, 1000, kind="integer")))
+    assert RegionOfInterest.from_dict(region).checked(space).contains(space, {"size": 4, "count": 1})
