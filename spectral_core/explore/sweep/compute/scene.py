@@ -74,7 +74,10 @@ class SceneNode:
     @property
     def relights(self) -> bool:
         """True if points are re-lit instead of rendered."""
-        return self.relight and not self.per_light and swept_lights_only(dict(self.paths))
+        from spectral_core.render.cost.asked import is_asked
+
+        lights_only = self.relight and not self.per_light and swept_lights_only(dict(self.paths))
+        return lights_only and not is_asked(self._base().settings)
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
         base: Scene = self._base()
@@ -110,6 +113,9 @@ class SceneNode:
         lines = ["renders in workers that keep the scene loaded"]
         if self.relights:
             lines.append("only powers of lights are swept: a worker records them once and re-lights each point")
+        elif swept_lights_only(dict(self.paths)):
+            why = "each light is measured by itself" if self.per_light else "the scene asks for an error or a time"
+            lines.append(f"every point is rendered: {why if self.relight else 'relight is false'}")
         elif any(path.startswith("lights[") for _, path in self.paths):
             lines.append(
                 "lights are swept together with other properties, so every point is rendered; re-lighting needs a "
