@@ -94,3 +94,17 @@ def test_a_region_around_points_fits_numbers_that_are_chosen_or_whole(tmp_path: 
         assert page.errors == []
     space = Space((Parameter("size", kind="choice", choices=(2, 4, 8)), Parameter("count", 1, 1000, kind="integer")))
     assert RegionOfInterest.from_dict(region).checked(space).contains(space, {"size": 4, "count": 1})
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_numbers_of_any_size_are_drawn(tmp_path: Path) -> None:
+    """The page hung: a tick beyond 2^53 steps was its own successor."""
+    near, wide = [1e16 + 2 * i for i in range(5)], [1e308, -1e308, 0.0, 1e-308, 5e-324]
+    columns = {"near": near, "wide": wide, "same": [1e15] * 5, "nothing": [None] * 5}
+    path = write_page(tmp_path / "page.html", PageTable("odd", "odd", columns, list("abcde")))
+    with Browser(1100, 700) as page:
+        page.open(path.resolve().as_uri())
+        for name in columns:
+            for view in ("matrix", "parallel", "table"):
+                page.run(f"explorer.state.columns = ['{name}']; explorer.state.view = '{view}'; explorer.changed()")
+        assert page.run("explorer.state.columns") == ["nothing"] and page.errors == []
