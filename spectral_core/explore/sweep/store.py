@@ -18,7 +18,7 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.features.expression import evaluate
 from spectral_core.explore.sweep.cinema import csv_text
 from spectral_core.explore.sweep.designs import Design, Point
-from spectral_core.explore.sweep.files import file_lock, read_json, write_whole
+from spectral_core.explore.sweep.files import file_lock, read_json, require_free, write_whole
 from spectral_core.explore.sweep.ledger import Ledger, Row
 from spectral_core.explore.sweep.outcome import point_key
 from spectral_core.explore.sweep.parameters import Parameter, Space, is_finite, require_column_name
@@ -121,7 +121,12 @@ class Store:
         folder = cdb_folder(folder)
         if not (folder / "project.json").is_file():
             raise FileFormatError(f"{folder} holds no sweep (no project.json)")
-        return cls(folder, Project.from_dict(read_json(folder / "project.json"), str(folder / "project.json")))
+        return cls(folder, cls.project_of(folder))
+
+    @staticmethod
+    def project_of(folder: Path) -> Project:
+        """The project of a store's folder. Raises FileFormatError."""
+        return Project.from_dict(read_json(folder / "project.json"), str(folder / "project.json"))
 
     def close(self) -> None:
         """Close the ledger."""
@@ -136,6 +141,10 @@ class Store:
     def address(self, *, linear: bool = True) -> StoreAddress:
         """Data that workers need to commit."""
         return StoreAddress(str(self.folder.resolve()), self.project.store_id, linear)
+
+    def refresh(self) -> None:
+        """Read project.json again: another process may have changed it, and the next change must not undo that."""
+        self.project = Store.project_of(self.folder)
 
     def save_project(self) -> None:
         """Write project.json."""
@@ -273,12 +282,6 @@ def cdb_folder(folder: Path) -> Path:
         if not path.name:
             raise InvalidInputError(f"{path} is no folder of a sweep; name a folder in it")
     return path if path.suffix == ".cdb" else path.with_name(path.name + ".cdb")
-
-
-def require_free(folder: Path) -> None:
-    """Raise InvalidInputError if the folder of a new store is not free."""
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
 
 
 def _environment() -> dict[str, str]:

@@ -15,10 +15,11 @@ from typing import Any
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.designs import design_points
 from spectral_core.explore.sweep.document import SweepDocument
+from spectral_core.explore.sweep.files import require_free
 from spectral_core.explore.sweep.outcome import describe
 from spectral_core.explore.sweep.parameters import Space
 from spectral_core.explore.sweep.runner import SweepProgress, SweepReport, run_sweep, text_of
-from spectral_core.explore.sweep.store import Store, cdb_folder, require_free
+from spectral_core.explore.sweep.store import Store, cdb_folder
 from spectral_core.explore.sweep.task import compute_point
 
 REFERENCE_KEY = "reference"
