@@ -108,3 +108,21 @@ def test_numbers_of_any_size_are_drawn(tmp_path: Path) -> None:
             for view in ("matrix", "parallel", "table"):
                 page.run(f"explorer.state.columns = ['{name}']; explorer.state.view = '{view}'; explorer.changed()")
         assert page.run("explorer.state.columns") == ["nothing"] and page.errors == []
+
+
+def test_an_edited_file_is_read_again_by_the_same_process(tmp_path: Path, traced: list[Any]) -> None:
+    """A page that was served while a scene's file was edited mixed points of both versions."""
+    first = scene_node(tmp_path, SEED)
+    (tmp_path / "f.py").write_text("def f(start):\n    return start\n")
+    compute = {"kind": "function", "function": "f.py:f"}
+    sweep = sweep_of({"compute": compute, "parameters": [SEED | {"path": ""}]}, tmp_path)
+    before = compute_node(sweep.compute, sweep.space, tmp_path)
+    (tmp_path / "f.py").write_text("def f(start):\n    return -start\n")
+    after = compute_node(sweep.compute, sweep.space, tmp_path)
+    assert before.fingerprint != after.fingerprint
+    assert (before({"start": 3}, 0).values["result"], after({"start": 3}, 0).values["result"]) == (3, -3)
+    (tmp_path / "mine.py").write_text((tmp_path / "mine.py").read_text().replace("power_w=5.0", "power_w=50.0"))
+    sweep = sweep_of({"compute": {"kind": "scene", "scene": "mine.py:made"}, "parameters": [SEED]}, tmp_path)
+    second = compute_node(sweep.compute, sweep.space, tmp_path)
+    second({"start": 1}, 0)
+    assert second.fingerprint != first.fingerprint and traced[-1][0].lights[0].power_w == 50.0
