@@ -128,8 +128,8 @@ class BlendNode:
         if self.samples is None or any(self._sweeps(path) for path in (SAMPLES_PATH, *GOAL_PATHS)):
             return replace(scene, film=film)
         # these samples, also of a file whose renders end at an error or a time
-        settings = replace(scene.settings, target_error=None, time_budget_s=None)
-        return replace(scene, film=replace(film, samples=self.samples), settings=settings)
+        ends = replace(scene.settings, target_error=None, time_budget_s=None)
+        return replace(scene, film=replace(film, samples=self.samples), settings=ends)
 
     def _sweeps(self, ending: str) -> bool:
         """True if a render setting is swept, which the sweep's own setting then does not replace."""

@@ -65,7 +65,7 @@ def test_a_region_of_one_whole_number_on_a_log_scale_has_points(alone: int) -> N
 @pytest.mark.parametrize("scale", ["linear", "log"])
 def test_the_intervals_of_whole_numbers_divide_the_unit_interval(scale: Any) -> None:
     parameter = Parameter("n", 2, 9, kind="integer", scale=scale)
-    ends = [parameter.interval(number) for number in range(2, 10)]
+    ends = [(parameter.place(number - 0.5), parameter.place(number + 0.5)) for number in range(2, 10)]
     assert ends[0][0] == pytest.approx(0) and ends[-1][1] == pytest.approx(1)
     for number, ((low, high), (next_low, _)) in enumerate(pairwise(ends), 2):
         assert high == pytest.approx(next_low)
@@ -126,3 +126,48 @@ def test_an_edited_file_is_read_again_by_the_same_process(tmp_path: Path, traced
     second = compute_node(sweep.compute, sweep.space, tmp_path)
     second({"start": 1}, 0)
     assert second.fingerprint != first.fingerprint and traced[-1][0].lights[0].power_w == 50.0
+
+
+@pytest.mark.parametrize(
+    ("scale", "center", "radius", "inside"),
+    [("linear", 2.5, 1.0, (2, 3)), ("linear", 8, 2.0, range(6, 11)), ("log", 8, 0.5, range(3, 26)),
+     ("log", 2.5, 0.2, range(2, 4))],
+)  # fmt: skip
+def test_a_ball_holds_the_whole_numbers_within_its_radius(
+    scale: Any, center: float, radius: float, inside: Any
+) -> None:
+    """A center between two whole numbers was rounded, and on a log scale the radius was too large by a sixth."""
+    space = Space((Parameter("n", 1, 64, kind="integer", scale=scale), Parameter("m")))
+    ball = {"center": {"n": center}, "radii": {"n": radius}}
+    region = RegionOfInterest.from_dict({"ball": ball}).checked(space)
+    assert [n for n in range(1, 65) if region.contains(space, {"n": n, "m": 0.5})] == list(inside)
+    points, _ = design_points(space, region, Design(budget=40).placed(space))
+    assert {point["n"] for point in points} <= set(inside)
+
+
+def test_a_center_of_a_ball_on_a_log_scale_is_above_0() -> None:
+    space = Space((Parameter("n", 1, 64, kind="integer", scale="log"),))
+    with pytest.raises(InvalidInputError, match="center"):
+        RegionOfInterest.from_dict({"ball": {"center": {"n": 0}, "radii": {"n": 1}}}).checked(space)
+
+
+def test_points_are_not_added_to_a_list_by_the_page(tmp_path: Path) -> None:
+    """The page told that 0 points were added."""
+    from spectral_core.explore.page.live import LiveSweep
+    from spectral_core.explore.sweep.sweep import Sweep
+
+    plain = {"compute": {"kind": "command", "command": ["true", "{n}"]},
+             "parameters": [{"name": "n", "low": 0, "high": 1}], "design": {"points": [{"n": 0.5}]}}  # fmt: skip
+    sweep = Sweep(sweep_of(plain, tmp_path), tmp_path / "out")
+    sweep.plan()
+    for add in (lambda: LiveSweep(sweep.store).refine({}), lambda: LiveSweep(sweep.store).sample({"budget": 3})):
+        with pytest.raises(InvalidInputError, match="lists its points"):
+            add()
+    sweep.store.close()
+
+
+def test_a_center_names_parameters_of_the_sweep() -> None:
+    """An unknown name was not noticed."""
+    space = Space((Parameter("n", 1, 64), Parameter("m")))
+    with pytest.raises(InvalidInputError, match="'k'"):
+        RegionOfInterest.from_dict({"ball": {"center": {"n": 3, "k": 0}, "radii": {"n": 1}}}).checked(space)

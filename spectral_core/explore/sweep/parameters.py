@@ -142,21 +142,19 @@ class Parameter:
             if value not in self.choices:
                 raise InvalidInputError(f"{self.name} is {value!r}; the choices are {list(self.choices)}")
             return (self.choices.index(value) + 0.5) / len(self.choices)
-        number = self._number(value)
-        if self.kind == "real":
-            return self._to_unit(self.low, self.high, number)
-        if self.scale == "log":
-            return self._to_unit(self.low - 0.5, self.high + 0.5, number)
-        return (number - self.low + 0.5) / (self.high - self.low + 1)
+        return self.place(self._number(value))
 
-    def interval(self, value: int) -> tuple[float, float]:
-        """Coordinates between which ``value`` gives this whole number: half a step to both sides."""
-        ends = (value - 0.5, value + 0.5)
-        if self.scale == "log":
-            low, high = (self._to_unit(self.low - 0.5, self.high + 0.5, end) for end in ends)
-        else:
-            low, high = ((end - self.low + 0.5) / (self.high - self.low + 1) for end in ends)
-        return low, high
+    def place(self, number: float) -> float:
+        """Coordinate of a number, which need not be whole for a parameter that counts: it has half a step around it."""
+        half = 0.5 if self.kind == "integer" else 0.0
+        return self._to_unit(self.low - half, self.high + half, number)
+
+    @property
+    def width(self) -> float:
+        """Length of the unit interval in values, in decades on a log scale."""
+        half = 0.5 if self.kind == "integer" else 0.0
+        low, high = self.low - half, self.high + half
+        return math.log10(high) - math.log10(low) if self.scale == "log" else high - low
 
     def _number(self, value: Value) -> float:
         if isinstance(value, bool | str) or not is_finite(value):
