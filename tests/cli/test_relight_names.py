@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from spectral_core.cli import _parsed
 from spectral_core.cli.relight import _pairs
 from spectral_core.errors import InvalidInputError
 
@@ -40,3 +41,19 @@ def test_a_group_is_named_once(tmp_path: Path) -> None:
     """The last of two amounts was taken without a word."""
     with pytest.raises(InvalidInputError, match="'Lamp, left' twice"):
         _pairs("--mix", "Lamp, left=1,Key=2,Lamp, left=3", GROUPS)
+
+
+@pytest.mark.parametrize("dial", ["-0.5,0.3", "-.5,0.3", "-1e-3,0;0,-1", "0,1"])
+def test_a_place_on_the_dial_may_be_negative(dial: str) -> None:
+    """The parser took it for an option."""
+    assert _parsed(["relight", "t.exr", "--dial", dial, "--out", "p.png"], ())[0].dial == dial
+
+
+def test_ranges_may_begin_with_a_small_negative_number(capsys: pytest.CaptureFixture[str]) -> None:
+    found = _parsed(["lattice", "--low", "-1e-3", "-2", "-.5", "--high", "1E2"], ())[0]
+    assert (found.low, found.high) == ([-1e-3, -2.0, -0.5], [100.0])
+    with pytest.raises(SystemExit):
+        _parsed(["lattice", "--low", "--high", "1"], ())
+    with pytest.raises(SystemExit):
+        _parsed(["lattice", "-1e-3"], ())
+    assert "'-1e-3'" in capsys.readouterr().err

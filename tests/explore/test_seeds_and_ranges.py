@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Swept seeds, one whole number on a log scale, and regions around points of the page."""
+"""Swept seeds, one whole number on a log scale, and balls of whole numbers."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.explore.checks.browser import Browser, find_browser
 from spectral_core.errors import InvalidInputError
-from spectral_core.explore.page.build import PageTable, write_page
 from spectral_core.explore.sweep.compute import rendering
 from spectral_core.explore.sweep.designs import Design, design_points
 from spectral_core.explore.sweep.document import compute_node, sweep_of
@@ -70,44 +68,6 @@ def test_the_intervals_of_whole_numbers_divide_the_unit_interval(scale: Any) -> 
     for number, ((low, high), (next_low, _)) in enumerate(pairwise(ends), 2):
         assert high == pytest.approx(next_low)
         assert {parameter.value(at) for at in np.linspace(low + 1e-9, high - 1e-9, 7)} == {number}
-
-
-@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
-def test_a_region_around_points_fits_numbers_that_are_chosen_or_whole(tmp_path: Path) -> None:
-    """Chosen numbers gave a range, and a single whole number one beyond its ends, which the sweep refused."""
-    rows = 8
-    columns = {"size": [2, 4, 8, 4] * 2, "count": [1, 1, 200, 400] * 2, "far": [-np.inf, 1.0, 2.0, 3.0] * 2,
-               "large": [1e20] * rows}  # fmt: skip
-    about = {"size": {"role": "parameter", "of": "choice"}, "count": {"role": "parameter", "of": "integer"}}
-    keys = ['a "b", c', "=1+1", *(f"k{i}" for i in range(rows - 2))]
-    path = write_page(tmp_path / "page.html", PageTable("odd", "odd", columns, keys, about))
-    with Browser(900, 700) as page:
-        page.open(path.resolve().as_uri())
-        page.run("explorer.select(Uint8Array.from([1, 1, 0, 0, 0, 0, 0, 0]))")
-        region = page.run("explorer.region()")
-        assert region["choices"] == {"size": [2, 4]} and region["ranges"] == {"count": [1, 1]}
-        lines = page.run("explorer.csv()").splitlines()
-        assert lines[1].startswith('"a ""b"", c",2') and lines[2].startswith("'=1+1,4")
-        for name in ("far", "large"):
-            places = page.run(f"Array.from(explorer.matrix.positions('{name}'), (x) => Number.isFinite(x) ? x : null)")
-            assert [place is None for place in places] == [value == -np.inf for value in columns[name]]
-        assert page.errors == []
-    space = Space((Parameter("size", kind="choice", choices=(2, 4, 8)), Parameter("count", 1, 1000, kind="integer")))
-    assert RegionOfInterest.from_dict(region).checked(space).contains(space, {"size": 4, "count": 1})
-
-
-@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
-def test_numbers_of_any_size_are_drawn(tmp_path: Path) -> None:
-    """The page hung: a tick beyond 2^53 steps was its own successor."""
-    near, wide = [1e16 + 2 * i for i in range(5)], [1e308, -1e308, 0.0, 1e-308, 5e-324]
-    columns = {"near": near, "wide": wide, "same": [1e15] * 5, "nothing": [None] * 5}
-    path = write_page(tmp_path / "page.html", PageTable("odd", "odd", columns, list("abcde")))
-    with Browser(1100, 700) as page:
-        page.open(path.resolve().as_uri())
-        for name in columns:
-            for view in ("matrix", "parallel", "table"):
-                page.run(f"explorer.state.columns = ['{name}']; explorer.state.view = '{view}'; explorer.changed()")
-        assert page.run("explorer.state.columns") == ["nothing"] and page.errors == []
 
 
 def test_an_edited_file_is_read_again_by_the_same_process(tmp_path: Path, traced: list[Any]) -> None:
