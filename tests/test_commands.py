@@ -252,6 +252,19 @@ def test_an_output_without_space_gives_one_line(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1 and "No space left" in done.stderr
 
 
+def test_doctor_knows_every_optional_package() -> None:
+    """Pillow, flip-evaluator and dask were not in its list."""
+    import re
+    import tomllib
+
+    from spectral_core.cli.doctor import PACKAGES
+
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text("utf-8"))["project"]
+    extras = {name: words for name, words in project["optional-dependencies"].items() if name not in ("all", "dev")}
+    wanted = {(re.split(r"[><=;\s]", word)[0], extra) for extra, words in extras.items() for word in words}
+    assert wanted == {(distribution, extra) for _, distribution, _, extra in PACKAGES if extra}
+
+
 def test_doctor_ignores_other_output_of_a_part(monkeypatch) -> None:
     """Blender may print a warning before anything else."""
     from spectral_core.cli import doctor

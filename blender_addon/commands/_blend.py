@@ -64,6 +64,12 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     scene = bpy.context.scene
     scene.render.engine = "SPECTRAL"
     settings = scene.spectral.render
+    if arguments.samples is not None:
+        for name in ("target_error", "time_budget"):
+            if getattr(arguments, name, None) is not None:
+                option = name.replace("_", "-")
+                raise InvalidInputError(f"--samples has no effect with --{option}, which ends the sampling; give one")
+        settings.goal = "SAMPLES"  # also of a file whose renders end at an error or a time
     for name in ("samples", "seed"):
         _set(settings, name, getattr(arguments, name), name)
     for name, goal in (("target_error", "ERROR"), ("time_budget", "TIME")):

@@ -45,6 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
         curve = process.cost_curve(scene)
     print(table(curve))
     print(f"measured on {curve.probe_pixels} pixels in {curve.seconds:.1f} s")
+    notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in scene.notes)]
+    for note in notes:
+        print(f"note: {note}")
     if arguments.plot is not None:
         write_figure(arguments.plot, curve, arguments.axis, arguments.scene.stem)
         print(f"{arguments.plot}: error over time")
@@ -55,6 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
             "at_error_1": dataclasses.asdict(curve.at_error),
             "probe_pixels": curve.probe_pixels,
             "seconds": curve.seconds,
+            "notes": notes,
         }
         print_json(report)
     return 0

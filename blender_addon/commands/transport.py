@@ -7,6 +7,7 @@ import argparse
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
@@ -57,9 +58,10 @@ def run(arguments: argparse.Namespace) -> int:
     names = light_groups(grouped)
     stated = stated_peak(storage, *scene.film.size, len(names))
     print(stated)
-    report = {
+    missing = _blend.missing_files()
+    report: dict[str, Any] = {
         "stated": stated, "bytes": storage.bytes_needed(*scene.film.size, len(names)),
-        "peak_bytes": peak_bytes(storage, *scene.film.size, len(names)), "groups": list(names),
+        "peak_bytes": peak_bytes(storage, *scene.film.size, len(names)), "groups": list(names), "notes": missing,
     }  # fmt: skip
     if not arguments.estimate:
         require_writable(out)  # a recording takes hours
@@ -73,9 +75,10 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"{out}: light groups {', '.join(repr(name) for name in transport.groups)}, {seconds:.1f} s")
         if len(transport.groups) == 1 and not arguments.one_per_light:
             print("note: all light is in one group, so there is nothing to mix; --one-per-light keeps lights apart")
-        notes = [f"{note.subject}: {note.message}" for note in transport.notes]
-        print(*(f"note: {note}" for note in notes), sep="\n", end="\n" if notes else "")
-        report |= {"file": str(out), "groups": list(transport.groups), "seconds": seconds, "notes": notes}
+        report["notes"] = [*missing, *(f"{note.subject}: {note.message}" for note in transport.notes)]
+        report |= {"file": str(out), "groups": list(transport.groups), "seconds": seconds}
+    for note in report["notes"]:
+        print(f"note: {note}")
     if arguments.json:
         print_json(report)
     return 0

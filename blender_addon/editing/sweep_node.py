@@ -37,6 +37,7 @@ SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
     ".spectral.render.seed",
     ".render.resolution_percentage",
 )
+GOAL_PATHS = (".spectral.render.goal", ".spectral.render.target_error", ".spectral.render.time_budget")
 
 _MOST = {"percentage": 32767, "samples": 16777216}
 """Entries of ``[compute]`` that are whole numbers, and their largest values."""
@@ -124,9 +125,11 @@ class BlendNode:
             setting.require_taken(depsgraph, parameters[name])
         scene = translate_scene(depsgraph)
         film: Film = scene.film if self._sweeps(SEED_PATH) else replace(scene.film, seed=seed)
-        if self.samples is not None and not self._sweeps(SAMPLES_PATH):
-            film = replace(film, samples=self.samples)
-        return replace(scene, film=film)
+        if self.samples is None or any(self._sweeps(path) for path in (SAMPLES_PATH, *GOAL_PATHS)):
+            return replace(scene, film=film)
+        # these samples, also of a file whose renders end at an error or a time
+        ends = replace(scene.settings, target_error=None, time_budget_s=None)
+        return replace(scene, film=replace(film, samples=self.samples), settings=ends)
 
     def _sweeps(self, ending: str) -> bool:
         """True if a render setting is swept, which the sweep's own setting then does not replace."""

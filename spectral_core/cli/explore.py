@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -156,6 +157,8 @@ def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
         result["region"] = steps.region_of_label(store, *arguments.region)
         print(json.dumps(result["region"]))
     store.write_table()
+    for name, reason in store.not_computed.items():
+        print(f"note: the column {name!r} is not computed: {reason}", file=sys.stderr)
     return result
 
 

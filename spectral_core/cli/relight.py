@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,8 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is None and arguments.html is None:
         raise InvalidInputError("nothing to write: give --out FILE or --html FILE.html")
     transport = read_transport(arguments.transport)
-    lights = {group: illuminant_named(name) for group, name in _pairs("--light", arguments.light)}
-    mix = {group: _number("--mix", amount) for group, amount in _pairs("--mix", arguments.mix)}
+    groups = transport.groups
+    lights = {group: illuminant_named(name) for group, name in _pairs("--light", arguments.light, groups).items()}
+    mix = {group: _number("--mix", amount) for group, amount in _pairs("--mix", arguments.mix, groups).items()}
     live = LiveMix(transport)
     for group, light in lights.items():
         live.set_light(group, light)
@@ -81,14 +83,40 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _pairs(option: str, text: str) -> list[tuple[str, str]]:
-    pairs = []
-    for part in filter(None, (entry.strip() for entry in text.split(","))):
-        group, separator, value = part.rpartition("=")
-        if not separator or not value:
-            raise InvalidInputError(f"{option} {part!r} is not of the form GROUP=VALUE, such as Key=0.3")
-        pairs.append((group.strip(), value.strip()))
-    return pairs
+def _pairs(option: str, text: str, groups: Sequence[str]) -> dict[str, str]:
+    """Value of each light group that a text names; names of groups and files may contain commas and equal signs."""
+    pieces = text.split(",")
+    entries: list[tuple[str, str]] = []
+    while pieces:
+        for count in range(1, len(pieces) + 1):  # up to the comma after the name of a known group
+            known = _after_name(",".join(pieces[:count]).strip(), groups)
+            if known is not None:
+                entries.append(known)
+                break
+        else:
+            count, piece = 1, pieces[0].strip()
+            group, separator, value = piece.rpartition("=")
+            if separator and value.strip():
+                entries.append((group.strip(), value.strip()))
+            elif piece and entries and not separator:  # a comma in the value before it
+                entries[-1] = (entries[-1][0], f"{entries[-1][1]},{pieces[0].rstrip()}")
+            elif piece:
+                raise InvalidInputError(f"{option} {piece!r} is not of the form GROUP=VALUE, such as Key=0.3")
+        del pieces[:count]
+    names = [group for group, _ in entries]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InvalidInputError(f"{option} names the light group {twice!r} twice; name it once")
+    return dict(entries)
+
+
+def _after_name(text: str, groups: Sequence[str]) -> tuple[str, str] | None:
+    """Group and value of GROUP=VALUE, None if the text begins with no group of the transport."""
+    for group in sorted(groups, key=len, reverse=True):
+        rest = text.removeprefix(group).lstrip() if text.startswith(group) else ""
+        if rest.startswith("=") and rest[1:].strip():
+            return group, rest[1:].strip()
+    return None
 
 
 def _number(option: str, text: str) -> float:

@@ -99,7 +99,7 @@ def _say(arguments: argparse.Namespace, folder: Path, plan: Any, work: Callable[
         result |= done
     if arguments.json:
         print_json(result)
-    return 1 if any(result.get(name) for name in ("failed", "cancelled", "not_compared")) else 0
+    return 1 if any(result.get(name) for name in ("failed", "cancelled", "not_compared", "not_computed")) else 0
 
 
 def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]:
@@ -122,10 +122,13 @@ def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]
     print(f"table: {sweep.store.folder / 'data.csv'}")
     if report.not_compared:
         print(f"the points are not compared with the reference: {report.not_compared}", file=sys.stderr)
+    for name, reason in report.not_computed.items():
+        print(f"the column {name!r} is not computed: {reason}", file=sys.stderr)
     return {
         "computed": report.computed, "recovered": report.recovered, "seconds": round(report.seconds, 3),
         "computing_seconds": round(report.computing_seconds, 3), "failed": len(report.failures),
         "failures": report.failures, "cancelled": report.cancelled, "not_compared": report.not_compared,
+        "not_computed": report.not_computed,
     }  # fmt: skip
 
 
@@ -164,7 +167,8 @@ def _share(arguments: argparse.Namespace, sweep: Any) -> int:
     if not 1 <= number <= count:
         raise InvalidInputError(f"--share is {arguments.share!r}; expected I/K with I from 1 to K")
     store, failed = sweep.store, 0
-    pending = store.ledger.rows("pending")[number - 1 :: count]
+    # by place in the design: shares start at different times, and a point that was collected must not move the others
+    pending = [row for row in store.ledger.rows("pending") if row.ordinal % count == number - 1]
     for row in pending:
         try:
             compute_point(sweep.node, row.parameters, store.project.seed, row.key, store.address())

@@ -16,7 +16,7 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon.commands import _blend, main
-from spectral_core.errors import RenderCancelled
+from spectral_core.errors import InvalidInputError, RenderCancelled
 from spectral_core.scene import Note
 
 SCENE_OPTIONS: dict[str, tuple[list[str], dict[str, Any]]] = {
@@ -75,6 +75,18 @@ def test_every_option_of_a_scene_changes_its_own_setting_alone(saved) -> None:
     for words, changed in SCENE_OPTIONS.values():
         found = state(saved, words)
         assert {name: value for name, value in found.items() if value != plain[name]} == changed
+
+
+@pytest.mark.parametrize("goal", ["ERROR", "TIME"])
+def test_samples_count_whatever_ends_the_renders_of_the_file(saved, goal) -> None:
+    """They had no effect on a file whose renders end at an error or a time, and a transport could not be recorded."""
+    bpy.context.scene.spectral.render.goal = goal
+    bpy.ops.wm.save_mainfile()
+    assert state(saved, [])["goal"] == goal
+    assert (state(saved, ["--samples", "9"])["goal"], state(saved, ["--samples", "9"])["samples"]) == ("SAMPLES", 9)
+    for option in ("--target-error", "--time-budget"):
+        with pytest.raises(InvalidInputError, match=f"--samples has no effect with {option}"):
+            state(saved, ["--samples", "9", option, "2"])
 
 
 def call(capfd: Any, *arguments: Any) -> tuple[int, str]:
@@ -161,7 +173,7 @@ def test_a_cost_is_drawn_over_the_axis_of_the_command_line(saved, capfd, monkeyp
     assert f"{out}: error over time" in text
     assert json.loads(text.splitlines()[-1]) == {
         "points": [{"error": 2.0}], "now": {"error": 1.0}, "at_error_1": {"error": 0.5}, "probe_pixels": 64,
-        "seconds": 0.25,
+        "seconds": 0.25, "notes": [],
     }  # fmt: skip
     drawn.clear()
     status, _ = call(capfd, "cost", saved)
@@ -254,3 +266,20 @@ def test_a_missing_library_is_named(saved, tmp_path):
     assert missing_files() == []
     library.unlink()
     assert [text.partition(":")[0] for text in missing_files()] == ["library.blend"]
+
+
+def test_a_transport_and_a_cost_name_what_their_pictures_lack(saved, capfd, monkeypatch):
+    """Objects of a library that was not found were missing in a recording without a note."""
+    import spectral_core.render as render
+    from spectral_core.render.cost import curve
+
+    monkeypatch.setattr(_blend, "missing_files", lambda: ["library.blend: was not found"])
+    status, text = call(capfd, "transport", saved, "--estimate", "--json")
+    assert status == 0 and "note: library.blend: was not found\n" in text
+    assert json.loads(text.splitlines()[-1])["notes"] == ["library.blend: was not found"]
+    measured = SimpleNamespace(points=(), now=Point(1.0), at_error=Point(1.0), probe_pixels=3, seconds=1.0)
+    monkeypatch.setattr(render, "RenderProcess", lambda: Process([], cost_curve=measured))
+    monkeypatch.setattr(curve, "table", lambda _: "a table")
+    status, text = call(capfd, "cost", saved, "--json")
+    assert status == 0 and "note: library.blend: was not found\n" in text
+    assert "library.blend: was not found" in json.loads(text.splitlines()[-1])["notes"]

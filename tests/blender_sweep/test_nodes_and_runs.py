@@ -81,6 +81,20 @@ def test_each_entry_of_the_document_changes_the_fingerprint_of_the_node(scene: A
     assert len({node.fingerprint for node in nodes}) == len(nodes)
 
 
+@pytest.mark.parametrize("goal", ["ERROR", "TIME"])
+def test_the_samples_of_a_sweep_count_whatever_ends_the_renders_of_the_file(
+    scene: Any, tmp_path: Path, goal: str  # noqa: F811
+) -> None:  # fmt: skip
+    """They had no effect, and a sweep of lamps failed at every point: no recording ends at an error or a time."""
+    bpy.context.scene.spectral.render.goal = goal
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    made = node_of(tmp_path, WATTS, samples=7).scene({"watts": 20.0}, 0)
+    assert (made.film.samples, made.settings.target_error, made.settings.time_budget_s) == (7, None, None)
+    swept = Parameter("wanted", 0.5, 2.0, path='bpy.data.scenes["Scene"].spectral.render.target_error')
+    left = node_of(tmp_path, swept, samples=7).scene({"wanted": 1.5}, 0).settings
+    assert (left.target_error, left.time_budget_s) == ((1.5, None) if goal == "ERROR" else (None, pytest.approx(60.0)))
+
+
 class Ran:
     """A run whose process answers what a test says."""
 

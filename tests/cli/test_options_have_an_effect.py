@@ -149,6 +149,7 @@ class Report:
     failures: dict[str, str] = {}
     cancelled = False
     not_compared = ""
+    not_computed: dict[str, str] = {}
 
     def __init__(self, _sweep: Any, _plan: Any, *, workers: int, **_options: Any) -> None:
         self.workers = workers

@@ -43,3 +43,9 @@ def sometimes(a: float, b: float, log: str) -> dict[str, float]:
     if b > 0.9:
         os.kill(os.getpid(), signal.SIGSEGV)
     return {"sum": a + b}
+
+
+def named_like_columns(a: float, b: float) -> dict[str, object]:
+    """Values with the names of columns that analyses add, and a picture."""
+    values = {"rmse": 7.0, "embed_1": 5.0, "cluster": 3.0, "distance": 2.0}
+    return {**{name: value + a for name, value in values.items()}, "image": np.full((4, 4, 3), a)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import pickle
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +18,7 @@ from spectral_core.explore.sweep.compute import rendering
 from spectral_core.explore.sweep.compute.command import TIME_LIMIT_S
 from spectral_core.explore.sweep.document import compute_node, sweep_of
 from spectral_core.explore.sweep.outcome import Outcome
-from spectral_core.scene import PointLight, Scene
+from spectral_core.scene import PointLight, RenderSettings, Scene
 from spectral_core.volume.files import write_volume
 from spectral_core.volume.samples import sample_volume
 from tests.settings_walk import fingerprint
@@ -122,6 +123,17 @@ def test_lights_alone_are_re_lit_unless_it_is_switched_off(tmp_path, traced, mon
     assert [each.pictures[""][0, 0, 0] for each in outcomes] == [121.0, 123.0]
     assert outcomes[0].values["samples"] == 11 and len(traced) == 1
     assert "relighter" in node._kept and pickle.loads(pickle.dumps(node))._kept == {}
+
+
+def test_a_scene_that_asks_for_an_error_is_rendered_where_lights_alone_are_swept(tmp_path, traced) -> None:
+    """Its recording was refused at every point."""
+    node = scene_node(tmp_path, LIGHT, settings={"settings.target_error": 2.0})
+    assert not node.relights and any("every point is rendered" in line for line in node.describe())
+    node({"watts": 3.0}, 0)
+    assert traced[0][0].lights[0].power_w == 3.0 and len(traced) == 1
+    asked = replace(_plain_scene(), settings=RenderSettings(time_budget_s=3.0))
+    rendering.Relighter().picture(asked)
+    assert len(traced) == 2
 
 
 def test_unit_lights_have_power_1_and_suns_irradiance_1() -> None:

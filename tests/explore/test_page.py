@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from spectral_core.explore.page.live import LiveSweep
 from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.page.static import draw_matrix
 from spectral_core.explore.sweep.document import read_sweep
+from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.sweep import Sweep
 from tests.explore.test_sweep import sweep_file
 
@@ -214,6 +216,19 @@ def test_live_actions_sample_derive_label_and_apply(server: PageServer) -> None:
     assert "twice" in table and "'=good" in table
     status, page = ask(server, "POST", "/page", {})
     assert status == 200 and b'"twice"' in page
+
+
+def test_a_served_page_keeps_what_other_processes_write_into_the_project(server: PageServer) -> None:
+    """The server wrote the project as it was at its start: later columns and points of a run were lost."""
+    with Store.open(server.live.store.folder) as other:
+        other.derive("other", "3 * mean")
+        other.project.design = replace(other.project.design, budget=16)
+        other.save_project()
+    assert b'"other"' in ask(server, "POST", "/page", {})[1]
+    assert ask(server, "POST", "/api/derive", {"name": "mine", "expression": "2 * other"})[0] == 200
+    assert json.loads(ask(server, "POST", "/api/refine", {})[1])["new"] == 24
+    with Store.open(server.live.store.folder) as other:
+        assert set(other.project.expressions) == {"other", "mine"} and other.project.design.budget == 32
 
 
 @pytest.mark.parametrize(

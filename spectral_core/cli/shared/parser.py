@@ -5,14 +5,23 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import re
 from collections.abc import Mapping, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from spectral_core.errors import InvalidInputError
 
+NEGATIVE = re.compile(r"-\.?\d")
+"""Start of a word that is a value, not an option: no option of a command starts with a digit."""
+
 
 class CommandParser(argparse.ArgumentParser):
-    """Parser without a page of usage before each error."""
+    """Parser without a page of usage before each error, and with values such as ``-1e-3`` and ``-0.5,0.3``."""
+
+    def __init__(self, *given: Any, **options: Any) -> None:
+        super().__init__(*given, **options)
+        # argparse of before Python 3.14 takes only -1 and -1.5 for numbers, and other such words for options
+        self._negative_number_matcher = NEGATIVE
 
     def error(self, message: str) -> NoReturn:
         """Print the error in one line and exit with 2."""

@@ -44,8 +44,7 @@ def add_embedding(store: Store, variant: Variant, names: Sequence[str] | None = 
     """Add the columns embed_1 and embed_2."""
     where = spectral_embedding(features_of(store, names), variant)
     keys = store.columns()["key"]
-    for axis in range(2):
-        store.ledger.set_manual(f"embed_{axis + 1}", dict(zip(keys, where[:, axis].tolist(), strict=True)))
+    store.add_columns({f"embed_{axis + 1}": dict(zip(keys, where[:, axis].tolist(), strict=True)) for axis in range(2)})
     print(f"{len(keys)} rows embedded ({variant}): embed_1, embed_2")
 
 
@@ -54,7 +53,7 @@ def add_clusters(store: Store, count: int, names: Sequence[str] | None = None) -
     numbers = cluster(features_of(store, names), count)
     keys = store.columns()["key"]
     texts = [f"cluster {number + 1}" for number in numbers]
-    store.ledger.set_manual("cluster", dict(zip(keys, texts, strict=True)))
+    store.add_columns({"cluster": dict(zip(keys, texts, strict=True))})
     print(f"{len(keys)} rows in {len(set(texts))} clusters")
 
 

@@ -36,8 +36,7 @@ def compare_rows(store: Store, reference: str, prefix: str = "") -> list[str]:
         measured = difference_features(read_linear(inside(store.folder, name)), target, prefix)
         for column, value in measured.items():
             found.setdefault(column, {})[row.key] = value if np.isfinite(value) else None
-    for column, values in found.items():
-        store.ledger.set_manual(column, values)
+    store.add_columns(found)
     return list(found)
 
 

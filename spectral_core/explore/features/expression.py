@@ -87,15 +87,6 @@ def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | st
     return [float(number) if np.isfinite(number) else None for number in numbers]
 
 
-def evaluate_columns(expressions: Mapping[str, str], columns: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
-    """Columns of several expressions, each of which may use those before it."""
-    known = dict(columns)
-    made: dict[str, list[Any]] = {}
-    for name, text in expressions.items():
-        made[name] = known[name] = evaluate(text, known)
-    return made
-
-
 def as_column(values: Sequence[Any]) -> Column:
     """A column with a text as texts, any other as float64; a missing value is empty, or NaN."""
     if any(isinstance(value, str) for value in values):

@@ -40,7 +40,11 @@ def read_linear(path: Path) -> NDArray[np.float32]:
 
 def read_display(path: Path, width: int | None = None) -> NDArray[np.uint8]:
     """Display sRGB bytes (height, width, 3) of a PNG or JPEG; ``width`` scales it down. Needs Pillow."""
-    image = _pillow().open(path)
+    pillow = _pillow()
+    try:
+        image = pillow.open(path)
+    except pillow.DecompressionBombError as error:
+        raise FileFormatError(f"{path.name} is too large ({error}); at most {MAX_PIXELS:,} pixels are read") from error
     if image.width * image.height > MAX_PIXELS:
         raise FileFormatError(f"{path.name} has {image.width}×{image.height} pixels; at most {MAX_PIXELS:,} are read")
     try:

@@ -45,7 +45,7 @@ def table_of_store(store: Store) -> PageTable:
     about: dict[str, dict[str, Any]] = {}
     for parameter in store.project.space.parameters:
         about[parameter.name] = {"role": "parameter", "unit": parameter.unit, "group": parameter.group,
-                                 "log": parameter.scale == "log"}  # fmt: skip
+                                 "log": parameter.scale == "log", "of": parameter.kind}  # fmt: skip
     for name in store.ledger.manual():
         about[name] = {"role": "manual", "group": "measured"}
     for name in store.project.expressions:
@@ -121,7 +121,7 @@ def _encoded(column: NDArray[Any], *, exact: bool) -> dict[str, Any]:
         short = column.astype("<f4")
     known = np.isfinite(column)
     same = np.allclose(short[known].astype(float), column[known], rtol=1e-6, atol=0.0)
-    low, high = (column[known].min(), column[known].max()) if known.any() else (0.0, 0.0)
+    low, high = (float(column[known].min()), float(column[known].max())) if known.any() else (0.0, 0.0)
     narrow = high - low < 1e-4 * max(abs(low), abs(high))
     data = short if same and not narrow and not exact else column.astype("<f8")
     return {"width": data.itemsize, "data": base64.b64encode(data.tobytes()).decode()}

@@ -78,6 +78,8 @@ class LiveSweep:
         from spectral_core.explore.sweep.designs import design_points
 
         project = self.store.project
+        if project.design.kind == "list":
+            raise InvalidInputError("this sweep lists its points; add points to the list in its file")
         design = replace(project.design, budget=budget)
         points, notes = design_points(project.space, region, design, known=self.store.known_points())
         new = self.store.enter(points)

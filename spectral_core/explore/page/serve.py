@@ -91,6 +91,7 @@ class _Handler(BaseHTTPRequestHandler):
             return self._refuse(400, "the request is no JSON object")
         if self.path == "/page":
             try:
+                self.server.live.store.refresh()
                 page = page_html(table_of_store(self.server.live.store), live=True)
             except SpectralError as error:  # such as a sweep without a finished row
                 return self._refuse(400, str(error))
@@ -103,6 +104,7 @@ class _Handler(BaseHTTPRequestHandler):
         if action is None:
             return self._refuse(404, "there is no such action")
         try:
+            self.server.live.store.refresh()
             self._json(200, action(content))
         except (SpectralError, KeyError, TypeError, ValueError, AttributeError, OverflowError, OSError) as error:
             self._refuse(400, str(error) or f"the request cannot be carried out ({type(error).__name__})")

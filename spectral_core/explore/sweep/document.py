@@ -18,9 +18,9 @@ from spectral_core.errors import (
 )
 from spectral_core.explore.features.expression import parse
 from spectral_core.explore.sweep.designs import Design
-from spectral_core.explore.sweep.parameters import Parameter, Space, Value
+from spectral_core.explore.sweep.parameters import Parameter, Space, Value, require_column_name
 from spectral_core.explore.sweep.region import RegionOfInterest
-from spectral_core.explore.sweep.store import Project, require_column_name
+from spectral_core.explore.sweep.store import Project
 
 FORMAT, VERSION = "spectral-scene sweep", 1
 MAX_BYTES = 50_000_000
@@ -106,9 +106,10 @@ def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
     if reference is not None and set(reference) != set(space.names):
         raise InvalidInputError(f"the reference needs a value for each of {', '.join(space.names)}")
     region = RegionOfInterest.from_dict(plain.get("region", {})).checked(space)
-    return SweepDocument(
-        space, region, Design.from_dict(plain.get("design", {})), compute, seed, expressions, reference, folder
-    )
+    design = Design.from_dict(plain.get("design", {}))
+    if design.kind == "list" and not design.points:
+        raise InvalidInputError("the design lists no point; give points = [{…}, …], or take another kind of design")
+    return SweepDocument(space, region, design, compute, seed, expressions, reference, folder)
 
 
 def register_compute(kind: str, factory: NodeFactory) -> None:

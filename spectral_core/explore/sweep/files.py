@@ -64,6 +64,12 @@ def require_file_name(name: str) -> str:
     return name
 
 
+def require_free(folder: Path) -> None:
+    """Raise InvalidInputError if the folder of a new store is not free."""
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
+
+
 @contextmanager
 def file_lock(path: Path) -> Iterator[None]:
     """Hold the lock of a file; other processes wait. The system releases it at any end of this process."""

@@ -33,6 +33,15 @@ def is_column_name(name: Any) -> bool:
     )
 
 
+def require_column_name(name: str) -> str:
+    """An identifier that is no FILE column."""
+    if is_column_name(name) and len(name) <= 64:
+        return name
+    raise InvalidInputError(
+        f"{str(name)[:80]!r} cannot name a column; expected letters, digits and underscores, not key, seconds or FILE…"
+    )
+
+
 def is_finite(number: float) -> bool:
     """True if this is a number that is finite as a float. A whole number of 400 digits is too large for that."""
     try:
@@ -133,12 +142,19 @@ class Parameter:
             if value not in self.choices:
                 raise InvalidInputError(f"{self.name} is {value!r}; the choices are {list(self.choices)}")
             return (self.choices.index(value) + 0.5) / len(self.choices)
-        number = self._number(value)
-        if self.kind == "real":
-            return self._to_unit(self.low, self.high, number)
-        if self.scale == "log":
-            return self._to_unit(self.low - 0.5, self.high + 0.5, number)
-        return (number - self.low + 0.5) / (self.high - self.low + 1)
+        return self.place(self._number(value))
+
+    def place(self, number: float) -> float:
+        """Coordinate of a number, which need not be whole for a parameter that counts: it has half a step around it."""
+        half = 0.5 if self.kind == "integer" else 0.0
+        return self._to_unit(self.low - half, self.high + half, number)
+
+    @property
+    def width(self) -> float:
+        """Length of the unit interval in values, in decades on a log scale."""
+        half = 0.5 if self.kind == "integer" else 0.0
+        low, high = self.low - half, self.high + half
+        return math.log10(high) - math.log10(low) if self.scale == "log" else high - low
 
     def _number(self, value: Value) -> float:
         if isinstance(value, bool | str) or not is_finite(value):

@@ -81,11 +81,8 @@ class RegionOfInterest:
             if parameter.name in self.ranges:
                 ends = self.ranges[parameter.name]
                 if parameter.kind == "integer":
-                    half = 0.5 / (parameter.high - parameter.low + 1)  # a whole number has an interval
-                    first, last = (parameter.coordinate(float(v)) for v in (math.ceil(ends[0]), math.floor(ends[1])))
-                    if parameter.scale == "log":
-                        half = 1e-9
-                    low[index], high[index] = first - half, last + half
+                    low[index] = parameter.place(math.ceil(ends[0]) - 0.5)
+                    high[index] = parameter.place(math.floor(ends[1]) + 0.5)
                 else:
                     low[index], high[index] = (parameter.coordinate(v) for v in ends)
         region = box(low, high)
@@ -194,6 +191,10 @@ def _check_ball(one: NormBall, space: Space) -> None:
             raise InvalidInputError(f"{name} chooses among values, so a ball cannot limit it")
         if name not in one.center or not (math.isfinite(radius) and radius > 0):
             raise InvalidInputError(f"the ball needs a center and a positive radius for {name}; got {radius}")
+    for name, value in one.center.items():
+        if not math.isfinite(value) or (space[name].scale == "log" and value <= 0):
+            above = " above 0" if space[name].scale == "log" else ""
+            raise InvalidInputError(f"the center of the ball has {name} = {value}; expected a finite number{above}")
 
 
 def _unit_ball(one: NormBall, space: Space) -> Region:
@@ -201,10 +202,6 @@ def _unit_ball(one: NormBall, space: Space) -> Region:
     center, radii = np.full(len(space.parameters), 0.5), np.full(len(space.parameters), 1e6)
     for name, radius in one.radii.items():
         index, parameter = space.names.index(name), space[name]
-        value = float(one.center[name])
-        center[index] = parameter.coordinate(round(value) if parameter.kind == "integer" else value)
-        if parameter.scale == "log":
-            radii[index] = radius / (math.log10(parameter.high) - math.log10(parameter.low))
-        else:
-            radii[index] = radius / (parameter.high - parameter.low + (parameter.kind == "integer"))
+        center[index] = parameter.place(float(one.center[name]))
+        radii[index] = radius / parameter.width
     return ball(center, radii, p=one.p)

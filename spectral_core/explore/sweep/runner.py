@@ -56,6 +56,8 @@ class SweepReport:
     """Reason of each point that is set aside, by key."""
     not_compared: str = ""
     """Why the pictures were not compared with the reference of the document; "" if they were, or it names none."""
+    not_computed: dict[str, str] = field(default_factory=dict)
+    """Why columns of the document's expressions are empty or absent, by name."""
 
     def reasons(self) -> list[tuple[str, int]]:
         """Reasons of failures and how many points each has, most first."""

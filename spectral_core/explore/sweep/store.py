@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.explore.features.expression import evaluate_columns
+from spectral_core.explore.features.expression import evaluate
 from spectral_core.explore.sweep.cinema import csv_text
 from spectral_core.explore.sweep.designs import Design, Point
-from spectral_core.explore.sweep.files import file_lock, read_json, write_whole
+from spectral_core.explore.sweep.files import file_lock, read_json, require_free, write_whole
 from spectral_core.explore.sweep.ledger import Ledger, Row
 from spectral_core.explore.sweep.outcome import point_key
-from spectral_core.explore.sweep.parameters import Parameter, Space, is_column_name, is_finite
+from spectral_core.explore.sweep.parameters import Parameter, Space, is_finite, require_column_name
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.task import Receipt, StoreAddress, commit_files, spooled_record
 from spectral_core.files.whole import make_folder
@@ -96,6 +96,8 @@ class Store:
     def __init__(self, folder: Path, project: Project) -> None:
         self.folder = folder
         self.project = project
+        self.not_computed: dict[str, str] = {}
+        """Computed columns that the last table lacks, and why."""
         for name in ("image", "outcome", "lease"):
             make_folder(folder / name)
         self.ledger = Ledger(folder / "ledger.sqlite")
@@ -119,7 +121,12 @@ class Store:
         folder = cdb_folder(folder)
         if not (folder / "project.json").is_file():
             raise FileFormatError(f"{folder} holds no sweep (no project.json)")
-        return cls(folder, Project.from_dict(read_json(folder / "project.json"), str(folder / "project.json")))
+        return cls(folder, cls.project_of(folder))
+
+    @staticmethod
+    def project_of(folder: Path) -> Project:
+        """The project of a store's folder. Raises FileFormatError."""
+        return Project.from_dict(read_json(folder / "project.json"), str(folder / "project.json"))
 
     def close(self) -> None:
         """Close the ledger."""
@@ -134,6 +141,10 @@ class Store:
     def address(self, *, linear: bool = True) -> StoreAddress:
         """Data that workers need to commit."""
         return StoreAddress(str(self.folder.resolve()), self.project.store_id, linear)
+
+    def refresh(self) -> None:
+        """Read project.json again: another process may have changed it, and the next change must not undo that."""
+        self.project = Store.project_of(self.folder)
 
     def save_project(self) -> None:
         """Write project.json."""
@@ -176,30 +187,39 @@ class Store:
         return found
 
     def columns(self) -> dict[str, list[Any]]:
-        """The finished rows by column: parameters, values, seconds, manual columns, expressions, key, files."""
-        return self._table(self.ledger.rows("done"))
+        """The finished rows by column: parameters, values, seconds, manual columns, expressions, key, files.
 
-    def _table(self, rows: list[Row]) -> dict[str, list[Any]]:
-        table: dict[str, list[Any]] = {}
-        for name in self.project.space.names:
-            table[name] = [row.parameters.get(name) for row in rows]
+        An expression that cannot be computed gives an empty column, or none if its name is taken, and is in
+        ``not_computed``: the column that it reads may come later, as those of a comparison do, or be gone.
+        """
+        table, self.not_computed = self._table(self.ledger.rows("done"), self.project.expressions)
+        return table
+
+    def _table(self, rows: list[Row], expressions: Mapping[str, str]) -> tuple[dict[str, list[Any]], dict[str, str]]:
+        """The columns of rows, and why some expressions gave none."""
+        table: dict[str, list[Any]] = {
+            name: [row.parameters.get(name) for row in rows] for name in self.project.space.names
+        }
         for name in dict.fromkeys(name for row in rows for name in row.outcome):
             if name not in table:
                 table[name] = [row.outcome.get(name) for row in rows]
         table[TIMING_COLUMN] = [row.seconds for row in rows]
         for name, by_key in sorted(self.ledger.manual().items()):
-            table[name] = [by_key.get(row.key) for row in rows]
-        if rows:
-            taken = [name for name in self.project.expressions if name in table]
-            if taken:
-                raise InvalidInputError(
-                    f"a column is computed as {taken[0]!r}, which the outcome has already; rename it in [columns]"
-                )
-            table |= evaluate_columns(self.project.expressions, table)
+            if name not in table:
+                table[name] = [by_key.get(row.key) for row in rows]
+        wrong: dict[str, str] = {}
+        for name, text in expressions.items() if rows else ():
+            if name in table:
+                wrong[name] = f"a column is computed as {name!r}, which the outcome has already; rename it in [columns]"
+                continue
+            try:
+                table[name] = evaluate(text, table)
+            except InvalidInputError as error:
+                table[name], wrong[name] = [None] * len(rows), str(error)
         table["key"] = [row.key for row in rows]
         for name in dict.fromkeys(name for row in rows for name in row.files):
             table[name] = [row.files.get(name) for row in rows]
-        return table
+        return table, wrong
 
     def write_table(self) -> Path:
         """Write data.csv of all finished rows, in the order of the design."""
@@ -215,8 +235,10 @@ class Store:
         table = self.columns()
         if name in table and name not in self.project.expressions:
             raise InvalidInputError(f"there is a column {name!r} already; take another name")
-        without = {key: column for key, column in table.items() if key not in self.project.expressions}
-        evaluate_columns({**self.project.expressions, name: expression}, without)
+        wrong = self._table(self.ledger.rows("done"), {**self.project.expressions, name: expression})[1]
+        for column, reason in wrong.items():
+            if column == name or column not in self.not_computed:
+                raise InvalidInputError(reason if column == name else f"{column!r}, which reads {name!r}: {reason}")
         self.project.expressions[name] = expression
         self.save_project()
 
@@ -227,10 +249,6 @@ class Store:
         unknown = [key for key in values if key not in states]
         if unknown:
             raise InvalidInputError(f"the sweep has no row {unknown[0][:64]!r}")
-        taken = {*self.project.space.names, *self.project.expressions, TIMING_COLUMN, "key"}
-        taken |= {column for row in self.ledger.rows("done") for column in row.outcome}
-        if name in taken:
-            raise InvalidInputError(f"{name!r} is not a manual column; take another name")
         for value in values.values():
             if value is not None and (isinstance(value, bool) or not isinstance(value, float | int | str)):
                 raise InvalidInputError(f"a manual value is {value!r}; expected a number or a text")
@@ -238,15 +256,22 @@ class Store:
                 raise InvalidInputError("a manual value is a whole number beyond 1e308; expected a smaller number")
             if isinstance(value, str) and len(value) > 1000:
                 raise InvalidInputError("a label is at most 1000 characters long")
-        self.ledger.set_manual(name, values)
+        self.add_columns({name: values})
 
-
-def require_column_name(name: str) -> str:
-    """An identifier that is no FILE column."""
-    if not is_column_name(name) or len(name) > 64:
-        raise InvalidInputError(f"{str(name)[:80]!r} cannot name a column; expected letters, digits and underscores, "
-                                "not key, seconds or FILE…")  # fmt: skip
-    return name
+    def add_columns(self, columns: Mapping[str, Mapping[str, float | int | str | None]]) -> None:
+        """Set columns beside those of the outcomes, by name and key. Raises InvalidInputError for a name that the
+        table has from elsewhere: its values would be replaced.
+        """
+        taken = {*self.project.space.names, *self.project.expressions, TIMING_COLUMN, "key"}
+        taken |= {column for row in self.ledger.rows("done") for column in row.outcome}
+        for name in columns:
+            if name in taken:
+                raise InvalidInputError(
+                    f"{name!r} is not a manual column: a parameter, a value of the outcome or a computed column has "
+                    "this name; take another name, or rename that one"
+                )
+        for name, values in columns.items():
+            self.ledger.set_manual(name, values)
 
 
 def cdb_folder(folder: Path) -> Path:
@@ -257,12 +282,6 @@ def cdb_folder(folder: Path) -> Path:
         if not path.name:
             raise InvalidInputError(f"{path} is no folder of a sweep; name a folder in it")
     return path if path.suffix == ".cdb" else path.with_name(path.name + ".cdb")
-
-
-def require_free(folder: Path) -> None:
-    """Raise InvalidInputError if the folder of a new store is not free."""
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
 
 
 def _environment() -> dict[str, str]:

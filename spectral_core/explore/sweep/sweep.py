@@ -15,10 +15,11 @@ from typing import Any
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.designs import design_points
 from spectral_core.explore.sweep.document import SweepDocument
+from spectral_core.explore.sweep.files import require_free
 from spectral_core.explore.sweep.outcome import describe
 from spectral_core.explore.sweep.parameters import Space
 from spectral_core.explore.sweep.runner import SweepProgress, SweepReport, run_sweep, text_of
-from spectral_core.explore.sweep.store import Store, cdb_folder, require_free
+from spectral_core.explore.sweep.store import Store, cdb_folder
 from spectral_core.explore.sweep.task import compute_point
 
 REFERENCE_KEY = "reference"
@@ -95,10 +96,16 @@ class Sweep:
         for name in values & set(project.expressions):
             del project.expressions[name]
         project.expressions.update(document.expressions)
+        # Views show unit and group, and no point depends on them.
+        shown = [replace(old, unit=p.unit, group=p.group)
+                 for p, old in zip(document.space.parameters, project.space.parameters, strict=True)]  # fmt: skip
+        project.space, project.units = Space(tuple(shown)), {p.name: p.unit for p in shown if p.unit}
 
     def plan(self, budget: int | None = None) -> SweepPlan:
         """Enter the points of the region and return the plan of a run."""
         project = self.store.project
+        if budget is not None and project.design.kind == "list":
+            raise InvalidInputError("the sweep lists its points, so a budget has no effect; add points to the list")
         if budget is not None:
             project.design = replace(project.design, budget=budget)
             self.store.save_project()
@@ -159,6 +166,9 @@ class Sweep:
                 self.compare(dict(self.document.reference))
             except Exception as error:  # the swept code of a user may raise anything; the points stay
                 report.not_compared = text_of(error)
+        if not report.cancelled:  # the columns of a comparison come last
+            wrong = self.store.not_computed
+            report.not_computed = {name: wrong[name] for name in self.document.expressions if name in wrong}
         return report
 
     def compare(self, reference: dict[str, Any]) -> None:

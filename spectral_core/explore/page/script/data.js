@@ -3,7 +3,7 @@
 
 /**
  * @typedef {{name: string, kind: "number"|"text", role: "parameter"|"value"|"manual"|"file"|"time", unit: string,
- *   group: string, log: boolean, values: Float64Array|null, texts: string[]|null, low: number, high: number,
+ *   group: string, log: boolean, of?: "real"|"integer"|"choice", values: Float64Array|null, texts: string[]|null, low: number, high: number,
  *   order: string[]}} Column
  * A column. `values` holds numbers, or for texts the position in `order`; NaN where there is none.
  * @typedef {{title: string, id: string, keys: string[], columns: Column[], byName: Map<string, Column>, count: number,
@@ -36,11 +36,12 @@ export function extent(values) {
   let low = Infinity;
   let high = -Infinity;
   for (const value of values) {
-    if (value < low) low = value;
+    if (value < low && value !== -Infinity) low = value;
     if (value > high && value !== Infinity) high = value;
   }
   if (!(low <= high)) return [0, 1];
-  return low === high ? [low - 0.5, high + 0.5] : [low, high];
+  const room = Math.max(0.5, 1e-9 * Math.abs(low)); // a half is lost in the rounding of a large number
+  return low === high ? [low - room, high + room] : [low, high];
 }
 
 /** "name 2" before "name 10", alike on every machine. */

@@ -253,9 +253,9 @@ class Explorer {
     };
     const cell = (/** @type {any} */ column, /** @type {number} */ row) =>
       column.kind === "text" ? quoted(shown(column, row)) : Number.isNaN(column.values[row]) ? "NaN" : String(column.values[row]);
-    const lines = [["key", ...columns.map((c) => c.name), "selected"].join(",")];
+    const lines = [["key", ...columns.map((c) => quoted(c.name)), "selected"].join(",")];
     for (let row = 0; row < this.table.count; row++) {
-      lines.push([this.table.keys[row], ...columns.map((c) => cell(c, row)), this.state.selection[row]].join(","));
+      lines.push([quoted(this.table.keys[row]), ...columns.map((c) => cell(c, row)), this.state.selection[row]].join(","));
     }
     return `${lines.join("\n")}\n`;
   }

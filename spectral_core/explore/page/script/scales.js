@@ -4,6 +4,9 @@
 /** Share of an axis that is left free at either end, so that the outermost points are seen whole. */
 const MARGIN = 0.03;
 
+/** More ticks than any axis has room for. */
+const MOST_TICKS = 200;
+
 /** Position of a value on its axis, 0 to 1 with margins. @param {import("./data.js").Column} column @param {number} value */
 export function position(column, value) {
   const [low, high, at] = column.log ? [Math.log(column.low), Math.log(column.high), Math.log(value)] : [column.low, column.high, value];
@@ -45,9 +48,9 @@ export function ticks(column, wanted) {
   const steps = [0.5, 1, 2, 5, 10].map((k) => k * power);
   const wide = steps.find((k) => k >= rough) ?? 10 * power;
   const step = inRange(wide) > 1 ? wide : steps.filter((k) => k < wide && inRange(k) > 1).at(-1) ?? wide; // one tick tells no scale
-  for (let k = Math.ceil(column.low / step - 1e-9); k * step <= column.high + 1e-9 * step; k++) {
-    found.push({ at: position(column, k * step), text: plain(k * step) });
-  }
+  const first = Math.ceil(column.low / step - 1e-9);
+  const count = Math.min(inRange(step), MOST_TICKS); // beyond 2^53 a number may be its own successor
+  for (let i = 0; i < count; i++) found.push({ at: position(column, (first + i) * step), text: plain((first + i) * step) });
   // a range too narrow for six digits: the first tick, and how far the others are above it
   if (new Set(found.map((tick) => tick.text)).size < found.length) {
     return found.map((tick, i) => (i ? { ...tick, text: `+${plain(i * step)}` } : tick));

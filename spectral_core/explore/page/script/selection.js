@@ -74,19 +74,21 @@ export function rowsOf(mask, most = Infinity) {
 export function regionAround(table, rows, name) {
   /** @type {Record<string, number[]>} */
   const ranges = {};
-  /** @type {Record<string, string[]>} */
+  /** @type {Record<string, (string|number)[]>} */
   const choices = {};
   for (const column of table.columns) {
     if (column.role !== "parameter" || !column.values) continue;
     const values = rows.map((row) => /** @type {Float64Array} */ (column.values)[row]).filter((v) => !Number.isNaN(v));
     if (!values.length) continue;
     if (column.kind === "text") choices[column.name] = [...new Set(values.map((v) => column.order[v]))];
+    else if (column.of === "choice") choices[column.name] = [...new Set(values)].sort((a, b) => a - b);
     else {
       const low = values.reduce((a, b) => Math.min(a, b));
       const high = values.reduce((a, b) => Math.max(a, b));
-      // one value alone is no range: a hundredth of the axis around it
-      const room = low === high && !column.log ? 0.005 * (column.high - column.low) : 0;
-      const factor = low === high && column.log ? (column.high / column.low) ** 0.005 : 1;
+      // one real value alone is no range: a hundredth of the axis around it
+      const alone = low === high && column.of !== "integer";
+      const room = alone && !column.log ? 0.005 * (column.high - column.low) : 0;
+      const factor = alone && column.log ? (column.high / column.low) ** 0.005 : 1;
       ranges[column.name] = [(low - room) / factor, (high + room) * factor];
     }
   }

@@ -57,6 +57,8 @@ class CommandNode:
         words = tuple(shlex.split(template) if isinstance(template, str) else [str(word) for word in template])
         if not words:
             raise InvalidInputError("the command is empty; expected a program and its arguments")
+        if "out" in space.names:
+            raise InvalidInputError("a parameter is named 'out', as the folder of a command's results is; rename it")
         known = {*space.names, "seed", "out"}
         used = {place for word in words for place in _PLACE.findall(word)}
         strange = sorted(used - known)
@@ -77,7 +79,8 @@ class CommandNode:
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
         with tempfile.TemporaryDirectory(prefix="sweep-") as out:
-            known = {**{name: _word(value) for name, value in parameters.items()}, "seed": str(seed), "out": out}
+            # a swept seed replaces that of the sweep
+            known = {"seed": str(seed), "out": out, **{name: _word(value) for name, value in parameters.items()}}
             words = [_PLACE.sub(lambda match: known[match.group(1)], word) for word in self.words]
             done = self._run(words)
             if done.returncode != 0:

@@ -84,7 +84,9 @@ def load_function(address: str) -> Callable[..., Any]:
 def _load_file(path: Path) -> Any:
     if not path.is_file():
         raise InvalidInputError(f"there is no file {path}; check its name and its folder")
-    name = f"_sweep_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
+    # with its content: a long-lived process, such as that of a page, must not keep a module that was edited
+    said = str(path).encode() + b"\0" + path.read_bytes()
+    name = f"_sweep_{hashlib.sha256(said).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, path)

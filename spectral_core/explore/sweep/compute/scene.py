@@ -11,12 +11,15 @@ from typing import Any
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.compute.function import load_function
-from spectral_core.explore.sweep.compute.paths import set_path
+from spectral_core.explore.sweep.compute.paths import parse_path, set_path
 from spectral_core.explore.sweep.compute.rendering import Relighter, rendered, swept_lights_only
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
 from spectral_core.scene import Scene, scene_hash
+
+SEED_PATH = "film.seed"
+"""The seed of the sweep replaces this one, unless the sweep sets it."""
 
 
 @dataclass(frozen=True)
@@ -71,18 +74,26 @@ class SceneNode:
     @property
     def relights(self) -> bool:
         """True if points are re-lit instead of rendered."""
-        return self.relight and not self.per_light and swept_lights_only(dict(self.paths))
+        from spectral_core.render.cost.asked import is_asked
+
+        lights_only = self.relight and not self.per_light and swept_lights_only(dict(self.paths))
+        return lights_only and not is_asked(self._base().settings)
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
         base: Scene = self._base()
         scene = base
         for name, path in self.paths:
             scene = set_path(scene, path, parameters[name])
-        scene = replace(scene, film=replace(scene.film, seed=seed))
+        if not self._sets(SEED_PATH):
+            scene = replace(scene, film=replace(scene.film, seed=seed))
         if self.relights:
             relighter: Relighter = self._kept.setdefault("relighter", Relighter())
             return relighter.picture(scene)
         return rendered(scene, per_light=self.per_light)
+
+    def _sets(self, path: str) -> bool:
+        """True if a property is swept or has a setting."""
+        return any(parse_path(each) == parse_path(path) for each in (*dict(self.paths).values(), *dict(self.settings)))
 
     def _base(self) -> Scene:
         if "base" not in self._kept:
@@ -102,6 +113,9 @@ class SceneNode:
         lines = ["renders in workers that keep the scene loaded"]
         if self.relights:
             lines.append("only powers of lights are swept: a worker records them once and re-lights each point")
+        elif swept_lights_only(dict(self.paths)):
+            why = "each light is measured by itself" if self.per_light else "the scene asks for an error or a time"
+            lines.append(f"every point is rendered: {why if self.relight else 'relight is false'}")
         elif any(path.startswith("lights[") for _, path in self.paths):
             lines.append(
                 "lights are swept together with other properties, so every point is rendered; re-lighting needs a "

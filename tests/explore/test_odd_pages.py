@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pages of odd tables: chosen and whole numbers, numbers of any size, odd names, pictures that are too large."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.explore.checks.browser import Browser, find_browser
+from spectral_core.explore.page.build import PageTable, page_html, write_page
+from spectral_core.explore.sweep.parameters import Parameter, Space
+from spectral_core.explore.sweep.region import RegionOfInterest
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_a_region_around_points_fits_numbers_that_are_chosen_or_whole(tmp_path: Path) -> None:
+    """Chosen numbers gave a range, and a single whole number one beyond its ends, which the sweep refused."""
+    rows = 8
+    columns = {"size": [2, 4, 8, 4] * 2, "count": [1, 1, 200, 400] * 2, "far": [-np.inf, 1.0, 2.0, 3.0] * 2,
+               "large": [1e20] * rows}  # fmt: skip
+    about = {"size": {"role": "parameter", "of": "choice"}, "count": {"role": "parameter", "of": "integer"}}
+    keys = ['a "b", c', "=1+1", *(f"k{i}" for i in range(rows - 2))]
+    path = write_page(tmp_path / "page.html", PageTable("odd", "odd", columns, keys, about))
+    with Browser(900, 700) as page:
+        page.open(path.resolve().as_uri())
+        page.run("explorer.select(Uint8Array.from([1, 1, 0, 0, 0, 0, 0, 0]))")
+        region = page.run("explorer.region()")
+        assert region["choices"] == {"size": [2, 4]} and region["ranges"] == {"count": [1, 1]}
+        lines = page.run("explorer.csv()").splitlines()
+        assert lines[1].startswith('"a ""b"", c",2') and lines[2].startswith("'=1+1,4")
+        for name in ("far", "large"):
+            places = page.run(f"Array.from(explorer.matrix.positions('{name}'), (x) => Number.isFinite(x) ? x : null)")
+            assert [place is None for place in places] == [value == -np.inf for value in columns[name]]
+        assert page.errors == []
+    space = Space((Parameter("size", kind="choice", choices=(2, 4, 8)), Parameter("count", 1, 1000, kind="integer")))
+    assert RegionOfInterest.from_dict(region).checked(space).contains(space, {"size": 4, "count": 1})
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_numbers_of_any_size_are_drawn(tmp_path: Path) -> None:
+    """The page hung: a tick beyond 2^53 steps was its own successor."""
+    near, wide = [1e16 + 2 * i for i in range(5)], [1e308, -1e308, 0.0, 1e-308, 5e-324]
+    columns = {"near": near, "wide": wide, "same": [1e15] * 5, "nothing": [None] * 5}
+    path = write_page(tmp_path / "page.html", PageTable("odd", "odd", columns, list("abcde")))
+    with Browser(1100, 700) as page:
+        page.open(path.resolve().as_uri())
+        for name in columns:
+            for view in ("matrix", "parallel", "table"):
+                page.run(f"explorer.state.columns = ['{name}']; explorer.state.view = '{view}'; explorer.changed()")
+        assert page.run("explorer.state.columns") == ["nothing"] and page.errors == []
+
+
+def test_a_page_leaves_out_the_thumbnail_of_a_picture_of_too_many_pixels(tmp_path: Path, monkeypatch: object) -> None:
+    """Pillow's own limit ended in a traceback."""
+    image = pytest.importorskip("PIL.Image")
+    from spectral_core.errors import FileFormatError
+    from spectral_core.explore.features.picture_files import read_display
+
+    (tmp_path / "image").mkdir()
+    image.new("RGB", (40, 30)).save(tmp_path / "image" / "big.png")
+    monkeypatch.setattr(image, "MAX_IMAGE_PIXELS", 500)  # type: ignore[attr-defined]
+    with pytest.raises(FileFormatError, match=r"big\.png is too large"):
+        read_display(tmp_path / "image" / "big.png")
+    table = PageTable("big", "big", {"a": [1.0], "FILE": ["image/big.png"]}, ["k"], {}, tmp_path)
+    assert "big.png" in page_html(table)
