@@ -135,3 +135,22 @@ def test_relight_takes_one_spectrum_of_a_file(tmp_path: Path) -> None:
         assert main(["relight", str(file), "--light", f"key={path}@{name}", "--out", str(out)]) == 0
         red_over_blue.append(np.load(out)[0, 0, 0] / np.load(out)[0, 0, 2])
     assert red_over_blue[0] > 2 * red_over_blue[1]
+
+
+def test_a_texture_takes_lights_as_the_other_commands_do(tmp_path: Path, capsys) -> None:
+    """Of the file of lights that the command itself writes, neither light could be given again."""
+    import argparse
+
+    from spectral_core.cli import texture
+
+    parser = argparse.ArgumentParser()
+    texture.add_arguments(parser)
+    write_spectra(tmp_path / "lights.csv", [illuminant("D65"), illuminant("HP1")])
+    words = ["one.png", "two.png", "--light", f"{tmp_path / 'lights.csv'}@HP1", "--light", "blackbody 3200.5"]
+    first, second = texture._project(parser.parse_args(words)).lights
+    assert (first.name, second.name) == ("HP1", "blackbody 3200.5")
+    np.testing.assert_array_equal(first.values, illuminant("HP1").values)
+    named = [each.name for each in texture._project(parser.parse_args([*words[:4], *words[2:4]])).lights]
+    assert len(set(named)) == 2
+    assert main(["texture", "one.png", "--light", "D65"]) == 1
+    assert "got 1 with --light; a texture needs two lights, or none for two pictures" in capsys.readouterr().err
