@@ -45,6 +45,9 @@ PACKAGES = [
     ("rtmidi", "python-rtmidi", "MIDI faders", "board"),
     ("pythonosc", "python-osc", "OSC faders", "board"),
     ("matplotlib", "matplotlib", "figures", "figures"),
+    ("PIL", "pillow", "thumbnails of sweeps", "explore"),
+    ("flip_evaluator", "flip-evaluator", "FLIP differences of a sweep's pictures", "explore"),
+    ("distributed", "distributed", "sweeps on a dask cluster", "dask"),
     ("pyoidn", "pyoidn", "denoising (88 MB)", "denoise"),
 ]
 

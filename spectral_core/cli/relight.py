@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import shutil
 import subprocess
 import tempfile
@@ -88,14 +89,21 @@ def _pairs(option: str, text: str) -> list[tuple[str, str]]:
         if not separator or not value:
             raise InvalidInputError(f"{option} {part!r} is not of the form GROUP=VALUE, such as Key=0.3")
         pairs.append((group.strip(), value.strip()))
+    named = [group for group, _ in pairs]
+    twice = next((group for group in named if named.count(group) > 1), None)
+    if twice is not None:
+        raise InvalidInputError(f"{option} names the light group {twice!r} twice; give each group once")
     return pairs
 
 
 def _number(option: str, text: str) -> float:
     try:
-        return float(text)
-    except ValueError as error:
-        raise InvalidInputError(f"{option} has {text!r}; expected a number such as 0.3") from error
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise InvalidInputError(f"{option} has {text!r}; expected a number such as 0.3")
+    return number
 
 
 def _dial_weights(arguments: argparse.Namespace, groups: int) -> Any:

@@ -34,7 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="two pictures of one size, one with wanted colors, or a document",
     )
     parser.add_argument("--out", type=Path, default=Path("out/texture"), help="folder to write to (out/texture)")
-    parser.add_argument("--light", action="append", default=[], metavar="NAME", help="catalogue name, FILE or FILE@NAME; give two")
+    parser.add_argument(
+        "--light", action="append", default=[], metavar="NAME", help="catalogue name, FILE or FILE@NAME; give two"
+    )
     parser.add_argument("--floor", type=float, help="gray that black becomes (0.02; 0.1 with given lights)")
     parser.add_argument("--slope", type=float, help="contrast to keep, up to 1 - floor (0.97 - floor)")
     parser.add_argument(
@@ -105,4 +107,3 @@ def _project(arguments: argparse.Namespace) -> TextureProject:
         tuple(arguments.pictures), tuple(told_apart([illuminant_named(name) for name in arguments.light])),
         tuple(Pin(decoded_color(color), decoded_color(wanted)) for color, wanted in arguments.wanted), settings,
     )  # fmt: skip
-

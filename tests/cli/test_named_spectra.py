@@ -137,6 +137,25 @@ def test_relight_takes_one_spectrum_of_a_file(tmp_path: Path) -> None:
     assert red_over_blue[0] > 2 * red_over_blue[1]
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--mix", "key=1, key=0"], "--mix names the light group 'key' twice"),
+        (["--light", "key=A,key=HP1"], "--light names the light group 'key' twice"),
+        (["--mix", "key=nan"], "--mix has 'nan'; expected a number such as 0.3"),
+        (["--dial", "inf,0"], "--dial has 'inf'; expected a number"),
+    ],
+)
+def test_relight_refuses_what_it_would_ignore_or_could_not_show(tmp_path: Path, capsys, words, message) -> None:
+    storage, file = BandStorage(31), tmp_path / "lights.exr"
+    layers = np.full((1, storage.channel_count, 2, 3), 1e-4, np.float32)
+    coverage = np.ones((2, 3), np.float32)
+    write_transport(file, Transport(storage, ("key",), layers, coverage, (illuminant("D65"),), 1.0, "0" * 64, 1, 0))
+    assert main(["relight", str(file), *words, "--out", str(tmp_path / "x.png")]) == 1
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "x.png").exists()
+
+
 def test_a_texture_takes_lights_as_the_other_commands_do(tmp_path: Path, capsys) -> None:
     """Of the file of lights that the command itself writes, neither light could be given again."""
     import argparse
