@@ -15,7 +15,7 @@ from bpy.types import ID, PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
 from spectral_core.palette.recipe.library import led_channels, paint_chips
-from spectral_core.palette.recipe.material import Colorants, material_recipe
+from spectral_core.palette.recipe.material import MOST_COLORANTS, Colorants, material_recipe
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.files import read_spectra
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum, told_apart
@@ -42,6 +42,8 @@ def search(scene: Scene) -> Callable[[], Found]:
     recipe.text, recipe.spectrum = "", ""
     spectra, kind, most = _library(recipe), recipe.kind, recipe.most
     if kind != "LAMP":
+        if most > MOST_COLORANTS:
+            raise InvalidInputError(f"Most Parts is {most}; a recipe has 1 to {MOST_COLORANTS}, lower it")
         colorants, wanted, lights, grams = _colorants(recipe, spectra), _wanted(scene), _lights(scene), recipe.grams
 
         def mixed() -> Found:
@@ -56,7 +58,7 @@ def search(scene: Scene) -> Callable[[], Found]:
     )
     channels = [Illuminant(each.name, each.grid, each.values) for each in spectra]
     if most < 3:
-        raise InvalidInputError(f"a white takes three channels or more; At Most is {most}, make it 3")
+        raise InvalidInputError(f"a white takes three channels or more; Most Channels is {most}, make it 3")
     cct, duv = recipe.cct, recipe.duv
     # The library's channels have one watt each; those of a file are as bright as the file says.
     full = "one watt of radiation" if not recipe.reads_file else "the channel as in the file"

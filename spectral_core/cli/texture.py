@@ -95,8 +95,8 @@ def _project(arguments: argparse.Namespace) -> TextureProject:
         return read_project(arguments.pictures[0])
     if len(arguments.light) not in (0, 2):
         raise InvalidInputError(
-            f"got {len(arguments.light)} with --light; a texture needs two lights, or none for two pictures, whose lights "
-            "are then designed"
+            f"got {len(arguments.light)} with --light; a texture needs two lights, or none for two pictures, whose "
+            "lights are then designed"
         )
     settings = TextureSettings(
         floor=arguments.floor, slope=arguments.slope,

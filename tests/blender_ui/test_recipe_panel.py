@@ -136,7 +136,10 @@ def test_a_chip_is_no_recipe_of_itself_and_an_old_recipe_is_removed(blender, rec
 
 def test_an_error_of_the_core_is_reported_and_changes_nothing(blender, recipe, tmp_path) -> None:
     recipe.kind, recipe.most = "LAMP", 2
-    with pytest.raises(RuntimeError, match="a white takes three channels"):
+    with pytest.raises(RuntimeError, match="a white takes three channels or more; Most Channels is 2"):
+        blender.ops.spectral.recipe_find()
+    recipe.kind, recipe.wanted, recipe.surface, recipe.most = "PAINTS", "NAMED", "foliage", 12
+    with pytest.raises(RuntimeError, match="Most Parts is 12; a recipe has 1 to 8, lower it"):
         blender.ops.spectral.recipe_find()
     percent = [Reflectance(name, LAMP_GRID, np.full(LAMP_GRID.size, value)) for name, value in (("a", 0.2), ("b", 0.9))]
     write_spectra(tmp_path / "percent.csv", percent)

@@ -71,8 +71,8 @@ class TextureProject:
             )
         if len(self.lights) not in (0, 2):
             raise InvalidInputError(
-                f"got {len(self.lights)} of the lights; a texture needs two, or none for two pictures, whose lights are "
-                "then designed"
+                f"got {len(self.lights)} of the lights; a texture needs two, or none for two pictures, whose lights "
+                "are then designed"
             )
         if len(self.pictures) == 1 and not self.lights:
             raise InvalidInputError("one picture needs two lights: its own, and that of the wanted colors")
