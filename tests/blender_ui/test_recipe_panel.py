@@ -19,8 +19,9 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.lamp import LampQuality
 from spectral_core.palette.recipe.white import LAMP_GRID, cct_and_duv, color_rendering_index, xyz_from_spd
 from spectral_core.palette.texture.lights import led
+from spectral_core.spectra.catalogue import reflectance
 from spectral_core.spectra.files import write_spectra
-from spectral_core.spectra.spectrum import Reflectance
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 
 
 @pytest.fixture
@@ -114,6 +115,15 @@ def test_channels_from_a_file_and_missing_inks(blender, recipe, tmp_path) -> Non
     with pytest.raises(RuntimeError, match="differ from maker to maker"):
         blender.ops.spectral.recipe_find()
     assert np.isfinite(recipe.dot_gain)
+
+
+def test_inks_of_different_ranges_are_mixed_over_the_range_that_all_have(blender, recipe, tmp_path) -> None:
+    narrow = SpectralGrid.uniform(430, 660, 10)
+    cut = Reflectance("cyan", narrow, reflectance("cyan").at(narrow.wavelengths_nm))
+    write_spectra(tmp_path / "inks.csv", [reflectance("magenta"), cut])
+    recipe.kind, recipe.filepath, recipe.wanted, recipe.surface = "INKS", str(tmp_path / "inks.csv"), "NAMED", "purple"
+    blender.ops.spectral.recipe_find()
+    assert recipe.text.splitlines()[-1].startswith("The recipe has 430 to 660 nm, the range that all spectra have")
 
 
 def test_a_recipe_without_anything_to_copy_is_reported(blender, recipe) -> None:

@@ -58,6 +58,27 @@ def test_recipes_keep_the_error_under_each_light(tmp_path: Path, capsys) -> None
     assert list(json.loads(capsys.readouterr().out.splitlines()[-1])["delta_e"]) == ["x 1", "x 2"]
 
 
+def test_a_recipe_does_not_depend_on_the_order_of_paints_that_were_measured_over_different_ranges(
+    tmp_path: Path, capsys
+) -> None:
+    """Beyond the range of its own measurement a paint counted as black."""
+
+    def measured(name: str, low: float, high: float) -> Reflectance:
+        grid = SpectralGrid.uniform(low, high, 10)
+        return Reflectance(name, grid, reflectance(name).at(grid.wavelengths_nm))
+
+    paints = [measured("red", 380, 730), measured("yellow", 430, 660), measured("white 9.5 (.05 D)", 440, 700)]
+    found = []
+    for number, listed in enumerate((paints, paints[::-1])):
+        write_spectra(tmp_path / f"{number}.csv", listed)
+        assert main(["recipe", "paints", str(tmp_path / f"{number}.csv"), "--target", "orange", "--json"]) == 0
+        out = capsys.readouterr().out.splitlines()
+        assert out[0].startswith("note: the recipe has 440 to 660 nm, the range that all spectra have ('")
+        found.append(json.loads(out[-1]))
+    assert found[0]["amounts"] == pytest.approx(found[1]["amounts"], abs=1e-4)
+    assert found[0]["delta_e"] == pytest.approx(found[1]["delta_e"], abs=1e-3)
+
+
 def test_a_mixture_keeps_the_wavelengths_of_its_parts_and_takes_lights_of_files(tmp_path: Path, capsys) -> None:
     nm = np.array([380, 500, 500.5, 501, 740, 741, 742, 780])
     spike = Reflectance("spike", SpectralGrid(nm), np.array([0, 0, 1, 0, 0, 1, 0, 0.0]))
