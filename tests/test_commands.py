@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -108,6 +109,16 @@ def test_doctor_lists_missing_parts_with_remedies(absent: str) -> None:
     assert not report["complete"]
     assert not finding["ok"]
     assert "pip install 'spectral-scene[" in finding["remedy"]
+
+
+def test_doctor_has_a_line_for_every_optional_package() -> None:
+    import tomllib
+
+    from spectral_core.cli.doctor import PACKAGES
+
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    named = {re.split(r"[^\w-]", each)[0].lower() for name in set(extras) - {"all", "dev"} for each in extras[name]}
+    assert named <= {distribution.lower() for _, distribution, _, _ in PACKAGES}
 
 
 def test_design_works_without_blender_and_renderer(tmp_path: Path) -> None:

@@ -15,10 +15,10 @@ from bpy.types import ID, PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
 from spectral_core.palette.recipe.library import led_channels, paint_chips
-from spectral_core.palette.recipe.material import Colorants, material_recipe
+from spectral_core.palette.recipe.material import MOST_COLORANTS, Colorants, material_recipe
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.files import read_spectra
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum, told_apart
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum, common_grid, told_apart
 
 from ..translate.spectra.stored import spectrum_of, store_spectrum
 
@@ -42,11 +42,14 @@ def search(scene: Scene) -> Callable[[], Found]:
     recipe.text, recipe.spectrum = "", ""
     spectra, kind, most = _library(recipe), recipe.kind, recipe.most
     if kind != "LAMP":
-        colorants, wanted, lights, grams = _colorants(recipe, spectra), _wanted(scene), _lights(scene), recipe.grams
+        if most > MOST_COLORANTS:
+            raise InvalidInputError(f"Most Parts is {most}; a recipe has 1 to {MOST_COLORANTS}, lower it")
+        wanted, lights, grams = _wanted(scene), _lights(scene), recipe.grams
+        colorants, note = _colorants(recipe, spectra, wanted)
 
         def mixed() -> Found:
             found = material_recipe(colorants, wanted, lights, most_colorants=most)
-            return Found(found.text(grams), found.reflectance, True, kind)
+            return Found(f"{found.text(grams)}\n{note}".strip(), found.reflectance, True, kind)
 
         return mixed
     quality = LampQuality(
@@ -56,7 +59,7 @@ def search(scene: Scene) -> Callable[[], Found]:
     )
     channels = [Illuminant(each.name, each.grid, each.values) for each in spectra]
     if most < 3:
-        raise InvalidInputError(f"a white takes three channels or more; At Most is {most}, make it 3")
+        raise InvalidInputError(f"a white takes three channels or more; Most Channels is {most}, make it 3")
     cct, duv = recipe.cct, recipe.duv
     # The library's channels have one watt each; those of a file are as bright as the file says.
     full = "one watt of radiation" if not recipe.reads_file else "the channel as in the file"
@@ -91,12 +94,17 @@ def _library(recipe: PropertyGroup) -> list[Spectrum]:
     return [chip for chip in paint_chips() if chip.name != itself]
 
 
-def _colorants(recipe: PropertyGroup, spectra: list[Spectrum]) -> Colorants:
-    grid = SpectralGrid.uniform(400, 700, 10) if not recipe.reads_file else spectra[0].grid
+def _colorants(recipe: PropertyGroup, spectra: list[Spectrum], wanted: Reflectance) -> tuple[Colorants, str]:
+    """The colorants, and a note where those of a file, or what is wanted, were measured over different ranges."""
+    grid, note = SpectralGrid.uniform(400, 700, 10), ""
+    if recipe.reads_file:
+        grid, note = common_grid([*spectra, wanted], "The recipe")
+        if not any(np.ptp(grid.wavelengths_nm) < np.ptp(each.grid.wavelengths_nm) for each in spectra):
+            note = ""
     values = np.stack([each.at(grid.wavelengths_nm) for each in spectra])
     kind = {"PAINTS": "paints", "INKS": "inks", "FILTERS": "filters"}[recipe.kind]
     names = tuple(each.name for each in spectra)
-    return Colorants(kind, names, grid, values, dot_gain_n=recipe.dot_gain)  # type: ignore[arg-type]
+    return Colorants(kind, names, grid, values, dot_gain_n=recipe.dot_gain), note  # type: ignore[arg-type]
 
 
 def _wanted(scene: Scene) -> Reflectance:

@@ -52,7 +52,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
         keyed = _animated(dial)
         if keyed:
             self.report({"WARNING"}, f"{keyed} is animated: its keyframes may replace the mixture")
-        self.report({"INFO"}, f"{count} powers and strengths written")
+        self.report({"INFO"}, "1 power or strength written" if count == 1 else f"{count} powers and strengths written")
 
 
 def _require_lamps(dial: PropertyGroup) -> None:

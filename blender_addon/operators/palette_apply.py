@@ -51,7 +51,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
             self.report({"WARNING"}, f"the table names deleted data: {'; '.join(lost)}")
         for text in bindings.shared(palette):
             self.report({"WARNING"}, f"{text}; choose another one for each")
-        self.report({"INFO"}, f"{count} spectra applied")
+        self.report({"INFO"}, "1 spectrum applied" if count == 1 else f"{count} spectra applied")
 
 
 def _apply(palette: PropertyGroup) -> int:

@@ -130,7 +130,8 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
         moved = write_swatches(chosen_path(self.filepath), swatches, clip=self.clip)
         if moved:
             self.report(
-                {"WARNING"}, f"{len(moved)} colors were outside the gamut and were moved: {', '.join(moved[:4])}"
+                {"WARNING"},
+                f"colors outside the gamut were moved into it: {len(moved)}, such as {', '.join(moved[:4])}",
             )
 
 

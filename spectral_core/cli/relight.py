@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import shutil
 import subprocess
 import tempfile
@@ -121,9 +122,12 @@ def _after_name(text: str, groups: Sequence[str]) -> tuple[str, str] | None:
 
 def _number(option: str, text: str) -> float:
     try:
-        return float(text)
-    except ValueError as error:
-        raise InvalidInputError(f"{option} has {text!r}; expected a number such as 0.3") from error
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise InvalidInputError(f"{option} has {text!r}; expected a number such as 0.3")
+    return number
 
 
 def _dial_weights(arguments: argparse.Namespace, groups: int) -> Any:

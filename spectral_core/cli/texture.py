@@ -20,7 +20,6 @@ from spectral_core.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from spectral_core.palette.texture.project import TextureProject
-    from spectral_core.spectra.spectrum import Illuminant
 
 DOCUMENTS = (".toml", ".json")
 
@@ -35,7 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="two pictures of one size, one with wanted colors, or a document",
     )
     parser.add_argument("--out", type=Path, default=Path("out/texture"), help="folder to write to (out/texture)")
-    parser.add_argument("--light", action="append", default=[], metavar="NAME", help="catalogue name or file; give two")
+    parser.add_argument(
+        "--light", action="append", default=[], metavar="NAME", help="catalogue name, FILE or FILE@NAME; give two"
+    )
     parser.add_argument("--floor", type=float, help="gray that black becomes (0.02; 0.1 with given lights)")
     parser.add_argument("--slope", type=float, help="contrast to keep, up to 1 - floor (0.97 - floor)")
     parser.add_argument(
@@ -82,34 +83,27 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _project(arguments: argparse.Namespace) -> TextureProject:
     """The project of the document, or of the options."""
+    from spectral_core.cli.shared.spectra import illuminant_named
     from spectral_core.documents.codecs import decoded_color
     from spectral_core.palette.texture.project import TextureProject, TextureSettings, read_project
     from spectral_core.palette.texture.uplift import Pin
+    from spectral_core.spectra.spectrum import told_apart
 
     if arguments.pictures[0].suffix.lower() in DOCUMENTS:
         if len(arguments.pictures) > 1:
             raise InvalidInputError("a document names its pictures; give it alone")
         return read_project(arguments.pictures[0])
     if len(arguments.light) not in (0, 2):
-        raise InvalidInputError(f"two pictures need two lights; got {len(arguments.light)} with --light")
+        raise InvalidInputError(
+            f"got {len(arguments.light)} with --light; a texture needs two lights, or none for two pictures, whose "
+            "lights are then designed"
+        )
     settings = TextureSettings(
         floor=arguments.floor, slope=arguments.slope,
         mapping="uniform_contrast" if arguments.exact else "least_delta_e", spectra=arguments.spectra,
         importance=arguments.importance, daylight_share=arguments.daylight_share, led_width_nm=arguments.led_width,
     )  # fmt: skip
     return TextureProject(
-        tuple(arguments.pictures), tuple(_light(name) for name in arguments.light),
+        tuple(arguments.pictures), tuple(told_apart([illuminant_named(name) for name in arguments.light])),
         tuple(Pin(decoded_color(color), decoded_color(wanted)) for color, wanted in arguments.wanted), settings,
     )  # fmt: skip
-
-
-def _light(name: str) -> Illuminant:
-    from spectral_core.spectra import catalogue
-    from spectral_core.spectra.files import read_spectrum
-    from spectral_core.spectra.spectrum import Illuminant
-
-    path = Path(name)
-    if not path.suffix:
-        return catalogue.illuminant(name)
-    spectrum = read_spectrum(path)
-    return Illuminant(spectrum.name, spectrum.grid, spectrum.values)

@@ -239,3 +239,20 @@ def told_apart(spectra: Sequence[SpectrumType]) -> list[SpectrumType]:
         taken.add(tried)
         found.append(spectrum if tried == spectrum.name else replace(spectrum, name=tried))
     return found
+
+
+def common_grid(spectra: Sequence[Spectrum], what: str) -> tuple[SpectralGrid, str]:
+    """All wavelengths of the spectra in the range that all of them have, and a note where that range is narrower.
+
+    Beyond its wavelengths a spectrum is 0, and there a measured surface would count as black. ``what`` has these
+    wavelengths, for the note. Raises InvalidInputError if no range is in all spectra.
+    """
+    ranges = [(float(each.grid.wavelengths_nm[0]), float(each.grid.wavelengths_nm[-1])) for each in spectra]
+    low, high = max(first for first, _ in ranges), min(last for _, last in ranges)
+    each_range = zip(spectra, ranges, strict=True)
+    stated = ", ".join(f"{spectrum.name!r} {first:g} to {last:g} nm" for spectrum, (first, last) in each_range)
+    if low >= high:
+        raise InvalidInputError(f"no wavelength is in all spectra ({stated}); measure them over a common range")
+    knots = np.unique(np.concatenate([spectrum.grid.wavelengths_nm for spectrum in spectra]))
+    note = f"{what} has {low:g} to {high:g} nm, the range that all spectra have ({stated})"
+    return SpectralGrid(knots[(knots >= low) & (knots <= high)]), note if len(set(ranges)) > 1 else ""

@@ -19,8 +19,9 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.lamp import LampQuality
 from spectral_core.palette.recipe.white import LAMP_GRID, cct_and_duv, color_rendering_index, xyz_from_spd
 from spectral_core.palette.texture.lights import led
+from spectral_core.spectra.catalogue import reflectance
 from spectral_core.spectra.files import write_spectra
-from spectral_core.spectra.spectrum import Reflectance
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 
 
 @pytest.fixture
@@ -116,6 +117,15 @@ def test_channels_from_a_file_and_missing_inks(blender, recipe, tmp_path) -> Non
     assert np.isfinite(recipe.dot_gain)
 
 
+def test_inks_of_different_ranges_are_mixed_over_the_range_that_all_have(blender, recipe, tmp_path) -> None:
+    narrow = SpectralGrid.uniform(430, 660, 10)
+    cut = Reflectance("cyan", narrow, reflectance("cyan").at(narrow.wavelengths_nm))
+    write_spectra(tmp_path / "inks.csv", [reflectance("magenta"), cut])
+    recipe.kind, recipe.filepath, recipe.wanted, recipe.surface = "INKS", str(tmp_path / "inks.csv"), "NAMED", "purple"
+    blender.ops.spectral.recipe_find()
+    assert recipe.text.splitlines()[-1].startswith("The recipe has 430 to 660 nm, the range that all spectra have")
+
+
 def test_a_recipe_without_anything_to_copy_is_reported(blender, recipe) -> None:
     with pytest.raises(RuntimeError, match="there is no recipe yet"):
         blender.ops.spectral.recipe_copy()
@@ -136,7 +146,10 @@ def test_a_chip_is_no_recipe_of_itself_and_an_old_recipe_is_removed(blender, rec
 
 def test_an_error_of_the_core_is_reported_and_changes_nothing(blender, recipe, tmp_path) -> None:
     recipe.kind, recipe.most = "LAMP", 2
-    with pytest.raises(RuntimeError, match="a white takes three channels"):
+    with pytest.raises(RuntimeError, match="a white takes three channels or more; Most Channels is 2"):
+        blender.ops.spectral.recipe_find()
+    recipe.kind, recipe.wanted, recipe.surface, recipe.most = "PAINTS", "NAMED", "foliage", 12
+    with pytest.raises(RuntimeError, match="Most Parts is 12; a recipe has 1 to 8, lower it"):
         blender.ops.spectral.recipe_find()
     percent = [Reflectance(name, LAMP_GRID, np.full(LAMP_GRID.size, value)) for name, value in (("a", 0.2), ("b", 0.9))]
     write_spectra(tmp_path / "percent.csv", percent)

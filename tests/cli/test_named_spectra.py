@@ -58,6 +58,27 @@ def test_recipes_keep_the_error_under_each_light(tmp_path: Path, capsys) -> None
     assert list(json.loads(capsys.readouterr().out.splitlines()[-1])["delta_e"]) == ["x 1", "x 2"]
 
 
+def test_a_recipe_does_not_depend_on_the_order_of_paints_that_were_measured_over_different_ranges(
+    tmp_path: Path, capsys
+) -> None:
+    """Beyond the range of its own measurement a paint counted as black."""
+
+    def measured(name: str, low: float, high: float) -> Reflectance:
+        grid = SpectralGrid.uniform(low, high, 10)
+        return Reflectance(name, grid, reflectance(name).at(grid.wavelengths_nm))
+
+    paints = [measured("red", 380, 730), measured("yellow", 430, 660), measured("white 9.5 (.05 D)", 440, 700)]
+    found = []
+    for number, listed in enumerate((paints, paints[::-1])):
+        write_spectra(tmp_path / f"{number}.csv", listed)
+        assert main(["recipe", "paints", str(tmp_path / f"{number}.csv"), "--target", "orange", "--json"]) == 0
+        out = capsys.readouterr().out.splitlines()
+        assert out[0].startswith("note: the recipe has 440 to 660 nm, the range that all spectra have ('")
+        found.append(json.loads(out[-1]))
+    assert found[0]["amounts"] == pytest.approx(found[1]["amounts"], abs=1e-4)
+    assert found[0]["delta_e"] == pytest.approx(found[1]["delta_e"], abs=1e-3)
+
+
 def test_a_mixture_keeps_the_wavelengths_of_its_parts_and_takes_lights_of_files(tmp_path: Path, capsys) -> None:
     nm = np.array([380, 500, 500.5, 501, 740, 741, 742, 780])
     spike = Reflectance("spike", SpectralGrid(nm), np.array([0, 0, 1, 0, 0, 1, 0, 0.0]))
@@ -135,3 +156,41 @@ def test_relight_takes_one_spectrum_of_a_file(tmp_path: Path) -> None:
         assert main(["relight", str(file), "--light", f"key={path}@{name}", "--out", str(out)]) == 0
         red_over_blue.append(np.load(out)[0, 0, 0] / np.load(out)[0, 0, 2])
     assert red_over_blue[0] > 2 * red_over_blue[1]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--mix", "key=1, key=0"], "--mix names the light group 'key' twice"),
+        (["--light", "key=A,key=HP1"], "--light names the light group 'key' twice"),
+        (["--mix", "key=nan"], "--mix has 'nan'; expected a number such as 0.3"),
+        (["--dial", "inf,0"], "--dial has 'inf'; expected a number"),
+    ],
+)
+def test_relight_refuses_what_it_would_ignore_or_could_not_show(tmp_path: Path, capsys, words, message) -> None:
+    storage, file = BandStorage(31), tmp_path / "lights.exr"
+    layers = np.full((1, storage.channel_count, 2, 3), 1e-4, np.float32)
+    coverage = np.ones((2, 3), np.float32)
+    write_transport(file, Transport(storage, ("key",), layers, coverage, (illuminant("D65"),), 1.0, "0" * 64, 1, 0))
+    assert main(["relight", str(file), *words, "--out", str(tmp_path / "x.png")]) == 1
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "x.png").exists()
+
+
+def test_a_texture_takes_lights_as_the_other_commands_do(tmp_path: Path, capsys) -> None:
+    """Of the file of lights that the command itself writes, neither light could be given again."""
+    import argparse
+
+    from spectral_core.cli import texture
+
+    parser = argparse.ArgumentParser()
+    texture.add_arguments(parser)
+    write_spectra(tmp_path / "lights.csv", [illuminant("D65"), illuminant("HP1")])
+    words = ["one.png", "two.png", "--light", f"{tmp_path / 'lights.csv'}@HP1", "--light", "blackbody 3200.5"]
+    first, second = texture._project(parser.parse_args(words)).lights
+    assert (first.name, second.name) == ("HP1", "blackbody 3200.5")
+    np.testing.assert_array_equal(first.values, illuminant("HP1").values)
+    named = [each.name for each in texture._project(parser.parse_args([*words[:4], *words[2:4]])).lights]
+    assert len(set(named)) == 2
+    assert main(["texture", "one.png", "--light", "D65"]) == 1
+    assert "got 1 with --light; a texture needs two lights, or none for two pictures" in capsys.readouterr().err

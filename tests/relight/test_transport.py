@@ -149,7 +149,9 @@ def test_errors_for_unknown_names_list_the_known_ones(scene: Scene) -> None:
         relight(unnamed, mix={"Key": 1.0})
     with pytest.raises(InvalidInputError, match="a light cannot absorb light"):
         relight(transport, mix={"Key": -1.0})
-    with pytest.raises(InvalidInputError, match="a 'dial' transport holds no spectra"):
+    with pytest.raises(
+        InvalidInputError, match="a 'dial' transport holds no spectra; record again with the storage bands31"
+    ):
         LiveMix(transport).set_light("Key", catalogue.illuminant("A"))
     with pytest.raises(InvalidInputError, match="whole nm within 360 to 830"):
         ExactStorage(SpectralGrid(np.linspace(400, 700, 100)))

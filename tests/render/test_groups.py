@@ -23,6 +23,7 @@ from spectral_core.scene import (
     Mesh,
     MixSurface,
     PointLight,
+    ScatteringMedium,
     SpotLight,
     SunLight,
     World,
@@ -145,3 +146,25 @@ def test_a_mesh_without_triangles_is_no_error():
         scene, meshes=(*scene.meshes, empty), instances=(*scene.instances, Instance("nothing", "empty", np.eye(4)))
     )
     assert render_scene(scene).status == "done"
+
+
+@pytest.mark.parametrize("fog", [False, True])
+def test_a_lamp_far_from_all_it_lights_is_recorded_beside_a_sun_and_a_world(fog):
+    """One lamp of the usual power at 20 m got a sample in a hundred: its group was black but for single pixels."""
+    height = 20.0
+    medium = ScatteringMedium(density=0.004, color=gray(0.9)) if fog else None
+    scene = lit_plane(
+        PointLight(name="lamp", world_from_light=matrix((6, 0, height)), power_w=8e3, group="lamp"),
+        SunLight(name="sun", world_from_light=matrix(), irradiance=0.3, group="sun"),
+        world=World(gray(1.0), 0.5, group="sky", medium=medium),
+        camera=looking_down(8, 0.5),
+        film=Film(24, 24, samples=16, seed=5),
+    )
+    groups = render_scene(scene, groups=True).group_pixels
+    alone = replace(scene, lights=scene.lights[:1], world=replace(scene.world, strength=0.0))
+    expected = render_scene(replace(alone, film=replace(scene.film, samples=256))).pixels[..., 1]
+    lamp = groups["lamp"][..., 1]
+    assert lamp.mean() == pytest.approx(expected.mean(), rel=0.02)
+    assert np.sqrt(np.mean((lamp - expected) ** 2)) < 0.2 * expected.mean()
+    if not fog:  # which no light from infinitely far away passes
+        assert all(np.std(groups[name][..., 1]) < 0.25 * groups[name][..., 1].mean() for name in ("sun", "sky"))

@@ -72,7 +72,9 @@ def add_distance(store: Store, key: str, weights: Mapping[str, float], p: float 
     columns = store.columns()
     keys = columns["key"]
     if key not in keys:
-        raise InvalidInputError(f"no row has the key {key[:64]!r}; pick a point first")
+        raise InvalidInputError(
+            f"no row has the key {key[:64]!r}; pick a point on the page, or name one of the column 'key'"
+        )
     for column, weight in weights.items():
         if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0 <= weight < 1e9:
             raise InvalidInputError(f"the weight of {column!r} is {weight!r}; expected a number from 0")

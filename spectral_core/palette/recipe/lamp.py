@@ -95,6 +95,11 @@ class LampQuality:
     def __post_init__(self) -> None:
         require_range("cct_tolerance_k", self.cct_tolerance_k, 0.0, 2_000.0, " K")
         require_range("duv_tolerance", self.duv_tolerance, 0.0, 0.02)
+        for name, least in (("rendering_index (Ra)", self.rendering_index), ("fidelity (Rf)", self.fidelity)):
+            if least is not None:
+                require_range(name, least, 0.0, 100.0)
+        for end in self.gamut or ():
+            require_range("gamut (Rg)", end, 0.0, 1_000.0)
         if self.gamut is not None and self.gamut[0] > self.gamut[1]:
             raise InvalidInputError(f"Rg is requested from {self.gamut[0]:g} to {self.gamut[1]:g}; swap the two")
 

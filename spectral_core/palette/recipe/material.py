@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 Kind = Literal["paints", "inks", "filters"]
 LEAST_REFLECTANCE = 1e-4
 """Least reflectance of a paint, below any measured one; a perfect black would have infinite absorption."""
+MOST_COLORANTS = 8
+"""Most colorants in one recipe."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +57,9 @@ class Colorants:
             raise InvalidInputError(f"colorants are {self.kind!r}; expected 'paints', 'inks' or 'filters'")
         count = len(self.names)
         if not 1 <= count <= (8 if self.kind == "inks" else 24):
-            raise InvalidInputError(f"{count} {self.kind}; expected 1 to {8 if self.kind == 'inks' else 24}")
+            raise InvalidInputError(
+                f"{count} {self.kind}; expected 1 to {8 if self.kind == 'inks' else 24}: leave out some of them"
+            )
         spectra = frozen_array(f"spectra of the {self.kind}", self.spectra, (count, self.grid.size))
         if spectra.min() < 0 or spectra.max() > 1:
             raise InvalidInputError(
@@ -159,7 +163,7 @@ def material_recipe(
     if not lights:
         raise InvalidInputError("a recipe needs at least one light under which the colors shall agree; got none")
     count = len(colorants.names)
-    most = min(count, int(require_range("most_colorants", most_colorants, 1, 8)))
+    most = min(count, int(require_range("most_colorants", most_colorants, 1, MOST_COLORANTS)))
     matrix = stimulus_matrix(lights, colorants.grid)
     wanted = _lab(matrix, target.at(colorants.grid.wavelengths_nm))
     amounts = _best_of_sets(colorants, matrix, wanted, most)

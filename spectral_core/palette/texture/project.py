@@ -70,7 +70,10 @@ class TextureProject:
                 f"one surface takes one picture with wanted colors or two pictures; got {len(self.pictures)}"
             )
         if len(self.lights) not in (0, 2):
-            raise InvalidInputError(f"two pictures need two lights; got {len(self.lights)}")
+            raise InvalidInputError(
+                f"got {len(self.lights)} of the lights; a texture needs two, or none for two pictures, whose lights "
+                "are then designed"
+            )
         if len(self.pictures) == 1 and not self.lights:
             raise InvalidInputError("one picture needs two lights: its own, and that of the wanted colors")
         if len(self.pictures) == 2 and self.wanted_colors:

@@ -58,8 +58,12 @@ class Chosen:
 class Choice:
     """Draws one of ``count`` items; with one item there is nothing to draw."""
 
-    def __init__(self, mitsuba: Any, hierarchy: Hierarchy, rules: Any = None) -> None:
-        """``rules``: (items, 2) types of rays that an item does not illuminate, and its bit among linked lights."""
+    def __init__(self, mitsuba: Any, hierarchy: Hierarchy, rules: Any = None, usual: Any = None) -> None:
+        """``rules``: (items, 2) types of rays that an item does not illuminate, and its bit among linked lights.
+        ``usual``: center and radius (4,) whose distance far items get, None if distance does not change their weight.
+        """
+        import drjit
+
         mi, rows = mitsuba, hierarchy.rows
         self._mi = mi
         self.count = len(hierarchy.row_of_item)
@@ -68,6 +72,8 @@ class Choice:
         self._places = flat(np.concatenate([rows.centers, rows.radii[:, None]], axis=1))
         self._strengths = flat(rows.strengths)
         self._has_far = bool(np.any(rows.radii < 0))
+        # numbers that kernels read: a lamp that moves needs no new kernel
+        self._usual = None if usual is None else [drjit.opaque(mi.Float, float(number)) for number in usual]
         self._has_axes = bool(np.any(rows.axes != 0))
         if self._has_axes:
             # the sign of the smallest share encodes a light with two sides
@@ -82,8 +88,6 @@ class Choice:
             # a cluster may hold lights that illuminate the receiver, so it has no rules
             of_row = np.where(hierarchy.item_of_row[:, None] >= 0, rules[np.maximum(hierarchy.item_of_row, 0)], 0)
             self._rules = whole(of_row)
-        import drjit
-
         self._top_first = drjit.opaque(mi.UInt32, hierarchy.top[0])
         self._top_count = drjit.opaque(mi.UInt32, hierarchy.top[1])
 
@@ -105,7 +109,7 @@ class Choice:
             is_far = radius < 0.0
             direction = dr.select(is_far, mi.Vector3f(place.x, place.y, place.z), direction)
             slack = dr.select(is_far, dr.select(radius == FAR_SUN, 0.0, 1.0), slack)
-            spread = dr.select(is_far, 1.0, spread)
+            spread = dr.select(is_far, self._spread_of_far(to), spread)
         cosine = dr.dot(direction, to.normal)
         cosine = dr.select(to.both_sides, dr.abs(cosine), cosine)
         faces = dr.clip(cosine + slack, LEAST_COSINE, 1.0)
@@ -113,7 +117,7 @@ class Choice:
             faces = dr.select(to.floats, 1.0, faces)
         if to.stretch is not None:
             view = to.stretch.seen_from(mi.Point3f(place.x, place.y, place.z), dr.maximum(radius, 0.0))
-            given = dr.select(radius < 0.0, to.stretch.length, view.fluence)
+            given = dr.select(radius < 0.0, self._fluence_of_far(to.stretch), view.fluence)
             spread = dr.select(to.floats, given, spread)
             if self._has_axes:
                 nearest = dr.clip(view.foot, 0.0, to.stretch.length) * to.stretch.direction
@@ -136,6 +140,23 @@ class Choice:
         if self._rules is not None and to.kinds is not None:
             amount = dr.select(self._is_ruled_out(row, to, active), 0.0, amount)
         return dr.select(active, amount, 0.0)
+
+    def _spread_of_far(self, to: Receiver) -> Any:
+        """Factor of distance for suns and the environment at a receiver."""
+        import drjit as dr
+
+        if self._usual is None:
+            return self._mi.Float(1.0)
+        x, y, z, radius = self._usual
+        squared = dr.squared_norm(self._mi.Vector3f(x, y, z) - self._mi.Vector3f(to.place))
+        return dr.rcp(dr.maximum(dr.maximum(squared, radius * radius), 1e-30))
+
+    def _fluence_of_far(self, stretch: Stretch) -> Any:
+        """The same, integrated along a segment."""
+        if self._usual is None:
+            return stretch.length
+        x, y, z, radius = self._usual
+        return stretch.seen_from(self._mi.Point3f(x, y, z), radius).fluence
 
     def _is_ruled_out(self, row: Any, to: Receiver, active: Any) -> Any:
         """True for a light that is hidden from all that a receiver scatters, or linked to others only."""

@@ -41,31 +41,32 @@ def near_rows(lights: LightList) -> Rows:
 
 
 def far_rows(lights: LightList) -> Rows:
-    """Suns and the environment, by irradiance."""
+    """Suns and the environment, by irradiance; equal ones for an even choice."""
     bright, centers, radii, strengths = lights.strengths(), [], [], []
-    # even choice: the brightness of a lamp at the usual distance, the extent of all lamps
-    usual = 1.0 / _usual_distance(lights) ** 2
     for sun in lights.suns:
         size = np.pi * np.sin(sun.half_angle) ** 2 if sun.half_angle > 0 else 1.0
         centers.append(sun.direction)
         radii.append(FAR_WORLD if sun.half_angle > WIDE_SUN else FAR_SUN)
-        strengths.append(usual if lights.even else bright[sun.source] * size)
+        strengths.append(1.0 if lights.even else bright[sun.source] * size)
     if lights.world is not None:
         centers.append(np.zeros(3))
         radii.append(FAR_WORLD)
         others = lights.balls or lights.panels or lights.emissive or lights.suns
         # a constant environment is hit by every direction that a surface draws: sampling it separately gains nothing
         passed_over = lights.world_is_constant and bool(others) and not lights.even
-        strengths.append(usual if lights.even else 0.0 if passed_over else lights.world[1])
+        strengths.append(1.0 if lights.even else 0.0 if passed_over else lights.world[1])
     return _rows(centers, radii, strengths)
 
 
-def _usual_distance(lights: LightList) -> float:
-    """Half the extent of all lamps, 1 if there is at most one."""
+def usual_lamp(lights: LightList) -> NDArray[np.float64] | None:
+    """Center and half of the extent (4,) of all lamps, whose distance suns and the environment get in an even choice;
+    None where their distance does not count.
+    """
     places = [ball.center for ball in lights.balls] + [panel.center for panel in lights.panels]
     places += [mesh.corners.mean(axis=(0, 1)) for mesh in lights.emissive]
-    extent = float(np.linalg.norm(np.ptp(places, axis=0))) / 2 if places else 0.0
-    return extent or 1.0
+    if not lights.even or not places:
+        return None
+    return np.append(np.mean(places, axis=0), float(np.linalg.norm(np.ptp(places, axis=0))) / 2)
 
 
 def _rows(centers: list, radii: list, strengths: list) -> Rows:

@@ -16,7 +16,7 @@ from spectral_core.render.lights.choice import Choice, Chosen, Receiver
 from spectral_core.render.lights.emission import Emission
 from spectral_core.render.lights.emissive_meshes import EmissiveMeshes
 from spectral_core.render.lights.hierarchy import build
-from spectral_core.render.lights.items import far_rows, near_rows, rules_by_source
+from spectral_core.render.lights.items import far_rows, near_rows, rules_by_source, usual_lamp
 from spectral_core.render.lights.listing import BALL, PANEL, SUN, TRIANGLE, WORLD, LightList
 from spectral_core.render.lights.met_lamps import met_body, met_suns, pattern_factor
 from spectral_core.render.lights.panels import Panels, Suns
@@ -82,7 +82,7 @@ class SceneLights:
                 first += len(mesh.corners)
             self._shapes, self._first_triangles = mi.ShapePtr(shapes), table(mi.UInt32, firsts)
         by_item = None if rules is None else rules_by_source(rules, len(lights.sources))[np.array(sources)]
-        self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)), by_item)
+        self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)), by_item, usual_lamp(lights))
 
     def kinds_by_number(self) -> NDArray[np.uint32]:
         """By number of a light: 1 for the environment, 2 for an emissive surface, 0 for a lamp."""

@@ -58,14 +58,18 @@ class Draft:
         return made
 
     def leftover(self, subject: str, item: Any, used: Collection[str]) -> None:
-        """A note for every field of a dataclass that is not ``used`` and differs from its default."""
+        """A note on all fields of a dataclass that are not ``used`` and differ from their defaults."""
+        left = []
         for entry in fields(item):
             if entry.name in used:
                 continue
             default = entry.default if entry.default_factory is MISSING else entry.default_factory()
             if default is MISSING or scene_hash(getattr(item, entry.name)) != scene_hash(default):
-                words = entry.name.replace("_", " ")
-                self.note(subject, f"{type(item).__name__}: {words} has no counterpart in Mitsuba and is left out")
+                left.append(entry.name.replace("_", " "))
+        if left:
+            kind = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(item).__name__).lower()
+            whose = "" if kind == subject.lower() else f" of the {kind}"
+            self.note(subject, f"no counterpart in Mitsuba, left out{whose}: {', '.join(left)}")
 
 
 def _is_plain(part: Any) -> bool:

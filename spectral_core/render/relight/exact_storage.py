@@ -100,4 +100,4 @@ class ExactStorage(Storage):
 
     def stated_error(self) -> str:
         """Text on the difference of a relit picture from a render."""
-        return f"Every spectrum that is linear between {self.knots} is exact, up to rounding"
+        return f"Every spectrum that is linear between values at {self.knots} is exact, up to rounding"

@@ -87,7 +87,8 @@ class Storage(ABC):
         size = self.bytes_needed(width, height, groups) / 1e6
         lights = "1 light" if groups == 1 else f"{groups} lights"
         channels = f"{self.channel_count} channels each"
-        return f"{size:,.0f} MB for {lights} at {width}×{height}, {channels}. {self.stated_error()}"
+        stored = f"{size:,.0f}" if size >= 1 else f"{size:.2g}"
+        return f"{stored} MB for {lights} at {width}×{height}, {channels}. {self.stated_error()}"
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,9 @@ class MixtureStorage(Storage):
 
     def rgb_from_channels(self, light: Spectrum) -> Array:
         """Raise InvalidInputError: no spectra are kept."""
-        raise InvalidInputError("a 'dial' transport holds no spectra; record 'bands' or 'exact' for new ones")
+        raise InvalidInputError(
+            "a 'dial' transport holds no spectra; record again with the storage bands31, bands61, bands121 or exact"
+        )
 
     def rgb_as_recorded(self, light: Spectrum | None) -> Array:
         """The channels are the color."""

@@ -153,7 +153,8 @@ def test_margins_are_distances_to_each_request() -> None:
 def test_limits_of_requests_for_lamps() -> None:
     for wrong in ({"cct_tolerance_k": -1}, {"cct_tolerance_k": 2001}, {"duv_tolerance": 0.021},
                   {"duv_tolerance": -1e-3},
-                  {"gamut": (101.0, 100.0)}):  # fmt: skip
+                  {"gamut": (101.0, 100.0)}, {"gamut": (np.nan, 100.0)}, {"rendering_index": 100.5},
+                  {"rendering_index": np.nan}, {"fidelity": 101.0}):  # fmt: skip
         with pytest.raises(InvalidInputError):
             LampQuality(**wrong)
     assert LampQuality(cct_tolerance_k=2000, duv_tolerance=0.02, gamut=(100.0, 100.0)).gamut == (100.0, 100.0)
