@@ -6,6 +6,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+NO_LENGTH = 1e-19
+"""Length of an axis up to which it has no direction: its square is 0 in single precision."""
+
 
 def rigid(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same position and local z direction as (4, 4) ``matrix`` with orthogonal axes of length 1, right-handed.
@@ -15,11 +18,11 @@ def rigid(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     result = np.eye(4)
     result[:3, 3] = matrix[:3, 3]
     length = np.linalg.norm(matrix[:3, 2])
-    if length <= 1e-12:
+    if length <= NO_LENGTH:
         return result
     toward = matrix[:3, 2] / length
     across = matrix[:3, 0] - toward * (toward @ matrix[:3, 0])
-    if np.linalg.norm(across) <= 1e-12:
+    if np.linalg.norm(across) <= NO_LENGTH:
         across = np.cross([0.0, 1.0, 0.0] if abs(toward[1]) < 0.9 else [1.0, 0.0, 0.0], toward)
     across = across / np.linalg.norm(across)
     result[:3, :3] = np.stack([across, np.cross(toward, across), toward], axis=1)

@@ -13,6 +13,11 @@ from spectral_core.checks import require_choices, require_range, require_whole
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.scene.geometry import affine
 
+LEAST_VIEW_RAD = 1e-7
+"""Least field of view: 24 bits tell the directions of its pixels apart no more below this."""
+GREATEST_VIEW_RAD = np.pi - 1e-4
+"""Greatest field of view of a flat picture."""
+
 
 @dataclass(frozen=True, slots=True)
 class Aperture:
@@ -101,7 +106,7 @@ class Camera:
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_camera", affine("camera", self.world_from_camera))
         require_choices(self)
-        require_range("field_of_view_rad", self.field_of_view_rad, 1e-4, np.pi - 1e-4, " rad")
+        require_range("field_of_view_rad", self.field_of_view_rad, LEAST_VIEW_RAD, GREATEST_VIEW_RAD, " rad")
         require_range("aperture_radius", self.aperture_radius, 0.0, 1e9)
         require_range("focus_distance", self.focus_distance, 1e-9, 1e12)
         require_range("orthographic_scale", self.orthographic_scale, 1e-12, 1e12)

@@ -9,6 +9,7 @@ import numpy as np
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Aperture, Camera, Film
+from spectral_core.scene.camera import GREATEST_VIEW_RAD, LEAST_VIEW_RAD
 
 from ..context import Translation
 from ..frames import rigid
@@ -52,7 +53,9 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
     return Camera(
         world_from_camera=placed,
         kind="panoramic" if shown is not None else ("orthographic" if orthographic else "perspective"),
-        field_of_view_rad=MIDDLE_VIEW_RAD if shown is not None else float(np.clip(lens.angle, 1e-3, np.pi - 1e-3)),
+        field_of_view_rad=MIDDLE_VIEW_RAD
+        if shown is not None
+        else float(np.clip(lens.angle, LEAST_VIEW_RAD, GREATEST_VIEW_RAD)),
         orthographic_scale=lens.ortho_scale,
         sensor_fit=FITS[lens.sensor_fit],  # type: ignore[arg-type]
         shift=(lens.shift_x, lens.shift_y),

@@ -12,7 +12,7 @@ from spectral_core.scene import AreaLight, Color, Light, PointLight, Rays, SpotL
 
 from ... import compat
 from ..context import Translation
-from ..frames import rigid
+from ..frames import NO_LENGTH, rigid
 from ..ledger import note_changed, note_nodes
 from ..shading.attributes import object_info
 from ..visibility import cycles_settings, hidden_from, seen_as
@@ -55,6 +55,11 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
         "falloff": shine.falloff,
         "pattern": shine.pattern,
     }
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    if lamp.type in ("SUN", "AREA", "SPOT") and (lengths if lamp.type == "SPOT" else lengths[2:]).max() <= NO_LENGTH:
+        axis = "" if lamp.type == "SPOT" else " along its Z axis"
+        translation.note(name, f"a scale of 0{axis} leaves it without a direction, so it emits no light")
+        return None
     if lamp.type == "SUN":
         return SunLight(**shared, irradiance=power * _sun_area(lamp), angle_rad=lamp.angle)
     if lamp.type == "AREA":

@@ -180,23 +180,30 @@ def mix_vector(xp: Any, factor: Any, a: Any, b: Any) -> Any:
 def map_range(
     xp: Any, value: Any, low: Any, high: Any, to_low: Any, to_high: Any, steps: Any, kind: str, clamps: bool
 ) -> Any:
-    """Map Range node of numbers."""
+    """Map Range node of numbers: 0 where the range is empty, before it is clamped."""
+    result = xp.where(high != low, _mapped(xp, value, low, high, to_low, to_high, steps, kind), 0.0)
+    return clip(xp, result, xp.minimum(to_low, to_high), xp.maximum(to_low, to_high)) if clamps else result
+
+
+def _mapped(xp: Any, value: Any, low: Any, high: Any, to_low: Any, to_high: Any, steps: Any, kind: str) -> Any:
+    """Map of a range; of an empty one the start of the other."""
     factor = safe_divide(xp, value - low, high - low)
     if kind == "STEPPED":
         factor = xp.where(steps > 0.0, xp.floor(factor * (steps + 1.0)) / xp.where(steps > 0.0, steps, 1.0), 0.0)
     elif kind in ("SMOOTHSTEP", "SMOOTHERSTEP"):
         t = clip(xp, factor)
         factor = t * t * (3.0 - 2.0 * t) if kind == "SMOOTHSTEP" else t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
-        clamps = False
-    result = xp.where(high != low, to_low + factor * (to_high - to_low), 0.0)
-    if clamps:
-        result = clip(xp, result, xp.minimum(to_low, to_high), xp.maximum(to_low, to_high))
-    return result
+    return to_low + factor * (to_high - to_low)
 
 
 @operation("3 3 3 3 3 3", 3)
 def map_range_vector(
     xp: Any, value: Any, low: Any, high: Any, to_low: Any, to_high: Any, steps: Any, kind: str, clamps: bool
 ) -> Any:
-    """Map Range node of vectors."""
-    return each(lambda *parts: map_range(xp, *parts, kind, clamps), value, low, high, to_low, to_high, steps)
+    """Map Range node of vectors: where a range is empty, unlike that of numbers, the start of the other."""
+
+    def mapped(value: Any, low: Any, high: Any, to_low: Any, to_high: Any, steps: Any) -> Any:
+        result = _mapped(xp, value, low, high, to_low, to_high, steps, kind)
+        return clip(xp, result, xp.minimum(to_low, to_high), xp.maximum(to_low, to_high)) if clamps else result
+
+    return each(mapped, value, low, high, to_low, to_high, steps)

@@ -160,8 +160,9 @@ def invert(xp: Any, factor: Any, color: Any) -> Any:
 
 @operation("3 1", 3)
 def gamma(xp: Any, color: Any, power: Any) -> Any:
-    """Gamma node: channels at 0 or below stay."""
-    return each(lambda c: xp.where(c > 0.0, xp.power(xp.maximum(c, 1e-30), power), c), color)
+    """Gamma node: channels at 0 or below stay, but a power of 0 gives 1."""
+    is_one = power == 0.0
+    return each(lambda c: xp.where(is_one, 1.0, xp.where(c > 0.0, xp.power(xp.maximum(c, 1e-30), power), c)), color)
 
 
 @operation("3 1 1", 3)
