@@ -106,7 +106,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
 
     def _import(self, path: Path) -> "tuple[Volume, ScalarVolume]":
         """A Volume data-block of the file, or of its sequence, and the (first) volume itself."""
-        from spectral_core.volume.files import RawLayout, find_sequence, read_volume, sequence_of
+        from spectral_core.volume.files import RawLayout, read_volume, sequence_of
 
         options = {"field": self.field or None, "component": None if self.component < 0 else self.component}
         if self.raw:
@@ -114,12 +114,11 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
             options["raw"] = RawLayout(tuple(self.raw_shape), self.raw_type, order, self.raw_offset)
         frames = None
         if self.sequence:
-            frames = sequence_of(path)
+            frames = sequence_of(path, **options)
             if frames is None:
                 raise InvalidInputError(
                     f"{path.name} is no frame of a sequence: no other file differs in its number only"
                 )
-            frames = find_sequence(frames.pattern, **options)
             if frames.missing:
                 self.report({"WARNING"}, f"frames {', '.join(map(str, frames.missing[:8]))} have no file")
         first = read_volume(path, **options) if frames is None else frames.read(frames.numbers[0])

@@ -52,6 +52,9 @@ VOLUME_FIELDS = by_name(
 RANGE_KEY = "spectral_range"
 """Least and greatest data value, stored in double precision on the data-block itself."""
 
+LEAST_STEEPNESS = 1e-6
+"""Least right end of the curve of edges: change per voxel, as a fraction of the data's range."""
+
 
 def _changed(properties: PropertyGroup, _context: Context = None) -> None:
     """Tag the data-block as changed, so that Blender updates its evaluated copies."""
@@ -84,7 +87,7 @@ class SpectralVolumeMaterial(bpy.types.PropertyGroup):
         description="Weigh the material by how quickly the data change: boundaries show and insides do not",
     )  # fmt: skip
     gradient: FloatProperty(
-        name="Steepness", update=_changed, default=0.1, min=1e-6, soft_max=1.0, precision=3,
+        name="Steepness", update=_changed, default=0.1, min=LEAST_STEEPNESS, soft_max=1.0, precision=3,
         description="Right end of the edge curve: change per voxel, as a fraction of the data's range",
     )  # fmt: skip
 

@@ -123,7 +123,8 @@ def _frames(arguments: argparse.Namespace) -> Any:
     if arguments.volume.startswith("sample:"):
         return [(None, _spaced(_sample(arguments.volume), arguments.spacing))]
     options = {"field": arguments.field, "component": arguments.component, "raw": raw}
-    if any(mark in Path(arguments.volume).name for mark in "#%*{"):
+    # A file of that very name is no pattern: "head #2.nrrd".
+    if any(mark in Path(arguments.volume).name for mark in "#%*{") and not Path(arguments.volume).exists():
         sequence = find_sequence(arguments.volume, **options)
         if sequence.missing:
             print(f"frames {', '.join(map(str, sequence.missing))} have no file and are left out")
@@ -138,13 +139,20 @@ def _sample(given: str) -> ScalarVolume:
 
 
 def _spaced(volume: ScalarVolume, spacing: list[float] | None) -> ScalarVolume:
+    """The volume with voxels of another size; its position and the directions of its axes stay the file's."""
+    import numpy as np
+
     from spectral_core.volume.field import ScalarVolume
 
-    return volume if spacing is None else ScalarVolume.from_spacing(volume.name, volume.data, spacing)
+    if spacing is None:
+        return volume
+    matrix = volume.world_from_index.copy()
+    matrix[:3, :3] *= np.array(spacing) / volume.voxel_size
+    return ScalarVolume(volume.name, volume.data, matrix)
 
 
 def _transfer(given: str, volume: ScalarVolume) -> TransferFunction:
-    if Path(given).suffix.lower() in (".toml", ".json") or Path(given).exists():
+    if Path(given).suffix.lower() in (".toml", ".json") or Path(given).is_file():
         from spectral_core.volume.documents.transfer_file import read_transfer
 
         return read_transfer(given).for_volume(volume)

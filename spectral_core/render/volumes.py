@@ -33,11 +33,9 @@ def volume_integrator(
     register_integrator()
     lighting = max((require_lighting(volume) for volume in scene.volumes), key=LIGHTING.index)
     items = [_item(volume, lighting, spectral=spectral, own_light=own_light) for volume in scene.volumes]
-    rules = {volume.rule for volume in scene.volumes}
     description = integrator_dict(
         items,
         surface,
-        rule=rules.pop() if len(rules) == 1 else "auto",
         quality=float(max(volume.quality for volume in scene.volumes)),
         shading=lighting != "even",
         shadows=lighting == "shadows",
@@ -82,4 +80,5 @@ def _item(volume: VolumeObject, lighting: str, *, spectral: bool, own_light: boo
     unit = 1.0 / float(observer(STANDARD).cmfs[1].sum()) if spectral else 1.0
     own = unit if own_light else 0.0
     gains = tuple(1.0 if m.lit and lighting != "even" else own for m in volume.transfer.materials)
-    return SceneVolume(ScalarVolume(volume.name, volume.data, volume.world_from_index), volume.transfer, gains)
+    field = ScalarVolume(volume.name, volume.data, volume.world_from_index)
+    return SceneVolume(field, volume.transfer, gains, volume.rule)

@@ -111,7 +111,9 @@ def edges(volume: ScalarVolume) -> TransferFunction:
     not.
     """
     v, voxel = _places(volume)
-    steep = float(np.percentile(gradient_magnitude(volume).data, 98)) or 1.0
+    slopes = gradient_magnitude(volume).data
+    # A small object in an empty field has a slope in less than a fiftieth of the voxels.
+    steep = float(np.percentile(slopes, 98)) or float(np.percentile(slopes[slopes > 0], 50)) if slopes.any() else 1.0
     lower, upper = v[[0, 1, 5, 6]], v[[5, 6, 10]]
     fade: dict[str, Any] = {"gradient_values": np.array([0.2, 0.8]) * steep, "gradient_weights": np.array([0.0, 1.0])}
     return TransferFunction(

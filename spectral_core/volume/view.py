@@ -14,6 +14,8 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 
 Array = NDArray[np.float64]
+LEAST_FOV, GREATEST_FOV = 1e-6, 179.999
+"""Degrees: those of every camera of a scene, a narrow part of its picture included."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,5 +160,5 @@ class View:
 
 
 def _checked_fov(fov_deg: float) -> float:
-    """The angle of view in degrees. Raises InvalidInputError outside 0.01 to 170."""
-    return require_range("fov_deg", fov_deg, 0.01, 170.0, "°")
+    """The angle of view in degrees. Raises InvalidInputError outside ``LEAST_FOV`` to ``GREATEST_FOV``."""
+    return require_range("fov_deg", fov_deg, LEAST_FOV, GREATEST_FOV, "°")

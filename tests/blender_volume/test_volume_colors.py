@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
@@ -39,3 +40,19 @@ def test_visibility_that_a_volume_does_not_follow_is_named(blender, ramp):
     assert not any("Ray Visibility" in note.message for note in translated().notes)
     thing.visible_glossy = False
     assert [note.subject for note in translated().notes if "Ray Visibility" in note.message] == [thing.name]
+
+
+def test_weights_at_one_slope_are_stored(blender, ramp):
+    from blender_addon.translate.volume_looks import transfer as looks
+    from spectral_core.volume.documents.transfer_document import TransferDocument
+    from spectral_core.volume.transfer import Material, TransferFunction
+
+    assert bpy.ops.spectral.volume_import(filepath=str(ramp[0])) == {"FINISHED"}
+    data = bpy.context.object.data
+    for slopes, weights in (([0.0], [1.0]), ([0.0, 0.0], [0.0, 1.0]), ([0.0, 1e-8], [0.0, 1.0])):
+        steep = {"gradient_values": slopes, "gradient_weights": weights}
+        stated = TransferFunction((Material("m", [0, 1], [0, 1], [1, 1, 1], **steep),))
+        looks.store_transfer(data, TransferDocument(stated, "fraction", "voxel"))
+        again = looks.stated_transfer(data).transfer.materials[0]
+        assert np.allclose(again.weight(np.array([0.5, 1.0])), 1.0)
+        assert data.spectral.materials[0].gradient > 0

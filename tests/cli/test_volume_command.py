@@ -169,3 +169,21 @@ def test_two_volumes_whose_names_have_dots_get_two_pictures(blob, capsys, tmp_pa
     np.save(constant, np.full((3, 3, 3), 7.0, np.float32))
     status, figures = call(capsys, constant, "--transfer", "wide", "--size", 8, 8)
     assert status == 0 and figures["estimate_db"] is None and figures["interval_db"] == [None, None]
+
+
+def test_a_file_whose_name_has_marks_of_a_pattern_is_a_file(blob, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    np.save(tmp_path / "head #2.npy", np.load(blob / "blob.npy"))
+    (tmp_path / "wide").mkdir()  # a folder is no transfer function
+    arguments = ["--transfer", "wide", "--size", "16", "16", "--quality", "draft", "--out", "p.npy"]
+    assert main(["volume", "head #2.npy", *arguments]) == 0, capsys.readouterr().err
+    assert (tmp_path / "p.npy").is_file()
+
+
+def test_a_stated_spacing_keeps_place_and_directions():
+    from spectral_core.cli.volume import _spaced
+    from spectral_core.volume.field import ScalarVolume
+
+    turn = np.array([[0.0, -2, 0, 5], [-3, 0, 0, 6], [0, 0, 4, 7], [0, 0, 0, 1]])  # axes exchanged and mirrored
+    spaced = _spaced(ScalarVolume("v", np.zeros((2, 3, 4)), turn), [1.0, 10.0, 100.0])
+    assert np.allclose(spaced.world_from_index, [[0, -10, 0, 5], [-1, 0, 0, 6], [0, 0, 100, 7], [0, 0, 0, 1]])

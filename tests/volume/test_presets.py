@@ -26,3 +26,12 @@ def test_data_of_few_values_and_a_background_keep_their_range(name):
         data = np.resize(np.array(values, np.int16), (8, 8, 8))
         knots = np.concatenate([m.values for m in preset(name, ScalarVolume("v", data)).materials])
         assert knots.min() <= 0.5 * max(values) and knots.max() <= max(values) + 1
+
+
+def test_edges_of_a_small_object_in_an_empty_field_show():
+    away = np.linalg.norm(np.indices((40, 40, 40)) - 20.0, axis=0)
+    volume = ScalarVolume("v", (1e-3 * np.clip(4 - away, 0, 1)).astype(np.float32))
+    transfer = preset("edges", volume)
+    steepest = 1e-3
+    assert all(0 < m.gradient_values[-1] < steepest for m in transfer.materials)
+    assert np.isfinite(preset("edges", ScalarVolume("level", np.ones((4, 4, 4)))).materials[0].gradient_values).all()

@@ -100,9 +100,9 @@ def test_impossible_cameras_are_refused_and_the_outermost_accepted() -> None:
             View(np.eye(4), width, height)
     assert View(np.eye(4), 1, 1).width == 1
     assert (View(np.eye(4)).width, View(np.eye(4)).height, View(np.eye(4)).fov_deg) == (512, 512, 30.0)
-    for fov in (0.01, 170.0):
+    for fov in (1e-6, 179.999):
         assert View(np.eye(4), fov_deg=fov).fov_deg == fov
-    for fov in (0.009, 170.1):
+    for fov in (1e-7, 180.0):
         with pytest.raises(InvalidInputError, match="fov_deg"):
             View(np.eye(4), fov_deg=fov)
     with pytest.raises(InvalidInputError, match="ortho_width"):

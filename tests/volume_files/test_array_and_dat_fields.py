@@ -197,3 +197,17 @@ def test_a_cyclic_list_of_tiff_pages_is_refused(tmp_path: Path, big: bool, order
     path.write_bytes(data)
     with pytest.raises(FileFormatError, match="does not end"):
         read_volume(path)
+
+
+def test_ome_units_of_each_axis(tmp_path: Path) -> None:
+    tifffile = pytest.importorskip("tifffile")
+    sizes = {"PhysicalSizeX": 0.5, "PhysicalSizeY": 500.0, "PhysicalSizeYUnit": "nm", "PhysicalSizeZ": 0.002}
+    metadata = {"axes": "ZYX", **sizes, "PhysicalSizeZUnit": "mm"}
+    path = tmp_path / "a.ome.tif"
+    tifffile.imwrite(path, VALUES.transpose(2, 1, 0), photometric="minisblack", metadata=metadata)
+    assert np.allclose(np.diag(read_volume(path).world_from_index), [0.5, 0.5, 2.0, 1.0])
+    tifffile.imwrite(
+        path, VALUES.transpose(2, 1, 0), photometric="minisblack", metadata=metadata | {"PhysicalSizeZUnit": "pixel"}
+    )
+    with pytest.raises(FileFormatError, match="units µm, nm, pixel; expected one unit"):
+        read_volume(path)

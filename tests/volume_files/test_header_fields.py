@@ -238,3 +238,26 @@ def test_nrrd_vectors_at_any_axis(tmp_path: Path) -> None:
         check(read_volume(path, component=1), middle[:, 1], np.eye(4))
         with pytest.raises(InvalidInputError, match="2 components"):
             read_volume(path)
+
+
+@pytest.mark.parametrize(("centering", "origin"), [("node", (-3.0, 1.0, 2.0)), ("cell", (-2.0, 3.0, 5.0))])
+def test_nrrd_voxels_between_the_ends_of_its_axes(tmp_path: Path, centering: str, origin: tuple[float, ...]) -> None:
+    values = np.arange(24, dtype=np.uint8).reshape(2, 3, 4, order="F")
+    steps = np.array([2.0, 4.0, 6.0])
+    low = np.array([-3.0, 1.0, 2.0])
+    high = low + steps * (np.array(values.shape) - (centering == "node"))
+    fields = {"axis mins": low, "axis maxs": high, "centerings": [centering] * 3}
+    head = "".join(f"{key}: {' '.join(map(str, given))}\n" for key, given in fields.items())
+    text = f"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 3 4\nencoding: raw\n{head}\n"
+    (tmp_path / "a.nrrd").write_bytes(text.encode() + values.tobytes("F"))
+    matrix = np.diag([*steps, 1.0])
+    matrix[:3, 3] = origin
+    assert np.allclose(read_volume(tmp_path / "a.nrrd").world_from_index, matrix)
+
+
+def test_nrrd_list_of_slices_with_their_dimension(tmp_path: Path) -> None:
+    for number in (1, 2):
+        (tmp_path / f"s{number}.raw").write_bytes(bytes([number] * 4))
+    head = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: LIST 2\ns1.raw\ns2.raw\n"
+    (tmp_path / "l.nhdr").write_text(head)
+    assert read_volume(tmp_path / "l.nhdr").data[0, 0].tolist() == [1, 2]

@@ -106,3 +106,11 @@ def test_metaimage_variants(tmp_path):
     (tmp_path / "l.mhd").write_text(head + "ElementDataFile = LIST\n" + "\n".join(f"s{z}.raw" for z in range(5)))
     check(read_volume(tmp_path / "p.mhd"), values, world())
     check(read_volume(tmp_path / "l.mhd"), values, world())
+
+
+@pytest.mark.parametrize(
+    ("end", "order"),
+    [("", "little"), ("_be", "big"), ("-BIG", "big"), ("_le", "little"), ("_before", "little"), ("_beta2", "little")],
+)
+def test_the_byte_order_in_a_name_is_a_word_of_its_own(end, order):
+    assert RawLayout.from_name(f"scan_4x5x6_uint16{end}.raw").byte_order == order

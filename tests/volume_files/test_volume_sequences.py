@@ -85,3 +85,21 @@ def test_two_files_with_one_number_are_refused(tmp_path):
         np.save(tmp_path / name, np.zeros((2, 2, 2)))
     with pytest.raises(InvalidInputError, match=r"frame 1 of f\*.npy is both f01.npy and f1.npy"):
         find_sequence(tmp_path / "f*.npy")
+
+
+@pytest.mark.parametrize("stem", ["run#2_", "50%d_", "a{}", "star*_"])
+def test_marks_of_patterns_in_a_name_have_no_meaning_where_a_file_is_given(tmp_path, stem):
+    for number in (7, 8):
+        np.save(tmp_path / f"{stem}{number:04d}.npy", np.full((2, 2, 2, 2), number, np.int16))
+    sequence = sequence_of(tmp_path / f"{stem}0007.npy", component=1)
+    assert sequence.numbers == (7, 8)
+    assert sequence.read(8).data.max() == 8
+
+
+def test_frames_of_one_width_belong_to_one_that_has_no_zero(tmp_path):
+    for number in (98, 99, 100, 1000):
+        np.save(tmp_path / f"wide{number:03d}.npy", np.zeros((2, 2, 2)))
+        np.save(tmp_path / f"plain{number}.npy", np.zeros((2, 2, 2)))
+    for number in (98, 99, 100, 1000):
+        assert sequence_of(tmp_path / f"wide{number:03d}.npy").numbers == (98, 99, 100, 1000)
+        assert sequence_of(tmp_path / f"plain{number}.npy").numbers == (98, 99, 100, 1000)

@@ -189,3 +189,26 @@ def test_the_box_of_a_volume_among_media_is_larger_than_its_voxels():
     (item,) = volumes_as_media(scene(volume)).instances
     corners = np.linalg.inv(volume.world_from_index) @ item.world_from_object @ np.array([(0, 0, 0, 1), (1, 1, 1, 1)]).T
     np.testing.assert_allclose(corners[:3].T, [(-0.6,) * 3, (3.6,) * 3], atol=1e-9)
+
+
+def test_each_volume_has_the_step_rule_that_it_states():
+    import mitsuba as mi
+
+    from spectral_core.render.volumes import volume_integrator
+
+    mi.set_variant("llvm_ad_rgb")
+    volumes = [replace(slab(constant()), name=rule, rule=rule) for rule in ("uniform", "error", "auto")]
+    made = volume_integrator(mi, scene(*volumes), {"type": "path"}, max_depth=3, spectral=False)
+    ways = [plan.stepping.rule for plan in made.fields.plans]
+    assert ways[:2] == ["uniform", "error"]
+    tried = {trial.stepping.rule for trial in made.fields.plans[2].trials}
+    assert tried == {"uniform", "error", "cells"}
+
+
+def test_a_camera_of_a_very_wide_angle_sees_a_volume():
+    wide = Camera(world_from_camera=np.eye(4), kind="perspective", field_of_view_rad=np.radians(175.0))
+    volume = slab(constant())
+    result = render_scene(replace(scene(volume), camera=wide))
+    assert np.isfinite(result.pixels).all()
+    # Inside a slab half its thickness is ahead along the axis, and more at an angle.
+    assert (result.pixels[..., :3] > 0.99 * COLOR * (1 - np.exp(-0.6))).all()

@@ -11,7 +11,7 @@ from spectral_core.volume.mitsuba_integrator.illumination import display_matrix,
 from spectral_core.volume.transfer import Material, TransferFunction
 
 from ... import compat
-from ...properties.volume import RANGE_KEY
+from ...properties.volume import LEAST_STEEPNESS, RANGE_KEY
 from ..spectra.stored import require_editable, spectrum_of, store_spectrum
 from .curves import add_material, clear, curve_points, set_curve
 
@@ -117,7 +117,7 @@ def _store(volume: Volume, material: Material, color: np.ndarray, wavelengths_nm
     if material.emission is not None and np.any(material.emission):
         entry.emission = _store_curve(volume, entry, "emission", material.values, material.emission)
     if material.gradient_values is not None and material.gradient_weights is not None:
-        steepest = float(material.gradient_values.max())
+        steepest = max(float(material.gradient_values.max()), LEAST_STEEPNESS)
         entry.use_gradient, entry.gradient = True, steepest
         set_curve(volume, entry, "gradient", material.gradient_values / steepest, material.gradient_weights)
 

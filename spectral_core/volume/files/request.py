@@ -13,7 +13,8 @@ from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
 
 _NAMED_LAYOUT = re.compile(
-    r"(?P<x>\d+)x(?P<y>\d+)x(?P<z>\d+)[_.-](?P<type>u?int(?:8|16|32|64)|float(?:16|32|64))(?P<order>[_.-](?:le|be|little|big))?",
+    r"(?P<x>\d+)x(?P<y>\d+)x(?P<z>\d+)[_.-](?P<type>u?int(?:8|16|32|64)|float(?:16|32|64))"
+    r"(?:[_.-](?P<order>le|be|little|big)(?![a-z0-9]))?",
     re.IGNORECASE,
 )
 
@@ -67,7 +68,7 @@ class RawLayout:
         if found is None:
             return None
         shape = (int(found["x"]), int(found["y"]), int(found["z"]))
-        big = (found["order"] or "").lower().strip("_.-") in ("be", "big")
+        big = (found["order"] or "").lower() in ("be", "big")
         return cls(shape, found["type"].lower(), "big" if big else "little")
 
 

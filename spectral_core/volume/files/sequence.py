@@ -13,6 +13,8 @@ from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.read import read_volume
 from spectral_core.volume.files.request import RawLayout
 
+_PLAIN = r"(0|[1-9]\d*)"
+"""Regular expression of a number without leading zeros."""
 _HOLE = re.compile(r"#+|%0?(\d*)d|\{(?::0?(\d*)d?)?\}|\*")
 
 
@@ -75,7 +77,43 @@ def find_sequence(
             "expected one, as in name_####.nrrd or name_%04d.nrrd"
         )
     hole = holes[0]
-    matcher = re.compile(re.escape(path.name[: hole.start()]) + _digits(hole) + re.escape(path.name[hole.end() :]))
+    found = _frames(path, hole.span(), _digits(hole))
+    if not found:
+        raise InvalidInputError(f"no file in {path.parent} matches {path.name!r}; check folder, digits and ending")
+    return VolumeSequence(str(pattern), found, field, component, raw)
+
+
+def sequence_of(
+    path: str | Path, *, field: str | None = None, component: int | None = None, raw: RawLayout | None = None
+) -> VolumeSequence | None:
+    """The sequence of a file, by the last number in its name; None if there is no other frame.
+
+    Other characters of the name have no meaning here, those of patterns included. A number without a leading zero may
+    belong to numbers of one width (0999, 1000) or to plain ones (9, 10): the one with more frames is taken.
+    """
+    path = Path(path)
+    numbers = list(re.finditer(r"\d+", path.name.removesuffix(".gz").rsplit(".", 1)[0]))
+    if not numbers:
+        return None
+    digits = numbers[-1]
+    length = len(digits[0])
+    padded = [("#" * width, _padded(width)) for width in range(2, length + 1)]
+    # A leading zero tells the width; another number has it, or is wider.
+    kinds = padded[-1:] if digits[0].startswith("0") and length > 1 else [("{}", _PLAIN), *padded]
+    mark, frames = max(
+        ((mark, _frames(path, digits.span(), expression)) for mark, expression in kinds), key=lambda kind: len(kind[1])
+    )
+    pattern = path.with_name(path.name[: digits.start()] + mark + path.name[digits.end() :])
+    return VolumeSequence(str(pattern), frames, field, component, raw) if len(frames) > 1 else None
+
+
+def _frames(path: Path, place: tuple[int, int], digits: str) -> tuple[tuple[int, Path], ...]:
+    """(number, file) of the files that differ from ``path`` in the characters of its name at ``place`` only.
+
+    ``digits``: regular expression of a number. Raises InvalidInputError for two files of one number.
+    """
+    start, end = place
+    matcher = re.compile(re.escape(path.name[:start]) + digits + re.escape(path.name[end:]))
     found: dict[int, Path] = {}
     for file in sorted(path.parent.iterdir()) if path.parent.is_dir() else []:
         match = matcher.fullmatch(file.name)
@@ -84,21 +122,7 @@ def find_sequence(
             if number in found:
                 raise InvalidInputError(f"frame {number} of {path.name} is both {found[number].name} and {file.name}")
             found[number] = file
-    if not found:
-        raise InvalidInputError(f"no file in {path.parent} matches {path.name!r}; check folder, digits and ending")
-    return VolumeSequence(str(pattern), tuple(sorted(found.items())), field, component, raw)
-
-
-def sequence_of(path: str | Path) -> VolumeSequence | None:
-    """The sequence of a file, by the last number in its name; None if there is no other frame."""
-    path = Path(path)
-    numbers = list(re.finditer(r"\d+", path.name.removesuffix(".gz").rsplit(".", 1)[0]))
-    if not numbers:
-        return None
-    digits = numbers[-1]
-    width = "#" * len(digits[0]) if digits[0].startswith("0") else "{}"
-    sequence = find_sequence(path.with_name(path.name[: digits.start()] + width + path.name[digits.end() :]))
-    return sequence if len(sequence) > 1 else None
+    return tuple(sorted(found.items()))
 
 
 def _digits(hole: re.Match[str]) -> str:
@@ -108,4 +132,8 @@ def _digits(hole: re.Match[str]) -> str:
         return r"(\d+)"
     width = len(text) if text.startswith("#") else int(hole[1] or hole[2] or 1)
     padded = text.startswith(("#", "%0", "{:0"))
-    return rf"(\d{{{width}}}|[1-9]\d{{{width},}})" if padded and width > 1 else r"(0|[1-9]\d*)"
+    return _padded(width) if padded else _PLAIN
+
+
+def _padded(width: int) -> str:
+    return rf"(\d{{{width}}}|[1-9]\d{{{width},}})" if width > 1 else _PLAIN

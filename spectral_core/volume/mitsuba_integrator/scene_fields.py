@@ -74,7 +74,8 @@ class SceneFields:
     def _place(self, number: int, made: Plan | None) -> Placed:
         wanted, item = self.settings, self.items[number]
         if made is None:
-            rule = "error" if wanted.rule == "auto" else wanted.rule
+            rule = item.rule or wanted.rule
+            rule = "error" if rule == "auto" else rule
             quadrature = "midpoint" if wanted.quadrature == "auto" else wanted.quadrature
             stepping = Stepping(rule, quadrature, wanted.scale)  # type: ignore[arg-type]
         else:
@@ -92,7 +93,7 @@ class SceneFields:
         if wanted.scale > 0:
             return None
         around = view or View.around(item.volume)
-        rule, quadrature = wanted.rule, wanted.quadrature
+        rule, quadrature = item.rule or wanted.rule, wanted.quadrature
         made = plan(self.renderers[number], around, item.transfer, wanted.quality, rule=rule, quadrature=quadrature)  # type: ignore[arg-type]
         if made.shortfall:
             mi.Log(mi.LogLevel.Warn, f"volume {item.volume.name!r}: {made.shortfall}")

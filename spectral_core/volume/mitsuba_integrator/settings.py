@@ -28,12 +28,13 @@ class SceneVolume:
     """A field and its transfer function; its name is the prefix of its extra channels.
 
     ``gains``, one per material, multiply its light (None: 1). They are separate from the colors, because the spectrum
-    of half a color is not half its spectrum.
+    of half a color is not half its spectrum. ``rule`` is its step rule, None for that of the integrator.
     """
 
     volume: ScalarVolume
     transfer: TransferFunction
     gains: tuple[float, ...] | None = None
+    rule: str | None = None
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ as they are. Without them ``spacings`` and ``axis mins`` give axis-parallel voxe
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -114,7 +115,7 @@ def _header_lines(stream: BinaryIO, path: Path) -> list[bytes]:
         if not line.strip():
             break
         lines.append(line)
-        if line.replace(b" ", b"").strip().lower() == b"datafile:list":
+        if re.fullmatch(rb"datafile:list\d*", line.replace(b" ", b"").strip().lower()):
             break
     return lines
 
@@ -234,9 +235,14 @@ def _world_from_index(header: Mapping[str, Any], space: list[int], path: Path) -
         )
         return np.nan_to_num(values[space], nan=default)
 
-    spacing, origin = per_axis("spacings", 1.0), per_axis("axis mins", 0.0)
-    if ("axis mins" in header or "axismins" in header) and "centerings" in header:
-        # For cell-centered axes the minimum is the outer face of the first voxel, not its center.
-        cell = np.array([header["centerings"][axis] == "cell" for axis in space])
-        origin = origin + np.where(cell, spacing / 2, 0.0)
+    low, high = per_axis("axis mins", math.nan), per_axis("axis maxs", math.nan)
+    centerings = header.get("centerings", [""] * int(header["dimension"]))
+    # For cell-centered axes the minimum is the outer face of the first voxel, not its center.
+    cell = np.array([centerings[axis] == "cell" for axis in space])
+    sizes = np.array([int(header["sizes"][axis]) for axis in space])
+    steps = np.where(cell, sizes, sizes - 1)
+    stated = (high - low) / np.where(steps > 0, steps, math.nan)
+    spacing = per_axis("spacings", math.nan)
+    spacing = np.where(np.isfinite(spacing), spacing, np.where(np.isfinite(stated), stated, 1.0))
+    origin = np.where(np.isfinite(low), low + np.where(cell, spacing / 2, 0.0), 0.0)
     return affine(np.diag(spacing), origin)

@@ -29,6 +29,7 @@ from spectral_core.volume.files.request import ReadRequest
 
 _DEFLATE, _DEFLATE_RATIO, _SLACK_BYTES = (8, 32946), 1040, 16 << 20
 _MOST_PAGES = 1_000_000
+_METERS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12, "Å": 1e-10}
 _DEPTH = "ZIQ"
 """tifffile's axis letters for depth: Z stated, I a page sequence, Q unknown."""
 
@@ -203,12 +204,27 @@ def _spacing(file: Any, series: Any) -> NDArray[np.float64]:
     if file.is_ome:
         for element in ElementTree.fromstring(file.ome_metadata).iter():
             if element.tag.endswith("}Pixels"):
-                return np.array([float(element.get(f"PhysicalSize{axis}", 1.0)) for axis in "XYZ"])
+                return _ome_spacing(element)
     if file.is_imagej:
         tags = series.pages[0].aspage().tags
         depth = float((file.imagej_metadata or {}).get("spacing", 1.0))
         return np.array([*(_pixel_size(tags, key) for key in ("XResolution", "YResolution")), abs(depth)])
     return np.ones(3)
+
+
+def _ome_spacing(pixels: Any) -> NDArray[np.float64]:
+    """Voxel sizes of OME metadata, in the unit of x; each axis may have a unit of its own, by default micrometers."""
+    sizes = np.array([float(pixels.get(f"PhysicalSize{axis}", 1.0)) for axis in "XYZ"])
+    units = [pixels.get(f"PhysicalSize{axis}Unit", "µm").replace("\u03bc", "µ") for axis in "XYZ"]
+    if len(set(units)) == 1:
+        return sizes
+    unknown = [unit for unit in units if unit not in _METERS]
+    if unknown:
+        raise FileFormatError(
+            f"the OME metadata state voxel sizes in the units {', '.join(units)}; expected one unit for all axes, or "
+            f"lengths among {', '.join(_METERS)}"
+        )
+    return sizes * np.array([_METERS[unit] / _METERS[units[0]] for unit in units])
 
 
 def _pixel_size(tags: Any, key: str) -> float:
