@@ -8,17 +8,12 @@ the catalogue, FILE or FILE@NAME. Two designed metamers match additively under t
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
-
-if TYPE_CHECKING:
-    from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,19 +26,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Mix, print the colors, write the spectrum where asked."""
-    from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
+    from spectral_core.cli.shared.spectra import illuminant_named, note_common_range, reflectance_named
     from spectral_core.palette.paint.mixtures import additive_mixture, paint_mixture
     from spectral_core.palette.texture.reach import stimulus_matrix
     from spectral_core.spectra.color import display_rgb_from_linear
     from spectral_core.spectra.files import write_spectra
-    from spectral_core.spectra.spectrum import Reflectance, told_apart
+    from spectral_core.spectra.spectrum import Reflectance, common_grid, told_apart
 
     named = [_part(word) for word in arguments.parts]
     lights = told_apart([illuminant_named(name) for name in arguments.light or ("D65", "A")])
     shares = np.array([parts for _, parts in named])
     shares = shares / shares.sum()
     measured = [reflectance_named(name) for name, _ in named]
-    grid = _common_grid(measured)
+    grid = common_grid(measured)
+    note_common_range("the mixture", measured)
     spectra = np.stack([surface.at(grid.wavelengths_nm) for surface in measured])
     mixed = (paint_mixture if arguments.law == "paint" else additive_mixture)(shares, spectra)
     if arguments.out is not None:  # before printing, because the reader of the colors may close the pipe
@@ -59,22 +55,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({"colors": colors, "reflectance": mixed.tolist(), "wavelengths_nm": grid.wavelengths_nm.tolist()})
     return 0
-
-
-def _common_grid(surfaces: Sequence[Reflectance]) -> SpectralGrid:
-    """All wavelengths of the surfaces in the range that all of them have. Raises InvalidInputError if there is none."""
-    from spectral_core.spectra.spectrum import SpectralGrid
-
-    ranges = [(float(each.grid.wavelengths_nm[0]), float(each.grid.wavelengths_nm[-1])) for each in surfaces]
-    low, high = max(first for first, _ in ranges), min(last for _, last in ranges)
-    each_range = zip(surfaces, ranges, strict=True)
-    stated = ", ".join(f"{surface.name!r} {first:g} to {last:g} nm" for surface, (first, last) in each_range)
-    if low >= high:
-        raise InvalidInputError(f"no wavelength is in all spectra ({stated}); measure them over a common range")
-    if len(set(ranges)) > 1:
-        print(f"note: the mixture has {low:g} to {high:g} nm, the range that all spectra have ({stated})")
-    knots = np.unique(np.concatenate([surface.grid.wavelengths_nm for surface in surfaces]))
-    return SpectralGrid(knots[(knots >= low) & (knots <= high)])
 
 
 def _part(word: str) -> tuple[str, float]:

@@ -93,16 +93,19 @@ def _lamp(arguments: argparse.Namespace) -> int:
 
 
 def _material(arguments: argparse.Namespace) -> int:
-    from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
+    from spectral_core.cli.shared.spectra import illuminant_named, note_common_range, reflectance_named
     from spectral_core.palette.recipe.material import Colorants, material_recipe
-    from spectral_core.spectra.spectrum import told_apart
+    from spectral_core.spectra.spectrum import common_grid, told_apart
 
     if arguments.target is None:
         raise InvalidInputError("a recipe of a material needs --target, the wanted reflectance")
     spectra = _channels(arguments.spectra, "reflectance")
-    grid = spectra[0].grid
+    target = reflectance_named(arguments.target)
+    papers = [] if arguments.paper is None else [reflectance_named(arguments.paper)]
+    grid = common_grid([*spectra, *papers], within=[target])
+    note_common_range("the recipe", [*spectra, *papers, target])
     values = np.stack([spectrum.at(grid.wavelengths_nm) for spectrum in spectra])
-    paper = None if arguments.paper is None else reflectance_named(arguments.paper).at(grid.wavelengths_nm)
+    paper = papers[0].at(grid.wavelengths_nm) if papers else None
     colorants = Colorants(
         arguments.kind, tuple(spectrum.name for spectrum in spectra), grid, values, paper=paper,
         dot_gain_n=arguments.dot_gain,
@@ -110,7 +113,7 @@ def _material(arguments: argparse.Namespace) -> int:
     lights = told_apart([illuminant_named(name) for name in arguments.light or ("D65", "A")])
     grams = require_range("--grams", arguments.grams, 1e-6, 1e12)
     most = {} if arguments.most is None else {"most_colorants": arguments.most}
-    recipe = material_recipe(colorants, reflectance_named(arguments.target), lights, **most)
+    recipe = material_recipe(colorants, target, lights, **most)
     print(recipe.text(grams))
     if arguments.json:
         figures: dict[str, Any] = {

@@ -239,3 +239,33 @@ def told_apart(spectra: Sequence[SpectrumType]) -> list[SpectrumType]:
         taken.add(tried)
         found.append(spectrum if tried == spectrum.name else replace(spectrum, name=tried))
     return found
+
+
+def common_grid(spectra: Sequence[Spectrum], within: Sequence[Spectrum] = ()) -> SpectralGrid:
+    """All wavelengths of the spectra in the range that all of them, and those of ``within``, have.
+
+    Raises InvalidInputError with the ranges if there is none.
+    """
+    low, high = common_range_nm([*spectra, *within])
+    first = spectra[0].grid
+    if all(each.grid.same_as(first) for each in spectra) and (low, high) == common_range_nm([spectra[0]]):
+        return first
+    knots = np.unique(np.concatenate([[low, high], *(each.grid.wavelengths_nm for each in spectra)]))
+    return SpectralGrid(knots[(knots >= low) & (knots <= high)])
+
+
+def common_range_nm(spectra: Sequence[Spectrum]) -> tuple[float, float]:
+    """First and last wavelength (nm) that all spectra have. Raises InvalidInputError if there are none."""
+    ends = [(float(each.grid.wavelengths_nm[0]), float(each.grid.wavelengths_nm[-1])) for each in spectra]
+    low, high = max(first for first, _ in ends), min(last for _, last in ends)
+    if low >= high:
+        raise InvalidInputError(
+            f"no wavelength is in all spectra ({stated_ranges(spectra)}); measure them over a common range"
+        )
+    return low, high
+
+
+def stated_ranges(spectra: Sequence[Spectrum]) -> str:
+    """Names and ranges of spectra, for messages."""
+    ends = [(each.name, *each.grid.wavelengths_nm[[0, -1]]) for each in spectra]
+    return ", ".join(f"{name!r} {first:g} to {last:g} nm" for name, first, last in ends)

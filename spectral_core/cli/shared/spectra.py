@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,6 +54,15 @@ def _from_file(word: str, kind: SpectrumKind) -> Spectrum | None:
         raise InvalidInputError(f"{file} holds {len(found)} spectra that are named {wanted!r}; rename them in the file")
     names = ", ".join(repr(each.name) for each in found[:8])
     raise InvalidInputError(f"{file} holds {len(found)} spectra ({names}), expected one; name one as {file}@NAME")
+
+
+def note_common_range(what: str, spectra: Sequence[Spectrum]) -> None:
+    """Print the range that all spectra have, if they differ in range."""
+    from spectral_core.spectra.spectrum import common_range_nm, stated_ranges
+
+    low, high = common_range_nm(spectra)
+    if any(common_range_nm([each]) != (low, high) for each in spectra):
+        print(f"note: {what} has {low:g} to {high:g} nm, the range that all spectra have ({stated_ranges(spectra)})")
 
 
 def _splits(word: str) -> list[tuple[str, str]]:
