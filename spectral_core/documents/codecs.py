@@ -17,7 +17,7 @@ from spectral_core.spectra.color import linear_from_display_rgb
 from spectral_core.spectra.files import SpectrumKind, read_spectra
 from spectral_core.spectra.observer import normalized, xyz_from_spectrum
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
-from spectral_core.spectra.start_lights import sine_light
+from spectral_core.spectra.start_lights import LEAST_PERIOD_NM, sine_light
 
 SOURCES = ("catalogue", "file", "values", "sine_nm")
 LARGEST_GRID = 100_000
@@ -205,12 +205,14 @@ def _catalogue_entry(spectrum: Spectrum) -> dict[str, Any] | None:
 
 def _sine_entry(spectrum: Spectrum, grid: SpectralGrid) -> dict[str, Any] | None:
     """``{sine_nm, luminance}`` for the thesis' start lights, if it decodes to the same numbers."""
-    match = re.fullmatch(r"sine ([\d.]+) nm", spectrum.name)
+    match = re.fullmatch(r"sine ([0-9]+(?:\.[0-9]+)?) nm", spectrum.name)
     if match is None or not isinstance(spectrum, Illuminant) or not spectrum.grid.same_as(grid):
         return None
     luminance = _round_luminance(spectrum)
-    if luminance <= 0 or not np.array_equal(
-        sine_light(float(match[1]), grid, luminance=luminance).values, spectrum.values
+    if (
+        luminance <= 0
+        or float(match[1]) < LEAST_PERIOD_NM
+        or not np.array_equal(sine_light(float(match[1]), grid, luminance=luminance).values, spectrum.values)
     ):
         return None
     return {"sine_nm": float(match[1]), "luminance": luminance}

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,17 @@ Decoded = TypeVar("Decoded")
 
 MOST_KEY_PARTS = 16
 """Most parts of a dotted TOML key; the time of the reader is quadratic in their number."""
+
+_STRING_OR_COMMENT = re.compile(
+    r'"""(?:[^"\\]++|\\.|"(?!""))*+(?:"""|\Z)'
+    r"|'''(?:[^']++|'(?!''))*+(?:'''|\Z)"
+    r'|"(?:[^"\\\n]++|\\.)*+"?'
+    r"|'[^'\n]*+'?"
+    r"|#[^\n]*+",
+    re.DOTALL,
+)
+_LISTED_FRACTION = re.compile(r"\.\d+(?:[eE][-+]?\d+)?(?=\s*[,\]}])")
+"""The decimals of a number in a list or table; the dots that remain outside of strings belong to keys."""
 
 
 def read_document(path: str | Path, decode: Callable[[Any, Path], Decoded], what: str) -> Decoded:
@@ -70,12 +82,14 @@ def _require_readable_toml(text: str, file: Path) -> None:
         raise FileFormatError(
             f"{file} is larger than {MOST_TOML_BYTES >> 20} MiB, the limit for TOML; write it as JSON"
         )
-    for number, line in enumerate(text.splitlines(), 1):
-        key, assigns, _ = line.partition("=")
-        # A line of a list of numbers has dots as well, and no key.
-        is_key = bool(assigns) or (key.lstrip().startswith("[") and "," not in key)
-        is_key = is_key and not key.lstrip().startswith("#")
-        if is_key and key.count(".") > MOST_KEY_PARTS:
+    if not any(line.count(".") > MOST_KEY_PARTS for line in text.split("\n")):
+        return
+    bare = _STRING_OR_COMMENT.sub(lambda found: "\n" * found[0].count("\n"), text)
+    for number, line in enumerate(bare.split("\n"), 1):
+        if line.count(".") <= MOST_KEY_PARTS:
+            continue
+        # Every "=" of the line ends a key, which may follow the end of a list, or be inside a table.
+        if any(part.count(".") > MOST_KEY_PARTS for part in _LISTED_FRACTION.sub("", line).split("=")):
             raise FileFormatError(f"{file}, line {number}: a key has over {MOST_KEY_PARTS} dots; expected a plain name")
 
 

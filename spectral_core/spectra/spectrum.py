@@ -253,6 +253,8 @@ def common_grid(spectra: Sequence[Spectrum], what: str) -> tuple[SpectralGrid, s
     stated = ", ".join(f"{spectrum.name!r} {first:g} to {last:g} nm" for spectrum, (first, last) in each_range)
     if low >= high:
         raise InvalidInputError(f"no wavelength is in all spectra ({stated}); measure them over a common range")
+    if all(spectrum.grid.same_as(spectra[0].grid) for spectrum in spectra):
+        return spectra[0].grid, ""
     knots = np.unique(np.concatenate([spectrum.grid.wavelengths_nm for spectrum in spectra]))
     note = f"{what} has {low:g} to {high:g} nm, the range that all spectra have ({stated})"
     return SpectralGrid(knots[(knots >= low) & (knots <= high)]), note if len(set(ranges)) > 1 else ""

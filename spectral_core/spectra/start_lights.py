@@ -5,12 +5,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.observer import normalized
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+LEAST_PERIOD_NM = 1e-3
+"""Least period of a sine light; any period below the distance of two samples is arbitrary, and zero is none."""
 
 
 def sine_light(period_nm: float, grid: SpectralGrid, *, luminance: float = 1.0) -> Illuminant:
     """1 + sin(2π (λ − 400 nm) / period): the start from which the thesis designed its split lights."""
+    if not abs(period_nm) >= LEAST_PERIOD_NM:
+        raise InvalidInputError(
+            f"the period of a sine light is {period_nm:g} nm; expected at least {LEAST_PERIOD_NM:g} nm, such as 45"
+        )
     phase = 2 * np.pi * (grid.wavelengths_nm - 400.0) / period_nm
     light = Illuminant(f"sine {period_nm:g} nm", grid, 1 + np.sin(phase), source="section 5.4.1")
     return normalized(light, luminance=luminance)

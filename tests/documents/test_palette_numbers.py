@@ -15,6 +15,7 @@ from spectral_core.palette.presets import design_grid
 from spectral_core.palette.problem import SubspaceCriterion
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import Illuminant
 
 OPEN = ((0.1, -np.inf, 0.0), (0.4, np.inf, np.inf))
 
@@ -70,3 +71,53 @@ def test_a_key_with_many_dots_is_refused_once(tmp_path) -> None:
     with pytest.raises(FileFormatError, match="a key has over 16 dots; expected a plain name$") as raised:
         read_palette(file)
     assert str(raised.value).count("dots.toml") == 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x = {a" + ".a" * 20 + " = 1}",
+        "[a" + ".a" * 20 + "]",
+        "a" + ".a" * 20,
+        'x = [0.5, 0.25]\ny = """\n\'""", z' + ".a" * 20 + " = ''",
+        '"a,"' + '."a,"' * 20 + " = 1",
+    ],
+)
+def test_a_key_with_many_dots_is_refused_wherever_it_is(tmp_path, text: str) -> None:
+    file = tmp_path / "dots.toml"
+    file.write_text(text, "utf-8")
+    with pytest.raises(FileFormatError, match=f"line {text.count(chr(10)) + 1}: a key has over 16 dots"):
+        read_palette(file)
+
+
+def test_a_subspace_with_rows_of_short_numbers_reads_back(tmp_path) -> None:
+    """A row that needs several lines is followed by short rows and, on the same line, by the next key."""
+    given = problem()
+    basis = np.eye(given.grid.size, 8)
+    basis[0] = np.random.default_rng(11).random(8)
+    basis[3:6] = 0.0
+    given = replace(given, subspace=SubspaceCriterion(basis, 0.5))
+    write_palette(tmp_path / "a.toml", given)
+    back = read_palette(tmp_path / "a.toml").subspace
+    assert back is not None and back.weight == 0.5
+    np.testing.assert_array_equal(back.basis, basis)
+
+
+@pytest.mark.parametrize("name", ["sine 1.2.3 nm", "sine . nm", "sine 0 nm", "sine 0.0 nm", "sine 60 nm"])
+def test_a_light_that_is_named_like_a_sine_reads_back(tmp_path, name: str) -> None:
+    given = problem()
+    light = Illuminant(name, given.grid, np.linspace(0.25, 1.0, given.grid.size))
+    given = replace(given, lights=(replace(given.lights[0], spectrum=light), *given.lights[1:]))
+    write_palette(tmp_path / "a.toml", given)
+    back = read_palette(tmp_path / "a.toml").lights[0].spectrum
+    assert back.name == name
+    np.testing.assert_array_equal(back.values, light.values)
+
+
+def test_a_sine_without_a_period_is_refused_at_its_place(tmp_path) -> None:
+    file = tmp_path / "sine.toml"
+    write_palette(file, problem())
+    text = file.read_text("utf-8") + "\n[[lights]]\nspectrum = {sine_nm = 0}\n"
+    file.write_text(text, "utf-8")
+    with pytest.raises(FileFormatError, match=r"lights\[\d\]: the period of a sine light is 0 nm; expected at least"):
+        read_palette(file)
