@@ -175,8 +175,12 @@ class Stage:
             return True
         if any(map(dyed, new.materials)):  # the light that excites dyes is in their tables
             return False
-        tints = {"reflectances": reflectance_spectra(new), "colors": color_spectra(new)}
-        better = plan_wavelengths(light_spectra(new), **tints, disperses=plan.teeth == 1)
+        better = plan_wavelengths(
+            light_spectra(new),
+            reflectances=reflectance_spectra(new),
+            colors=color_spectra(new),
+            disperses=plan.teeth == 1,
+        )
         if noise > MOST_NOISE * max(noise_of(each, better) for each in others) / 2:
             self.launcher.draw_by(better)
         return True
