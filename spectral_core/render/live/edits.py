@@ -22,7 +22,7 @@ from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
 from spectral_core.render.mitsuba_scene.light import LightObject
 from spectral_core.render.plan.inventory import dyed
 from spectral_core.render.same import equal
-from spectral_core.scene import Instance, Light, Material, Mesh, Scene, World
+from spectral_core.scene import Instance, Light, Material, Mesh, Scene, SunLight, World
 
 LEAST_VOLUME = 1e-6
 """Least condition of a matrix, as a ratio: flatter ones cannot be inverted for an instance."""
@@ -159,6 +159,13 @@ class Edit:
             positions = np.array(self._mi.traverse(shape)["vertex_positions"]).reshape(-1, 3)
             self._in_trees.append(lambda trees: trees.follow(shape, positions))
 
+    def suns(self) -> bool:
+        """Put the disks of suns farther away that the scene has outgrown; False if that cannot be done in place."""
+        made = {each: self._parts.lights[each.name] for each in self._new.lights if isinstance(each, SunLight)}
+        disks = {sun: of[0] for sun, of in made.items() if of and of[0].entry is not of[0].emitter}
+        sphere = bounding_sphere(self._new) if disks else (np.zeros(3), 0.0)
+        return all(light.is_far(self._mi, sun, disk, sphere) or self.light(sun, sun) for sun, disk in disks.items())
+
     def world(self, old: World, new: World) -> bool:
         """Change the numbers of the environment."""
         if old.is_black or new.is_black or not equal(_without_color(old), _without_color(new)):
@@ -200,10 +207,14 @@ class Edit:
             i.mesh == new.name and self._parts.placed[i.name] and not self._is_placed(i) for i in self._new.instances
         ):
             return False
+        if old.is_strands != new.is_strands:
+            return False
         before, after = geometry.split_by_material(old), geometry.split_by_material(new)
+        if before.keys() != after.keys():  # triangles of a material have lost all their area, or gained one
+            return False
         shapes = self._parts.shapes.meshes.get(new.name, [])
         for index, shape, group in shapes:
-            if index not in after or not geometry.fill(self._mi, shape, before[index], after[index], faces=faces):
+            if not geometry.fill(self._mi, shape, before[index], after[index], faces=faces):
                 return False
             group.parameters_changed()
             self._parts.context.meshes.add(shape)

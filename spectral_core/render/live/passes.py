@@ -8,7 +8,9 @@ replayed with other numbers; if recording fails, every launch is traced anew and
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -19,11 +21,13 @@ from spectral_core.render.lens.aperture import FEWEST_BLADES, polygon_point
 from spectral_core.render.lens.camera_rays import across_lens
 from spectral_core.render.lens.panorama import DrJitMath, direction_by
 from spectral_core.render.live.held import held, lay_open
+from spectral_core.render.live.transplant import transplant
 from spectral_core.render.live.view import NUMBERS, PLAIN_NUMBERS
 from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
 from spectral_core.render.trace.guides import first_seen, guide_wavelengths
-from spectral_core.render.trace.measure.spectral_measure import Drawn
+from spectral_core.render.trace.measure.spectral_measure import Drawn, SpectralMeasure
 from spectral_core.render.trace.path_sampler import path_sampler_class
+from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.scene.camera import PANORAMAS
 
@@ -37,6 +41,18 @@ def block_order(stride: int) -> list[tuple[int, int]]:
         order += [(x + dx, y + dy) for dx, dy in ((half, half), (half, 0), (0, half)) for x, y in list(order)]
         step = half
     return order
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Keep garbage until after a launch: a scene of Mitsuba that is freed while one is recorded ends the process."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
 
 
 class Launcher(Accumulator):
@@ -66,6 +82,13 @@ class Launcher(Accumulator):
     def recordings(self) -> int:
         """Number of recordings so far."""
         return sum(int(frozen.n_recordings) for frozen in self._frozen.values())
+
+    def draw_by(self, plan: WavelengthPlan) -> None:
+        """Draw the wavelengths of another plan; a change of the scene that is followed by ``refresh``."""
+        made = SpectralMeasure(self._mi, plan)
+        if not transplant(self._measuring, made, self._mi):  # it has another number of cells
+            self._measuring = made
+        self.plan = plan
 
     def refresh(self) -> None:
         """Collect the arrays of the scene's objects again; call it after each change of the scene."""
@@ -108,13 +131,15 @@ class Launcher(Accumulator):
             self._frozen[name] = self._freeze(plain)
         launch = self._frozen[name] if self.is_recorded else plain
         try:
-            result = launch(self._inputs, camera, numbers, lane, sums)
+            with _no_collection():
+                result = launch(self._inputs, camera, numbers, lane, sums)
         except RuntimeError as error:
             if not self.is_recorded:
                 raise
             print(f"live view: launches are not recorded; Dr.Jit reports: {error}")
             self.is_recorded = False
-            result = plain(self._inputs, camera, numbers, lane, sums)
+            with _no_collection():
+                result = plain(self._inputs, camera, numbers, lane, sums)
         finally:
             self._camera = self._frame = None
         return result

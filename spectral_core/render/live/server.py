@@ -100,10 +100,9 @@ class Server:
             kept = self._stages.setdefault(name, _Kept())
             kept.scene, kept.is_pending, kept.is_second = scene, True, False
         elif kind == "change":
-            name, change = content
-            kept = self._stages[name]
+            kept = self._stages[content[0]]
             assert kept.scene is not None
-            kept.scene, kept.is_pending, kept.is_second = change.applied_to(kept.scene), True, False
+            kept.scene, kept.is_pending, kept.is_second = content[1].applied_to(kept.scene), True, False
         elif kind == "view":
             name, request, area = content
             self._hear_view(name, request, area)
@@ -116,9 +115,10 @@ class Server:
         elif kind == "denoised":
             self._take(content)
         elif kind == "drop":
-            self._stages.pop(content, None)
+            dropped = self._stages.pop(content, _Kept())
             for name in [name for name, view in self._views.items() if view.request.stage == content]:
                 self._accept("close", name)
+            dropped.stage.forget()
 
     def _close(self, name: str) -> None:
         if (view := self._views.pop(name, None)) is not None:

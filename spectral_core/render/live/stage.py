@@ -22,14 +22,19 @@ from spectral_core.render.live.passes import Launcher
 from spectral_core.render.live.trees import Trees
 from spectral_core.render.live.view import Viewpoint
 from spectral_core.render.mitsuba_scene.assemble import scene_radius
+from spectral_core.render.mitsuba_scene.traced_spectra import color_spectra, light_spectra, reflectance_spectra
 from spectral_core.render.mitsuba_scene.units import SMALLEST_RADIUS
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.effects import plan_from_data
+from spectral_core.render.plan.inventory import dyed
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.same import equal
+from spectral_core.render.trace.wavelengths import noise_of, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
-from spectral_core.scene import Note, Scene
+from spectral_core.scene import Note, Scene, World
 
+MOST_NOISE = 4.0
+"""Variance of the light of an edited lamp, over the least, up to which the wavelengths stay the same."""
 MOST_WARMED = 300_000
 """Most triangles of a scene whose meshes are prepared for edits while it is loaded; this doubles part of the loading
 time.
@@ -156,6 +161,31 @@ class Stage:
                 return False
         return min(scene_radius(scene), scene_radius(self.scene)) >= SMALLEST_RADIUS  # smaller scenes are rescaled
 
+    def _draw_again(self, old: Scene, new: Scene) -> bool:
+        """Draw other wavelengths if the present ones miss most light of the lights with other spectra; False if the
+        scene must be loaded for that.
+        """
+        plan = self.launcher.plan
+        if plan is None:
+            return True
+        lights = tuple(b for a, b in zip(old.lights, new.lights, strict=True) if not equal(a.color, b.color))
+        world = World() if equal(old.world.color, new.world.color) else new.world
+        others = light_spectra(replace(new, lights=lights, world=world))
+        noise = max((noise_of(each, plan) for each in others), default=0.0)
+        if noise <= MOST_NOISE:
+            return True
+        if any(map(dyed, new.materials)):  # the light that excites dyes is in their tables
+            return False
+        better = plan_wavelengths(
+            light_spectra(new),
+            reflectances=reflectance_spectra(new),
+            colors=color_spectra(new),
+            disperses=plan.teeth == 1,
+        )
+        if noise > MOST_NOISE * max(noise_of(each, better) for each in others) / 2:
+            self.launcher.draw_by(better)
+        return True
+
     def _change(self, new: Scene) -> str | None:
         """Make the difference in place. "" if there is none, None if it cannot be made."""
         assert self._simulated is not None and self._job is not None
@@ -175,10 +205,14 @@ class Stage:
                     if not make(before, after):
                         return None
                     done.append(word)
+        if not {"meshes", "places"}.isdisjoint(done) and not edit.suns():
+            return None
         if "world" in change.singles:
             if not edit.world(old.world, new.world):
                 return None
             done.append("world")
+        if not self._draw_again(old, new):
+            return None
         edit.finish()
         if done:
             self.launcher.refresh()

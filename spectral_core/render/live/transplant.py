@@ -130,7 +130,18 @@ def _plan_object(old: Any, new: Any, mi: Any, steps: list[Step], seen: dict[int,
     names = [name for name in names if not _holds_the_same(own[name], given[name])]
     if names:
         steps.append(lambda: _write(own, given, names))
-    return True
+    return not any(_is_constant(own, given, name) for name in names)
+
+
+def _is_constant(own: Any, given: Any, name: str) -> bool:
+    """True if recorded launches have a parameter, or what Mitsuba computes from it, as a constant: replayed, they would
+    keep the old one. So it is with the ends of a spectrum's range.
+    """
+    import drjit as dr
+
+    if name == "wavelengths":
+        return not np.array_equal(np.array(own[name])[[0, -1]], np.array(given[name])[[0, -1]])
+    return not dr.is_jit_v(own[name])
 
 
 def _write(own: Any, given: Any, names: list[str]) -> None:

@@ -42,6 +42,8 @@ NARROWEST_RAD = np.radians(0.02)
 """Least spread of a panel: positions of 32 bits keep no narrower beam."""
 SUN_DISTANCE = 2e3
 """Distance of a sun's disk in radii of the scene: its parallax over the scene stays below 0.03 degrees."""
+MOST_OUTGROWN = 2.0
+"""Factor on that parallax up to which a scene that grows keeps the disk where it is."""
 ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """Mitsuba's environment has +y up and -z at its left edge; Blender's +z up and -x there."""
 
@@ -141,6 +143,15 @@ def _sun(
     radiance = radiometry.radiance_of_sun(light.irradiance, half_angle)
     part, emitted = geometry.polygon(corners, light.name), _emitted(context, light, color, radiance)
     return [_emitting_polygon(context, part, emitted, _shaping(context, light) if light.pattern else None)]
+
+
+def is_far(mitsuba: Any, light: SunLight, sun: LightObject, scene_sphere: tuple[Array, float]) -> bool:
+    """True if the disk of a sun is far enough away for a scene that may have grown or moved since it was made."""
+    center, radius = scene_sphere
+    disk = np.array(mitsuba.traverse(sun.entry)["vertex_positions"], dtype=np.float64).reshape(-1, 3).mean(axis=0)
+    distance, direction = float(np.linalg.norm(center - disk)), -light.world_from_light[:3, 2]
+    turned = np.linalg.norm((center - disk) / distance - direction / np.linalg.norm(direction))
+    return bool(distance * MOST_OUTGROWN >= SUN_DISTANCE * radius and turned * SUN_DISTANCE <= MOST_OUTGROWN)
 
 
 def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[LightObject]:

@@ -120,7 +120,6 @@ class MeshTables:
             first += len(parts)
         self.rows = self._array(mi.UInt32, rows)
         self.parts = self._array(mi.UInt32, np.array([k for of in self._parts.values() for k in of] or [0, 0]))
-        self.balls = self._array(mi.Float, np.array(list(self._balls.values()) or [(0.0, 0.0)]))
         for name in dict.fromkeys(name for mesh in meshes.values() for name in mesh.attributes):
             first, places = 0, np.full(self.last + 1, NONE, np.uint32)
             for number, mesh in meshes.items():
@@ -131,8 +130,9 @@ class MeshTables:
         self.write_vertices(faces=True)
 
     def write_vertices(self, *, faces: bool = False) -> None:
-        """Write positions, normals, UV maps and attributes again; ``faces``: the corners of triangles, too."""
+        """Write positions, normals, UV maps, attributes and balls again; ``faces``: the corners of triangles, too."""
         mi, meshes = self.mi, list(self._meshes.values())
+        self.balls = self._array(mi.Float, np.array(list(self._balls.values()) or [(0.0, 0.0)]))
         if faces:
             self.faces = self._joined(mi.UInt32, [mesh.triangles for mesh in meshes])
         self.positions = self._joined(mi.Float, [mesh.positions for mesh in meshes])

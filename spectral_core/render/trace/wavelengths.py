@@ -159,6 +159,19 @@ def plan_wavelengths(
     return WavelengthPlan(edges, probability, responses, pieces, 1 if disperses else 4, sets)
 
 
+def noise_of(light: Spectrum, plan: WavelengthPlan) -> float:
+    """Variance of the picture's response to a light with the wavelengths of a plan, over that of wavelengths drawn in
+    proportion to the response, 1; 0 for a light that the picture does not show.
+    """
+    points, weights = integration_points(plan.edges_nm, light.grid.wavelengths_nm)
+    response = sensitivity(light, of_sets=plan.sets is not None)
+    amount = np.maximum(light.at(points), 0.0) * np.interp(points, WAVELENGTHS_NM, response, left=0.0, right=0.0)
+    cell = np.clip(np.searchsorted(plan.edges_nm, points, side="right") - 1, 0, plan.edges_nm.size - 2)
+    density = np.maximum(plan.probability / plan.widths_nm, 1e-30)[cell]
+    total = float(weights @ amount)
+    return float(weights @ (amount**2 / density)) / total**2 if total > 0 else 0.0
+
+
 def _counted(lights: Sequence[Spectrum]) -> list[tuple[Spectrum, float]]:
     """Different spectra and the number of lights of each, the most frequent first."""
     found: dict[bytes, tuple[Spectrum, float]] = {}
