@@ -27,6 +27,7 @@ from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Forbidden, Unfinished
 from ...translate.viewport.look import look_of
+from ...translate.viewport.shown import shown_by, shows_a_part
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..palette.picture import shown_in
@@ -108,8 +109,8 @@ class ViewSession:
     def update(self, context: Any, depsgraph: Any) -> None:
         """Send the changes of an edit. Called on the main thread, the only one that may read the depsgraph."""
         before, stage = self._stage, self._enter(context, depsgraph)
-        is_local = context.space_data.local_view is not None or context.space_data.use_local_collections
-        if before == stage and not (is_local or self.needs_update) and stages.is_of_another(depsgraph):
+        is_own = shows_a_part(context.space_data)
+        if before == stage and not (is_own or self.needs_update) and stages.is_of_another(depsgraph):
             return  # the depsgraph of this view may even be unevaluated, and refer to data that are gone
         with pause():
             if not self.needs_update or len(depsgraph.updates):
@@ -150,9 +151,7 @@ class ViewSession:
 
     def _enter(self, context: Any, depsgraph: Any) -> str:
         """The stage of this view, shared by all views with the same objects."""
-        space = context.space_data
-        is_local = space.local_view is not None or space.use_local_collections
-        own = f"/{self.name}" if is_local else ""
+        own = f"/{self.name}" if shows_a_part(context.space_data) else ""
         stage = f"{depsgraph.scene.session_uid}/{depsgraph.view_layer.name}{own}"
         if stage != self._stage:
             self.leave()
@@ -162,22 +161,16 @@ class ViewSession:
 
     def _translated(self, context: Any, depsgraph: Any, stage: Stage) -> Scene:
         space, source = context.space_data, depsgraph.scene_eval
-        is_local = space.local_view is not None or space.use_local_collections
-
-        def shows(instance: Any) -> bool:
-            owner = instance.parent if instance.is_instance and instance.parent else instance.object
-            return not is_local or bool(owner.original.visible_in_viewport_get(space))
-
         film = Film(
             960, 540, samples=1, seed=source.spectral.render.seed, transparent=source.render.film_transparent,
             transparent_glass=bool(cycles_settings(source, "film_transparent_glass", False)), **pixel_filter_of(source),
         )  # fmt: skip
         camera = Camera(world_from_camera=np.eye(4))  # the camera of a view is part of each request for a picture
         scene = translate_scene(
-            depsgraph, film=film, seen_from=camera, shows=shows, kept=stage.kept, designed=stage.designed
+            depsgraph, film=film, seen_from=camera, shows=shown_by(space), kept=stage.kept, designed=stage.designed
         )
-        if is_local:
-            stage.kept.walk = None  # Blender does not report which objects a local view shows
+        if shows_a_part(space):
+            stage.kept.walk = None  # Blender does not report which objects such a view shows
         return scene
 
     def look(self, context: Any, depsgraph: Any) -> list[Picture]:
