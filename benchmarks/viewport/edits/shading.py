@@ -60,6 +60,25 @@ def lamp_kind(obj, rng):
     obj.data.type = str(rng.choice(["POINT", "AREA", "SPOT", "SUN"]))
 
 
+def lamp_size(obj, rng):
+    """The radius, sides or angle of a lamp, 0 now and then."""
+    data, size = obj.data, float(rng.choice([0.0, rng.uniform(0.05, 1.5)]))
+    if data.type == "SUN":
+        data.angle = 0.3 * size
+    elif data.type == "AREA":
+        data.size = max(size, 0.01)
+    else:
+        data.shadow_soft_size = size
+
+
+def lamp_spectrum(obj, rng):
+    """A lamp of the catalogue, with lines or smooth, or the color alone."""
+    spectral, name = obj.data.spectral, str(rng.choice(["", "D65", "HP1", "FL11", "A", "LED-B3"]))
+    if name:
+        spectral.catalogue_name = name
+    spectral.source = "CATALOGUE" if name else "NONE"
+
+
 def number(node, rng):
     node.inputs["Roughness"].default_value = float(rng.uniform(0, 1))
     node.inputs["Base Color"].default_value = (*rng.uniform(0, 1, 3), 1.0)
