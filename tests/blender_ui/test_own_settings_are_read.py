@@ -132,6 +132,7 @@ BY_NAME = {
     "blender_ui/test_own_settings_are_read.py": "SPECTRAL_AP_preferences.llvm_library",
     "blender_viewport/test_design_in_view.py": "SpectralPalette.in_viewport SpectralPalette.apply_colors",
     "blender_viewport/test_viewport_edits.py": "SpectralViewport.is_paused SpectralViewport.samples",
+    "blender_viewport/test_denoised_view.py": "SpectralViewport.denoise",
     "blender_viewport/test_look.py": "SpectralViewport.is_split SpectralViewport.divider SpectralViewport.preview_lamp",
     "blender_volume/test_volume_objects.py": "SpectralVolume.enabled SpectralVolume.grid SpectralVolume.curves",
 }  # fmt: skip

@@ -121,7 +121,7 @@ def test_a_view_around_a_field_has_its_documented_defaults():
     assert View.around(volume).key == View.around(volume, 35.0, 25.0, zoom=1.0, fov_deg=30.0).key
 
 
-@pytest.mark.parametrize("fov", [0.0, 175.0, float("nan")])
+@pytest.mark.parametrize("fov", [0.0, 180.0, float("nan")])
 def test_an_impossible_angle_of_view_is_refused(fov):
     with pytest.raises(InvalidInputError, match="fov_deg"):
         View.around(ScalarVolume("v", np.zeros((3, 4, 5), np.uint8)), fov_deg=fov)
