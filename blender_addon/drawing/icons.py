@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures as icons for panels: created at their first use, cached by content, the oldest removed.
+"""Pictures as icons for panels: created at their first use, cached by content.
 
-Panels have no custom widgets, but an icon may be any picture; so a curve in a panel is an icon.
+Panels have no custom widgets, but an icon may be any picture; so a curve in a panel is an icon. No icon is ever
+removed: buttons of regions that are not drawn again refer to it, and Blender ended when their icon was freed. One that
+no panel has used for a while gets the pixels of the next picture instead.
 """
 
+import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import bpy.utils.previews
@@ -16,24 +21,55 @@ from ..translate.spectra.stored import kind_in, stored_samples
 from .curve_image import Picture, curve_picture, swatch_picture
 
 KEPT = 512
-"""More than a 15 × 15 table shows; dragging a slider makes a few dozen per solve."""
+"""Icons after which unused ones get other pictures; more than a 15 × 15 table shows, and dragging a slider makes a few
+dozen per solve.
+"""
+UNUSED_S = 5.0
+"""Time without a use after which an icon may get another picture; a table of more than ``KEPT`` pictures keeps all."""
 
 _previews = None
+
+
+@dataclass
+class _Icon:
+    preview: Any
+    size: tuple[int, int]
+    used: float
+
+
+_icons: dict[str, _Icon] = {}
+"""By content, the one that was not used for the longest time first."""
 
 
 def _icon(key: str, make: Callable[[], Picture]) -> int:
     """Icon number of the picture that ``make()`` returns, created only if it is not cached."""
     if _previews is None:
         return 0
-    found = _previews.get(key)
+    found = _icons.pop(key, None)
     if found is None:
-        while len(_previews) >= KEPT:
-            del _previews[next(iter(_previews))]
         picture = make()
-        found = _previews.new(key)
-        found.image_size = picture.shape[1], picture.shape[0]
-        found.image_pixels_float.foreach_set(np.ascontiguousarray(picture).ravel())
-    return found.icon_id
+        size = picture.shape[1], picture.shape[0]
+        found = _unused(size) or _Icon(_previews.new(f"{len(_previews)}"), size, 0.0)
+        if tuple(found.preview.image_size) != size:
+            found.preview.image_size = size
+        found.preview.image_pixels_float.foreach_set(np.ascontiguousarray(picture).ravel())
+    found.used = time.monotonic()
+    _icons[key] = found
+    return int(found.preview.icon_id)
+
+
+def _unused(size: tuple[int, int]) -> _Icon | None:
+    """An icon of this size that no panel has used for a while, taken out of the cache; None if there are few icons."""
+    if len(_icons) < KEPT:
+        return None
+    now = time.monotonic()
+    for key, icon in _icons.items():
+        if now - icon.used < UNUSED_S:
+            return None
+        if icon.size == size:
+            del _icons[key]
+            return icon
+    return None
 
 
 def curve_icon(spectral: PropertyGroup, size: int = 128) -> int:
@@ -69,3 +105,4 @@ def unregister() -> None:
     if _previews is not None:
         bpy.utils.previews.remove(_previews)
     _previews = None
+    _icons.clear()

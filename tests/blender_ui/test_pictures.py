@@ -78,22 +78,64 @@ def test_a_swatch_is_its_color():
     np.testing.assert_allclose(picture[16, 16], [0.2, 0.4, 0.6, 1.0], rtol=1e-6)
 
 
-def test_icons_are_made_once_per_content_and_the_oldest_are_dropped(blender, monkeypatch):
+@pytest.fixture
+def moment(blender, monkeypatch):
+    """No icons but a test's own, three before they are used again, and a time that the test sets."""
+    now = [0.0]
+    icons.unregister()
+    icons.register()
+    monkeypatch.setattr(icons, "KEPT", 3)
+    monkeypatch.setattr(icons.time, "monotonic", lambda: now[0])
+    yield now
+    icons.unregister()
+    icons.register()
+
+
+def swatch(level):
+    """The preview of a gray swatch; without a window its icon has no number."""
+    icons.swatch_icon(np.full(3, level))
+    return list(icons._icons.values())[-1].preview
+
+
+def shown(preview):
+    """Color of its middle."""
+    width, height = preview.image_size
+    pixels = np.empty(width * height * 4, np.float32)
+    preview.image_pixels_float.foreach_get(pixels)
+    return pixels.reshape(height, width, 4)[height // 2, width // 2, 0]
+
+
+def test_icons_are_made_once_per_content(blender, moment, monkeypatch):
     material = blender.data.materials.new("m")
     assert icons.curve_icon(material.spectral) == 0
     store_spectrum(material.spectral, reflectance("dark skin"))
-    monkeypatch.setattr(icons, "KEPT", 3)
     made = []
     original = icons.curve_picture
     monkeypatch.setattr(icons, "curve_picture", lambda *a: made.append(a) or original(*a))
     icons.curve_icon(material.spectral)
     icons.curve_icon(material.spectral)
-    assert len(made) == 1
-    for level in np.linspace(0, 1, 6):
-        icons.swatch_icon(np.full(3, level))
-    assert len(icons._previews) == 3
-    icons.curve_icon(material.spectral)
-    assert len(made) == 2
+    assert len(made) == len(icons._previews) == 1
+
+
+def test_an_icon_that_a_panel_may_show_is_neither_removed_nor_changed(moment):
+    """Blender ended ("free(): invalid pointer") after buttons had referred to icons that were removed."""
+    levels = np.linspace(0, 1, 9)
+    previews = [swatch(level) for level in levels]
+    moment[0] = icons.UNUSED_S - 1
+    swatch(0.33)
+    assert len(icons._previews) == 10, "a table may show more than are kept"
+    assert [shown(preview) for preview in previews] == pytest.approx(list(levels), abs=0.01)
+
+
+def test_an_icon_that_nothing_has_used_for_a_while_gets_another_picture(moment):
+    previews = [swatch(level) for level in (0.1, 0.2, 0.3, 0.4)]
+    moment[0] = 2 * icons.UNUSED_S
+    assert swatch(0.1) is previews[0]
+    assert swatch(0.9) is previews[1] and len(icons._previews) == 4
+    assert [shown(preview) for preview in previews] == pytest.approx([0.1, 0.9, 0.3, 0.4], abs=0.01)
+    icons.picture_icon(np.ones((8, 12, 4), np.float32))
+    assert len(icons._previews) == 5, "a picture of another size"
+    assert shown(swatch(0.2)) == pytest.approx(0.2, abs=0.01)
 
 
 def test_swatches_of_a_surface_are_its_colors_under_the_lamps(blender):
