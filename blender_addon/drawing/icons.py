@@ -2,8 +2,8 @@
 """Pictures as icons for panels: created at their first use, cached by content.
 
 Panels have no custom widgets, but an icon may be any picture; so a curve in a panel is an icon. No icon is ever
-removed: buttons of regions that are not drawn again refer to it, and Blender ended when their icon was freed. One that
-no panel has used for a while gets the pixels of the next picture instead.
+removed: buttons of regions that are not laid out again refer to it, and Blender then reports "no icon for icon ID". One
+that no panel has used for a while gets the pixels of the next picture instead.
 """
 
 import time
