@@ -26,8 +26,8 @@ SHOWN_S = 0.15
 MOST_SAMPLES = 16
 """Samples per pixel of one launch."""
 DENOISED_S, DENOISED_SHARE = 3.0, 0.25
-"""A picture is denoised again when its samples have doubled. Before that, more samples are denoised after this time, but
-only if the filter takes at most this share of it.
+"""A picture is denoised again when its samples have doubled. Before that, more samples are denoised after this time,
+but only if the filter takes at most this share of it.
 """
 GUIDE_SAMPLES = 4
 """Rays per pixel of the albedo and normals that guide the filter."""
