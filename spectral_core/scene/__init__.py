@@ -16,6 +16,7 @@ from spectral_core.scene.hair import (
 )
 from spectral_core.scene.leaves import (
     Weight,
+    emissions_of,
     has_holes,
     leaves,
     map_leaves,
@@ -140,6 +141,7 @@ __all__ = [
     "VolumeObject",
     "Weight",
     "World",
+    "emissions_of",
     "gray",
     "has_holes",
     "leaves",

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from spectral_core.scene.paint import ImageTexture, MixedPaint, Scalar, SpectralImage
+from spectral_core.scene.paint import ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.scene.shading.program import Computed, OnRaised, Program
-from spectral_core.scene.surface import AddSurface, Closure, Holdout, MixSurface, Surface
+from spectral_core.scene.surface import AddSurface, Closure, Emission, Holdout, MixSurface, Principled, Surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +70,19 @@ def leaves(surface: Surface | None) -> Iterator[Closure]:
             stack += [item.second, item.first]
         elif item is not None:
             yield item
+
+
+def emissions_of(surface: Surface | None) -> Iterator[tuple[Paint, Scalar]]:
+    """Color and strength of each closure of a surface that emits light; a strength of 0 is omitted."""
+    for leaf in leaves(surface):
+        if isinstance(leaf, Emission):
+            color, strength = leaf.color, leaf.strength
+        elif isinstance(leaf, Principled):
+            color, strength = leaf.emission_color, leaf.emission_strength
+        else:
+            continue
+        if not (isinstance(strength, (int, float)) and strength == 0):
+            yield color, strength
 
 
 def map_leaves(surface: Surface, change: Callable[[Closure], Surface]) -> Surface:

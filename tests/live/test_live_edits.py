@@ -172,6 +172,15 @@ def test_the_wavelengths_of_a_narrow_lamp_are_drawn_after_it_was_edited(scene: S
     assert stage.launcher.recordings <= 2  # the first edit of a spectrum may need another one
 
 
+def test_the_wavelengths_of_a_narrow_surface_are_drawn_after_it_was_edited(scene: Scene) -> None:
+    stage = Stage()
+    for middle_nm in (532.0, 620.0, 450.0):
+        tube = Emission(narrow(middle_nm), 3.0)
+        materials = tuple(replace(m, surface=tube) if m.name == "red" else m for m in scene.materials)
+        now = in_spectra(replace(lit_by(scene), materials=materials))
+        np.testing.assert_array_equal(_pictured(stage, now), _pictured(Stage(), now))
+
+
 def test_other_lamps_are_edited_with_the_same_wavelengths(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[object] = []
     monkeypatch.setattr(Launcher, "draw_by", lambda _launcher, plan: drawn.append(plan))

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from spectral_core.render.job import RenderJob
-from spectral_core.render.mitsuba_scene.traced_spectra import reflectance_spectra
+from spectral_core.render.mitsuba_scene.traced_spectra import light_spectra, reflectance_spectra
 from spectral_core.render.plan.effects import plan_effects
-from spectral_core.render.trace.wavelengths import plan_wavelengths
-from spectral_core.scene import Film, Glass, MixSurface, Scene, SpectralImage, SunLight
-from spectral_core.scene.surface import Diffuse
+from spectral_core.render.trace.wavelengths import noise_of, plan_wavelengths
+from spectral_core.scene import Color, Film, Glass, MixSurface, Principled, Scene, SpectralImage, SunLight, World
+from spectral_core.scene.surface import Diffuse, Emission, ScatteringMedium
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.spectrum import Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 from tests.render.scenes import lit_plane, matrix
 
 GRID = SpectralGrid(np.array([380.0, 684, 694, 704, 780]))
@@ -70,3 +70,48 @@ def test_reflectances_are_found_in_mixes_and_textures_and_indices_are_ignored() 
     surface = MixSurface(0.5, MixSurface(0.5, Diffuse(SPIKE), Diffuse(plain)), MixSurface(0.5, glass, Diffuse(image)))
     found = reflectance_spectra(lit(surface, 1))
     assert {spectrum.name for spectrum in found} == {"texel", "plain", "spike"}
+
+
+SODIUM = Illuminant("sodium", SpectralGrid(np.array([588.0, 589.0, 590.0])), np.array([0.0, 1.0, 0.0]))
+
+
+def shining(surface, **changes) -> Scene:
+    """A plane of the surface in the dark."""
+    scene = replace(lit(surface, 4), lights=(), world=World())
+    return replace(scene, **changes)
+
+
+@pytest.mark.parametrize("kind", ["emission", "principled", "mixed", "medium", "fog"])
+def test_what_shines_itself_is_sampled_as_a_lamp(kind: str) -> None:
+    """The wavelengths followed the lamps alone: a tube that is a mesh had twenty times the noise of a lamp."""
+    glow = ScatteringMedium(emission_color=SODIUM, emission_strength=0.1)
+    if kind == "emission":
+        scene = shining(Emission(SODIUM, 2.0))
+    elif kind == "principled":
+        scene = shining(Principled(emission_color=SODIUM, emission_strength=2.0))
+    elif kind == "mixed":
+        scene = shining(MixSurface(0.5, Diffuse(Color(np.ones(3) / 2)), Emission(SODIUM, 2.0)))
+    elif kind == "medium":
+        scene = shining(None)
+        scene = replace(scene, materials=tuple(replace(m, surface=None, medium=glow) for m in scene.materials))
+    else:
+        scene = shining(Diffuse(SPIKE), world=World(medium=glow))
+    plan = plan_wavelengths(light_spectra(scene), reflectances=reflectance_spectra(scene))
+    assert noise_of(SODIUM, plan) < 3.0 < 10.0 < noise_of(SODIUM, plan_wavelengths([catalogue.illuminant("D65")]))
+
+
+def test_a_shining_surface_has_little_noise_from_the_start() -> None:
+    picture = traced(shining(Emission(SODIUM, 2.0)), 4)
+    assert np.std(picture[..., 0]) < 0.15 * np.mean(picture[..., 0])
+
+
+def test_many_screens_leave_a_narrow_lamp_its_samples() -> None:
+    scene = shining(Diffuse(SPIKE), lights=(replace(SUN, color=SODIUM),))
+    mesh, material, item = scene.meshes[0], scene.materials[0], scene.instances[0]
+    screens = [replace(material, name=f"screen {k}", surface=Emission(Color((1.0, k / 40, 0.2)))) for k in range(40)]
+    items = [replace(item, name=f"item {k}", mesh=mesh.name, materials=(f"screen {k}",)) for k in range(40)]
+    many = replace(scene, materials=(material, *screens), instances=(item, *items))
+    assert len(light_spectra(many)) == 2
+    assert noise_of(SODIUM, plan_wavelengths(light_spectra(many))) < 4.0
+    unused = replace(scene, materials=(material, *screens))
+    assert len(light_spectra(unused)) == 1

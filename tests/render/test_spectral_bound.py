@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, white_light
+from spectral_core.render.plan.effects import plan_effects
 from spectral_core.render.plan.spectral_bound import LATER_BOUNCES, SECOND_BOUNCE, rgb_transport_error
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
-from spectral_core.scene import Camera, Color, Diffuse, Film, Instance, Material, Mesh, PointLight, Scene
+from spectral_core.scene import Camera, Color, Diffuse, Film, Instance, Material, Mesh, PointLight, Scene, World
+from spectral_core.scene.surface import ScatteringMedium
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import STANDARD, integration_points, observer, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
@@ -62,3 +66,27 @@ def test_colors_beside_a_spectrum_are_compared_too() -> None:
     white, blue = Color(np.ones(3)), Color(np.array([0.1, 0.2, 0.7]))
     assert rgb_transport_error(_scene([even, blue], white)) > 1.0
     assert rgb_transport_error(_scene([even], white)) < 0.5 * rgb_transport_error(_scene([even, blue], white))
+
+
+FLAME = Illuminant("flame", SpectralGrid(np.array([586.0, 589.0, 592.0])), np.array([0.0, 1.0, 0.0]))
+
+
+@pytest.mark.parametrize("place", ["world", "object"])
+@pytest.mark.parametrize(
+    "medium",
+    [
+        ScatteringMedium(density=0.1, emission_color=FLAME, emission_strength=1.0),
+        ScatteringMedium(density=0.1, color=Reflectance("fog", GRID, np.linspace(0.1, 0.9, len(GRID.wavelengths_nm)))),
+    ],
+    ids=["shining", "colored"],
+)
+def test_spectra_of_media_need_spectral_transport(place: str, medium: ScatteringMedium) -> None:
+    """Those of the world, and the light that a medium sends to colored surfaces, were rendered in three channels."""
+    scene = _scene([Color((0.8, 0.1, 0.1)), Color((0.1, 0.8, 0.1))], Color(np.ones(3)))
+    if place == "world":
+        scene = replace(scene, world=World(medium=medium))
+    else:
+        body = Material("body", None, medium)
+        scene = replace(scene, materials=(*scene.materials, body),
+                        instances=(*scene.instances, Instance("cloud", "mesh", np.eye(4), ("body",))))  # fmt: skip
+    assert plan_effects(scene, pilot=False).is_spectral

@@ -31,7 +31,7 @@ from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.same import equal
 from spectral_core.render.trace.wavelengths import noise_of, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
-from spectral_core.scene import Note, Scene, World
+from spectral_core.scene import Note, Scene
 
 MOST_NOISE = 4.0
 """Variance of the light of an edited lamp, over the least, up to which the wavelengths stay the same."""
@@ -162,15 +162,13 @@ class Stage:
         return min(scene_radius(scene), scene_radius(self.scene)) >= SMALLEST_RADIUS  # smaller scenes are rescaled
 
     def _draw_again(self, old: Scene, new: Scene) -> bool:
-        """Draw other wavelengths if the present ones miss most light of the lights with other spectra; False if the
-        scene must be loaded for that.
+        """Draw other wavelengths if the present ones miss most light of the lamps, surfaces and media with other
+        spectra; False if the scene must be loaded for that.
         """
         plan = self.launcher.plan
         if plan is None:
             return True
-        lights = tuple(b for a, b in zip(old.lights, new.lights, strict=True) if not equal(a.color, b.color))
-        world = World() if equal(old.world.color, new.world.color) else new.world
-        others = light_spectra(replace(new, lights=lights, world=world))
+        others = light_spectra(new, since=old)
         noise = max((noise_of(each, plan) for each in others), default=0.0)
         if noise <= MOST_NOISE:
             return True

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance
-from spectral_core.scene import Color, Scene
+from spectral_core.render.same import equal
+from spectral_core.scene import Color, Material, MixedPaint, Scene, World, emissions_of
 from spectral_core.scene.leaves import simple_values_of
 from spectral_core.scene.paint import SpectralImage
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
@@ -23,14 +24,58 @@ _TEXELS = 4096
 """Most texels of a spectral texture that are examined."""
 
 
-def light_spectra(scene: Scene) -> list[Spectrum]:
-    """Spectra of all emission that determine the wavelengths to trace."""
-    paints: list[Any] = [light.color for light in scene.lights]
-    if not scene.world.is_black:
-        paints.append(scene.world.color)
+def light_spectra(scene: Scene, *, since: Scene | None = None) -> list[Spectrum]:
+    """Spectra of all emission that determine the wavelengths to trace.
+
+    One for each lamp and for the world; surfaces, media and the world's view from the camera add each different
+    spectrum once, and all their colors together one white, so that many screens do not take the samples of a lamp.
+    ``since``: an earlier version of the scene, with the same items; only what differs from it is counted.
+    """
+    lamps, worlds, materials = list(scene.lights), [scene.world], list(scene.materials)
+    if since is not None:
+        lamps = [b for a, b in zip(since.lights, lamps, strict=True) if not equal(a.color, b.color)]
+        worlds = [] if equal(since.world, scene.world) else worlds
+        materials = [b for a, b in zip(since.materials, materials, strict=True) if a is not b]
     white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
+    paints: list[Any] = [lamp.color for lamp in lamps] + [world.color for world in worlds if not world.is_black]
     plain = [paint if isinstance(paint, (Color, Spectrum)) else Color(np.ones(3)) for paint in paints]
-    return [emitted_spectrum(paint, white) for paint in plain]
+    found = [emitted_spectrum(paint, white) for paint in plain]
+    used = {name for item in scene.instances for name in item.materials}
+    others = _emitted([material for material in materials if material.name in used], worlds)
+    if any(not isinstance(paint, Spectrum) for paint in others):
+        found.append(emitted_spectrum(Color(np.ones(3)), white))
+    return found + _distinct([emitted_spectrum(paint) for paint in others if isinstance(paint, Spectrum)])
+
+
+def _emitted(materials: list[Material], worlds: list[World]) -> list[Any]:
+    """What surfaces, media and the world's view from the camera emit, each mixed paint divided into its parts."""
+    paints = [color for material in materials for color, _ in emissions_of(material.surface)]
+    media = [item.medium for item in (*materials, *worlds) if item.medium is not None]
+    paints += [medium.emission_color for medium in media if medium.emission_strength != 0]
+    views = [world.camera_view for world in worlds if world.camera_view is not None]
+    paints += [view.color for view in views if not view.is_black]
+    return [part for paint in paints for part in _parts(paint)]
+
+
+def _distinct(spectra: list[Spectrum]) -> list[Spectrum]:
+    """Each different spectrum once, at most ``_MOST``."""
+    found: dict[bytes, Spectrum] = {}
+    for spectrum in spectra:
+        found.setdefault(spectrum.grid.wavelengths_nm.tobytes() + spectrum.values.tobytes(), spectrum)
+    return list(found.values())[:_MOST]
+
+
+def _parts(paint: Any) -> list[Any]:
+    """The colors that a mixed paint mixes."""
+    return _parts(paint.first) + _parts(paint.second) if isinstance(paint, MixedPaint) else [paint]
+
+
+def _distinct(spectra: list[Spectrum]) -> list[Spectrum]:
+    """Each different spectrum once, at most ``_MOST``."""
+    found: dict[bytes, Spectrum] = {}
+    for spectrum in spectra:
+        found.setdefault(spectrum.grid.wavelengths_nm.tobytes() + spectrum.values.tobytes(), spectrum)
+    return list(found.values())[:_MOST]
 
 
 def reflectance_spectra(scene: Scene) -> list[Spectrum]:

@@ -21,17 +21,16 @@ from spectral_core.render.plan.inventory import largest_size, paint_parts
 from spectral_core.scene import (
     AreaLight,
     Color,
-    Emission,
     Instance,
     Light,
     Material,
     Mesh,
     PointLight,
-    Principled,
     ScatteringMedium,
     Scene,
     SpotLight,
     SunLight,
+    emissions_of,
     leaves,
 )
 from spectral_core.scene.geometry import box_of, placed, placed_boxes
@@ -286,11 +285,7 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, 
 def _emitted(material: Material) -> float:
     """Largest radiance that a material emits; a varying strength counts as 1."""
     found = 0.0
-    for leaf in leaves(material.surface):
-        if isinstance(leaf, (Emission, Principled)):
-            color = leaf.color if isinstance(leaf, Emission) else leaf.emission_color
-            amount = leaf.strength if isinstance(leaf, Emission) else leaf.emission_strength
-            strength = abs(float(amount)) if isinstance(amount, (int, float)) else 1.0
-            if strength != 0:
-                found = max(found, strength * max(largest_size(part) for part in paint_parts(color)))
+    for color, amount in emissions_of(material.surface):
+        strength = abs(float(amount)) if isinstance(amount, (int, float)) else 1.0
+        found = max(found, strength * max(largest_size(part) for part in paint_parts(color)))
     return found

@@ -91,6 +91,8 @@ def take_inventory(scene: Scene) -> Inventory:
         light.name for light in scene.lights if not light.is_planckian and _has_spectrum(light.color)
     )
     is_spectral = any(_has_spectrum(part.color) and not part.is_planckian for part in scene.world.parts)
+    fog = scene.world.medium
+    is_spectral = is_spectral or (fog is not None and any(map(_has_spectrum, _values_of_medium(fog))))
     world = ("World",) if is_spectral else ()
     spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
     emissive = which(lambda m: any(map(_emits, leaves(m.surface))))
@@ -171,7 +173,12 @@ def _values(material: Material) -> Iterator[Any]:
     """Every paint and number of a material."""
     yield from values_of(material.surface)
     if material.medium is not None:
-        yield from (getattr(material.medium, name) for name in type(material.medium).__slots__)
+        yield from _values_of_medium(material.medium)
+
+
+def _values_of_medium(medium: ScatteringMedium) -> Iterator[Any]:
+    """Every paint and number of a medium."""
+    yield from (getattr(medium, name) for name in type(medium).__slots__)
 
 
 def paint_parts(paint: Any) -> Iterator[Any]:

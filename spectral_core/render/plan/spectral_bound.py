@@ -23,15 +23,16 @@ from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import (
     Color,
     Computed,
-    Emission,
     ImageTexture,
+    Material,
     Paint,
-    Principled,
+    ScatteringMedium,
     Scene,
     SpectralImage,
-    leaves,
+    emissions_of,
     values_of,
 )
+from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
 from spectral_core.spectra.observer import STANDARD, integration_points, observer
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
@@ -55,9 +56,8 @@ def rgb_transport_error(scene: Scene, *, in_turn: bool = True) -> float:
     """
     shown = shown_materials(scene)
     materials = [material for material in scene.materials if material.name in shown]
-    for material in materials:
-        medium = material.medium
-        if medium is not None and any(isinstance(paint, Spectrum) for paint in (medium.color, medium.extinction)):
+    for medium in _media(scene, materials):
+        if any(isinstance(paint, Spectrum) for paint in (medium.color, medium.extinction)):
             return float("inf")
     if any(volume.transfer.wavelengths_nm is not None for volume in scene.volumes):
         return float("inf")
@@ -107,16 +107,12 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     # a pattern tints the light of a lamp; its mean color stands for it
     paints += [Color(np.maximum(light.pattern.typical, 0.0)) for light in scene.lights
                if light.pattern is not None and light.pattern.program.width == 3]  # fmt: skip
-    if not scene.world.is_black:
-        world = scene.world
-        paints.append(Color(_planck_rgb(world.color)) if world.is_planckian else world.color)
+    paints += [Color(_planck_rgb(w.color)) if w.is_planckian else w.color for w in scene.world.parts]
     shown = shown_materials(scene)
-    for material in scene.materials:
-        for leaf in leaves(material.surface) if material.name in shown else ():
-            if isinstance(leaf, Emission):
-                paints.append(leaf.color)
-            elif isinstance(leaf, Principled) and leaf.emission_strength != 0:
-                paints.append(leaf.emission_color)
+    materials = [material for material in scene.materials if material.name in shown]
+    paints += [color for material in materials for color, _ in emissions_of(material.surface)]
+    glows = [medium.emission_color for medium in _media(scene, materials) if medium.emission_strength != 0]
+    paints += [Color(_planck_rgb(glow)) if getattr(glow, "source", "") == catalogue.PLANCK else glow for glow in glows]
     found: dict[Any, Color | Spectrum] = {}
     for paint in paints:
         for part in paint_parts(paint):
@@ -129,6 +125,11 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
             )
             found.setdefault(key, usable)
     return list(found.values()) or [Color(np.ones(3))]
+
+
+def _media(scene: Scene, materials: list[Material]) -> list[ScatteringMedium]:
+    """Media of these materials, and of the world."""
+    return [medium for medium in (*(each.medium for each in materials), scene.world.medium) if medium is not None]
 
 
 def _planck_rgb(paint: Any) -> Array:
