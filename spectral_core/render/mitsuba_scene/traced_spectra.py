@@ -50,8 +50,8 @@ def light_spectra(scene: Scene, *, since: Scene | None = None) -> list[Spectrum]
 def _emitted(materials: list[Material], worlds: list[World]) -> list[Any]:
     """What surfaces, media and the world's view from the camera emit, each mixed paint divided into its parts."""
     paints = [color for material in materials for color, _ in emissions_of(material.surface)]
-    media = [item.medium for item in (*materials, *worlds) if item.medium is not None]
-    paints += [medium.emission_color for medium in media if medium.emission_strength != 0]
+    media = [material.medium for material in materials] + [world.medium for world in worlds]
+    paints += [medium.emission_color for medium in media if medium is not None and medium.emission_strength != 0]
     views = [world.camera_view for world in worlds if world.camera_view is not None]
     paints += [view.color for view in views if not view.is_black]
     return [part for paint in paints for part in _parts(paint)]
@@ -68,14 +68,6 @@ def _distinct(spectra: list[Spectrum]) -> list[Spectrum]:
 def _parts(paint: Any) -> list[Any]:
     """The colors that a mixed paint mixes."""
     return _parts(paint.first) + _parts(paint.second) if isinstance(paint, MixedPaint) else [paint]
-
-
-def _distinct(spectra: list[Spectrum]) -> list[Spectrum]:
-    """Each different spectrum once, at most ``_MOST``."""
-    found: dict[bytes, Spectrum] = {}
-    for spectrum in spectra:
-        found.setdefault(spectrum.grid.wavelengths_nm.tobytes() + spectrum.values.tobytes(), spectrum)
-    return list(found.values())[:_MOST]
 
 
 def reflectance_spectra(scene: Scene) -> list[Spectrum]:
