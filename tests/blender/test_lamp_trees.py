@@ -136,3 +136,54 @@ def test_other_shaders_in_a_lamp_are_black_and_named(build, translate):
     scene = translate()
     np.testing.assert_allclose(scene.lights[0].color.linear_rgb, (0.75,) * 3)
     assert any("Diffuse BSDF" in note.message for note in scene.notes)
+
+
+def two_emissions(build, kind, second, share=0.25):
+    """A lamp whose first emission has the spectrum HP1, joined with another one."""
+    from blender_addon.translate.spectra.stored import store_spectrum
+    from spectral_core.spectra.catalogue import illuminant
+
+    tree, emission = tree_of(build.light("POINT", 10.0))
+    store_spectrum(emission.spectral, illuminant("HP1"))
+    emission.inputs["Strength"].default_value = 2.0
+    other, join = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new(f"ShaderNode{kind}Shader")
+    if second:
+        store_spectrum(other.spectral, illuminant(second))
+    if kind == "Mix":
+        join.inputs[0].default_value = share
+    sockets = [socket for socket in join.inputs if socket.type == "SHADER"]
+    tree.links.new(emission.outputs[0], sockets[0])
+    tree.links.new(other.outputs[0], sockets[1])
+    tree.links.new(join.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_LIGHT").inputs["Surface"])
+    return other, join
+
+
+@pytest.mark.parametrize(("kind", "amounts"), [("Mix", (1.5, 0.25)), ("Add", (2.0, 1.0))])
+def test_a_lamp_of_two_spectra_has_their_sum(build, translate, kind, amounts):
+    """Their nodes' colors were used, without a word."""
+    from spectral_core.spectra.catalogue import illuminant
+    from spectral_core.spectra.observer import xyz_of
+
+    two_emissions(build, kind, "FL11")
+    scene = translate()
+    (light,) = scene.lights
+    parts = [illuminant(name) for name in ("HP1", "FL11")]
+    at = np.arange(380.5, 780, 0.25)
+    expected = sum(a * part.at(at) / xyz_of(part)[1] for a, part in zip(amounts, parts, strict=True))
+    found = light.color.at(at) / xyz_of(light.color)[1] * light.power_w / 10.0
+    np.testing.assert_allclose(found, expected, atol=1e-5 * expected.max())
+    assert not scene.notes
+
+
+def test_a_spectrum_beside_a_dark_emission_or_another_shader_stays(build, translate):
+    other, _ = two_emissions(build, "Mix", None)
+    other.inputs["Strength"].default_value = 0.0
+    (light,) = translate().lights
+    assert light.color.name == "HP1" and light.power_w == pytest.approx(15.0)
+
+
+def test_a_spectrum_beside_a_color_is_named(build, translate):
+    two_emissions(build, "Add", None)
+    scene = translate()
+    assert any("a spectrum with other light" in note.message for note in scene.notes)
+    assert np.ptp(scene.lights[0].color.linear_rgb) > 0.5  # the color of sodium beside white

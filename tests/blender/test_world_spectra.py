@@ -95,3 +95,26 @@ def test_the_spectrum_of_a_lamp_replaces_the_temperature_of_its_nodes(build, tra
     store_spectrum(lamp.data.spectral, illuminant("HP1"))
     (light,) = translate().lights
     assert light.color.name == "HP1"
+
+
+def test_the_spectra_of_two_backgrounds_are_added(world, translate):
+    """Only the strongest was used."""
+    from blender_addon.translate.spectra.stored import store_spectrum
+    from spectral_core.spectra.catalogue import illuminant
+    from spectral_core.spectra.observer import xyz_of
+
+    made, tree, first = world
+    made.spectral.source = "NONE"
+    second, add = tree.nodes.new("ShaderNodeBackground"), tree.nodes.new("ShaderNodeAddShader")
+    store_spectrum(first.spectral, illuminant("HP1"))
+    store_spectrum(second.spectral, illuminant("D65"))
+    for number, node in enumerate((first, second)):
+        tree.links.new(node.outputs[0], add.inputs[number])
+    tree.links.new(add.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_WORLD").inputs["Surface"])
+    scene = translate()
+    assert scene.world.strength == pytest.approx(1.25) and not scene.notes
+    at = np.arange(380.5, 780, 0.25)
+    parts = [(0.25, illuminant("HP1")), (1.0, illuminant("D65"))]
+    expected = sum(amount * part.at(at) / xyz_of(part)[1] for amount, part in parts)
+    color = scene.world.color
+    np.testing.assert_allclose(color.at(at) / xyz_of(color)[1] * 1.25, expected, atol=1e-5 * expected.max())

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import Color, ImageTexture, Paint
+from spectral_core.spectra.observer import sum_of_lights
 from spectral_core.spectra.spectrum import Spectrum
 
 from ..shading.images import linear_pixels
@@ -67,8 +68,12 @@ def joined(reader: Reader, terms: list[Term]) -> Term:
         return Term(Color(np.zeros(3)), 0.0)
     if len(terms) == 1:
         return terms[0]
-    if any(isinstance(term.color, Spectrum) for term in terms):
-        reader.note("of several backgrounds with spectra, only the strongest was used")
+    spectral = [(term.strength, term.color) for term in terms if isinstance(term.color, Spectrum)]
+    if len(spectral) == len(terms):
+        light, strength = sum_of_lights(spectral)
+        return Term(light, strength, is_planckian=all(term.is_planckian for term in terms))
+    if spectral:
+        reader.note("of several backgrounds with spectra and with colors, only the strongest was used")
         return max(terms, key=lambda term: term.strength)
     plain = np.zeros(3)
     for term in terms:

@@ -9,11 +9,12 @@ import numpy as np
 
 from spectral_core.scene import Color, Computed, Falloff, Paint, Photometry
 from spectral_core.spectra.catalogue import PLANCK, blackbody
+from spectral_core.spectra.observer import sum_of_lights
 from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
 from .. import spectra
-from ..shading.fields import Value, value_of
+from ..shading.fields import Value, color_of_spectrum, value_of
 from ..shading.reader import Reader
 from ..shading.tree import Input, Output, linked, surface_output
 from .lamp_reader import LampReader
@@ -21,7 +22,7 @@ from .light_inputs import BROKEN, FALLOFF_POWERS, luminaire_of
 
 EVEN = Falloff()
 """The physical falloff: the inverse square alone."""
-WHITE = Color(np.ones(3))
+WHITE, BLACK = Color(np.ones(3)), Color(np.zeros(3))
 
 
 @dataclass(frozen=True)
@@ -83,8 +84,11 @@ def _plain(reader: LampReader, source: Output, depth: int = 0) -> Shine | None:
     node = source.node
     if node.type == "EMISSION":
         return _emission(reader, source)
-    if node.type not in SUMS or depth > 50:
+    if depth > 50:
         return None
+    if node.type not in SUMS:
+        _note_dark(reader, source)
+        return Shine(BLACK)
     inputs = [Input(socket, source.groups) for socket in node.inputs if socket.type == "SHADER"]
     weights = [1.0, 1.0]
     if node.type == "MIX_SHADER":
@@ -92,15 +96,40 @@ def _plain(reader: LampReader, source: Output, depth: int = 0) -> Shine | None:
         if share is None:
             return None
         weights = [1.0 - float(np.clip(share[0], 0, 1)), float(np.clip(share[0], 0, 1))]
-    total = np.zeros(3)
+    parts: list[Shine] = []
     for weight, place in zip(weights, inputs, strict=False):
         found = linked(place)
         part = None if found is None else _plain(reader, found, depth + 1)
-        if found is not None and (part is None or part.is_shaped or not isinstance(part.color, Color)):
+        if found is not None and part is None:
             return None
-        if part is not None and isinstance(part.color, Color):
-            total = total + weight * part.factor * part.color.linear_rgb
-    return Shine(Color(total))
+        if part is not None and weight > 0 and not _is_dark(part):
+            parts.append(replace(part, factor=weight * part.factor))
+    return _sum(parts)
+
+
+def _note_dark(reader: Reader, source: Output) -> None:
+    """Note a shader that is neither an emission nor a sum of some."""
+    reader.note(f"its nodes hold {source.label!r}, which emits no light of a lamp; it counts as black")
+
+
+def _is_dark(part: Shine) -> bool:
+    return part.factor == 0 or (isinstance(part.color, Color) and not np.any(part.color.linear_rgb))
+
+
+def _sum(parts: list[Shine]) -> Shine | None:
+    """Several emissions as one: of colors or of spectra; None if they cannot be one."""
+    if any(part.is_shaped for part in parts):
+        return parts[0] if len(parts) == 1 else None
+    colors = [part.factor * part.color.linear_rgb for part in parts if isinstance(part.color, Color)]
+    if len(colors) == len(parts):
+        return Shine(Color(np.sum(colors, axis=0) if colors else np.zeros(3)))
+    if len(parts) == 1:
+        return parts[0]
+    spectral = [(part.factor, part.color) for part in parts if isinstance(part.color, Spectrum)]
+    if len(spectral) < len(parts) or any(amount < 0 for amount, _ in spectral):
+        return None
+    light, factor = sum_of_lights(spectral)
+    return Shine(light, factor, is_planckian=all(part.is_planckian for part in parts))
 
 
 SUMS = ("MIX_SHADER", "ADD_SHADER")
@@ -187,10 +216,14 @@ def radiance_of(reader: Reader, source: Output, depth: int = 0) -> Value:
     """Radiance of a tree of Emission nodes as a color; other shaders count as black, with a note."""
     node = source.node
     if node.type == "EMISSION":
-        found = reader.read(source, "Color", np.ones(3)), reader.read(source, "Strength", 1.0)
-        return reader.emit("vector_math", *found, 0.0, 0.0, settings=("MULTIPLY",))
+        spectrum = spectra.spectrum_of(reader.translation, source.node)
+        color = reader.read(source, "Color", np.ones(3))
+        if spectrum is not None:
+            reader.note("its nodes mix a spectrum with other light in a way that varies; its color was used")
+            color = reader.literal(spectra.strength_of(reader.translation, source.node) * color_of_spectrum(spectrum))
+        return reader.emit("vector_math", color, reader.read(source, "Strength", 1.0), 0.0, 0.0, settings=("MULTIPLY",))
     if node.type not in SUMS or depth > 50:
-        reader.note(f"its nodes hold {source.label!r}, which emits no light of a lamp; it counts as black")
+        _note_dark(reader, source)
         return reader.literal(np.zeros(3))
     inputs = [linked(Input(socket, source.groups)) for socket in node.inputs if socket.type == "SHADER"]
     first, second = (
