@@ -48,7 +48,9 @@ def test_a_picture_keeps_nothing_of_the_last_one() -> None:
     np.testing.assert_array_equal(first[..., 3], coverage)
     assert np.isfinite(first).all()
     assert np.isinf(live.picture((1.0, 1e5, 0.5))[0, 0, :3]).all()
-    np.testing.assert_array_equal(live.picture((1.0, 1.0, 0.5)), first)
+    again = live.picture((1.0, 1.0, 0.5))
+    np.testing.assert_allclose(again, first, rtol=1e-6)
+    np.testing.assert_array_equal(again[..., 3], coverage)
 
 
 def test_a_recording_without_lights_is_black() -> None:
@@ -56,3 +58,60 @@ def test_a_recording_without_lights_is_black() -> None:
     channels, coverage = np.zeros((0, storage.channel_count, 2, 3), np.float32), np.full((2, 3), 0.5, np.float32)
     picture = LiveMix(Transport(storage, (), channels, coverage, (), 1.0, "hash", 4, 0)).picture(())
     np.testing.assert_array_equal(picture, np.dstack([np.zeros((2, 3, 3)), coverage]))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_order_of_lights_and_weights_gives_the_sum(seed: int) -> None:
+    """The sum of the lights that are not dragged is kept from picture to picture."""
+    rng = np.random.default_rng(seed)
+    storage, lamps = BandStorage(31), [illuminant(name) for name in ("A", "HP1", "FL2", "D65", "LED-B1")]
+    channels = rng.random((3, storage.channel_count, 3, 4)).astype(np.float32)
+    coverage = rng.random((3, 4)).astype(np.float32)
+    transport = Transport(storage, ("a", "b", "c"), channels, coverage, (normalized(lamps[0]),) * 3, 0.7, "hash", 4, 0)
+    live, given, weights = LiveMix(transport), [lamps[0]] * 3, np.ones(3)
+    for _ in range(60):
+        if rng.random() < 0.3:
+            weights = rng.choice([0.0, 0.5, 1.0, 3.0], 3)
+        for index in rng.choice(3, rng.integers(0, 3), replace=False) if rng.random() < 0.7 else ():
+            given[index] = lamps[rng.integers(len(lamps))]
+            live.set_light("abc"[index], given[index])
+        found = live.picture(weights)
+        expected = sum(
+            weight * 0.7 * np.einsum("ck,kyx->yxc", storage.rgb_as_recorded(normalized(light)), planes.astype(float))
+            for weight, light, planes in zip(weights, given, channels, strict=True)
+        )
+        np.testing.assert_allclose(found[..., :3], expected, rtol=2e-5, atol=1e-4)
+        np.testing.assert_array_equal(found[..., 3], coverage)
+
+
+def test_a_dragged_light_is_one_product(monkeypatch: pytest.MonkeyPatch) -> None:
+    from spectral_core.render.relight import mix
+
+    rng = np.random.default_rng(6)
+    storage, lamp = BandStorage(31), normalized(illuminant("A"))
+    channels = rng.random((4, storage.channel_count, 3, 4)).astype(np.float32)
+    live = LiveMix(
+        Transport(storage, tuple("abcd"), channels, np.ones((3, 4), np.float32), (lamp,) * 4, 1.0, "h", 4, 0)
+    )
+    live.picture(np.ones(4))
+    calls = {"_add": 0, "_multiply_add": 0}
+
+    def counted(name: str) -> None:
+        real = getattr(mix, name)
+
+        def call(*args: object) -> None:
+            calls[name] += 1
+            real(*args)
+
+        monkeypatch.setattr(mix, name, call)
+
+    for name in calls:
+        counted(name)
+    for name in ("HP1", "FL2", "D65", "FL11"):
+        live.set_light("b", illuminant(name))
+        live.picture((1.0, 0.7, 1.0, 1.0))
+    assert calls == {"_add": 1, "_multiply_add": 4 + 1}  # once the light of the last picture, a, for the sum
+    calls.update(_add=0, _multiply_add=0)
+    for weight in (0.1, 0.2, 0.3):
+        live.picture((1.0, weight, 1.0, 1.0))
+    assert calls == {"_add": 3, "_multiply_add": 1}

@@ -42,38 +42,45 @@ def amounts_of(transport: Transport, mix: Mapping[str, float] | None) -> NDArray
 
 
 class LiveMix:
-    """A sequence of pictures of one transport. Each group's picture is kept; a dial only adds them."""
+    """A sequence of pictures of one transport, each of which computes what changed since the last.
+
+    Each group's picture is kept, and a dial only adds them. While one light is dragged, the sum of the other groups is
+    kept, and the picture is this sum plus one product.
+    """
 
     def __init__(self, transport: Transport) -> None:
         self.transport = transport
         height, width = transport.coverage.shape
-        self._shape = (height, width)
+        count = len(transport.groups)
         # Pixels as Blender stores them, with an alpha of 0: a light is one product that writes them, and a mix is their
         # sum. Planes of red, green and blue would have to be interleaved for each picture.
-        self._groups = np.zeros((len(transport.groups), height * width, 4), np.float32)
-        self._known = [False] * len(transport.groups)
+        self._groups = np.zeros((count, height * width, 4), np.float32)
+        self._matrices: list[NDArray[np.float64] | None] = [None] * count
+        self._waiting: set[int] = set()
+        """Groups whose picture is that of an earlier light."""
+        self._new: set[int] = set()
+        """Those that no mix has shown yet."""
         self._out = np.empty((height, width, 4), np.float32)
+        self._rest = np.empty_like(self._out)
+        self._rest_of: tuple[int, bytes] | None = None
+        """The group that ``_rest`` is without, and the weights of the others."""
 
     def set_light(self, group: str, light: Spectrum) -> None:
         """Give a group a new spectrum. Raises InvalidInputError on a ``dial`` transport."""
-        self._shine(self.transport.index_of(group), unit_luminance(light))
-
-    def _shine(self, index: int, light: Spectrum) -> None:
-        """``light``: with Y = 1 for the brightness of the recording."""
-        self._set(index, self.transport.storage.rgb_from_channels(relative_to_flat(light)))
+        # with Y = 1 for the brightness of the recording
+        found = self.transport.storage.rgb_from_channels(relative_to_flat(unit_luminance(light)))
+        self._set(self.transport.index_of(group), found)
 
     def _set(self, index: int, rgb_from_channels: NDArray[np.float64]) -> None:
-        channels = self.transport.channels[index].reshape(len(self.transport.channels[index]), -1)
-        matrix = np.zeros((4, len(channels)), np.float32, order="F")
-        matrix[:3] = rgb_from_channels
-        _multiply(matrix, channels, self._groups[index])
-        self._known[index] = True
+        self._matrices[index] = rgb_from_channels
+        self._waiting.add(index)
+        self._new.add(index)
 
     def _complete(self, amounts: NDArray[np.float64]) -> None:
         """Lit groups without a new spectrum keep the spectrum of the scene."""
         storage = self.transport.storage
         for index, group in enumerate(self.transport.groups):
-            if self._known[index] or amounts[index] == 0:
+            if self._matrices[index] is not None or amounts[index] == 0:
                 continue
             matrix = storage.rgb_as_recorded(self.transport.lights[index])
             if matrix is None:
@@ -90,9 +97,45 @@ class LiveMix:
             raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot absorb light")
         self._complete(amounts)
         scaled = (amounts * self.transport.exposure).astype(np.float32)
-        _add(scaled, self._groups, self._out)
-        self._out[..., 3] = self.transport.coverage
+        lit = [index for index in sorted(self._waiting) if amounts[index] > 0]
+        dragged = next((index for index in lit if index in self._new), None)
+        for index in lit:
+            if index != dragged:
+                self._write(index)
+        self._new.clear()
+        if dragged is None:
+            self._sum(scaled, self._out)
+            return self._out
+        others = scaled.copy()
+        others[dragged] = 0.0
+        if self._rest_of != (dragged, others.tobytes()):
+            self._sum(others, self._rest)
+            self._rest_of = dragged, others.tobytes()
+        np.copyto(self._out, self._rest)
+        self._add_light(dragged, float(scaled[dragged]), self._out.reshape(-1, 4))
         return self._out
+
+    def _write(self, index: int) -> None:
+        """Bring a group's own picture up to date."""
+        self._groups[index] = 0.0
+        self._add_light(index, 1.0, self._groups[index])
+        self._waiting.discard(index)
+        if self._rest_of is not None and self._rest_of[0] != index:
+            self._rest_of = None
+
+    def _add_light(self, index: int, amount: float, out: Pixels) -> None:
+        """Add a group under its light to ``out`` (pixels, 4)."""
+        rgb_from_channels = self._matrices[index]
+        assert rgb_from_channels is not None
+        channels = self.transport.channels[index].reshape(len(self.transport.channels[index]), -1)
+        matrix = np.zeros((4, len(channels)), np.float32, order="F")
+        matrix[:3] = amount * rgb_from_channels
+        _multiply_add(matrix, channels, out)
+
+    def _sum(self, weights: Pixels, out: Pixels) -> None:
+        """``out`` (height, width, 4) = the groups' pictures with ``weights``, and the coverage."""
+        _add(weights, self._groups, out)
+        out[..., 3] = self.transport.coverage
 
 
 # Both products are SciPy's, which brings an OpenBLAS of its own: the NumPy of a Blender may have the reference BLAS,
@@ -100,11 +143,11 @@ class LiveMix:
 # copied.
 
 
-def _multiply(matrix: Pixels, channels: Pixels, out: Pixels) -> None:
-    """``out`` (pixels, 4) = the transpose of ``matrix`` (4, n) · ``channels`` (n, pixels)."""
+def _multiply_add(matrix: Pixels, channels: Pixels, out: Pixels) -> None:
+    """Add the transpose of ``matrix`` (4, n) · ``channels`` (n, pixels) to ``out`` (pixels, 4)."""
     from scipy.linalg.blas import sgemm
 
-    found = sgemm(1.0, matrix, channels.T, trans_b=1, beta=0.0, c=out.T, overwrite_c=1)
+    found = sgemm(1.0, matrix, channels.T, trans_b=1, beta=1.0, c=out.T, overwrite_c=1)
     if not np.may_share_memory(found, out):
         out[:] = found.T
 
