@@ -18,6 +18,7 @@ from spectral_core.render.live.gathered import Gathered
 from spectral_core.render.live.held import lay_open
 from spectral_core.render.live.media import look_from
 from spectral_core.render.live.messages import LOADED
+from spectral_core.render.live.opened import Opened
 from spectral_core.render.live.passes import Launcher
 from spectral_core.render.live.trees import Trees
 from spectral_core.render.live.view import Viewpoint
@@ -55,6 +56,7 @@ class Stage:
         self.how = ""
         """Effect of the last change: ``LOADED``, or a list of the parts that were edited in place."""
         self._gathered = Gathered()
+        self._opened = Opened()
         self._simulated: Scene | None = None
         self._plan: EffectPlan | None = None
         self._job: RenderJob | None = None
@@ -102,15 +104,22 @@ class Stage:
 
     def _show(self, scene: Scene) -> None:
         scene = self._gathered.of(scene)
-        plan = plan_from_data(scene, 0.0)  # the set of omitted effects must not change from edit to edit
-        simulated = simulated_scene(scene, plan)
-        if self._job is not None and self._can_stay(scene, simulated, plan):
-            done = self._change(simulated)
-            if done is not None:
-                self.scene, self._simulated, self._plan, self.how = scene, simulated, plan, done
-                self.number += 1 if done else 0
-                return
-        self._load(scene, simulated, plan)
+        held = self._opened.of(scene)
+        if self._job is not None and self._stays(held):
+            return
+        if self._opened.is_any and not self._opened.has_grown:
+            held = self._opened.closed(scene)
+        self._load(held, *_planned(held))
+
+    def _stays(self, scene: Scene) -> bool:
+        """Make the change to ``scene`` in place; False if that is not possible."""
+        simulated, plan = _planned(scene)
+        done = self._change(simulated) if self._can_stay(scene, simulated, plan) else None
+        if done is None:
+            return False
+        self.scene, self._simulated, self._plan, self.how = scene, simulated, plan, done
+        self.number += 1 if done else 0
+        return True
 
     def activate(self) -> None:
         """Activate the variant of the stage, because stages may alternate."""
@@ -215,6 +224,12 @@ class Stage:
         if done:
             self.launcher.refresh()
         return ", ".join(dict.fromkeys(done))
+
+
+def _planned(scene: Scene) -> tuple[Scene, EffectPlan]:
+    """What is simulated of a scene, and the plan, which omits no effect for its size: edits change that."""
+    plan = plan_from_data(scene, 0.0)
+    return simulated_scene(scene, plan), plan
 
 
 def _sampling(scene: Scene) -> Any:

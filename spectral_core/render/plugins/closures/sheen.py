@@ -48,6 +48,13 @@ class SharedLight:
         self._size = table().shape[0]
         self._texture = mi.Texture2f(mi.TensorXf(np.ascontiguousarray(table()[..., :1])))
 
+    def can_take(self, _other: SharedLight) -> bool:
+        """True: all have the same table."""
+        return True
+
+    def take(self, _other: SharedLight) -> None:
+        """There is nothing to copy."""
+
     def __call__(self, roughness: Any, cosine: Any) -> Any:
         last = self._size - 1
         held = self._dr.clip(roughness, 0.0, 1.0), self._dr.clip(cosine, 0.0, 1.0)
