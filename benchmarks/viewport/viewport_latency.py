@@ -30,7 +30,7 @@ from spectral_core.render.live.link import LiveLink
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import Scene
 
-NUMBERS = ("roughness", "color", "lamp", "world", "palette cell")
+NUMBERS = ("roughness", "color", "coat", "lamp", "world", "palette cell")
 LIMITS_MS = dict.fromkeys((*VIEWPOINTS, *NUMBERS), 120.0) | {"moved": 150.0, "mesh": 150.0}
 """First picture after each kind of change, 99th percentile, of the acceptance."""
 RARE_MS = {"object added": 2000.0, "node added": 2000.0}

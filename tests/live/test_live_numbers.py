@@ -130,16 +130,17 @@ def test_a_number_raised_in_one_material_is_held_in_all(scene: Scene) -> None:
     assert stage.loads == 2
 
 
-def test_another_load_ends_it(scene: Scene) -> None:
+def test_another_load_ends_what_no_material_uses(scene: Scene) -> None:
     opened, plain = Opened(), Principled(gray(0.5))
-    first = painted(scene, plain)
-    assert opened.of(first) is first
-    raised = opened.of(painted(scene, replace(plain, coat_weight=0.5)))
-    assert opened.has_grown and {m.surface.coat_weight for m in raised.materials if isinstance(m.surface, Principled)}
+    first, raised = painted(scene, plain), painted(scene, replace(plain, coat_weight=0.5))
+    assert opened.of(first) is first and opened.renewed(first) is first
+    held = opened.of(raised)
+    assert opened.has_grown
+    assert all(m.surface.coat_weight > 0 for m in held.materials if isinstance(m.surface, Principled))
+    assert opened.renewed(raised).materials == held.materials  # the same objects, so that nothing is compared
     again = opened.of(first)
-    assert again is not first and not opened.has_grown
-    assert opened.of(first).materials[1] is again.materials[1]  # the same objects, so that nothing is compared
-    assert opened.closed(first).materials == first.materials and not opened.is_any
+    assert not opened.has_grown and again.materials[1].surface.coat_weight > 0
+    assert opened.renewed(first).materials == first.materials
 
 
 def test_another_node_opens_nothing(scene: Scene) -> None:

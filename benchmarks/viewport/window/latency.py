@@ -224,12 +224,19 @@ def numbered(name, *values):
     shader(f"Paint {int(rng.integers(PAINTS))}")[name].default_value = values if len(values) > 1 else values[0]
 
 
+def coated():
+    """Another coat of a material, or none."""
+    coat = shader(f"Paint {int(rng.integers(PAINTS))}")["Coat Weight"]
+    coat.default_value = 0.0 if coat.default_value > 0 and rng.random() < 0.4 else rng.uniform(0.1, 1.0)
+
+
 KINDS = {
     "camera": lambda: orbit("PERSP"),
     "orthographic": lambda: orbit("ORTHO"),
     "shift and zoom": camera_view,
     "roughness": lambda: numbered("Roughness", rng.uniform(0.2, 0.8)),
     "color": lambda: numbered("Base Color", *rng.uniform(0.1, 0.9, 3), 1.0),
+    "coat": coated,
     "lamp": lambda: setattr(bpy.data.lights["Key"], "energy", rng.uniform(200, 900)),
     "world": lambda: setattr(bpy.context.scene.world.node_tree.nodes["Background"].inputs[1], "default_value",
                              rng.uniform(0.5, 2.0)),

@@ -3,8 +3,8 @@
 
 The renderer loads no lobe that has no effect: a coat of weight 0, an alpha of 1. The first such number that an edit
 raises needs a load; from then on the same number of all materials is held just off that value, by an amount that no
-picture shows, and its edits are made in place. One that an edit lowers to that value is held, too. Both end when the
-scene is loaded for another reason.
+picture shows, and its edits are made in place. One that an edit lowers to that value is held, too. When the scene is
+loaded for another reason, those are no longer held that no material uses.
 """
 
 from __future__ import annotations
@@ -55,15 +55,17 @@ class Opened:
         self._open = opened
         return self._held(scene)
 
-    def closed(self, scene: Scene) -> Scene:
-        """``scene`` as it is: nothing is held any more."""
-        self._open = frozenset()
+    def renewed(self, scene: Scene) -> Scene:
+        """``scene`` when it is loaded for another reason: what no material uses is no longer held."""
+        used = {
+            _numbers(leaf, field, "")[1]
+            for material in scene.materials
+            for leaf in leaves(material.surface)
+            for field, held in HELD.get(type(leaf), {}).items()
+            if _key(getattr(leaf, field)) not in held
+        }
+        self._open &= used
         return self._held(scene)
-
-    @property
-    def is_any(self) -> bool:
-        """True if numbers are held."""
-        return bool(self._open)
 
     def _held(self, scene: Scene) -> Scene:
         kept: dict[str, tuple[Material, Material, frozenset[Number]]] = {}

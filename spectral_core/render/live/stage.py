@@ -107,8 +107,8 @@ class Stage:
         held = self._opened.of(scene)
         if self._job is not None and self._stays(held):
             return
-        if self._opened.is_any and not self._opened.has_grown:
-            held = self._opened.closed(scene)
+        if not self._opened.has_grown:
+            held = self._opened.renewed(scene)
         self._load(held, *_planned(held))
 
     def _stays(self, scene: Scene) -> bool:
