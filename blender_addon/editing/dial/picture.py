@@ -38,6 +38,8 @@ def picture_for(scene: Scene, width: int, height: int) -> Image:
         image = _made(image, width, height)
     elif tuple(image.size) != (width, height):
         image.scale(width, height)
+    if image.alpha_mode != "PREMUL":  # that of its pixels; Blender would convert each picture before it is drawn
+        image.alpha_mode = "PREMUL"
     if scene.spectral.dial.picture != image:
         scene.spectral.dial.picture = image
     if image.get(OWNER) != scene.name:
