@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import bpy
 
+from spectral_core.blas_threads import wait_without_spinning
+
 from . import command_line, engine, interface, jobs, preferences
 
 MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
@@ -12,6 +14,7 @@ MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
 
 def register() -> None:
     """Register every module; if one fails, those registered before it are removed again."""
+    wait_without_spinning()
     done = []
     try:
         for module in MODULES:

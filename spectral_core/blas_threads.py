@@ -8,6 +8,7 @@ long, wavelengths take three times as long, and after each solve the second thre
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from functools import cache, wraps
 from threading import Lock
@@ -23,6 +24,16 @@ def _libraries() -> tuple[Any, ...]:
     from threadpoolctl import ThreadpoolController
 
     return tuple(each for each in ThreadpoolController().lib_controllers if each.user_api == "blas")
+
+
+def wait_without_spinning() -> None:
+    """Let OpenBLAS libraries that are loaded from now on wait for work without spinning, in this process and in its
+    children.
+
+    The second thread of a product spins for a tenth of a second more by default. Where the processor draws the windows,
+    too, it takes the time of the redraw that shows the product.
+    """
+    os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")  # the logarithm of the number of cycles; 4 is the least
 
 
 class _Limit:

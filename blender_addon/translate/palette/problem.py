@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From the palette's properties to the problem that the core solves."""
 
+from functools import lru_cache
+
 import numpy as np
 from bpy.types import PropertyGroup
 
@@ -8,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, CellMode, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.spectra.color import linear_from_display_rgb
 from spectral_core.spectra.observer import normalized
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid
 
 from ...properties.palette_cell import BOXED, REFERRING
 from ..spectra.stored import spectrum_of
@@ -41,7 +43,19 @@ def _illuminant(holder: PropertyGroup, luminance: float, name: str) -> Illuminan
     found = spectrum_of(holder)
     if found is None:
         raise InvalidInputError(f"light {name!r} has no spectrum; choose one from the catalogue or a file")
-    return normalized(Illuminant(name, found.grid, found.values, source=found.source), luminance=luminance)
+    grid = found.grid
+    return _normalized(
+        name, grid.interpolation, grid.wavelengths_nm.tobytes(), found.values.tobytes(), found.source, luminance
+    )
+
+
+@lru_cache(maxsize=64)
+def _normalized(
+    name: str, interpolation: Interpolation, wavelengths_nm: bytes, values: bytes, source: str, luminance: float
+) -> Illuminant:
+    """A light of this luminance. Kept, because a dragged color reads the same lights again and again."""
+    grid = SpectralGrid(np.frombuffer(wavelengths_nm), interpolation)
+    return normalized(Illuminant(name, grid, np.frombuffer(values), source=source), luminance=luminance)
 
 
 def _light(palette: PropertyGroup, light: PropertyGroup, grid: SpectralGrid) -> PaletteLight:
