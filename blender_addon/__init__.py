@@ -3,6 +3,7 @@
 
 import importlib
 import sys
+from types import ModuleType
 
 _WITH_WHEELS = "bl_ext."
 """Start of the package's name where Blender has installed this as an extension, and the core from a wheel."""
@@ -27,20 +28,24 @@ if __name__.startswith(_WITH_WHEELS):
 
 def register() -> None:
     """Blender calls this when the extension is enabled."""
-    from . import registration
-
-    registration.register()
+    _registration().register()
 
 
 def register_once() -> None:
     """Enable the extension in a process where it may be enabled already; Blender refuses a second ``register()``."""
-    from . import registration
-
-    registration.register_once()
+    _registration().register_once()
 
 
 def unregister() -> None:
     """Blender calls this when the extension is disabled: everything that register() added is removed."""
+    _registration().unregister()
+
+
+def _registration() -> ModuleType:
+    """The module that registers the others. They import SciPy, whose BLAS must not spin."""
+    from spectral_core.blas_threads import wait_without_spinning
+
+    wait_without_spinning()
     from . import registration
 
-    registration.unregister()
+    return registration

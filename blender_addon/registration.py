@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import bpy
 
-from spectral_core.blas_threads import wait_without_spinning
-
 from . import command_line, engine, interface, jobs, preferences
 
 MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
@@ -14,7 +12,6 @@ MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
 
 def register() -> None:
     """Register every module; if one fails, those registered before it are removed again."""
-    wait_without_spinning()
     done = []
     try:
         for module in MODULES:
