@@ -14,10 +14,12 @@ import numpy as np
 import blender_addon
 from benchmarks.palette import palette_live
 from benchmarks.viewport.window import inside
+
+blender_addon.register()  # first, as in Blender: it prepares what the imports below load
+
 from blender_addon.editing.dial.picture import PICTURE
 from blender_addon.editing.palette import live
 
-blender_addon.register()
 bpy.context.preferences.view.show_splash = False
 SETTINGS = inside.settings()
 PATIENCE_S = 120.0
