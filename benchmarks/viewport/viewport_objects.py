@@ -33,7 +33,7 @@ class Unsent:
 
     def show(self, stage: str, scene: Any) -> frozenset[str]:
         """The fields that differ from the scene before."""
-        from spectral_core.render.live.changes import difference
+        from spectral_core.render.live.in_place.changes import difference
 
         old, self.scenes[stage] = self.scenes.get(stage), scene
         change = None if old is None else difference(old, scene)

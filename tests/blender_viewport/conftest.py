@@ -19,7 +19,7 @@ class Link:
         self.paused = {}
 
     def show(self, stage, scene):
-        from spectral_core.render.live.changes import difference
+        from spectral_core.render.live.in_place.changes import difference
 
         old = self.scenes.get(stage)
         change = None if old is None else difference(old, scene)

@@ -27,7 +27,7 @@ IN_ANOTHER_WAY = ("matrix_basis", "matrix_local", "matrix_parent_inverse", "matr
 
 def outdated(stage):
     """The parts of the sent scene that differ from a full translation, and this translation."""
-    from spectral_core.render.live.changes import difference
+    from spectral_core.render.live.in_place.changes import difference
 
     true = whole(stage)
     left = difference(next(iter(stage.link.scenes.values())), true)

@@ -58,7 +58,7 @@ def sent(stage):
 
 def differs(stage):
     from blender_addon.translate.scene import translate_scene
-    from spectral_core.render.live.changes import difference
+    from spectral_core.render.live.in_place.changes import difference
     from spectral_core.scene import Camera
 
     depsgraph = bpy.context.evaluated_depsgraph_get()

@@ -90,7 +90,7 @@ def updated(stage, edit=lambda _stage: None):
 
 
 def test_every_edit_is_sent(stage):
-    from spectral_core.render.live.changes import difference
+    from spectral_core.render.live.in_place.changes import difference
 
     updated(stage)
     unseen, stale = [], {}
@@ -109,7 +109,7 @@ def test_every_edit_is_sent(stage):
 
 
 def test_an_edit_sends_changed_data_alone(stage):
-    from spectral_core.render.live.changes import difference
+    from spectral_core.render.live.in_place.changes import difference
 
     updated(stage)
     before = next(iter(stage.link.scenes.values()))
@@ -201,7 +201,7 @@ def test_a_panoramic_camera_fills_its_frame_in_the_view_as_in_f12(stage):
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_random_edits_leave_no_outdated_data(stage, seed):
-    from spectral_core.render.live.changes import difference
+    from spectral_core.render.live.in_place.changes import difference
     from spectral_core.render.same import equal
 
     rng = np.random.default_rng(seed)

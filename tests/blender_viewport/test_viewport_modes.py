@@ -40,7 +40,7 @@ def stretched(_stage):
 
 
 def test_an_object_in_edit_mode_is_shown_as_it_is_edited(editing):
-    from spectral_core.render.live.changes import difference
+    from spectral_core.render.live.in_place.changes import difference
 
     stage, before = editing
     assert difference(before, known(stage)).is_empty, "entering Edit Mode changes nothing that is seen"

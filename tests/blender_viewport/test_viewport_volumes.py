@@ -86,7 +86,7 @@ def clouded(cloud):
 
 
 def is_up_to_date(stage):
-    from spectral_core.render.live.changes import difference
+    from spectral_core.render.live.in_place.changes import difference
 
     after = next(iter(stage.link.scenes.values()))
     left = difference(after, whole(stage))

@@ -53,7 +53,7 @@ def walks(stage, monkeypatch):
 def after(stage, edit):
     """Number of walks of an edit, whose scene must equal a complete translation."""
     from blender_addon.translate.scene import translate_scene
-    from spectral_core.render.live.changes import difference
+    from spectral_core.render.live.in_place.changes import difference
     from spectral_core.scene import Camera
 
     def follow(_scene, depsgraph):

@@ -22,7 +22,7 @@ from spectral_core.render.denoise import Guides
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.live import picture as picture_module
 from spectral_core.render.live.area import PixelArea
-from spectral_core.render.live.changes import difference
+from spectral_core.render.live.in_place.changes import difference
 from spectral_core.render.live.link import LiveLink
 from spectral_core.render.live.messages import AreaName, Frame
 from spectral_core.render.live.picture import ViewPicture

@@ -120,7 +120,7 @@ def test_a_scene_that_outgrows_the_disk_of_its_sun_is_lit_from_one_direction(sce
 
 
 def test_a_sun_stays_while_the_scene_does(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    from spectral_core.render.live.edits import Edit
+    from spectral_core.render.live.in_place.edits import Edit
 
     sun, edited = SunLight(name="sun", world_from_light=np.eye(4), irradiance=3.0, angle_rad=0.009), []
     stage, still = Stage(), lit_by(scene, sun)

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from spectral_core.render.live.area import PixelArea
-from spectral_core.render.live.changes import SceneChange, difference
+from spectral_core.render.live.in_place.changes import SceneChange, difference
 from spectral_core.render.live.messages import AreaName
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.server import Server

@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from spectral_core.render.live.opened import HELD, Opened
+from spectral_core.render.live.in_place.opened import HELD, Opened
 from spectral_core.render.live.stage import Stage
 from spectral_core.scene import (
     Color,

@@ -12,7 +12,7 @@ pytest.importorskip("mitsuba")
 
 from spectral_core.render.live import server as server_module
 from spectral_core.render.live.area import PixelArea
-from spectral_core.render.live.changes import difference
+from spectral_core.render.live.in_place.changes import difference
 from spectral_core.render.live.messages import AreaName
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.server import Server

@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from spectral_core.render.live import edits
+from spectral_core.render.live.in_place import edits
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.trees import Trees
 from spectral_core.scene import Instance, Scene, SunLight, World

@@ -48,9 +48,7 @@ def test_a_picture_keeps_nothing_of_the_last_one() -> None:
     np.testing.assert_array_equal(first[..., 3], coverage)
     assert np.isfinite(first).all()
     assert np.isinf(live.picture((1.0, 1e5, 0.5))[0, 0, :3]).all()
-    again = live.picture((1.0, 1.0, 0.5))
-    np.testing.assert_allclose(again, first, rtol=1e-6)
-    np.testing.assert_array_equal(again[..., 3], coverage)
+    np.testing.assert_array_equal(live.picture((1.0, 1.0, 0.5)), first)
 
 
 def test_a_recording_without_lights_is_black() -> None:
@@ -110,7 +108,7 @@ def test_a_dragged_light_is_one_product(monkeypatch: pytest.MonkeyPatch) -> None
     for name in ("HP1", "FL2", "D65", "FL11"):
         live.set_light("b", illuminant(name))
         live.picture((1.0, 0.7, 1.0, 1.0))
-    assert calls == {"_add": 1, "_multiply_add": 4 + 1}  # once the light of the last picture, a, for the sum
+    assert calls == {"_add": 1, "_multiply_add": 4}
     calls.update(_add=0, _multiply_add=0)
     for weight in (0.1, 0.2, 0.3):
         live.picture((1.0, weight, 1.0, 1.0))

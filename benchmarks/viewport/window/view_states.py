@@ -18,7 +18,7 @@ from blender_addon import jobs, viewport
 from blender_addon.editing.palette.picture import shown_in
 from blender_addon.editing.viewport import session
 from blender_addon.translate.scene import translate_scene
-from spectral_core.render.live.changes import difference
+from spectral_core.render.live.in_place.changes import difference
 from spectral_core.scene import Camera
 
 OUT = os.environ.get("SPECTRAL_OUT", "")

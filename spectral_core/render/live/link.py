@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from spectral_core.render.live.area import PixelArea, clean, delete_left
-from spectral_core.render.live.changes import difference
+from spectral_core.render.live.in_place.changes import difference
 from spectral_core.render.live.messages import AreaName, Shown
 from spectral_core.render.live.running import Limits, inform, reason, send_pending
 from spectral_core.render.live.view import ViewRequest

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.job import Loaded
-from spectral_core.render.live.transplant import transplant
+from spectral_core.render.live.in_place.transplant import transplant
 from spectral_core.render.mitsuba_scene.media.around import media_at
 from spectral_core.render.mitsuba_scene.media.rows import medium_row
 from spectral_core.render.trace.media.grids import GridRow

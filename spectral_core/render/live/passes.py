@@ -21,7 +21,7 @@ from spectral_core.render.lens.aperture import FEWEST_BLADES, polygon_point
 from spectral_core.render.lens.camera_rays import across_lens
 from spectral_core.render.lens.panorama import DrJitMath, direction_by
 from spectral_core.render.live.held import held, lay_open
-from spectral_core.render.live.transplant import transplant
+from spectral_core.render.live.in_place.transplant import transplant
 from spectral_core.render.live.view import NUMBERS, PLAIN_NUMBERS
 from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
 from spectral_core.render.trace.guides import first_seen, guide_wavelengths

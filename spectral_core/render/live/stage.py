@@ -12,13 +12,13 @@ import numpy as np
 
 from spectral_core.errors import SpectralError
 from spectral_core.render.job import Measure, RenderJob
-from spectral_core.render.live import edits
-from spectral_core.render.live.changes import difference
 from spectral_core.render.live.gathered import Gathered
 from spectral_core.render.live.held import lay_open
+from spectral_core.render.live.in_place import edits
+from spectral_core.render.live.in_place.changes import difference
+from spectral_core.render.live.in_place.opened import Opened
 from spectral_core.render.live.media import look_from
 from spectral_core.render.live.messages import LOADED
-from spectral_core.render.live.opened import Opened
 from spectral_core.render.live.passes import Launcher
 from spectral_core.render.live.trees import Trees
 from spectral_core.render.live.view import Viewpoint

@@ -111,8 +111,8 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     shown = shown_materials(scene)
     materials = [material for material in scene.materials if material.name in shown]
     paints += [color for material in materials for color, _ in emissions_of(material.surface)]
-    glows = [medium.emission_color for medium in _media(scene, materials) if medium.emission_strength != 0]
-    paints += [Color(_planck_rgb(glow)) if getattr(glow, "source", "") == catalogue.PLANCK else glow for glow in glows]
+    emitted = [medium.emission_color for medium in _media(scene, materials) if medium.emission_strength != 0]
+    paints += [Color(_planck_rgb(e)) if getattr(e, "source", "") == catalogue.PLANCK else e for e in emitted]
     found: dict[Any, Color | Spectrum] = {}
     for paint in paints:
         for part in paint_parts(paint):

@@ -60,6 +60,8 @@ class LiveMix:
         """Groups whose picture is that of an earlier light."""
         self._new: set[int] = set()
         """Those that no mix has shown yet."""
+        self._written: set[int] = set()
+        """Groups with a picture."""
         self._out = np.empty((height, width, 4), np.float32)
         self._rest = np.empty_like(self._out)
         self._rest_of: tuple[int, bytes] | None = None
@@ -98,7 +100,8 @@ class LiveMix:
         self._complete(amounts)
         scaled = (amounts * self.transport.exposure).astype(np.float32)
         lit = [index for index in sorted(self._waiting) if amounts[index] > 0]
-        dragged = next((index for index in lit if index in self._new), None)
+        # the first picture is the sum, and so is that of another reading of the recording, to the last bit
+        dragged = lit[0] if len(lit) == 1 and self._new == {lit[0]} and lit[0] in self._written else None
         for index in lit:
             if index != dragged:
                 self._write(index)
@@ -120,6 +123,7 @@ class LiveMix:
         self._groups[index] = 0.0
         self._add_light(index, 1.0, self._groups[index])
         self._waiting.discard(index)
+        self._written.add(index)
         if self._rest_of is not None and self._rest_of[0] != index:
             self._rest_of = None
 

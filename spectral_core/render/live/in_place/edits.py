@@ -15,7 +15,7 @@ import numpy as np
 
 from spectral_core.render.job import Loaded
 from spectral_core.render.live import media
-from spectral_core.render.live.transplant import transplant
+from spectral_core.render.live.in_place.transplant import transplant
 from spectral_core.render.live.trees import Trees, far_emitters
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
