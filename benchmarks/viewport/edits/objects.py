@@ -29,6 +29,7 @@ from benchmarks.viewport.edits.shading import (
     some_nodes,
     some_object,
     some_shader,
+    weight,
     world,
 )
 
@@ -275,6 +276,7 @@ EDITS: dict[str, Edit] = {
     "lamp size": on(some_object("LIGHT"), lamp_size),
     "lamp spectrum": on(some_object("LIGHT"), lamp_spectrum),
     "number": on(some_shader, number),
+    "weight": on(some_shader, weight),
     "node added": on(some_shader, node_added),
     "node gone": on(some_shader, node_gone),
     "group node": on(some_shader, group_node),

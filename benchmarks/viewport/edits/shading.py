@@ -84,6 +84,17 @@ def number(node, rng):
     node.inputs["Base Color"].default_value = (*rng.uniform(0, 1, 3), 1.0)
 
 
+WEIGHTS = ("Alpha", "Coat Weight", "Diffuse Roughness", "Emission Strength", "Metallic", "Sheen Weight",
+           "Subsurface Weight", "Transmission Weight")  # fmt: skip
+
+
+def weight(node, rng):
+    """A weight of the shader, also to and from the value at which it has no effect."""
+    socket = node.inputs.get(WEIGHTS[int(rng.integers(len(WEIGHTS)))])
+    if socket is not None:
+        socket.default_value = float(rng.choice((0.0, 1.0, rng.uniform(0, 1))))
+
+
 def fog(material, rng):
     """A volume that varies, another strength of it, or no volume any more."""
     tree = material.node_tree
