@@ -210,9 +210,7 @@ nodes_added = itertools.count()
 
 
 def with_node():
-    """Another texture in a material, at a socket that no other change sets: never the one that is there, which would
-    change no picture.
-    """
+    """Another texture in a material, never the one that is there, at a socket that no other change sets."""
     number = next(nodes_added)
     tree = bpy.data.materials[f"Paint {number % PAINTS}"].node_tree
     node = tree.nodes.new(TEXTURES[number // PAINTS % len(TEXTURES)])
