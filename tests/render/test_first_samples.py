@@ -83,7 +83,7 @@ def shining(surface, **changes) -> Scene:
 
 @pytest.mark.parametrize("kind", ["emission", "principled", "mixed", "medium", "fog"])
 def test_what_shines_itself_is_sampled_as_a_lamp(kind: str) -> None:
-    """The wavelengths followed the lamps alone: a tube that is a mesh had twenty times the noise of a lamp."""
+    """The wavelengths followed the lamps alone: a tube that is a mesh had many times the variance of a lamp."""
     glow = ScatteringMedium(emission_color=SODIUM, emission_strength=0.1)
     if kind == "emission":
         scene = shining(Emission(SODIUM, 2.0))
