@@ -140,16 +140,19 @@ def normalized(light: Illuminant, viewer: Observer | None = None, luminance: flo
 def sum_of_lights(parts: Sequence[tuple[float, Spectrum]]) -> tuple[Illuminant, float]:
     """The sum of lights, each an amount and a relative spectrum of luminance 1 in that amount; and the total amount.
 
-    Exact: the sum is linear between the knots of all parts, and a part ends where its grid ends.
+    Exact: the sum is linear between the knots of all parts, and a part ends where its grid ends. A spectrum of zeros
+    adds nothing. Raises InvalidInputError for another light without luminance.
     """
     ends = 1e-3 * np.array([-1.0, 1.0])  # nm; wide enough for the single precision in which Blender stores knots
     knots = [np.concatenate([s.grid.wavelengths_nm, s.grid.wavelengths_nm[[0, -1]] + ends]) for _, s in parts]
     grid = SpectralGrid(np.unique(np.concatenate(knots)))
+    lit = [(amount, spectrum) for amount, spectrum in parts if np.any(spectrum.values)]
     total = np.zeros(grid.size)
-    for amount, spectrum in parts:
-        total += amount / float(xyz_of(spectrum)[1]) * spectrum.at(grid.wavelengths_nm)
+    for amount, spectrum in lit:
+        light = normalized(Illuminant(spectrum.name, spectrum.grid, spectrum.values))
+        total += amount * light.at(grid.wavelengths_nm)
     name = " + ".join(dict.fromkeys(spectrum.name for _, spectrum in parts))
-    return Illuminant(name, grid, np.maximum(total, 0.0)), float(sum(amount for amount, _ in parts))
+    return Illuminant(name, grid, total), float(sum(amount for amount, _ in lit))
 
 
 def _cmfs_at(viewer: Observer, wavelengths_nm: Array) -> Array:

@@ -118,3 +118,19 @@ def test_the_spectra_of_two_backgrounds_are_added(world, translate):
     expected = sum(amount * part.at(at) / xyz_of(part)[1] for amount, part in parts)
     color = scene.world.color
     np.testing.assert_allclose(color.at(at) / xyz_of(color)[1] * 1.25, expected, atol=1e-5 * expected.max())
+
+
+def test_a_spectrum_under_a_pattern_is_shown_in_its_color(world, translate):
+    """The color of the Background node's socket was used, without a note."""
+    from blender_addon.translate.spectra.stored import store_spectrum
+    from spectral_core.spectra.catalogue import illuminant
+
+    made, tree, background = world
+    made.spectral.source = "NONE"
+    store_spectrum(background.spectral, illuminant("HP1"))
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    tree.links.new(noise.outputs[0], background.inputs["Strength"])
+    scene = translate()
+    assert any("the color of the spectrum was used" in note.message for note in scene.notes)
+    mean = scene.world.color.pixels[..., :3].mean(axis=(0, 1))
+    assert mean[0] > 2 * mean[2] > 0 or mean[2] <= 0 < mean[0]  # sodium is orange, the socket's color gray

@@ -8,6 +8,7 @@ import pytest
 
 from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
 from spectral_core.spectra import catalogue
+from spectral_core.spectra.observer import sum_of_lights, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 
@@ -135,3 +136,18 @@ def test_the_peak_of_a_blackbody_follows_wien() -> None:
             catalogue.illuminant(name)
     with pytest.raises(InvalidInputError, match="temperature is 5 K; expected a value from 500 K"):
         catalogue.blackbody(5)
+
+
+def test_a_sum_of_lights_ends_where_they_end_and_counts_no_darkness() -> None:
+    short = Illuminant("short", SpectralGrid(np.array([500.0, 510.0])), np.ones(2))
+    wide = Illuminant("wide", SpectralGrid(np.array([400.0, 700.0])), np.array([1.0, 3.0]))
+    dark = Illuminant("dark", wide.grid, np.zeros(2))
+    total, amount = sum_of_lights([(2.0, short), (1.0, wide), (5.0, dark)])
+    assert amount == 3.0
+    at = np.array([450.0, 499.99, 505.0, 510.01, 650.0])
+    expected = 2.0 * short.at(at) / xyz_of(short)[1] + wide.at(at) / xyz_of(wide)[1]
+    np.testing.assert_allclose(total.at(at), expected, rtol=1e-12)
+    assert xyz_of(total)[1] == pytest.approx(3.0, rel=1e-3)
+    infrared = Illuminant("infrared", SpectralGrid(np.array([900.0, 950.0])), np.ones(2))
+    with pytest.raises(InvalidInputError, match="no luminance"):
+        sum_of_lights([(1.0, wide), (1.0, infrared)])

@@ -16,6 +16,7 @@ from spectral_core.scene.shading import Program
 from ..shading.fields import Field, value_of
 from ..shading.reader import Reader
 from ..shading.tree import Input, linked
+from .light_inputs import color_of_own_spectrum
 
 Array = NDArray[np.float64]
 CHUNK = 1 << 18
@@ -104,7 +105,8 @@ def radiance(reader: Reader, place: Input, look: Look) -> Array:
     kind = source.node.type
     field: Callable[[Any, float], Field] = lambda of, other: reader.literal(other) if of is None else reader.field(of)  # noqa: E731
     if kind in ("BACKGROUND", "EMISSION"):
-        color = look.value(field(source.input("Color"), 1.0), 3)
+        own = color_of_own_spectrum(reader, source)
+        color = look.value(field(source.input("Color"), 1.0), 3) if own is None else own
         return np.asarray(color * look.value(field(source.input("Strength"), 1.0), 1))
     places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]
     if kind == "MIX_SHADER":

@@ -6,13 +6,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import read_bytes
 from spectral_core.scene import Photometry
 from spectral_core.spectra.luminaire import every_degree, read_ies
 
+from .. import spectra
 from ..questions import ContentOfText, StateOfFile
+from ..shading.fields import color_of_spectrum
 from ..shading.reader import Reader, evaluator
 from ..shading.texture_nodes import place_of
 from ..shading.tree import Output, linked
@@ -80,3 +83,14 @@ def luminaire_of(reader: Reader, node: Any) -> Photometry | None:
     except InvalidInputError as error:
         reader.note(f"{node.name!r}: {error}; it is even and {BROKEN:g} strong")
         return None
+
+
+def color_of_own_spectrum(reader: Reader, source: Output) -> NDArray[np.float64] | None:
+    """Color (3,) of the spectrum that an emission carries, with a note, where lights are computed as colors. None if it
+    carries none.
+    """
+    spectrum = spectra.spectrum_of(reader.translation, source.node)
+    if spectrum is None:
+        return None
+    reader.note("its nodes mix a spectrum with other light, or let it vary; the color of the spectrum was used")
+    return np.asarray(spectra.strength_of(reader.translation, source.node) * color_of_spectrum(spectrum))

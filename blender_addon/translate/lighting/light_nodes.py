@@ -14,11 +14,11 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
 from .. import spectra
-from ..shading.fields import Value, color_of_spectrum, value_of
+from ..shading.fields import Value, value_of
 from ..shading.reader import Reader
 from ..shading.tree import Input, Output, linked, surface_output
 from .lamp_reader import LampReader
-from .light_inputs import BROKEN, FALLOFF_POWERS, luminaire_of
+from .light_inputs import BROKEN, FALLOFF_POWERS, color_of_own_spectrum, luminaire_of
 
 EVEN = Falloff()
 """The physical falloff: the inverse square alone."""
@@ -216,11 +216,8 @@ def radiance_of(reader: Reader, source: Output, depth: int = 0) -> Value:
     """Radiance of a tree of Emission nodes as a color; other shaders count as black, with a note."""
     node = source.node
     if node.type == "EMISSION":
-        spectrum = spectra.spectrum_of(reader.translation, source.node)
-        color = reader.read(source, "Color", np.ones(3))
-        if spectrum is not None:
-            reader.note("its nodes mix a spectrum with other light in a way that varies; its color was used")
-            color = reader.literal(spectra.strength_of(reader.translation, source.node) * color_of_spectrum(spectrum))
+        own = color_of_own_spectrum(reader, source)
+        color = reader.read(source, "Color", np.ones(3)) if own is None else reader.literal(own)
         return reader.emit("vector_math", color, reader.read(source, "Strength", 1.0), 0.0, 0.0, settings=("MULTIPLY",))
     if node.type not in SUMS or depth > 50:
         _note_dark(reader, source)
