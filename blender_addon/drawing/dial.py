@@ -4,12 +4,15 @@
 It is drawn only while Blender draws. Positions come from ``dial_shape``, which the mouse handling uses too.
 """
 
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
 from bpy.types import Area, PropertyGroup, Region
 
 from ..editing.dial.live import shares_of
 from .dial_shape import DISC, LABEL_ROOM, DialShape, disc, rim, tooltip
+from .kept import Box, Kept
 from .overlay import FONT, draw_line, draw_triangles, write
 
 DISC_COLOR = (0.07, 0.07, 0.08, 0.80)
@@ -19,6 +22,15 @@ TEXT = (1.0, 1.0, 1.0, 0.85)
 FAINT = (1.0, 1.0, 1.0, 0.40)
 WARNING = (1.0, 0.55, 0.25, 1.0)
 SELECTOR = (1.0, 1.0, 1.0, 1.0)
+LABEL_POINTS, TOOLTIP_POINTS, WARNING_POINTS = 11, 12, 11
+BORDER = 8.0
+"""Unscaled pixels around the outermost points: half of a line, and what a letter exceeds its text by."""
+TOOLTIP_ROW = 17
+"""Height of a line in unscaled pixels."""
+ALL_OFF = "All bulbs are off"
+Label = tuple[str, float, float]
+"""Text, and the pixel of its lower left corner."""
+KEPT = Kept()
 
 SPACES = (bpy.types.SpaceView3D, bpy.types.SpaceImageEditor)
 hovered = {"area": 0}
@@ -35,23 +47,55 @@ def shape_in(area: Area, region: Region) -> DialShape:
 
 def draw() -> None:
     """Called by Blender after it has drawn an editor."""
-    import gpu
-
     dial = bpy.context.scene.spectral.dial
     if not dial.show or not len(dial.bulbs):
         return
-    area = bpy.context.area
-    shape = shape_in(area, bpy.context.region)
+    area, region = bpy.context.area, bpy.context.region
+    shape = shape_in(area, region)
     shares = shares_of(dial)
+    names = [bulb.name for bulb in dial.bulbs]
+    lines = tooltip(names, shares, dial.intensity) if shares.any() and hovered["area"] == area.as_pointer() else []
+    labels = [_label(shape, bulb, float(share)) for bulb, share in zip(dial.bulbs, shares, strict=True)]
+    bulbs = [(bulb.is_on, tuple(bulb.color), tuple(bulb.place)) for bulb in dial.bulbs]
+    content = (shape, tuple(shares), tuple(dial.selector), tuple(bulbs), tuple(labels), tuple(lines))
+    box = Box.around(_reach(shape, labels, lines), BORDER * shape.scale, (region.width, region.height))
+    KEPT.draw(content, box, lambda: _paint(shape, dial, shares, labels, lines))
+
+
+def _paint(
+    shape: DialShape, dial: PropertyGroup, shares: np.ndarray, labels: Sequence[Label], lines: Sequence[str]
+) -> None:
+    import blf
+    import gpu
+
     _draw_plate(shape, dial)
-    for bulb, share in zip(dial.bulbs, shares, strict=True):
-        _draw_bulb(shape, bulb, float(share))
+    for bulb, share, label in zip(dial.bulbs, shares, labels, strict=True):
+        _draw_bulb(shape, bulb, float(share), label)
     _draw_selector(shape, dial)
     if not shares.any():
-        write("All bulbs are off", *_below(shape), WARNING)
-    elif hovered["area"] == area.as_pointer():
-        _draw_tooltip(shape, tooltip([bulb.name for bulb in dial.bulbs], shares, dial.intensity))
+        blf.size(FONT, WARNING_POINTS * shape.scale)
+        write(ALL_OFF, *_below(shape), WARNING)
+    elif lines:
+        _draw_tooltip(shape, lines)
     gpu.state.blend_set("NONE")
+
+
+def _reach(shape: DialShape, labels: Sequence[Label], lines: Sequence[str]) -> list[tuple[float, float]]:
+    """Corners (n, 2) of all that is drawn."""
+    import blf
+
+    radius = DISC * shape.unit
+    corners = [(shape.x - radius, shape.y - radius), (shape.x + radius, shape.y + radius), _below(shape)]
+    for text, x, y in labels:
+        blf.size(FONT, LABEL_POINTS * shape.scale)
+        width, height = blf.dimensions(FONT, text)
+        corners += [(x, y), (x + width, y + height)]
+    if lines:
+        left, low, width, height = _tooltip_plate(shape, lines)
+        corners += [(left, low), (left + width, low + height)]
+    blf.size(FONT, WARNING_POINTS * shape.scale)
+    x, y = _below(shape)
+    return [*corners, (x + blf.dimensions(FONT, ALL_OFF)[0], y)]
 
 
 def _below(shape: DialShape) -> tuple[float, float]:
@@ -68,7 +112,19 @@ def _draw_plate(shape: DialShape, dial: PropertyGroup) -> None:
             draw_line(np.array([at, shape.pixels(tuple(bulb.place))]), SPOKE_COLOR, 1.0 * shape.scale)
 
 
-def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float) -> None:
+def _label(shape: DialShape, bulb: PropertyGroup, share: float) -> Label:
+    """Name and share of a bulb, beyond it as seen from the middle."""
+    import blf
+
+    at, scale = shape.pixels(tuple(bulb.place)), shape.scale
+    text = f"{bulb.name or 'ungrouped'}  {100 * share:.0f} %" if bulb.is_on else f"{bulb.name or 'ungrouped'}  off"
+    blf.size(FONT, LABEL_POINTS * scale)
+    width, height = blf.dimensions(FONT, text)
+    above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
+    return text, float(at[0] - width / 2), float(at[1] + above * LABEL_ROOM * scale - height / 2)
+
+
+def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float, label: Label) -> None:
     """Draw a bulb with a brightness by its share, in the color of its light; one that is off is an empty ring."""
     import blf
 
@@ -79,12 +135,8 @@ def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float) -> None:
             draw_triangles(disc(at, size * scale * (0.5 + share / 2)), (*tint, strength * min(1.0, share + 0.15)))
         draw_triangles(disc(at, 8 * scale), (*(tint * (0.25 + 0.75 * min(share, 1.0) ** 0.5)), 1.0))
     draw_line(rim(at, 8 * scale), (*tint, 1.0) if bulb.is_on else FAINT, 1.5 * scale)
-    blf.size(FONT, 11 * scale)
-    label = f"{bulb.name or 'ungrouped'}  {100 * share:.0f} %" if bulb.is_on else f"{bulb.name or 'ungrouped'}  off"
-    width, height = blf.dimensions(FONT, label)
-    above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
-    y = at[1] + above * LABEL_ROOM * scale - height / 2
-    write(label, at[0] - width / 2, y, TEXT if bulb.is_on else FAINT)
+    blf.size(FONT, LABEL_POINTS * scale)
+    write(*label, TEXT if bulb.is_on else FAINT)
 
 
 def _draw_selector(shape: DialShape, dial: PropertyGroup) -> None:
@@ -95,20 +147,24 @@ def _draw_selector(shape: DialShape, dial: PropertyGroup) -> None:
         draw_line(at + np.outer((5 * scale, 10 * scale), step), SELECTOR, 2 * scale)
 
 
-def _draw_tooltip(shape: DialShape, lines: list[str]) -> None:
+def _tooltip_plate(shape: DialShape, lines: Sequence[str]) -> tuple[float, float, float, float]:
+    """Left, bottom, width and height of the tooltip's plate, in pixels."""
     import blf
 
     scale = shape.scale
-    blf.size(FONT, 12 * scale)
-    row = 17 * scale
+    blf.size(FONT, TOOLTIP_POINTS * scale)
+    height = TOOLTIP_ROW * scale * len(lines)
     width = max(blf.dimensions(FONT, line)[0] for line in lines) + 20 * scale
     left = shape.x + DISC * shape.unit + 60 * scale
-    low = shape.y - row * len(lines) / 2 - 8 * scale
-    corners = np.array([(left, low), (left + width, low), (left + width, low + row * len(lines) + 16 * scale),
-                        (left, low + row * len(lines) + 16 * scale)])  # fmt: skip
+    return left, shape.y - height / 2 - 8 * scale, width, height + 16 * scale
+
+
+def _draw_tooltip(shape: DialShape, lines: Sequence[str]) -> None:
+    left, low, width, height = _tooltip_plate(shape, lines)
+    corners = np.array([(left, low), (left + width, low), (left + width, low + height), (left, low + height)])
     draw_triangles(corners[[0, 1, 2, 0, 2, 3]], DISC_COLOR)
     for number, line in enumerate(reversed(lines)):
-        write(line, left + 10 * scale, low + 12 * scale + number * row, TEXT)
+        write(line, left + 10 * shape.scale, low + (12 + number * TOOLTIP_ROW) * shape.scale, TEXT)
 
 
 def register() -> None:
@@ -122,3 +178,4 @@ def unregister() -> None:
     for space, handler in _handlers:
         space.draw_handler_remove(handler, "WINDOW")
     _handlers.clear()
+    KEPT.forget()

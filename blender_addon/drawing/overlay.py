@@ -13,13 +13,12 @@ from ..translate.spectra.stored import stored_samples
 from .curve_image import value_range
 from .curve_plot import Array, Plot, side_by_side
 from .dial_shape import DialShape
+from .kept import Box, Kept
 
 MARGIN = 16.0
 FONT = 0
 Color = tuple[float, ...]
 """Red, green, blue and alpha."""
-Samples = tuple[Array, Array]
-"""Wavelengths and values of a stored spectrum."""
 Curve = tuple[str, Array, Array]
 """Name, wavelengths and values."""
 BACKGROUND = (0.06, 0.06, 0.07, 0.94)
@@ -32,12 +31,11 @@ DISTINCT_COLORS = (
 """After Okabe and Ito 2008, brightened for a dark background."""
 
 _handler = None
+KEPT = Kept()
 
 
 def draw() -> None:
     """Called by Blender after it has drawn the 3D view."""
-    import gpu
-
     palette = bpy.context.scene.spectral.palette
     if not palette.show_curves or not len(palette.lights):
         return
@@ -48,12 +46,23 @@ def draw() -> None:
         ("illuminant", palette.lights, palette.active_column),
         ("reflectance", palette.materials, palette.active_row),
     ]
-    curves = [[stored_samples(entry.result) for entry in entries] for _, entries, _ in sides]
+    curves = [[(entry.name, *stored_samples(entry.result)) for entry in entries] for _, entries, _ in sides]
     ranges = [_range(known, kind) for known, (kind, _, _) in zip(curves, sides, strict=True)]
     room = (region.width - sidebar, region.height)
     plots = side_by_side(room, ranges, MARGIN * scale, _left(tools, scale))
-    for plot, known, (_, entries, active) in zip(plots, curves, sides, strict=False):
-        _draw_plot(plot, [(e.name, *c) for e, c in zip(entries, known, strict=True)], active, scale)
+    if not plots:
+        return
+    box = Box.around(np.concatenate([plot.corners() for plot in plots]), 1.0, (region.width, region.height))
+    shown = tuple(tuple((name, x.tobytes(), y.tobytes()) for name, x, y in known) for known in curves)
+    content = (tuple(plots), shown, tuple(active for _, _, active in sides), scale)
+    KEPT.draw(content, box, lambda: _paint(plots, curves, [active for _, _, active in sides], scale))
+
+
+def _paint(plots: Sequence[Plot], curves: Sequence[Sequence[Curve]], active: Sequence[int], scale: float) -> None:
+    import gpu
+
+    for plot, known, selected in zip(plots, curves, active, strict=False):
+        _draw_plot(plot, known, selected, scale)
     gpu.state.blend_set("NONE")
 
 
@@ -65,8 +74,8 @@ def _left(tools: float, scale: float) -> float:
     return DialShape.in_region(region.width, region.height, left=tools, scale=scale).right
 
 
-def _range(known: Sequence[Samples], kind: str) -> tuple[float, float]:
-    values = [each for _, each in known if each.size]
+def _range(known: Sequence[Curve], kind: str) -> tuple[float, float]:
+    values = [each for _, _, each in known if each.size]
     low, high = value_range(np.concatenate(values) if values else np.zeros(1), kind)
     return low, high
 
@@ -171,3 +180,4 @@ def unregister() -> None:
     if _handler is not None:
         bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
     _handler = None
+    KEPT.forget()

@@ -28,7 +28,7 @@ from .picture import picture_for, picture_of, place
 if TYPE_CHECKING:
     from spectral_core.render.relight.transport import Transport
 
-DELAY_SECONDS = 0.005
+DELAY_SECONDS = 0.0
 MISSING = (0, 0)
 """Time and size of a file that is not there."""
 

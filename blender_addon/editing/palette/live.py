@@ -17,7 +17,7 @@ from ..deferred import Deferred, redraw
 from . import picture, possible
 from .solve import Solve, finishing_solve, forget_solutions, keep, live_solve
 
-DELAY_SECONDS = 0.005
+DELAY_SECONDS = 0.0
 """Time from an edit to its solution; further edits in this time are solved together."""
 REST_SECONDS = 0.3
 """Time without a further edit after which the solution is finished: all rounds, and the conflicts."""

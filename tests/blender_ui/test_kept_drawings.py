@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Drawings over an editor are painted once; whatever they show, a change of it paints them again."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+
+from blender_addon.drawing import dial, kept, overlay
+from blender_addon.drawing.kept import MOST, Box, Kept
+from blender_addon.translate.spectra.stored import store_spectrum
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
+
+BOX = Box(10, 20, 100, 50)
+
+
+@pytest.fixture
+def shown(monkeypatch: Any) -> list[Any]:
+    """Drawings that were put on screen, without a graphics card."""
+    found: list[Any] = []
+
+    def painted(box: Box, paint: Any) -> tuple[Any, Any]:
+        paint()
+        return object(), box
+
+    monkeypatch.setattr(kept, "_painted", painted)
+    monkeypatch.setattr(kept, "_show", lambda picture, box: found.append((picture, box)))
+    return found
+
+
+def test_a_drawing_is_painted_once_for_each_content_and_box(shown: list[Any]) -> None:
+    drawings, paints = Kept(), []
+    for content, box in (("a", BOX), ("a", BOX), ("b", BOX), ("a", BOX), ("a", Box(0, 0, 100, 50))):
+        drawings.draw(content, box, lambda: paints.append(1))
+    assert len(paints) == 3
+    assert len(shown) == 5
+    assert shown[0] == shown[1] == shown[3] != shown[2]
+
+
+def test_old_drawings_are_dropped(shown: list[Any]) -> None:
+    drawings, paints = Kept(), []
+    for number in (*range(MOST + 1), 1, 0):
+        drawings.draw(number, BOX, lambda number=number: paints.append(number))
+    assert paints == [*range(MOST + 1), 0]
+    assert len(shown) == MOST + 3
+
+
+def test_without_room_on_the_graphics_card_it_is_painted_each_time(shown: list[Any], monkeypatch: Any) -> None:
+    monkeypatch.setattr(kept, "_painted", lambda box, paint: None)
+    drawings, paints = Kept(), []
+    for _ in range(2):
+        drawings.draw("a", BOX, lambda: paints.append(1))
+    assert (len(paints), shown) == (2, [])
+
+
+def test_boxes_stay_in_the_region() -> None:
+    assert Box.around([(5.2, 7.9), (30.1, 9.0)], 2.0, (100, 100)) == Box(3, 5, 30, 6)
+    assert Box.around([(-50.0, 90.0), (500.0, 300.0)], 2.0, (100, 95)) == Box(0, 88, 100, 7)
+    assert Box.around([(-50.0, -50.0), (-40.0, -40.0)], 2.0, (100, 95)).width == 0
+
+
+def contents(drawing: Any, monkeypatch: Any, scene: Any) -> Any:
+    """A function that draws and gives the content of the drawing."""
+    region = SimpleNamespace(type="WINDOW", x=0, y=0, width=800, height=600, alignment="NONE")
+    area = SimpleNamespace(type="VIEW_3D", regions=[region], as_pointer=lambda: 5)
+    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
+    context = SimpleNamespace(scene=scene, area=area, region=region, preferences=preferences)
+    monkeypatch.setattr(drawing, "bpy", SimpleNamespace(context=context))
+    found: list[Any] = []
+    monkeypatch.setattr(drawing.KEPT, "draw", lambda content, box, paint: found.append((content, box)))
+
+    def draw() -> Any:
+        drawing.draw()
+        return found[-1]
+
+    return draw
+
+
+def test_each_number_of_the_dial_paints_it_again(blender: Any, monkeypatch: Any) -> None:
+    scene = blender.context.scene
+    for name, place in (("Key", (0.0, 1.0)), ("Fill", (1.0, -0.5))):
+        bulb = scene.spectral.dial.bulbs.add()
+        bulb.name, bulb.place = name, place
+    scene.spectral.dial.show = True
+    draw = contents(dial, monkeypatch, scene)
+    monkeypatch.setitem(dial.hovered, "area", 5)
+    bulbs, before = scene.spectral.dial.bulbs, draw()
+    assert draw() == before
+    changes = [
+        lambda: setattr(scene.spectral.dial, "selector", (0.3, 0.2)),
+        lambda: setattr(scene.spectral.dial, "intensity", 3.0),
+        lambda: setattr(bulbs[0], "name", "Sun"),
+        lambda: setattr(bulbs[0], "place", (0.2, 1.0)),
+        lambda: setattr(bulbs[1], "color", (1.0, 0.5, 0.2)),
+        lambda: setattr(bulbs[1], "is_on", False),
+        lambda: setattr(bulbs[0], "is_on", False),
+        lambda: monkeypatch.setitem(dial.hovered, "area", 0),
+    ]
+    for number, change in enumerate(changes[:-1]):
+        change()
+        assert draw() != before, number
+        before = draw()
+    bulbs[0].is_on = True
+    before = draw()
+    changes[-1]()
+    assert draw() != before
+
+
+def test_each_curve_paints_the_plots_again(blender: Any, monkeypatch: Any) -> None:
+    scene = blender.context.scene
+    palette = scene.spectral.palette
+    for side in ("LIGHT", "MATERIAL", "MATERIAL"):
+        blender.ops.spectral.palette_add(side=side)
+    palette.show_curves = True
+    row = palette.materials[0]
+
+    def reflect(value: float, end: float = 700.0) -> None:
+        store_spectrum(row.result, Reflectance("paper", SpectralGrid(np.linspace(400, end, 31)), np.full(31, value)))
+
+    reflect(0.5)
+    draw = contents(overlay, monkeypatch, scene)
+    before = draw()
+    assert draw() == before
+    for change in (
+        lambda: reflect(0.6),
+        lambda: reflect(0.6, 690.0),
+        lambda: setattr(row, "name", "Linen"),
+        lambda: setattr(palette, "active_row", 0 if palette.active_row else 1),
+    ):
+        change()
+        assert draw() != before
+        before = draw()
