@@ -51,10 +51,17 @@ class Behind:
         """Ignore the answer for a scene that has not arrived yet."""
         self.running.pop(scene.session_uid, None)
 
-    def run(self, scene: Scene, work: Callable[[], Any], done: Callable[[Scene, Any], None]) -> None:
+    def run(
+        self,
+        scene: Scene,
+        work: Callable[[], Any],
+        done: Callable[[Scene, Any], None],
+        *,
+        patience_seconds: float = PATIENCE_SECONDS,
+    ) -> None:
         """Call ``done`` with the scene and the result of ``work``: now if it is fast or nobody waits, else later.
 
-        ``work`` reads nothing from Blender and raises nothing.
+        ``work`` reads nothing from Blender and raises nothing. ``patience_seconds``: time to wait for it.
         """
         if bpy.app.background:
             done(scene, work())
@@ -64,7 +71,7 @@ class Behind:
         answer = self._threads[0].submit(work)
         if not self._is_collecting:  # otherwise the timer that collects answers runs and comes back soon
             with pause():
-                wait([answer], max(0.0, PATIENCE_SECONDS - paused_seconds()))
+                wait([answer], max(0.0, patience_seconds - paused_seconds()))
         if answer.done():
             done(scene, answer.result())
             return

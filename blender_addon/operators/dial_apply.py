@@ -12,7 +12,7 @@ from bpy.types import ID, Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 
-from ..editing.dial import changes, live
+from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.members import apply_weights, block_of
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting
@@ -118,7 +118,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         dial = dial_in(context)
-        mixing = live.live_mix(context.scene)
+        mixing = kept_mix.live_mix(context.scene)
         weights = live.weights_of(dial)
         shares = weights * _luminances(mixing)
         lamps = [_lamps(bulb) for bulb in dial.bulbs]

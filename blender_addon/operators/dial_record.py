@@ -16,7 +16,7 @@ from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancel
 from spectral_core.files.whole import make_folder
 
 from ..editing.deferred import open_scene
-from ..editing.dial import changes, live
+from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, color_bulbs, store_members
 from ..editing.dial.paths import follow_recording, path_for_recording, transport_path
@@ -51,7 +51,7 @@ def _record(recording: Recording) -> _Recorded:
         write_transport(path, transport, only_over_transports=True)  # the path may come from a downloaded .blend
     except (SpectralError, OSError) as error:
         unsaved = error
-    return _Recorded(live.mix_of(transport), path, unsaved)
+    return _Recorded(kept_mix.mix_of(transport), path, unsaved)
 
 
 def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
@@ -61,7 +61,7 @@ def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
     can write.
     """
     dial = scene.spectral.dial
-    live.remember(scene, recorded.mix)  # first: whatever fails later, the recording may have taken hours
+    kept_mix.remember(scene, recorded.mix)  # first: whatever fails later, the recording may have taken hours
     gone = _take(scene, recorded.mix.transport, recording.members)
     remember_recorded(scene, recording)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
@@ -225,12 +225,12 @@ class SPECTRAL_OT_dial_keep(WaitingForFile, bpy.types.Operator, ExportHelper):
     filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
 
     def begin(self, context: Context) -> Callable[[], "LiveMix"]:
-        mix, path = live.live_mix(context.scene), chosen_path(self.filepath)
+        mix, path = kept_mix.live_mix(context.scene), chosen_path(self.filepath)
         return lambda: _written(path, mix)
 
     def end(self, scene: Scene, answer: "LiveMix") -> None:
         scene.spectral.dial.filepath = self.filepath
-        live.remember(scene, answer)
+        kept_mix.remember(scene, answer)
         self.report({"INFO"}, f"saved {self.filepath}")
 
 
@@ -239,7 +239,7 @@ def _written(path: Path, mix: "LiveMix") -> "LiveMix":
     from spectral_core.render.relight.transport_file import write_transport
 
     write_transport(path, mix.transport)
-    return live.mix_of(mix.transport)
+    return kept_mix.mix_of(mix.transport)
 
 
 class SPECTRAL_OT_dial_load(_Translating, WaitingForFile, bpy.types.Operator, ImportHelper):
@@ -263,7 +263,7 @@ class SPECTRAL_OT_dial_load(_Translating, WaitingForFile, bpy.types.Operator, Im
         assert self._recording is not None
         scene.spectral.dial.filepath = self.filepath
         _take(scene, answer.transport, self._recording.members)
-        live.remember(scene, answer)
+        kept_mix.remember(scene, answer)
         remember_recorded(scene, self._recording)
         live.show(scene)
 
@@ -276,7 +276,7 @@ def _read(path: Path, recording: Recording) -> "LiveMix":
     transport = read_transport(path, scene_hash=scene_hash(recording.scene))
     _require_grouping(transport, recording)
     recording.identify()
-    return live.mix_of(transport)
+    return kept_mix.mix_of(transport)
 
 
 def _require_grouping(transport: "Transport", recording: Recording) -> None:

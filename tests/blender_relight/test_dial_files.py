@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from blender_addon.editing.dial import live  # noqa: E402
+from blender_addon.editing.dial import kept_mix, live  # noqa: E402
 from blender_addon.editing.dial.paths import transport_path  # noqa: E402
 
 
@@ -27,7 +27,7 @@ def test_a_recording_follows_the_file_to_another_name(stage, dial, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "later.blend"))
     new = transport_path(dial)
     assert new != old and new.read_bytes() == old.read_bytes()
-    live._sessions.clear()
+    kept_mix._sessions.clear()
     np.testing.assert_array_equal(shown(stage), before)
 
 
@@ -49,7 +49,7 @@ def test_a_recording_of_an_unsaved_file_is_kept_when_it_is_saved(stage, tmp_path
     before = shown(scene)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "first.blend"))
     assert transport_path(scene.spectral.dial).parent == tmp_path
-    live._sessions.clear()
+    kept_mix._sessions.clear()
     np.testing.assert_array_equal(shown(scene), before)
 
 
@@ -73,7 +73,7 @@ def test_recordings_of_two_scenes_are_two_files(stage, dial):
     other.spectral.dial.scene_hash = ""
     assert bpy.ops.spectral.dial_record() == {"FINISHED"}
     assert transport_path(other.spectral.dial) != first and transport_path(other.spectral.dial).is_file()
-    live._sessions.clear()
+    kept_mix._sessions.clear()
     np.testing.assert_array_equal(shown(stage), before)
 
 
@@ -109,7 +109,7 @@ def test_a_recording_follows_a_file_that_is_saved_under_another_name_meanwhile(s
     assert bpy.ops.spectral.dial_record() == {"FINISHED"}
     assert transport_path(stage.spectral.dial).name == "meanwhile.transport.exr"
     before = shown(stage)
-    live._sessions.clear()
+    kept_mix._sessions.clear()
     np.testing.assert_array_equal(shown(stage), before)
 
 
@@ -137,12 +137,12 @@ def test_a_recording_is_not_exchanged_for_that_of_a_file_that_is_saved_over(stag
     older = tmp_path / "older.blend"
     older.with_suffix(".transport.exr").write_bytes(first.read_bytes()[:-7])
     bpy.ops.wm.save_as_mainfile(filepath=str(older))
-    live._sessions.clear()
+    kept_mix._sessions.clear()
     np.testing.assert_array_equal(shown(stage), before)
     bpy.ops.wm.open_mainfile(filepath=str(older))
     np.testing.assert_array_equal(shown(bpy.context.scene), before)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "stage.blend"))
-    live._sessions.clear()
+    kept_mix._sessions.clear()
     np.testing.assert_array_equal(shown(bpy.context.scene), before)
 
 
@@ -165,7 +165,7 @@ def test_a_chosen_file_with_the_recording_of_another_scene_is_not_overwritten(st
     next(each for each in bpy.context.scene.objects if each.type == "LIGHT").location.x += 1
     with pytest.raises(RuntimeError, match="kept.exr has the recording of the scene 'Scene'; choose another File"):
         bpy.ops.spectral.dial_record()
-    live._sessions.clear()
+    kept_mix._sessions.clear()
     np.testing.assert_array_equal(shown(stage), before)
     bpy.context.scene.spectral.dial.filepath = ""
     assert bpy.ops.spectral.dial_record() == {"FINISHED"}

@@ -20,7 +20,7 @@ def shown(monkeypatch):
 
     def show(scene, level, size=(16, 12)):
         pixels = np.full((size[1], size[0], 4), level, np.float32)
-        monkeypatch.setattr(live, "live_mix", lambda _: SimpleNamespace(picture=lambda _: pixels))
+        monkeypatch.setattr(live, "live_mix", lambda _: SimpleNamespace(picture=lambda _, quick: pixels))
         return live.show(scene)
 
     return show

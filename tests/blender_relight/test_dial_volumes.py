@@ -8,7 +8,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from blender_addon import compat  # noqa: E402
-from blender_addon.editing.dial import live  # noqa: E402
+from blender_addon.editing.dial import kept_mix  # noqa: E402
 from blender_addon.editing.dial.paths import transport_path  # noqa: E402
 from blender_addon.editing.dial.recording import told  # noqa: E402
 from spectral_core.scene import Note  # noqa: E402
@@ -33,7 +33,7 @@ def glowing(stage):
 def test_a_recording_with_a_volume_is_loaded_again(glowing):
     assert [bulb.name for bulb in glowing.bulbs] == ["Ball", "Cloud", "Fill", "Key", "World"]
     path = transport_path(glowing)
-    live._sessions.clear()
+    kept_mix._sessions.clear()
     assert bpy.ops.spectral.dial_load(filepath=str(path)) == {"FINISHED"}
     assert [bulb.name for bulb in glowing.bulbs] == ["Ball", "Cloud", "Fill", "Key", "World"]
 

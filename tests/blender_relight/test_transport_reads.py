@@ -7,7 +7,7 @@ import os
 
 
 def test_a_file_that_changes_during_its_reading_is_read_again(dial, stage, monkeypatch):
-    from blender_addon.editing.dial import live
+    from blender_addon.editing.dial import kept_mix, live
     from spectral_core.render.relight import transport_file
 
     read, reads = transport_file.read_transport, []
@@ -20,9 +20,9 @@ def test_a_file_that_changes_during_its_reading_is_read_again(dial, stage, monke
         return transport
 
     monkeypatch.setattr(transport_file, "read_transport", read_and_touch)
-    live._sessions.clear()
+    kept_mix._sessions.clear()
     live._follow(stage)
     live._follow(stage)
     assert len(reads) == 2
-    assert live._sessions[stage.session_uid].stamp == live._stamp(live.transport_path(dial))
+    assert kept_mix._sessions[stage.session_uid].stamp == kept_mix.stamp_of(live.transport_path(dial))
     assert not dial.message

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spectral_core.render.relight import mix
 from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.mix import LiveMix
 from spectral_core.render.relight.transport import Transport
@@ -113,3 +114,64 @@ def test_a_dragged_light_is_one_product(monkeypatch: pytest.MonkeyPatch) -> None
     for weight in (0.1, 0.2, 0.3):
         live.picture((1.0, weight, 1.0, 1.0))
     assert calls == {"_add": 3, "_multiply_add": 1}
+# A quick picture of a drag: half the size, each pixel shown as four.
+
+
+def mixed(height: int, width: int) -> tuple[LiveMix, np.ndarray]:
+    rng = np.random.default_rng(6)
+    storage, lamp = BandStorage(31), normalized(illuminant("A"))
+    channels = rng.random((3, storage.channel_count, height, width)).astype(np.float32)
+    coverage = rng.random((height, width)).astype(np.float32)
+    return LiveMix(Transport(storage, ("a", "b", "c"), channels, coverage, (lamp,) * 3, 1.0, "hash", 4, 0)), channels
+
+
+def dragged(live: LiveMix, kelvin: int, *, quick: bool) -> np.ndarray:
+    live.set_light("b", illuminant(f"blackbody {kelvin}"))
+    return np.array(live.picture((0.5, 2.0, 1.0), quick=quick))
+
+
+@pytest.mark.parametrize(("height", "width"), [(6, 8), (5, 7), (1, 9), (7, 1), (1, 1)])
+def test_a_quick_picture_is_the_mean_of_the_pixels_that_it_covers(height: int, width: int) -> None:
+    live, _ = mixed(height, width)
+    other, _ = mixed(height, width)
+    for each in (live, other):
+        each.picture((0.5, 2.0, 1.0))
+    live.halve(1, live.halved(1))
+    for kelvin in (3000, 7000):  # the sum of the other lights is kept for the second
+        full, coarse = dragged(other, kelvin, quick=True), dragged(live, kelvin, quick=True)
+        assert (other.is_coarse, live.is_coarse) == (False, True)
+        for y in range(0, height, 2):
+            for x in range(0, width, 2):
+                block = np.s_[y : y + 2, x : x + 2]
+                expected = np.broadcast_to(full[block].mean(axis=(0, 1)), coarse[block].shape)
+                np.testing.assert_allclose(coarse[block], expected, rtol=1e-5)
+
+
+def test_the_picture_after_a_drag_is_the_full_one() -> None:
+    live, _ = mixed(6, 8)
+    other, _ = mixed(6, 8)
+    for each in (live, other):
+        each.picture((0.5, 2.0, 1.0))
+    live.halve(1, live.halved(1))
+    for kelvin in (3000, 7000, 4500):
+        dragged(live, kelvin, quick=True)
+    expected = dragged(other, 4500, quick=False)
+    np.testing.assert_allclose(live.picture((0.5, 2.0, 1.0)), expected, rtol=1e-5)
+    assert not live.is_coarse
+    coarse = dragged(live, 3000, quick=True)
+    assert live.is_coarse
+    changed = np.array(live.picture((0.0, 2.0, 1.0), quick=True))  # the dial is moved, and no light is dragged
+    assert not live.is_coarse
+    assert not np.allclose(changed, coarse)
+
+
+def test_only_slow_lights_are_worth_halving(monkeypatch: pytest.MonkeyPatch) -> None:
+    for seconds, expected in ((10.0, None), (0.0, 1)):
+        monkeypatch.setattr(mix, "QUICK_SECONDS", seconds)
+        live, _ = mixed(6, 8)
+        live.picture((0.5, 2.0, 1.0))
+        dragged(live, 3000, quick=True)
+        assert live.worth_halving == expected
+    live.halve(1, live.halved(1))
+    dragged(live, 4000, quick=False)
+    assert live.worth_halving is None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The transport in memory, and the picture that follows the dial: the image "Light Dial".
+"""The picture that follows the dial: the image "Light Dial".
 
 Without a window a change is handled at once; with one a timer handles all changes since its last call together.
 """
@@ -7,57 +7,27 @@ Without a window a change is handled at once; with one a timer handles all chang
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bpy
 import numpy as np
 from bpy.types import PropertyGroup, Scene
 
-from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.errors import SpectralError
 
 from ...properties import hooks
 from ...properties.hooks import Topic
 from ..behind import Behind
 from ..deferred import Deferred, redraw
+from .kept_mix import designed_factors, forget_mixes, is_known, known_mix, live_mix, mix_of, remember, stamp_of
 from .paths import follow_save, note_paths, transport_path
 from .picture import picture_for, picture_of, place
 
-if TYPE_CHECKING:
-    from spectral_core.render.relight.transport import Transport
-
 DELAY_SECONDS = 0.0
-MISSING = (0, 0)
-"""Time and size of a file that is not there."""
-
-
-@dataclass
-class _Session:
-    """Transport of one scene as last read; ``stamp`` shows if its file is unchanged. An undo may ask for another."""
-
-    stamp: tuple[str, int, int]
-    live: Any
-    lamps: list[Any]
-
-    def is_current(self, stamp: tuple[str, int, int], dial: PropertyGroup) -> bool:
-        """True if this is the dial's recording, and the file is unchanged, or missing: a save moved its path."""
-        is_own = self.live.transport.scene_hash == dial.scene_hash
-        return is_own and (self.stamp == stamp or stamp[1:] == MISSING)
-
-
-_sessions: dict[int, _Session] = {}
-_designed: dict[int, dict[str, tuple[Any, float]]] = {}
-"""By scene and bulb the spectrum of a palette's solution for its lights, and a factor on their brightness."""
-
-
-def design(scene: Scene, lights: dict[str, tuple[Any, float]]) -> bool:
-    """Let only these bulbs show spectra that are not applied yet; True if others were shown before."""
-    before = _designed.pop(scene.session_uid, {})
-    if lights:
-        _designed[scene.session_uid] = lights
-    return bool(before)
+SHARPEN_SECONDS = 0.25
+"""Time without a further picture of a dragged light after which it is shown at full size."""
 
 
 def shares_of(dial: PropertyGroup) -> np.ndarray:
@@ -75,105 +45,42 @@ def weights_of(dial: PropertyGroup) -> np.ndarray:
     return dial.intensity * shares_of(dial)
 
 
-def live_mix(scene: Scene) -> Any:
-    """The LiveMix of a scene's transport, read if it is not in memory, with the bulbs' lamps in it.
-
-    Raises FileFormatError for a file that is missing, truncated, edited or of another scene, InvalidInputError if
-    nothing was recorded yet, or if a lamp needs spectra that the storage does not keep.
-    """
-    from spectral_core.render.relight.mix import LiveMix
-    from spectral_core.render.relight.transport_file import read_transport
-
-    dial = scene.spectral.dial
-    if not len(dial.bulbs) or not dial.scene_hash:
-        raise InvalidInputError("no transport is recorded yet; press Record")
-    path = transport_path(dial)
-    known, stamp = _sessions.get(scene.session_uid), _stamp(path)
-    if known is None or not known.is_current(stamp, dial):
-        transport = read_transport(path, scene_hash=dial.scene_hash)
-        known = _Session(stamp, LiveMix(transport), [""] * len(transport.groups))
-        _sessions[scene.session_uid] = known
-    _require_same_bulbs(dial, known.live.transport)
-    _assign_lamps(scene, known)
-    return known.live
-
-
-def _stamp(path: Path) -> tuple[str, int, int]:
-    """Values that distinguish a file from a later one at the same path."""
-    try:
-        facts = path.stat()
-    except OSError:
-        return str(path), *MISSING
-    return str(path), facts.st_mtime_ns, facts.st_size
-
-
-def _require_same_bulbs(dial: PropertyGroup, transport: Transport) -> None:
-    names = tuple(bulb.name for bulb in dial.bulbs)
-    if names != transport.groups:
-        raise InvalidInputError(
-            f"the dial has bulbs {', '.join(map(repr, names))}, the transport light groups "
-            f"{', '.join(map(repr, transport.groups))}; record it again"
-        )
-
-
-def _assign_lamps(scene: Scene, session: _Session) -> None:
-    """Give each group the designed light or the lamp of its bulb, or its own spectrum back without one.
-
-    A lamp is identified by its name, a designed light by its spectrum.
-    """
-    from spectral_core.render.relight.mix import LiveMix
-
-    from ...translate.spectra import catalogue
-
-    dial, designed = scene.spectral.dial, _designed.get(scene.session_uid, {})
-    wanted = [designed[bulb.name][0] if bulb.name in designed else bulb.lamp for bulb in dial.bulbs]
-    if any(before != "" and now == "" for before, now in zip(session.lamps, wanted, strict=True)):
-        session.live = LiveMix(session.live.transport)
-        session.lamps = [""] * len(wanted)
-    for number, (before, now) in enumerate(zip(session.lamps, wanted, strict=True)):
-        if now is not before and now != "" and now != before:
-            light = catalogue.named("illuminant", now) if isinstance(now, str) else now
-            session.live.set_light(dial.bulbs[number].name, light)
-            session.lamps[number] = now
-
-
-def remember(scene: Scene, mix: Any, stamp: tuple[str, int, int] | None = None) -> None:
-    """Keep a transport as its LiveMix, instead of reading it again.
-
-    ``stamp``: of its file before it was read; None for the dial's file, which was just written.
-    """
-    stamp = stamp or _stamp(transport_path(scene.spectral.dial))
-    _sessions[scene.session_uid] = _Session(stamp, mix, [""] * len(mix.transport.groups))
-
-
-def mix_of(transport: Transport) -> Any:
-    """LiveMix with the pictures of its groups, which take a moment each; reads nothing from Blender."""
-    from spectral_core.render.relight.mix import LiveMix
-
-    mix = LiveMix(transport)
-    with contextlib.suppress(SpectralError):  # a group of unlike lights, which ``show`` reports
-        mix.picture(np.ones(len(transport.groups)))
-    return mix
-
-
-def show(scene: Scene) -> Any:
+def show(scene: Scene, *, quick: bool = False) -> Any:
     """Relight now, and put the picture into the image "Light Dial"; returns it.
 
-    Raises the errors of ``live_mix``; ``dial.message`` holds the text then.
+    ``quick``: a light that is dragged may be shown at half the size until the artist pauses. Raises the errors of
+    ``live_mix``; ``dial.message`` holds the text then.
     """
     dial = scene.spectral.dial
     try:
-        designed = _designed.get(scene.session_uid, {})
-        factors = [designed[bulb.name][1] if bulb.name in designed else 1.0 for bulb in dial.bulbs]
-        pixels = live_mix(scene).picture(weights_of(dial) * factors)
+        factors, mix = designed_factors(scene), live_mix(scene)
+        pixels = mix.picture(weights_of(dial) * factors, quick=quick and not bpy.app.background)
     except (SpectralError, OSError) as error:
         dial.message = str(error)
         raise
     if dial.message:
         dial.message = ""
     image = _store(scene, pixels)
+    if quick:
+        _prepare_drag(scene, mix)
     place(scene, image, over_camera=dial.over_camera)
     return image
+
+
+def _prepare_drag(scene: Scene, mix: Any) -> None:
+    """Make further pictures of a slow drag quick, and show its last one at full size."""
+    if mix.is_coarse:
+        SHARPEN.request(scene)
+    index = mix.worth_halving
+    if index is not None and not HALVES.is_busy(scene, lambda _: None):
+        HALVES.run(scene, lambda: mix.halved(index), lambda _, half: mix.halve(index, half), patience_seconds=0.0)
+
+
+def _sharpen(scene: Scene) -> None:
+    """Show a picture of half the size at its full size."""
+    mix = known_mix(scene)
+    if mix is not None and mix.is_coarse:
+        _show_quietly(scene)
 
 
 def uncover(scene: Scene) -> None:
@@ -201,9 +108,9 @@ def _follow(scene: bpy.types.Scene) -> None:
     """Show the dial's picture; a file is read on a thread first."""
     if READS.is_busy(scene, changed):
         return
-    known, path = _sessions.get(scene.session_uid), transport_path(scene.spectral.dial)
-    stamp = _stamp(path)
-    if known is not None and known.is_current(stamp, scene.spectral.dial):
+    path = transport_path(scene.spectral.dial)
+    stamp = stamp_of(path)
+    if is_known(scene, stamp):
         _show_quietly(scene)
         return
     scene_hash = scene.spectral.dial.scene_hash
@@ -236,7 +143,8 @@ def _show_quietly(scene: bpy.types.Scene) -> None:
 
 
 LIVE = Deferred(_follow, delay_seconds=DELAY_SECONDS)
-READS = Behind("light dial")
+SHARPEN = Deferred(lambda _: None, _sharpen, delay_seconds=DELAY_SECONDS, rest_seconds=SHARPEN_SECONDS)
+READS, HALVES = Behind("light dial"), Behind("half-size light")
 
 
 def redraw_dial() -> None:
@@ -252,7 +160,7 @@ def _after_frame(scene: Scene | None, *_rest: object) -> None:
     """
     if scene is None or scene.animation_data is None or bpy.app.is_job_running("RENDER"):
         return
-    if not bpy.app.background or scene.session_uid in _sessions:
+    if not bpy.app.background or known_mix(scene) is not None:
         changed(scene)
 
 
@@ -265,10 +173,11 @@ def _after_undo(scene: Scene | None, *_rest: object) -> None:
 @bpy.app.handlers.persistent
 def _after_load(*_: object) -> None:
     """Forget the recording in memory when another file is opened."""
-    _sessions.clear()
-    _designed.clear()
+    forget_mixes()
     LIVE.cancel()
+    SHARPEN.cancel()
     READS.stop()
+    HALVES.stop()
     if not bpy.app.background:
         changed(bpy.context.scene)
 
@@ -290,7 +199,8 @@ def unregister() -> None:
     for name, handler in HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(Topic.DIAL)
-    _sessions.clear()
-    _designed.clear()
+    forget_mixes()
     LIVE.cancel()
+    SHARPEN.cancel()
     READS.stop()
+    HALVES.stop()

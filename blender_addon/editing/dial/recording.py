@@ -17,7 +17,7 @@ from spectral_core.errors import SpectralError
 from ... import jobs
 from ...translate.dial import storage_of
 from ...translate.view_transform import view_transform_of
-from . import changes, live
+from . import changes, kept_mix
 from .as_rendered import translated_layers
 from .members import Member, members_of
 
@@ -128,7 +128,7 @@ def _present(scene: Scene) -> tuple[Fingerprint, Transport] | None:
     dial = scene.spectral.dial
     try:
         before = json.loads(dial.recorded_groups or "null")
-        known, kept = Fingerprint(before["rest"], before["groups"]), live.live_mix(scene).transport
+        known, kept = Fingerprint(before["rest"], before["groups"]), kept_mix.live_mix(scene).transport
     except (ValueError, KeyError, TypeError, SpectralError, OSError):  # of an earlier version, or deleted
         return None
     return (known, kept) if kept.storage.channel_names() == storage_of(dial).channel_names() else None

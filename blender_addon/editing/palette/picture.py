@@ -19,6 +19,7 @@ from ...properties import hooks
 from ...properties.hooks import Topic
 from ...translate.palette.apply import designed
 from ...translate.spectra.stored import stored_samples, strength_of
+from ..dial import kept_mix
 from ..dial import live as dial_live
 from ..dial.members import block_of
 from .bindings import bound
@@ -63,7 +64,7 @@ def forget(scene: Scene) -> None:
     scene.spectral.palette.picture = ""
     if _shown.pop(scene.session_uid, None):
         scene.update_tag()
-        if dial_live.design(scene, {}) and scene.spectral.dial.scene_hash:
+        if kept_mix.design(scene, {}) and scene.spectral.dial.scene_hash:
             dial_live.changed(scene)
 
 
@@ -86,14 +87,14 @@ def _relight(scene: Scene, blocks: dict[ID, tuple[Spectrum, float]]) -> str:
     """Re-light the recording; the reason if that is impossible, "" if it was done."""
     why, lights = _bulbs(scene.spectral.dial, blocks)
     if not why:
-        dial_live.design(scene, lights)
+        kept_mix.design(scene, lights)
         try:
-            dial_live.show(scene)
+            dial_live.show(scene, quick=True)
         except (SpectralError, OSError) as error:
             scene.spectral.dial.message = ""
             why = str(error)
     if why:
-        dial_live.design(scene, {})
+        kept_mix.design(scene, {})
         if _is_rendered(scene):
             dial_live.uncover(scene)  # it would hide the rendered picture
     return why

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 
 import numpy as np
@@ -16,6 +17,8 @@ from spectral_core.render.relight.transport import Transport
 from spectral_core.spectra.spectrum import Spectrum
 
 Pixels = NDArray[np.float32]
+QUICK_SECONDS = 0.004
+"""A light whose picture takes longer is shown at half the size while it is dragged."""
 
 
 def relight(
@@ -45,7 +48,8 @@ class LiveMix:
     """A sequence of pictures of one transport, each of which computes what changed since the last.
 
     Each group's picture is kept, and a dial only adds them. While one light is dragged, the sum of the other groups is
-    kept, and the picture is this sum plus one product.
+    kept, and the picture is this sum plus one product. A quick picture computes both at half the size, once ``halve``
+    was called for the light.
     """
 
     def __init__(self, transport: Transport) -> None:
@@ -66,6 +70,14 @@ class LiveMix:
         self._rest = np.empty_like(self._out)
         self._rest_of: tuple[int, bytes] | None = None
         """The group that ``_rest`` is without, and the weights of the others."""
+        self._half: dict[int, Pixels] = {}
+        """Channels (channels, height, width) of groups at half the size."""
+        self._half_rest: Pixels | None = None
+        """``_rest`` at half the size."""
+        self.is_coarse = False
+        """True if the last picture has half the size, each of its pixels shown as four."""
+        self.worth_halving: int | None = None
+        """Group whose light was dragged last, if its product took longer than QUICK_SECONDS at full size."""
 
     def set_light(self, group: str, light: Spectrum) -> None:
         """Give a group a new spectrum. Raises InvalidInputError on a ``dial`` transport."""
@@ -92,8 +104,20 @@ class LiveMix:
                 )
             self._set(index, matrix)
 
-    def picture(self, weights: ArrayLike) -> Pixels:
-        """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call overwrites it."""
+    def halved(self, index: int) -> Pixels:
+        """Channels (channels, height / 2, width / 2) of a group, for ``halve``; takes time, and changes nothing."""
+        return halved(self.transport.channels[index])
+
+    def halve(self, index: int, channels: Pixels) -> None:
+        """Let quick pictures show a group by these channels while its light is dragged."""
+        self._half[index] = channels
+        self.worth_halving = None
+
+    def picture(self, weights: ArrayLike, *, quick: bool = False) -> Pixels:
+        """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call overwrites it.
+
+        ``quick``: while one light is dragged, at half the size if ``halve`` was called; ``is_coarse`` reports it.
+        """
         amounts = frozen_array("weights of the light groups", weights, (len(self.transport.groups),))
         if np.any(amounts < 0):
             raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot absorb light")
@@ -106,6 +130,7 @@ class LiveMix:
             if index != dragged:
                 self._write(index)
         self._new.clear()
+        self.is_coarse = False
         if dragged is None:
             self._sum(scaled, self._out)
             return self._out
@@ -113,10 +138,25 @@ class LiveMix:
         others[dragged] = 0.0
         if self._rest_of != (dragged, others.tobytes()):
             self._sum(others, self._rest)
-            self._rest_of = dragged, others.tobytes()
-        np.copyto(self._out, self._rest)
-        self._add_light(dragged, float(scaled[dragged]), self._out.reshape(-1, 4))
+            self._rest_of, self._half_rest = (dragged, others.tobytes()), None
+        if quick and dragged in self._half:
+            self._coarse(dragged, float(scaled[dragged]))
+        else:
+            start = time.perf_counter()
+            np.copyto(self._out, self._rest)
+            self._add_light(dragged, float(scaled[dragged]), self._out.reshape(-1, 4))
+            is_slow = time.perf_counter() - start > QUICK_SECONDS
+            self.worth_halving = dragged if is_slow and dragged not in self._half else None
         return self._out
+
+    def _coarse(self, index: int, amount: float) -> None:
+        """Write the picture of a dragged light at half the size."""
+        if self._half_rest is None:
+            self._half_rest = np.ascontiguousarray(np.moveaxis(halved(np.moveaxis(self._rest, 2, 0)), 0, 2))
+        small = self._half_rest.copy()
+        self._add_product(index, amount, self._half[index], small.reshape(-1, 4))
+        doubled(small, self._out)
+        self.is_coarse = True
 
     def _write(self, index: int) -> None:
         """Bring a group's own picture up to date."""
@@ -129,17 +169,41 @@ class LiveMix:
 
     def _add_light(self, index: int, amount: float, out: Pixels) -> None:
         """Add a group under its light to ``out`` (pixels, 4)."""
+        self._add_product(index, amount, self.transport.channels[index], out)
+
+    def _add_product(self, index: int, amount: float, channels: Pixels, out: Pixels) -> None:
+        """Add ``channels`` (channels, height, width) of a group under its light to ``out`` (pixels, 4)."""
         rgb_from_channels = self._matrices[index]
         assert rgb_from_channels is not None
-        channels = self.transport.channels[index].reshape(len(self.transport.channels[index]), -1)
         matrix = np.zeros((4, len(channels)), np.float32, order="F")
         matrix[:3] = amount * rgb_from_channels
-        _multiply_add(matrix, channels, out)
+        _multiply_add(matrix, channels.reshape(len(channels), -1), out)
 
     def _sum(self, weights: Pixels, out: Pixels) -> None:
         """``out`` (height, width, 4) = the groups' pictures with ``weights``, and the coverage."""
         _add(weights, self._groups, out)
         out[..., 3] = self.transport.coverage
+
+
+def halved(pixels: Pixels) -> Pixels:
+    """Means of 2 × 2 pixels of ``pixels`` (..., height, width); a last odd row or column has means of what it has."""
+    down = pixels[..., ::2, :].copy()
+    down[..., : pixels.shape[-2] // 2, :] += pixels[..., 1::2, :]
+    down[..., : pixels.shape[-2] // 2, :] *= np.float32(0.5)
+    across = down[..., ::2].copy()
+    across[..., : pixels.shape[-1] // 2] += down[..., 1::2]
+    across[..., : pixels.shape[-1] // 2] *= np.float32(0.5)
+    return across
+
+
+def doubled(small: Pixels, out: Pixels) -> None:
+    """Write each pixel of ``small`` (height, width, 4) four times into ``out``, of twice the size or one pixel less."""
+    # a pixel is copied as one number of 16 bytes, which takes a fraction of the time of four
+    of, to = small.view(np.complex128)[..., 0], out.view(np.complex128)[..., 0]
+    for down in (0, 1):
+        for across in (0, 1):
+            part = to[down::2, across::2]
+            part[:] = of[: part.shape[0], : part.shape[1]]
 
 
 # Both products are SciPy's, which brings an OpenBLAS of its own: the NumPy of a Blender may have the reference BLAS,
