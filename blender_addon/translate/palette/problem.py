@@ -10,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, CellMode, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.spectra.color import linear_from_display_rgb
 from spectral_core.spectra.observer import normalized
-from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid, Spectrum
 
 from ...properties.palette_cell import BOXED, REFERRING
 from ..spectra.stored import spectrum_of
@@ -43,9 +43,13 @@ def _illuminant(holder: PropertyGroup, luminance: float, name: str) -> Illuminan
     found = spectrum_of(holder)
     if found is None:
         raise InvalidInputError(f"light {name!r} has no spectrum; choose one from the catalogue or a file")
-    grid = found.grid
+    return _with_luminance(name, found, luminance)
+
+
+def _with_luminance(name: str, light: Spectrum, luminance: float) -> Illuminant:
+    grid = light.grid
     return _normalized(
-        name, grid.interpolation, grid.wavelengths_nm.tobytes(), found.values.tobytes(), found.source, luminance
+        name, grid.interpolation, grid.wavelengths_nm.tobytes(), light.values.tobytes(), light.source, luminance
     )
 
 
@@ -72,7 +76,7 @@ def _light(palette: PropertyGroup, light: PropertyGroup, grid: SpectralGrid) -> 
             )
         primaries = tuple(_illuminant(each, luminance, _lamp_name(each)) for each in light.primaries)
     return PaletteLight(
-        start if primaries else normalized(_on_grid(start, grid), luminance=luminance),
+        start if primaries else _with_luminance(start.name, _on_grid(start, grid), luminance),
         free=True,
         primaries=primaries,
         white_xyz=np.array(light.white_xyz) if light.looks_white else None,
