@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ bpy = pytest.importorskip("bpy")
 
 from blender_addon.editing.dial import live  # noqa: E402
 from blender_addon.translate.spectra.stored import store_spectrum  # noqa: E402
+from spectral_core.render.relight import mix  # noqa: E402
 from spectral_core.spectra.spectrum import Reflectance, SpectralGrid  # noqa: E402
 
 
@@ -79,3 +82,27 @@ def test_mixtures_storage_states_why_it_cannot_relight(dial, palette):
     palette.materials[0].cells[0].target = (0.3, 0.7, 0.2)
     assert palette.picture.startswith("Rendered anew: ")
     assert dial.message == ""
+
+
+def test_a_slow_drag_shows_half_the_size_and_then_the_full_picture(stage, palette, picture, monkeypatch):
+    stage.spectral.dial.storage = "BANDS31"
+    bpy.ops.spectral.dial_record()
+    middle(stage.spectral.dial)
+    monkeypatch.setattr(mix, "QUICK_SECONDS", 0.0)
+    monkeypatch.setattr(live, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))  # timers answer at once
+    shown, store = [], live._store
+    monkeypatch.setattr(live, "_store", lambda scene, pixels: (shown.append(pixels.copy()), store(scene, pixels))[1])
+    for target in ((0.3, 0.7, 0.2), (0.7, 0.3, 0.2), (0.2, 0.3, 0.8)):
+        palette.materials[0].cells[0].target = target
+    full, coarse = shown[-1], shown[-2]
+    np.testing.assert_array_equal(coarse[::2, ::2], coarse[1::2, 1::2])
+    assert not np.array_equal(full[::2, ::2], full[1::2, 1::2])
+    np.testing.assert_allclose(coarse[::2, ::2], full.reshape(6, 2, 8, 2, 4).mean(axis=(1, 3)), rtol=1e-4)
+    np.testing.assert_allclose(picture(), full, rtol=1e-5)
+    monkeypatch.setattr(mix, "QUICK_SECONDS", 10.0)
+    live.remember(stage, live.mix_of(live.live_mix(stage).transport))
+    shown.clear()
+    for target in ((0.3, 0.7, 0.2), (0.2, 0.3, 0.8)):
+        palette.materials[0].cells[0].target = target
+    np.testing.assert_allclose(shown[-1], full, rtol=1e-5)
+    assert not any(np.array_equal(each[::2, ::2], each[1::2, 1::2]) for each in shown)
