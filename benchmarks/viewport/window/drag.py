@@ -17,6 +17,7 @@ from benchmarks.viewport.window import inside
 
 blender_addon.register()  # first, as in Blender: it prepares what the imports below load
 
+from blender_addon.editing.dial import kept_mix
 from blender_addon.editing.dial.picture import PICTURE
 from blender_addon.editing.palette import live
 
@@ -58,7 +59,8 @@ def dragged(scene, cell, editor, where):
     def followed(changed_scene):
         clock, work = time.perf_counter(), time.thread_time()
         follow(changed_scene)
-        ends.append((time.perf_counter(), 1e3 * (time.perf_counter() - clock), 1e3 * (time.thread_time() - work)))
+        ended, worked = time.perf_counter(), time.thread_time() - work
+        ends.append((ended, 1e3 * (ended - clock), 1e3 * worked, kept_mix.known_mix(changed_scene).is_coarse))
 
     live.LIVE._follow = followed
     shown: list = []
@@ -79,11 +81,11 @@ def dragged(scene, cell, editor, where):
         start = time.perf_counter()
         cell.target = rng.uniform(0.2, 0.8, 3)
         yield from inside.until(lambda: bool(ends), PATIENCE_S, "a dragged color")
-        solved, clock, work = ends[0]
+        solved, clock, work, is_coarse = ends[0]
         end = yield from drawn_after(solved)
         if number >= 2:  # the first loads the solver
             found.append({"ms": 1e3 * (solved - start), "clock_ms": clock, "work_ms": work,
-                          "shown_ms": 1e3 * (end - start), "idle_ms": 1e3 * idle,
+                          "shown_ms": 1e3 * (end - start), "idle_ms": 1e3 * idle, "coarse": is_coarse,
                           "relit": scene.spectral.palette.picture.startswith("Re-lit")})  # fmt: skip
         yield 0.7
     draws.draw_handler_remove(handler, "WINDOW")
