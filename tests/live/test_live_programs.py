@@ -16,6 +16,7 @@ from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.render.plugins.numbers import CACHE_LINE, table
+from spectral_core.render.plugins.paints import tables
 from spectral_core.scene import (
     Computed,
     Diffuse,
@@ -120,6 +121,29 @@ def test_a_replayed_launch_makes_no_numbers_of_its_own(scene: Scene, monkeypatch
     )
     for each in (plain, special):
         _pictured(Stage(), each, 1)
+    assert made == []
+
+
+def test_a_launch_makes_no_arrays_of_another_scene(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Made within a recording they ended the process: a split view of a pattern that shines, when both sides loaded."""
+    made: list[object] = []
+
+    def noted(kind: object, values: object) -> object:
+        made.append(values)
+        return table(kind, values)
+
+    build = Builder()
+    place = build.add("transformed", (build.add("vector_input", (), "position", 0),), "POINT", "OBJECT", False)
+    shining = Emission(Computed(build.program(place)), 2.0)
+    materials = tuple(replace(m, surface=shining) if m.name == "red" else m for m in scene.materials)
+    first, second = Stage(), Stage()
+    first.show(replace(scene, materials=materials))
+    second.show(replace(scene, materials=materials, lights=scene.lights[:1]))
+    first.launcher.is_recorded = False  # so that the fault is an array, not the end of this process
+    monkeypatch.setattr(tables, "device_table", noted)
+    first.activate()
+    request = ViewRequest("stage", Viewpoint.of_camera(scene.camera, scene.film), WIDTH, HEIGHT, 1, 0)
+    ViewPicture(first.launcher, request, 4).step()
     assert made == []
 
 

@@ -27,6 +27,7 @@ from spectral_core.scene import (
     Scene,
     Sheen,
     Subsurface,
+    SunLight,
     Toon,
     Translucent,
     Transparent,
@@ -85,6 +86,20 @@ def test_no_closure_keeps_what_it_computed(scene: Scene) -> None:
         ViewPicture(stage.launcher, request, 4).step()
         assert stage.launcher.is_recorded
     assert stage.launcher.recordings == 1
+
+
+def test_launches_are_recorded_beside_another_scene_that_was_not_traced_yet(scene: Scene) -> None:
+    """Of its sun, the numbers that follow the size of the scene were not known; each launch was then traced anew."""
+    sun = SunLight(name="sun", world_from_light=at(0, 0, 5), irradiance=2.0, angle_rad=0.0)
+    first, second = Stage(), Stage()
+    first.show(replace(scene, lights=(sun,)))
+    second.show(replace(scene, lights=(sun, *scene.lights)))
+    request = ViewRequest("stage", Viewpoint.of_camera(scene.camera, scene.film), WIDTH, HEIGHT, SAMPLES, 0)
+    for stage in (first, second):
+        stage.activate()
+        stage.look_from(request.viewpoint)
+        ViewPicture(stage.launcher, request, 4).step()
+        assert stage.launcher.is_recorded
 
 
 def test_another_object_compiles_no_kernel(scene: Scene) -> None:

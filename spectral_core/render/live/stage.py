@@ -149,6 +149,8 @@ class Stage:
         has_guides = not (scene.volumes or plan.is_on("media"))
         self._launcher = Launcher(self._job.loaded, scene.film, self._job.unit, has_guides=has_guides)
         self._trees = Trees.of(self._job.loaded.scene.scene, self._spare[0])
+        # now: the launch of another stage calls the emitters of this one, too, and must not make their arrays
+        self._launcher.refresh()
         self.scene, self._simulated, self._plan = scene, simulated, plan
         self.loads += 1
         self.number += 1
