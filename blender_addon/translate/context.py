@@ -106,6 +106,15 @@ def overridden(depsgraph: Any, name: str) -> Any:
     return getattr(depsgraph.view_layer_eval, name, None)
 
 
+def stated(block: Any, depsgraph: Any) -> Any:
+    """The copy of an evaluated data-block whose properties are those of now.
+
+    The frames of a rendered animation are evaluated apart, and Blender writes no animated or driven value back to the
+    original. In a view it does, and does not notify the evaluated copy of a script's change.
+    """
+    return block if depsgraph.mode == "RENDER" else block.original
+
+
 def makers_of(obj: Any, instance: Any) -> frozenset[int]:
     """Session numbers of the data that the geometry of an instance of the depsgraph is made from."""
     source = obj.original

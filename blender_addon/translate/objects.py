@@ -215,7 +215,7 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
 
 def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     """A Volume object: through its transfer function if that is on, else by its material."""
-    seen = seen_as(instance, found.translation.depsgraph.view_layer)
+    seen = seen_as(instance, found.translation.depsgraph)
     note_volume(found.translation, obj.name, seen)
     note_velocity(found, obj)
     if has_transfer(settings_data(obj, found.translation.depsgraph)):

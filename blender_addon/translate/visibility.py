@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import Rays
 
-from .context import Translation
+from .context import Translation, stated
 
 FLAGS = {
     "visible_camera": Rays.CAMERA, "visible_diffuse": Rays.DIFFUSE, "visible_glossy": Rays.GLOSSY,
@@ -53,7 +53,7 @@ def shown_by(instance: Any) -> Any:
     return instance.parent if instance.is_instance else None
 
 
-def seen_as(instance: Any, layer: Any) -> dict[str, Any]:
+def seen_as(instance: Any, depsgraph: Any) -> dict[str, Any]:
     """Fields of an instance: the rays that it is hidden from, and whether it is a holdout or a shadow catcher.
 
     As in Cycles, an instance is a holdout or only indirect if what shows it (an empty with a collection, say) is one,
@@ -62,9 +62,10 @@ def seen_as(instance: Any, layer: Any) -> dict[str, Any]:
     """
     obj, parent = instance.object, shown_by(instance)
     owner = obj if parent is None else parent
-    hidden, original = hidden_from(obj) | hidden_from(owner), owner.original
-    is_holdout = bool(owner.is_holdout or original.holdout_get(view_layer=layer))
-    if original.indirect_only_get(view_layer=layer) and not is_holdout:
+    hidden, own = hidden_from(obj) | hidden_from(owner), stated(owner, depsgraph)
+    layer = depsgraph.view_layer_eval if depsgraph.mode == "RENDER" else depsgraph.view_layer
+    is_holdout = bool(owner.is_holdout or own.holdout_get(view_layer=layer))
+    if own.indirect_only_get(view_layer=layer) and not is_holdout:
         hidden |= Rays.CAMERA
     return {
         "hidden_from": hidden,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from spectral_core.scene import Camera, Instance, Light, Mesh, Moment, Note, Scene
 from spectral_core.scene.motion import same_camera, same_mesh
 
-from ..context import Translation
+from ..context import Translation, stated
 from ..meshes.velocities import flown
 from ..objects import collect
 from ..visibility import cycles_settings
@@ -65,7 +65,7 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
     frame, subframe = int(source.frame_current), float(source.frame_subframe)
     first = frame + subframe + SHIFTS[render.motion_blur_position] * render.motion_blur_shutter
     chosen = camera if camera is not None else source.camera
-    parts = {obj.name_full: _parts(obj.original) for obj in depsgraph.objects}
+    parts = {obj.name_full: _parts(stated(obj, depsgraph)) for obj in depsgraph.objects}
     most = max([motion for motion, _ in parts.values()] + [_parts(chosen)[0] if chosen else 0, 2])
     keys: dict[int, _Key] = {}
     shown: dict[int, _Key] = {}

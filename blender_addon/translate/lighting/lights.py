@@ -87,7 +87,7 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
 def lamp_seen_as(translation: Translation, instance: Any) -> dict[str, Any]:
     """Visibility of a lamp: before Blender 4.5 the object that shows it, and its collections, have no effect."""
     if compat.lamps_follow_instancers():
-        return seen_as(instance, translation.depsgraph.view_layer)
+        return seen_as(instance, translation.depsgraph)
     obj = instance.object
     return {"hidden_from": hidden_from(obj), "is_shadow_catcher": bool(obj.is_shadow_catcher)}
 

@@ -72,7 +72,7 @@ def place_mesh(found: Collected, obj: Any, instance: Any, materials_of: Material
         "mesh": mesh.name,
         "color": tuple(color_of(obj, instance)),
         "attributes": object_attributes(obj, instance, reads, found),
-        **seen_as(instance, found.translation.depsgraph.view_layer),
+        **seen_as(instance, found.translation.depsgraph),
     }
     if all(item.material.surface is None for item in materials):
         fields["is_holdout"] = False  # as in Cycles, only a surface is one

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..context import stated
+
 PREFIX = "object_attribute:"
 UNDISPLACED = "attribute_undisplaced"
 """Input of programs: the position in the object before its displacement."""
@@ -26,8 +28,10 @@ ALPHA = " alpha"
 
 def view_layer_attribute(depsgraph: Any, name: str) -> tuple[float, ...]:
     """Value (r, g, b, alpha) of a view layer's attribute; without one, that of the scene or the world."""
-    scene = depsgraph.scene
-    return _first((depsgraph.view_layer, scene, scene.world), name)
+    is_render = depsgraph.mode == "RENDER"
+    layer = depsgraph.view_layer_eval if is_render else depsgraph.view_layer
+    scene = depsgraph.scene_eval if is_render else depsgraph.scene
+    return _first((layer, scene, scene.world), name)
 
 
 def object_attributes(
@@ -49,9 +53,10 @@ def object_attributes(
             is_place = kind == "INSTANCE"
             values.append((read, _of_instance(name, instance) if is_place else _of_particle(name, instance, frame)))
             continue
-        owners = [obj.original, getattr(obj.original, "data", None)]
+        own = stated(obj, found.translation.depsgraph)
+        owners = [own, getattr(own, "data", None)]
         if kind == "INSTANCER" and instance.is_instance and instance.parent is not None:
-            parent, system = instance.parent.original, instance.particle_system
+            parent, system = stated(instance.parent, found.translation.depsgraph), instance.particle_system
             owners = [system and system.settings, parent, getattr(parent, "data", None), *owners]
             item, unknown = found.points.value(name, instance)
             stored = None if item is None else _numbers(item)

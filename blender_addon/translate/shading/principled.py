@@ -100,7 +100,7 @@ def principled(reader: Reader, output: Output) -> Surface:
         transmission=transmission,
         coat_weight=coat_weight,
         coat_roughness=scalar("Coat Roughness", 0.03),
-        coat_ior=ior(reader, output.input("Coat IOR"), 1.5),
+        coat_ior=max(ior(reader, output.input("Coat IOR"), 1.5), 1.0),  # a link may give less, and Cycles holds it at 1
         coat_tint=coat_tint,
         coat_normal=coat_normal,
         diffuse_roughness=scalar("Diffuse Roughness", 0.0),

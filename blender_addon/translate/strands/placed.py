@@ -11,6 +11,7 @@ import numpy as np
 
 from spectral_core.scene import STRAND_AXIS, Instance, Mesh
 
+from ..context import stated
 from ..meshes.triangles import READS_UV
 from ..meshes.velocities import velocity_read
 from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes, random_of
@@ -46,7 +47,7 @@ def place_hair(found: Any, instance: Any, materials_of: Callable[[Any], list[Tra
     translation, obj = found.translation, instance.object
     for system in obj.particle_systems:
         settings = system.settings
-        if settings.type != "HAIR" or settings.render_type != "PATH" or obj.original.hide_render:
+        if settings.type != "HAIR" or settings.render_type != "PATH" or stated(obj, translation.depsgraph).hide_render:
             continue
         if not translation.depsgraph.view_layer_eval.use_strand:
             continue
@@ -85,7 +86,7 @@ def _enter(found: Any, instance: Any, name: str, mesh: Mesh, materials: list[Tra
             obj.original.lightgroup,
             color=tuple(color_of(obj, instance)),
             index=int(obj.pass_index),
-            **seen_as(instance, found.translation.depsgraph.view_layer),
+            **seen_as(instance, found.translation.depsgraph),
         ),
         obj.original,
         shown_by(instance),

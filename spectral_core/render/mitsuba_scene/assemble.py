@@ -238,8 +238,8 @@ def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
 
 
 def size_note(radius: float) -> tuple[Note, ...]:
-    """A note on scenes that are too small or too large for 32-bit numbers in any unit."""
-    if SMALLEST_SCENE <= radius <= LARGEST_SCENE:
+    """A note on scenes that are too small or too large for 32-bit numbers in any unit; an empty one has radius 0."""
+    if radius == 0 or SMALLEST_SCENE <= radius <= LARGEST_SCENE:
         return ()
     text = f"it is {2 * radius:.2g} units across, where 32-bit numbers cannot separate near surfaces; scale it"
     return (Note("Scene", text),)
