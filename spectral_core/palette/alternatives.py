@@ -38,7 +38,7 @@ TRIED = 20
 """Directions of color in which each material is moved; the solutions farthest from each other are kept."""
 ROUGHEST = 0.12
 """Largest second difference of an alternative between knots of 10 nm, unless the solution itself exceeds it."""
-OPEN = 1e20
+OPEN = 1e30
 """Stands for an open end of a range."""
 DEPENDENT = 1e-8
 """Size of a combination of held colors, relative to the largest, below which the others hold it."""
