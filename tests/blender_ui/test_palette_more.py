@@ -177,7 +177,7 @@ def test_tints_and_dyes_are_designed_with_the_settings_of_the_table(palette, mon
     from spectral_core.palette.paint import fluorescent_design, fluorescent_report, tints
 
     asked = {}
-    monkeypatch.setattr(tints, "solve_with_tints", lambda _problem, criterion: asked.update(weight=criterion.weight))
+    monkeypatch.setattr(tints, "solve_with_tints", lambda _, criterion, **_warm: asked.update(weight=criterion.weight))
     palette.use_tints, palette.tint_weight = True, 3.5
     solver_of(palette).solve(palette_problem(palette), None)
     assert asked["weight"] == pytest.approx(3.5)
