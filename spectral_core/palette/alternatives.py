@@ -131,7 +131,7 @@ class _Pusher:
         matrices = [state.light_matrices(each.variant)[each.observer] for each in requests.conditions]
         targets = {target.cell[1] for target in requests.targets if target.cell[0] == item}
         everywhere = {target.cell[1] for target in requests.blacks if target.cell[0] == item}
-        ranges = {}
+        ranges: dict[int, Array] = {}
         for group in requests.groups:
             columns = {column for row, column in group.members if row == item}
             if len(group.members) > 1:

@@ -151,9 +151,11 @@ def possible_colors(
             open_cells.append((row, other))
             continue
         held.append((row, other))
-        is_free = cell.mode is CellMode.FREE or other in following
-        name = cell_name(problem, (row, other))
-        exact.append((spectra[other], np.stack(cell.box) if is_free else _wanted(cell, (row, other), colors, name)))
+        if cell.box is not None and (cell.mode is CellMode.FREE or other in following):
+            color = np.stack(cell.box)
+        else:
+            color = _wanted(cell, (row, other), colors, cell_name(problem, (row, other)))
+        exact.append((spectra[other], color))
     follows = tuple(spectra[other] for other in following)
     held += [(row, other) for other in following]
     reach = CellReach(spectra[column], problem.grid, exact, None, follows, problem.reflectance_bounds)
