@@ -69,6 +69,8 @@ def with_conflicts(solution: PaletteSolution, *, check: bool = False) -> Palette
     if len(together) > 1:
         names = [cell_name(solution.problem, cell) for cell in together]
         texts.append(f"{_list(names)} cannot all be exact.")
+    elif together:
+        texts.append(f"{cell_name(solution.problem, together[0])} cannot be exact.")
     if not texts:
         return solution
     return replace(solution, conflicts=conflicts, remedy=" ".join([*texts, solution.remedy]))
@@ -83,11 +85,17 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
     """A smallest set of exact cells that cannot all hold; empty if they can, or if no cell is involved."""
     if solution.status is not PaletteStatus.EXACT_CONFLICT:
         return ()
+    asking: dict[CellIndex, list[CellIndex]] = {}
+    for i, row in enumerate(solution.problem.cells):
+        for j, cell in enumerate(row):
+            if cell.exact and (cell.box is not None or cell.mode in (CellMode.SAME, CellMode.CONSTANT)):
+                for member in ((i, j), *cell.others):
+                    asking.setdefault(member, []).append((i, j))
     for assembled, answer in _record(solution).values():
         if answer.infeasible:
-            keys = smallest_conflict(assembled.quadratic)
-            if keys:
-                return tuple(dict.fromkeys(cell for _, cell in keys))
+            cells = smallest_conflict(assembled.quadratic, asking)
+            if cells:
+                return cells
     return ()
 
 

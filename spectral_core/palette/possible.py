@@ -17,7 +17,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.cell import Cell, CellMode
 from spectral_core.palette.given import CellIndex, cell_name
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.reachable import CellReach, NearestColor
+from spectral_core.palette.reachable import CellReach, NearestColor, whitened
 from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz
 from spectral_core.spectra.spectrum import Illuminant
 
@@ -34,8 +34,9 @@ SECTION_LIMIT = 110.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PossibleColors:
-    """Colors that cell ``index`` can show. ``held``: exact cells of its row; ``open``: cells that may miss their
-    targets.
+    """Colors that cell ``index`` can show. ``held``: exact cells of its row, first those of ``exact``, then those of
+    ``follows``, and one of both if it takes its color from the cell and has a range; ``open``: cells that may miss
+    their targets.
     """
 
     index: CellIndex
@@ -44,7 +45,7 @@ class PossibleColors:
     open: tuple[CellIndex, ...]
     light: Illuminant
     exact: tuple[tuple[Illuminant, Array], ...]
-    """Light and color of each held cell."""
+    """Light of each held cell, and its color (3,) or the least and the greatest one (2, 3)."""
     follows: tuple[Illuminant, ...] = ()
     """Lights of the exact cells of the row that take their color from the cell."""
 
@@ -57,13 +58,22 @@ class PossibleColors:
         total = float(nearest.in_the_way.sum())
         if nearest.reachable or total <= 0:
             return ()
-        shares = [(cell, float(share) / total) for cell, share in zip(self.held, nearest.in_the_way, strict=True)]
-        return tuple(sorted((each for each in shares if each[1] > 0.01), key=lambda each: -each[1]))
+        shares = dict.fromkeys(self.held, 0.0)
+        for cell, share in zip(self.held, nearest.in_the_way, strict=True):
+            shares[cell] += float(share) / total
+        return tuple(sorted((each for each in shares.items() if each[1] > 0.01), key=lambda each: -each[1]))
 
     def without(self, cell: CellIndex, linear_rgb: ArrayLike) -> float:
         """Remaining ΔE2000 to a wanted color if an exact cell of the row is released."""
-        kept = [pair for place, pair in zip(self.held, self.exact, strict=True) if place != cell]
-        reach = CellReach(self.light, self.reach.grid, kept, scale=None, follows=self.follows)
+        kept = [pair for place, pair in zip(self.held, self.exact, strict=False) if place != cell]
+        followers = zip(self.held[len(self.exact) :], self.follows, strict=True)
+        follows = [light for place, light in followers if place != cell]
+        reach = CellReach(self.light, self.reach.grid, kept, None, follows, self.reach.bounds)
+        return reach.nearest(linear_rgb).delta_e_2000
+
+    def alone(self, linear_rgb: ArrayLike) -> float:
+        """Remaining ΔE2000 to a wanted color if all other cells of the row are released."""
+        reach = CellReach(self.light, self.reach.grid, scale=None, bounds=self.reach.bounds)
         return reach.nearest(linear_rgb).delta_e_2000
 
     def section(self, lightness: float, size: int = 64) -> NDArray[np.bool_]:
@@ -85,11 +95,9 @@ class PossibleColors:
         z = 1 - (2 * np.arange(count) + 1) / count
         angle, around = np.pi * (1 + 5**0.5) * np.arange(count), np.sqrt(1 - z**2)
         # Even over the sphere after a transformation that makes the set round: displays have a set that is long along
-        # gray.
-        directions = np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1)
-        whitened = directions @ np.linalg.inv(np.linalg.cholesky(self.reach.matrix @ self.reach.matrix.T)).T
-        whitened = whitened / np.linalg.norm(whitened, axis=1, keepdims=True)
-        return whitened, np.array([self.reach.extent(direction)[0] for direction in whitened])
+        # gray, and that of a line lamp has no width at all.
+        directions = np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1) @ whitened(self.reach.matrix)
+        return directions, np.array([self.reach.extent(direction)[0] for direction in directions])
 
 
 def section_linear_rgb(lightness: float, size: int) -> Array:
@@ -131,17 +139,26 @@ def possible_colors(
     spectra = list(lights) if lights is not None else [light.spectrum for light in problem.lights]
     colors = None if actual is None else np.asarray(actual, dtype=np.float64)
     following = _following(problem, index)
-    held, open_cells, exact = [], [], []
+    held: list[CellIndex] = []
+    open_cells, exact = [], []
     for other, cell in enumerate(problem.cells[row]):
-        if other == column or cell.mode in (CellMode.IGNORE, CellMode.FREE) or other in following:
+        asks = (cell.mode not in (CellMode.IGNORE, CellMode.FREE) or cell.box is not None) and (
+            cell.exact or cell.weight > 0
+        )
+        if other == column or not asks or (other in following and cell.box is None):
             continue
         if not cell.exact:
             open_cells.append((row, other))
             continue
         held.append((row, other))
-        exact.append((spectra[other], _wanted(cell, (row, other), colors, cell_name(problem, (row, other)))))
+        if cell.box is not None and (cell.mode is CellMode.FREE or other in following):
+            color = np.stack(cell.box)
+        else:
+            color = _wanted(cell, (row, other), colors, cell_name(problem, (row, other)))
+        exact.append((spectra[other], color))
     follows = tuple(spectra[other] for other in following)
-    reach = CellReach(spectra[column], problem.grid, exact, scale=None, follows=follows)
+    held += [(row, other) for other in following]
+    reach = CellReach(spectra[column], problem.grid, exact, None, follows, problem.reflectance_bounds)
     return PossibleColors(index, reach, tuple(held), tuple(open_cells), spectra[column], tuple(exact), follows)
 
 

@@ -28,6 +28,12 @@ EXACT = 1e-6
 LAB_STEPS = 4
 """Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB."""
 _RIDGE = 1e-9
+LEAST = 1e-6
+"""Size of a combination of colors, relative to the largest, below which a light shows nothing of it."""
+OPEN = 1e30
+"""Stands for an open end of a range."""
+UNBOUNDED = 3
+"""Status of ``linprog``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,8 +41,8 @@ class NearestColor:
     """The reachable color (3,) nearest to a wanted one. ``reachable``: True if it equals the wanted one.
 
     ``delta_e_2000``: the distance between them. ``reflectance``: (n,), one with this color. ``in_the_way``: for each
-    exact color, the rate of decrease of half the squared CIELAB distance if that color moves by one ΔE; the largest is
-    the color to relax.
+    exact color, then each light that follows, the rate of decrease of half the squared CIELAB distance if that color
+    moves by one ΔE; the largest is the color to relax.
     """
 
     color: Array
@@ -53,9 +59,11 @@ class CellReach:
     ----------
     light : the light under which the colors are seen.
     grid : knots of the reflectance, n.
-    exact : pairs of another light and the linear sRGB (3,) that the material has there exactly.
+    exact : pairs of another light and the linear sRGB (3,) that the material has there exactly, or the least and the
+        greatest (2, 3).
     scale : luminance of a perfect white under every light; None if the lights are as bright as they are given.
     follows : other lights under which the material has exactly the color that it has under ``light``.
+    bounds : least and greatest reflectance; infinite where there is none.
 
     Raises
     ------
@@ -69,36 +77,43 @@ class CellReach:
         exact: Sequence[tuple[Illuminant, ArrayLike]] = (),
         scale: float | None = 1.0,
         follows: Sequence[Illuminant] = (),
+        bounds: tuple[float, float] = (0.0, 1.0),
     ) -> None:
-        self.grid = grid
+        self.grid, self.bounds = grid, bounds
         self.matrix = _rgb_rows(light, grid, scale)
         held = [_rgb_rows(other, grid, scale) for other, _ in exact]
         held += [_rgb_rows(other, grid, scale) - self.matrix for other in follows]
         self._held = np.concatenate([np.zeros((0, grid.size)), *held])
-        colors = [frozen_array("exact color", color, (3,)) for _, color in exact]
-        self._exact = len(colors)
-        colors += [np.zeros(3) for _ in follows]
-        self._colors = np.concatenate([np.empty(0), *colors])
-        # Reflectances lie in [0, 1], and the exact colors are equalities (sense 5 in DAQP).
+        self._exact = len(exact)
+        ends = [_ends(color) for _, color in exact] + [np.zeros((2, 3)) for _ in follows]
+        colors = np.concatenate([np.empty((2, 0)), *ends], axis=1)
+        self._is_equal = colors[0] == colors[1]
+        # DAQP: every reflectance within its bounds, exact colors as equalities (sense 5), ranges as limits.
         knots = grid.size
-        self._upper = np.concatenate([np.ones(knots), self._colors])
-        self._lower = np.concatenate([np.zeros(knots), self._colors])
-        self._sense = np.concatenate([np.zeros(knots), np.full(self._colors.size, 5)]).astype(np.int32)
+        self._lower = np.maximum(np.concatenate([np.full(knots, bounds[0]), colors[0]]), -OPEN)
+        self._upper = np.minimum(np.concatenate([np.full(knots, bounds[1]), colors[1]]), OPEN)
+        self._sense = np.concatenate([np.zeros(knots), np.where(self._is_equal, 5, 0)]).astype(np.int32)
         if exact and self._extreme(np.zeros(3)) is None:
+            within = " and ".join(f"{end:g}" for end in bounds)
             raise InvalidInputError(
-                f"no reflectance between 0 and 1 has the {len(exact)} exact colors together; relax one of them"
+                f"no reflectance between {within} has the {len(exact)} exact colors together; relax one of them"
             )
 
     def extent(self, direction: ArrayLike) -> tuple[float, Array]:
-        """Largest ``direction · color`` over all reachable colors, and a color (3,) that attains it."""
+        """Largest ``direction · color`` over all reachable colors, and a color (3,) that attains it; infinite where
+        nothing bounds it.
+        """
         toward = np.asarray(direction, dtype=np.float64)
-        if not len(self._held):
-            # Each wavelength reflects all or nothing: the extreme colors of an object (Schrödinger 1920).
-            color = self.matrix @ (toward @ self.matrix > 0)
+        gradient = toward @ self.matrix
+        if not len(self._held) and np.isfinite(self.bounds).all():
+            # Each wavelength reflects the most or the least: the extreme colors of an object (Schrödinger 1920).
+            color = self.matrix @ np.where(gradient > 0, self.bounds[1], self.bounds[0])
             return float(toward @ color), color
         found = self._extreme(toward)
         if found is None:
             raise SolveError("the exact colors of this material cannot be met together")
+        if not np.isfinite(found).all():
+            return np.inf, np.where(toward == 0, 0.0, np.copysign(np.inf, toward))
         color = self.matrix @ found
         return float(toward @ color), color
 
@@ -113,14 +128,17 @@ class CellReach:
     def nearest(self, wanted: ArrayLike) -> NearestColor:
         """Find the reachable color that is nearest to ``wanted`` (3,), linear sRGB, in CIELAB."""
         target = frozen_array("wanted color", wanted, (3,))
-        reflectance, _ = self._projected(np.eye(3), target)
+        # Whitened, so that the ridge moves no color, also under a lamp of one line, whose colors are nearly a line.
+        reflectance, _ = self._projected(whitened(self.matrix), target)
         color = self.matrix @ reflectance
-        slope = np.zeros(self._exact)
+        slope = np.zeros(len(self._held) // 3)
         reachable = bool(np.abs(color - target).max() <= EXACT)
         target_lab = lab_from_linear_rgb(target)
         lab = lab_from_linear_rgb(color)
         if not reachable:
-            multipliers = np.zeros(len(self._colors))
+            reflectance, multipliers = self._projected(np.eye(3), target)
+            color = self.matrix @ reflectance
+            lab = lab_from_linear_rgb(color)
             least = np.inf
             here, lab_here = color, lab
             # CIELAB is linearized at the present answer. A full step may pass the minimum, so the best is kept.
@@ -134,10 +152,11 @@ class CellReach:
                     least, reflectance, multipliers, color, lab = distance, trial, forces, here, lab_here
                 if np.abs(here - before).max() < EXACT:
                     break
-            colors = self._colors.reshape(-1, 3)[: self._exact]
-            held = lab_jacobian_from_linear_rgb(colors) if len(slope) else np.empty((0, 3, 3))
             # A multiplier is per unit of linear RGB; the Jacobian at the color converts it to ΔE.
-            per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(held, multipliers.reshape(-1, 3), strict=False)]
+            held = (self._held @ reflectance).reshape(-1, 3)
+            held[self._exact :] = color  # cells that follow have this color
+            metrics = lab_jacobian_from_linear_rgb(held) if len(held) else np.empty((0, 3, 3))
+            per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(metrics, multipliers.reshape(-1, 3), strict=True)]
             slope = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
             reachable = bool(np.abs(color - target).max() <= EXACT)
         return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, slope)
@@ -156,14 +175,40 @@ class CellReach:
         if status not in (1, 2):
             raise SolveError(f"the nearest reachable color was not found (status {status}); loosen the exact colors")
         multipliers = np.asarray(info["lam"], dtype=np.float64)[self.grid.size :]
-        return np.clip(found, 0.0, 1.0), multipliers
+        return np.clip(found, *self.bounds), multipliers
 
     def _extreme(self, direction: Array) -> Array | None:
-        """Reflectance (n,) that reaches farthest in ``direction`` with the exact colors; None if there is none."""
+        """Reflectance (n,) that reaches farthest in ``direction`` with the exact colors; None if there is none,
+        infinite where nothing bounds it.
+        """
+        equal, knots = self._is_equal, self.grid.size
+        low, high = self._lower[knots:], self._upper[knots:]
+        ranges = self._held[~equal]
         answer = linprog(
-            -(direction @ self.matrix), A_eq=self._held, b_eq=self._colors, bounds=(0.0, 1.0), method="highs-ds"
-        )
+            -(direction @ self.matrix), A_eq=self._held[equal], b_eq=low[equal], bounds=self.bounds, method="highs-ds",
+            A_ub=np.concatenate([ranges, -ranges]), b_ub=np.concatenate([high[~equal], -low[~equal]]),
+        )  # fmt: skip
+        if answer.status == UNBOUNDED:
+            return np.full(knots, np.inf)
         return np.asarray(answer.x) if answer.status == 0 else None
+
+
+def _ends(color: ArrayLike) -> Array:
+    """Least and greatest color (2, 3) of an exact color or of a range."""
+    ends = np.array(color, dtype=np.float64)
+    if ends.shape == (2, 3) and not np.isnan(ends).any() and np.all(ends[0] <= ends[1]):
+        return ends
+    return np.stack([frozen_array("exact color", color, (3,))] * 2)
+
+
+def whitened(matrix: Array) -> Array:
+    """Metric (3, 3) under which the rows of a color matrix (3, n) are orthonormal; of a line lamp, whose rows depend on
+    each other, those that do not.
+    """
+    directions, sizes, _ = np.linalg.svd(matrix, full_matrices=False)
+    if sizes[0] == 0:  # a light that shows nothing
+        return np.eye(3)
+    return np.asarray((directions / np.maximum(sizes, LEAST * sizes[0])).T * sizes[0])
 
 
 def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float | None) -> Array:

@@ -54,7 +54,7 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
     return PaletteSolution(
         problem=problem,
         illuminants=tuple(_light(problem, state, j) for j in range(len(problem.lights))),
-        reflectances=tuple(_reflectance(problem, state, i) for i in range(len(problem.reflectances))),
+        reflectances=tuple(designed_reflectance(problem, state, i) for i in range(len(problem.reflectances))),
         target_linear_rgb=wanted,
         actual_linear_rgb=actual,
         delta_e_2000=error,
@@ -240,7 +240,8 @@ def knots_of_primaries(problem: PaletteProblem, j: int) -> SpectralGrid:
     return SpectralGrid(np.unique(np.concatenate([*knots, [end for end in ends if low < end < high]])))
 
 
-def _reflectance(problem: PaletteProblem, state: PaletteState, i: int) -> Spectrum:
+def designed_reflectance(problem: PaletteProblem, state: PaletteState, i: int) -> Spectrum:
+    """The spectrum of a row: measured, or as a state has it."""
     item, values = problem.reflectances[i], state.reflectances[i]
     if item.spectrum is not None:
         return item.spectrum

@@ -69,7 +69,7 @@ def problem(scene: Any, _: pytest.MonkeyPatch) -> Any:
 def tinted(scene: Any, patch: pytest.MonkeyPatch) -> Any:
     """The criterion of tints that reaches the core, None without."""
     asked: list[Any] = []
-    patch.setattr(tints, "solve_with_tints", lambda _, criterion: asked.append(criterion))
+    patch.setattr(tints, "solve_with_tints", lambda _, criterion, **_warm: asked.append(criterion))
     if scene.spectral.palette.use_tints:
         solver_of(scene.spectral.palette).solve(palette_problem(scene.spectral.palette), None)
     return [each.weight for each in asked]

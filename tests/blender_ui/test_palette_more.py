@@ -86,6 +86,19 @@ def test_an_alternative_brings_its_own_lights_colors_and_errors(blender, palette
             assert cell.delta_e < 0.1
 
 
+def test_an_alternative_of_dim_lights_keeps_their_spectra(blender, palette) -> None:
+    """A designed light of a thousandth of the usual power has samples of 1e-5 per nm; they were rounded to 1e-6."""
+    blender.ops.spectral.palette_preset(preset="SPLIT_LIGHT")
+    palette.brightness = 0.01
+    for material in palette.materials:
+        for cell in material.cells:
+            cell.target = np.array(cell.target) / 40
+    palette.alternative_count = 2
+    blender.ops.spectral.palette_alternatives()
+    blender.ops.spectral.palette_alternative_take(index=0)
+    np.testing.assert_allclose(shown(palette), recomputed(palette), atol=1e-7)
+
+
 def test_an_alternative_of_another_table_is_refused(blender, palette) -> None:
     blender.ops.spectral.palette_alternatives()
     palette.materials[0].name = "Renamed"
@@ -164,7 +177,7 @@ def test_tints_and_dyes_are_designed_with_the_settings_of_the_table(palette, mon
     from spectral_core.palette.paint import fluorescent_design, fluorescent_report, tints
 
     asked = {}
-    monkeypatch.setattr(tints, "solve_with_tints", lambda _problem, criterion: asked.update(weight=criterion.weight))
+    monkeypatch.setattr(tints, "solve_with_tints", lambda _, criterion, **_warm: asked.update(weight=criterion.weight))
     palette.use_tints, palette.tint_weight = True, 3.5
     solver_of(palette).solve(palette_problem(palette), None)
     assert asked["weight"] == pytest.approx(3.5)

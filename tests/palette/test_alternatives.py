@@ -9,10 +9,13 @@ import pytest
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, presets, solve_palette
 from spectral_core.palette.alternatives import ROUGHEST, _Pusher, alternatives
+from spectral_core.palette.assemble.requests import compiled_requests
+from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.distinct.search import distinct_solutions, solve_distinct
+from spectral_core.palette.files import read_solution, write_solution
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
-from spectral_core.spectra.observer import linear_rgb_from_product
+from spectral_core.spectra.observer import linear_rgb_from_product, normalized, observer, xyz_from_product
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 
@@ -91,6 +94,85 @@ def test_alternatives_bend_as_much_per_wavelength_on_any_grid(step: float, share
         ((Cell.fixed([0.4, 0.4, 0.4]), Cell.ignore()),),
         smoothness=1.0,
     )
-    pusher = _Pusher(solve_palette(problem), 0)
+    pusher = _Pusher(Assembler(problem, compiled_requests(problem)), solve_palette(problem).state, 0)
     assert np.abs(pusher.second @ pusher.values).max() < ROUGHEST * share
     assert pusher.limit == pytest.approx(ROUGHEST * share)
+
+
+D65, LAMP = normalized(illuminant("D65")), normalized(illuminant("A"))
+BROWN = (0.3, 0.25, 0.2)
+
+
+def table(*rows, lights=(D65, LAMP), grid=None, **settings) -> PaletteProblem:
+    columns = tuple(each if isinstance(each, PaletteLight) else PaletteLight(each) for each in lights)
+    items = tuple(PaletteReflectance(f"paint {number}") for number in range(len(rows)))
+    return PaletteProblem(grid or presets.design_grid(), columns, items, rows, **settings)
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_alternatives_stay_in_a_range_of_colors(exact: bool) -> None:
+    low, high = np.array([0.1, 0.1, 0.0]), np.array([0.35, 0.3, 0.2])
+    found = alternatives(table((Cell.fixed(BROWN, exact=True), Cell.free((low, high), exact=exact))))
+    assert len(found) > 1
+    for each in found:
+        shown = colors(each.solution)
+        np.testing.assert_allclose(shown[0, 0], BROWN, atol=1e-6)
+        assert np.all(shown[0, 1] > low - 1e-5) and np.all(shown[0, 1] < high + 1e-5)
+
+
+def test_alternatives_match_for_all_observers() -> None:
+    names = ("cie_1931_2deg", "cie_1964_10deg")
+    found = alternatives(
+        table((Cell.free(), Cell.fixed((0.4, 0.2, 0.05))), (Cell.same_as((0, 0)), Cell.ignore()), observers=names)
+    )
+    assert len(found) > 1 and found[1].apart > 1
+    for each in found:
+        one, two = each.solution.reflectances
+        for name in names:
+            matrix = xyz_from_product(D65, one.grid, observer(name))
+            np.testing.assert_allclose(matrix @ one.values, matrix @ two.values, atol=1e-5)
+        assert each.solution.max_delta_e_2000 < 0.01
+
+
+def test_alternatives_match_under_variants_and_state_their_own_residuals() -> None:
+    variant = normalized(illuminant("D50"))
+    rows = (Cell.free(), Cell.fixed((0.4, 0.2, 0.05))), (Cell.black(), Cell.ignore())
+    found = alternatives(table(*rows, lights=(PaletteLight(D65, variants=(variant,)), illuminant("HP1"))))
+    first = alternatives(table((Cell.fixed(BROWN), Cell.ignore())))
+    for each in found:
+        dark = linear_rgb_from_product(variant, each.solution.problem.grid) @ each.solution.reflectances[1].values
+        np.testing.assert_allclose(dark, 0.0, atol=1e-5)
+    roughness = [each.solution.residuals["smoothness"] for each in first]
+    assert roughness[1] > 10 * roughness[0]
+
+
+@pytest.mark.parametrize("bounds", [(0.1, 0.6), (-np.inf, np.inf), (0.0, 1.0)])
+def test_alternatives_keep_the_bounds_of_their_palette(bounds) -> None:
+    asked = (1.3, 0.25, 0.0) if np.isinf(bounds[1]) else BROWN
+    found = alternatives(table((Cell.fixed(asked, exact=True), Cell.ignore()), reflectance_bounds=bounds))
+    assert len(found) > 1
+    for each in found:
+        values = each.solution.reflectances[0].values
+        assert values.min() >= bounds[0] and values.max() <= bounds[1]
+        np.testing.assert_allclose(colors(each.solution)[0, 0], asked, atol=1e-6)
+    assert np.isfinite(found[1].solution.reflectances[0].values).all()
+
+
+def test_lights_of_one_name_are_told_apart() -> None:
+    """The second of two lights named A has no request, so that materials differ under it."""
+    twin = Illuminant("D65", LAMP.grid, LAMP.values)
+    found = alternatives(table((Cell.ignore(), Cell.fixed(BROWN, exact=True)), lights=(twin, D65)))
+    assert len(found) > 1 and found[1].apart > 3
+    (seen,) = found[1].seen_under
+    np.testing.assert_array_equal(seen.values, twin.values)
+
+
+def test_alternatives_of_a_solution_from_a_file(tmp_path) -> None:
+    problem = table((Cell.fixed(BROWN), Cell.ignore()), scale_lights=True)
+    write_solution(tmp_path / "solved.json", solve_palette(problem))
+    stored = read_solution(tmp_path / "solved.json")
+    found = alternatives(stored.problem, solution=stored)
+    assert len(found) > 1
+    for each in found:
+        np.testing.assert_allclose(colors(each.solution), each.solution.actual_linear_rgb, atol=1e-9)
+        np.testing.assert_allclose(each.solution.actual_linear_rgb[0, 0], BROWN, atol=1e-4)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,39 @@ def test_two_black_cells_that_each_exclude_a_color_are_named_as_a_set() -> None:
     assert "“a” under “D65” (exact, black) and “a” under “FL2” (exact, black) exclude it, each of them" in conflict.text
     after = solve_palette(problem.with_cells({(0, 0): Cell.ignore(), (0, 1): Cell.ignore()}), explain=False)
     assert after.delta_e_2000[0, 2] == pytest.approx(conflict.delta_e_without, abs=0.1)
+
+
+def test_a_cell_of_another_material_that_moves_a_shared_color_is_named() -> None:
+    """“c” is compared with “a”, whose color another of its cells holds; “no other cell is to blame” was said."""
+    rows = (
+        (Cell.free(((1.015, 0.673, 0.752), (1.115, 0.773, 0.852))), Cell.ignore(), Cell.same_as((1, 2), exact=True)),
+        (
+            Cell.free(((1.285, 0.311, 0.898), (1.385, 0.411, 0.998))),
+            Cell.free(((0.361, -0.077, 0.177), (0.461, 0.023, 0.277)), exact=True),
+            Cell.fixed((0.476, 0.043, 0.097)),
+        ),
+        (
+            Cell.fixed((1.791, 1.297, 0.193)),
+            Cell.same_as((0, 1), box=((0.204, 0.271, -0.021), (0.404, 0.471, 0.179))),
+            Cell.ignore(),
+        ),
+    )
+    problem = palette_of(rows, ("MHC100/U/MP/4K", "F32T8/TL865/PLUS (Triphosphor)", "F32T8/TL830 (Triphosphor)"))
+    brightness = (2.0, 0.5, 0.5)
+    lights = [PaletteLight(light.spectrum.scaled(k)) for light, k in zip(problem.lights, brightness, strict=True)]
+    problem = replace(problem, lights=tuple(lights))
+    solution = solve_palette(problem)
+    for conflict in solution.conflicts:
+        after = {}
+        for i, row in enumerate(problem.cells):
+            for j, cell in enumerate(row):
+                if (i, j) != conflict.cell and cell.mode != "ignore":
+                    found = solve_palette(problem.with_cell((i, j), Cell.ignore()), explain=False)
+                    after[i, j] = float(np.nan_to_num(found.delta_e_2000[conflict.cell]))
+        helps = [each for each, error in after.items() if error < 0.5 * conflict.delta_e_2000]
+        assert bool(conflict.relieved_by) or not helps
+        for each in conflict.relieved_by[:1]:
+            assert after[each] == pytest.approx(conflict.delta_e_without, abs=1.0)
 
 
 def random_palette(rng) -> PaletteProblem:

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.palette.palette_joint import generated_palette
 from benchmarks.palette.palette_speed import coupled_palette
-from spectral_core.palette import Cell, PaletteLight, PaletteReflectance, solve_palette
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, presets, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
@@ -19,6 +19,8 @@ from spectral_core.palette.design.lights import LightDescent, outer_side
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.live.session import PaletteSession
 from spectral_core.palette.presets import split_light
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.observer import normalized
 
 
 def given_lights(rng):
@@ -64,6 +66,54 @@ def test_the_smallest_conflicting_set_is_complete(rng):
     assert (0, 4) in cells
     if len(cells) > 1:
         assert "cannot all be exact" in solution.remedy
+
+
+def pair(*rows, lamps=("Triphosphor FL", "Luxeon WW 2880", "Metal Halide"), **settings):
+    lights = tuple(PaletteLight(normalized(illuminant(name))) for name in lamps)
+    surfaces = tuple(PaletteReflectance(f"r{number}") for number in range(len(rows)))
+    return PaletteProblem(presets.design_grid(), lights, surfaces, rows, **settings)
+
+
+def released(problem, cell):
+    """The palette in which one cell is as it is, and not exact."""
+    return problem.with_cell(cell, replace(problem.cells[cell[0]][cell[1]], exact=False))
+
+
+CONFLICTS = {
+    "a target that need not hold beside a shared color": pair(
+        (
+            Cell.constant((0, 1), exact=True),
+            Cell.fixed((0.387, 0.199, 0.077), exact=True),
+            Cell.fixed((1.028, 1.077, 0.959), exact=True),
+        )
+    ),
+    "a cell that is exact because another refers to it": pair(
+        (Cell.free(), Cell.ignore(), Cell.fixed((0.9, 0.1, 0.1), exact=True)),
+        (Cell.same_as((0, 0), exact=True), Cell.fixed((0.2, 0.7, 0.7), exact=True), Cell.ignore()),
+        (Cell.same_as((0, 0), exact=True), Cell.fixed((0.9, 0.1, 0.1)), Cell.ignore()),
+    ),
+    "one request alone": pair(
+        (Cell.constant((0, 1), exact=True), Cell.ignore()), lamps=("D50", "C"), reflectance_bounds=(0.05, 0.8)
+    ),
+}
+
+
+@pytest.mark.parametrize("which", CONFLICTS)
+def test_to_release_any_of_the_conflicting_cells_ends_their_conflict(which) -> None:
+    """Cells were named that are not exact, and of those that are some that could be released in vain."""
+    problem = CONFLICTS[which]
+    solution = solve_palette(problem)
+    assert solution.status == "exact_conflict"
+    cells = conflicting_cells(solution)
+    assert cells and all(problem.cells[i][j].exact for i, j in cells)
+    assert ("cannot all be exact" if len(cells) > 1 else "cannot be exact.") in solution.remedy
+    others = {(i, j) for i, row in enumerate(problem.cells) for j, cell in enumerate(row) if cell.exact} - set(cells)
+    alone = problem
+    for cell in others:
+        alone = released(alone, cell)
+    assert solve_palette(alone, explain=False).status == "exact_conflict"
+    for cell in cells:
+        assert solve_palette(released(alone, cell), explain=False).status != "exact_conflict"
 
 
 # -- requests of cells in the solved problem --------------------------------------------------------------------------

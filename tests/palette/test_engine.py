@@ -229,8 +229,7 @@ def test_the_smallest_set_of_conflicting_exact_rows_is_found(rng):
     assert nearest_miss(quadratic) > 1e-3
     answer = solve(quadratic)
     assert answer.infeasible
-    keys = smallest_conflict(quadratic)
-    cells = [cell for _, cell in keys]
+    cells = smallest_conflict(quadratic)
     assert 1 <= len(cells) <= 4
     for released in cells:  # without any one of them the others can be satisfied
         fewer = {cell: problem.cells[cell[0]][cell[1]] for cell in cells if cell != released}

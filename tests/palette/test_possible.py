@@ -135,7 +135,7 @@ def test_a_cell_that_takes_its_color_from_the_asked_one_follows_it(chained) -> N
     wanted = solved.actual_linear_rgb[0, 0]
     present = 0.5 * solved.actual_linear_rgb
     found = possible_colors(asked, (0, 0), actual=present)
-    assert found.held == ()
+    assert found.held == (((0, 1), (0, 2)) if chained else ((0, 1),)) and found.exact == ()
     nearest = found.nearest(wanted)
     assert nearest.reachable
     for light in (twin, blue):
@@ -143,5 +143,108 @@ def test_a_cell_that_takes_its_color_from_the_asked_one_follows_it(chained) -> N
         np.testing.assert_allclose(shown, wanted, atol=1e-5)
     red = found.nearest((2.0, 0.0, 0.0))
     assert not red.reachable
-    assert found.in_the_way(red) == ()
+    for cell, share in found.in_the_way(red):  # released, a cell leaves the color less far away, or as far
+        assert cell in found.held and 0 < share <= 1
+        assert found.without(cell, (2.0, 0.0, 0.0)) <= red.delta_e_2000 + 0.5
     np.testing.assert_allclose(linear_rgb_from_product(twin, GRID) @ red.reflectance, red.color, atol=1e-5)
+
+
+def nearest_by_a_general_solver(wanted, rows, lower, upper, bounds=(0, 1)):
+    """Least largest distance of a color under HP1 from a wanted one, with limits on rows, by a linear program."""
+    size = GRID.size
+    up = np.concatenate([MATRICES[1], -MATRICES[1]])
+    target = np.concatenate([wanted, -np.asarray(wanted)])
+    within = np.concatenate([np.hstack([up, -np.ones((6, 1))]), np.hstack([rows, np.zeros((len(rows), 1))]),
+                             np.hstack([-rows, np.zeros((len(rows), 1))])])  # fmt: skip
+    right = np.concatenate([target, upper, -np.asarray(lower)])
+    limits = [bounds] * size + [(0, None)]
+    answer = linprog(np.append(np.zeros(size), 1.0), A_ub=within, b_ub=right, bounds=limits, method="highs-ipm")
+    return answer.fun if answer.status == 0 else np.inf
+
+
+def test_the_range_of_an_exact_free_cell_must_hold() -> None:
+    """A range was ignored: colors were called possible that no solve reaches."""
+    low, high = COLORS[0] - 0.02, COLORS[0] + 0.02
+    found = possible_colors(problem(Cell.free((low, high), exact=True), Cell.ignore(), Cell.ignore()), (0, 1))
+    assert found.held == ((0, 0),)
+    rng = np.random.default_rng(7)
+    possible = 0
+    for _ in range(30):
+        wanted = MATRICES[1] @ np.clip(VALUES + rng.normal(scale=0.1) + rng.normal(scale=0.1, size=GRID.size), 0, 1)
+        nearest = found.nearest(wanted)
+        shown = MATRICES[0] @ nearest.reflectance
+        assert np.all(shown > low - 1e-6) and np.all(shown < high + 1e-6)
+        assert nearest.reachable == (nearest_by_a_general_solver(wanted, MATRICES[0], low, high) < 1e-6)
+        possible += nearest.reachable
+        if not nearest.reachable:
+            assert found.in_the_way(nearest)[0][0] == (0, 0)
+            assert found.without((0, 0), wanted) < nearest.delta_e_2000
+    assert 3 < possible < 29
+
+
+def test_a_cell_that_follows_keeps_its_range_and_is_named() -> None:
+    row = (Cell.ignore(), Cell.fixed(COLORS[1]), Cell.constant((0, 1), exact=True))
+    shared = possible_colors(problem(*row), (0, 1)).nearest(COLORS[1]).color
+    low, high = shared - 0.01, shared + 0.01
+    boxed = Cell(row[2].mode, others=row[2].others, box=(low, high), exact=True)
+    plain, held = possible_colors(problem(*row), (0, 1)), possible_colors(problem(*row[:2], boxed), (0, 1))
+    difference = MATRICES[2] - MATRICES[1]
+    for wanted in (shared, shared * 0.5, COLORS[1]):
+        for found, rows, lower, upper in (
+            (plain, difference, np.zeros(3), np.zeros(3)),
+            (held, np.concatenate([difference, MATRICES[2]]), [0, 0, 0, *low], [0, 0, 0, *high]),
+        ):
+            nearest = found.nearest(wanted)
+            assert nearest.reachable == (nearest_by_a_general_solver(wanted, rows, lower, upper) < 1e-6)
+            if not nearest.reachable:
+                assert found.in_the_way(nearest)[0][0] == (0, 2)
+                assert found.without((0, 2), wanted) == pytest.approx(found.alone(wanted), abs=1e-6)
+
+
+@pytest.mark.parametrize("bounds", [(0.1, 0.6), (-np.inf, np.inf), (0.0, np.inf)])
+def test_bounds_of_reflectances_are_those_of_the_palette(bounds) -> None:
+    """0 to 1 was assumed: with unphysical spectra, colors that a solve meets were called impossible."""
+    lights = tuple(PaletteLight(light) for light in LIGHTS)
+    row = (Cell.fixed(COLORS[0] + 0.15, exact=True), Cell.ignore(), Cell.ignore())
+    asked = PaletteProblem(GRID, lights, (PaletteReflectance("leaf"),), (row,), reflectance_bounds=bounds)
+    found = possible_colors(asked, (0, 1))
+    limits = tuple(end if np.isfinite(end) else None for end in bounds)
+    for wanted in ((0.9, 0.5, 0.1), (0.5, 0.3, 0.05), (2.0, -0.5, 0.1), MATRICES[1] @ np.full(GRID.size, 0.3)):
+        nearest = found.nearest(wanted)
+        exact = COLORS[0] + 0.15
+        assert nearest.reachable == (nearest_by_a_general_solver(wanted, MATRICES[0], exact, exact, limits) < 1e-6)
+        assert nearest.reflectance.min() >= bounds[0] and nearest.reflectance.max() <= bounds[1]
+        solved = solve_palette(asked.with_cell((0, 1), Cell.fixed(wanted, exact=True)), explain=False)
+        assert nearest.reachable == solved.status.usable
+    assert found.section(50.0, 5).all() == np.isinf(bounds[0])
+
+
+def line(nm: float, width: float) -> Illuminant:
+    grid = SpectralGrid(np.array([nm - width, nm, nm + width]))
+    return normalized(Illuminant("line", grid, np.array([0.0, 1.0, 0.0])))
+
+
+@pytest.mark.parametrize("lamp", [line(589.0, 0.01), line(450.0, 5.0), normalized(illuminant("LPS"))])
+def test_colors_under_a_line_lamp(lamp: Illuminant) -> None:
+    """They are nearly on one ray: the section was an error or most of the plane, and possible ones were not."""
+    lights = (PaletteLight(lamp), PaletteLight(LIGHTS[0]))
+    asked = PaletteProblem(GRID, lights, (PaletteReflectance("leaf"),), ((Cell.ignore(), Cell.ignore()),))
+    found, matrix = possible_colors(asked, (0, 0)), linear_rgb_from_product(lamp, GRID)
+    for values in np.random.default_rng(3).uniform(size=(5, GRID.size)):
+        assert found.nearest(matrix @ values).reachable
+    assert found.section(50.0, 21).sum() <= 2
+    assert not found.nearest([0.2, 0.2, 0.2]).reachable
+
+
+def test_a_light_that_shows_nothing_shows_black() -> None:
+    dark = Illuminant("infrared", SpectralGrid(np.array([900.0, 950.0, 1000.0])), np.ones(3))
+    asked = PaletteProblem(GRID, (PaletteLight(dark),), (PaletteReflectance("leaf"),), ((Cell.ignore(),),))
+    found = possible_colors(asked, (0, 0))
+    nearest = found.nearest([0.2, 0.2, 0.2])
+    assert not nearest.reachable and not np.any(nearest.color)
+    assert not found.section(50.0, 5).any()
+
+
+def test_a_cell_without_weight_is_not_among_those_that_may_be_missed() -> None:
+    row = (Cell.fixed(COLORS[0], weight=0.0), Cell.ignore(), Cell.fixed(COLORS[2]))
+    assert possible_colors(problem(*row), (0, 1)).open == ((0, 2),)

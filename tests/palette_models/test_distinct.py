@@ -17,7 +17,7 @@ from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.distinct.cells import distinct_cells, distinct_pairs, least_difference, wants_distinct
 from spectral_core.palette.distinct.search import _Search, solve_distinct
 from spectral_core.palette.distinct.step import solve_step
-from spectral_core.palette.presets import most_distinct, sine_light, split_light
+from spectral_core.palette.presets import design_grid, most_distinct, sine_light, split_light
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.spectrum import SpectralGrid
@@ -202,3 +202,37 @@ def test_impossible_requests_raise_errors() -> None:
 def test_pairs_are_listed_once() -> None:
     assert distinct_pairs(most_distinct(3)) == [((0, 1), (1, 1)), ((0, 1), (2, 1)), ((1, 1), (2, 1))]
     assert sine_light(60, SpectralGrid.uniform()).values.min() >= 0
+
+
+def pair_beside(target, **settings):
+    """Two exact metamers under daylight that should differ under sodium light."""
+    lights = tuple(PaletteLight(observer.normalized(catalogue.illuminant(name))) for name in ("D65", "HP1"))
+    rows = (
+        (Cell.fixed(target, exact=True), Cell.distinct_from((1, 1))),
+        (Cell.same_as((0, 0), exact=True), Cell.distinct_from((0, 1))),
+    )
+    materials = tuple(PaletteReflectance(name) for name in "ab")
+    return PaletteProblem(design_grid(), lights, materials, rows, **settings)
+
+
+def test_lights_are_brightened_beside_distinct_cells_too() -> None:
+    """The setting was ignored: a color brighter than white was a conflict of exact cells."""
+    problem = pair_beside((1.9, 1.9, 1.9), scale_lights=True)
+    solution = solve_palette(problem)
+    assert solution.status.usable
+    assert solution.light_scale > 1.9
+    assert any("times brighter" in note for note in solution.notes)
+    for light, given in zip(solution.illuminants, problem.lights, strict=True):
+        np.testing.assert_allclose(light.values, solution.light_scale * given.spectrum.values)
+    again = solve_palette(problem, warm=solution)
+    assert again.light_scale == solution.light_scale
+
+
+def test_worst_case_matches_count_beside_distinct_cells() -> None:
+    """The shares of an earlier design, in which all errors were 0, left the further observer without weight."""
+    names = ("cie_1931_2deg", "cie_1964_10deg")
+    problem = pair_beside((0.2, 0.2, 0.2), observers=names)
+    both = [solve_palette(replace(problem, robustness=how)) for how in ("soft", "worst_case")]
+    assert both[1].max_delta_e_2000 == pytest.approx(both[0].max_delta_e_2000, abs=0.3)
+    assert any("not by their worst case" in note for note in both[1].notes)
+    assert not any("not by their worst case" in note for note in both[0].notes)

@@ -17,6 +17,7 @@ from spectral_core.palette.paint.fluorescence import (
     led,
 )
 from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
+from spectral_core.palette.paint.fluorescent_report import palette_solution
 from spectral_core.palette.presets import metamer_pair
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
@@ -197,3 +198,13 @@ def test_impossible_dyes_and_surfaces_are_refused() -> None:
     )
     with pytest.raises(InvalidInputError, match="reflectance 'a' is measured, so no dye can be designed into it"):
         solve_fluorescent(measured, {0: [DYE]})
+
+
+def test_reduced_weights_are_noted_with_dyes_too() -> None:
+    problem = metamer_pair()
+    heavy = replace(problem.cells[0][0], weight=1e9)
+    found = solve_fluorescent(
+        problem.with_cell((0, 0), heavy), {1: [FluorescentDye.gaussian("green", 430, 530)]}, seconds=0.2
+    )
+    notes = palette_solution(found).notes
+    assert notes[0].startswith("cell weights from 1 to 1e+09 were brought within a ratio of 10000")

@@ -24,6 +24,7 @@ from spectral_core.palette.paint.mixtures import (
 )
 from spectral_core.palette.paint.tints import TintCriterion, largest_tint_difference, solve_with_tints, with_tints
 from spectral_core.palette.presets import hidden_mark, metamer_pair, most_distinct
+from spectral_core.palette.solution import PaletteStatus
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
@@ -189,3 +190,58 @@ def test_invalid_mixtures_are_refused() -> None:
         TintCriterion(levels=(0,))
     with pytest.raises(InvalidInputError, match="tints are not designed together with 'distinct' cells"):
         solve_with_tints(most_distinct(2))
+
+
+def test_the_check_of_a_tint_design_is_that_of_its_steps(monkeypatch) -> None:
+    """It was always perfect: a KKT residual of 0 was stated for any answer."""
+    from spectral_core.palette.paint import tints
+    from spectral_core.palette.qp.optimality import Check
+
+    def stated(quadratic):
+        answer = tints_solve(quadratic)
+        return replace(answer, check=Check(5e-7, 0.0, 0.0))
+
+    tints_solve = tints.solve
+    monkeypatch.setattr(tints, "solve", stated)
+    solution = solve_with_tints(metamer_pair(), iterations=3)
+    assert solution.rounds == 3
+    assert solution.kkt_residual == 5e-7
+    assert "the match of tints may still improve; its design ended after step 3" in solution.notes
+
+
+def test_tints_are_matched_with_lights_that_may_still_improve(monkeypatch) -> None:
+    """A palette whose time ended was returned without tints, and without a note."""
+    from spectral_core.palette.paint import tints
+
+    real, asked = tints.solve_palette, []
+
+    def ended(problem, *, warm=None):
+        asked.append(warm)
+        return replace(real(problem, warm=warm), status=PaletteStatus.IMPROVING, remedy="continue")
+
+    monkeypatch.setattr(tints, "solve_palette", ended)
+    problem = metamer_pair()
+    plain = real(problem)
+    solution = solve_with_tints(problem, warm=plain, iterations=10)
+    assert asked == [plain]
+    assert solution.status is PaletteStatus.IMPROVING and solution.remedy == "continue"
+    assert solution.residuals["tint_delta_e_2000"] < 0.2 * largest_tint_difference(plain, TintCriterion())
+
+
+def test_tints_of_a_palette_that_cannot_be_met_are_not_matched_and_a_note_says_so() -> None:
+    problem = metamer_pair()
+    twice = replace(problem, lights=(problem.lights[0], problem.lights[0]))
+    cells = ((Cell.fixed((0.3, 0.3, 0.1), exact=True), Cell.fixed((0.2, 0.3, 0.1), exact=True)), problem.cells[1])
+    solution = solve_with_tints(replace(twice, cells=cells))
+    assert solution.status is PaletteStatus.EXACT_CONFLICT
+    assert "tints are not matched, because the other cells cannot be met" in solution.notes
+    with pytest.raises(InvalidInputError, match="bound them by 0 and 1, or design without tints"):
+        solve_with_tints(replace(problem, reflectance_bounds=(-np.inf, np.inf)))
+
+
+def test_tints_keep_the_perceptual_match() -> None:
+    """Errors of other cells count in CIELAB as without tints; they counted in linear RGB."""
+    problem = replace(hidden_mark(), match="perceptual")
+    plain = solve_palette(problem, explain=False)
+    solution = solve_with_tints(problem, TintCriterion(weight=1e-6), iterations=5)
+    np.testing.assert_allclose(solution.delta_e_2000, plain.delta_e_2000, atol=0.05)

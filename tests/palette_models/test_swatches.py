@@ -112,3 +112,13 @@ def test_damaged_files_are_refused(tmp_path: Path) -> None:
         write_swatches(tmp_path / "s.aco", SWATCHES)
     with pytest.raises(FileFormatError, match=r"there is no file .*no\.ase"):
         read_swatches(tmp_path / "no.ase")
+
+
+@pytest.mark.parametrize(("model", "channels"), [(b"RGB ", (0.1, np.nan, 0.2)), (b"Gray", (np.inf,))])
+def test_channels_that_are_no_numbers_are_refused_with_the_file(tmp_path: Path, model: bytes, channels) -> None:
+    color = model + struct.pack(f">{len(channels)}f", *channels) + b"\x00\x02"
+    content = b"\x00\x02\x00A\x00\x00" + color
+    block = struct.pack(">HI", 1, len(content)) + content
+    (tmp_path / "odd.ase").write_bytes(b"ASEF" + struct.pack(">HHI", 1, 0, 1) + block)
+    with pytest.raises(FileFormatError, match=r"odd\.ase: swatch 'A' has the channels .*; expected finite numbers"):
+        read_swatches(tmp_path / "odd.ase")

@@ -12,9 +12,8 @@ from bpy.types import Scene
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.alternatives import Alternative, alternatives
-from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import display_rgb_from_linear
-from spectral_core.spectra.observer import linear_rgb_from_product, normalized
+from spectral_core.spectra.observer import linear_rgb_from_product
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 from ...translate.palette.problem import palette_problem
@@ -60,7 +59,8 @@ def _told(found: Alternative, uids: list[int | None]) -> dict[str, Any]:
     solution, items = found.solution, found.solution.reflectances
     entries = zip(uids, (*solution.illuminants, *items), strict=True)
     spectra = {
-        str(uid): {"nm": item.grid.wavelengths_nm.tolist(), "values": np.round(item.values, 6).tolist()}
+        # Nine digits, as many as Blender stores; samples of a dim light may be 1e-6.
+        str(uid): {"nm": item.grid.wavelengths_nm.tolist(), "values": [float(f"{each:.9g}") for each in item.values]}
         for uid, item in entries
         if uid is not None
     }
@@ -71,16 +71,14 @@ def _told(found: Alternative, uids: list[int | None]) -> dict[str, Any]:
         "light_scale": solution.light_scale,
         "amounts": [() if each is None else each.tolist() for each in solution.amounts],
     }
-    lamps = {light.name: Illuminant(light.name, light.grid, light.values) for light in solution.illuminants}
-    lights = [lamps[name] if name in lamps else normalized(illuminant(name)) for name in found.seen_under]
-    colors = [[linear_rgb_from_product(light, item.grid) @ item.values for light in lights] for item in items]
+    colors = [[linear_rgb_from_product(light, item.grid) @ item.values for light in found.seen_under] for item in items]
     shown = np.clip(display_rgb_from_linear(np.array(colors)), 0, 1).round(4).tolist()
     return {
         "apart": found.apart,
         "spectra": json.dumps(spectra),
         "cells": json.dumps(cells),
         "colors": json.dumps(shown),
-        "lamps": ", ".join(found.seen_under),
+        "lamps": ", ".join(light.name for light in found.seen_under),
     }
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.palette import PaletteProblem
 from spectral_core.palette.possible import SECTION_LIMIT, PossibleColors, possible_colors, section_linear_rgb
-from spectral_core.palette.reachable import CellReach, NearestColor
+from spectral_core.palette.reachable import NearestColor
 from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
 from spectral_core.spectra.spectrum import Illuminant
 
@@ -185,7 +185,7 @@ def _words(
             left = colors.without(cell, wanted)
             name = lights[cell[1]]
             lines.append(f"Conflict: the exact color under {name}. Without it ΔE {left:.1f} would remain.")
-        if CellReach(colors.light, colors.reach.grid, scale=None).nearest(wanted).delta_e_2000 > VISIBLE:
+        if colors.alone(wanted) > VISIBLE:
             lines.append("No reflectance has it, even without the other cells. More light or another lamp helps.")
     if colors.open:
         names = ", ".join(lights[column] for _, column in colors.open)

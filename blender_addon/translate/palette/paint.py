@@ -35,7 +35,7 @@ def solver_of(palette: PropertyGroup) -> TableSolver:
         from spectral_core.palette.paint.tints import TintCriterion, solve_with_tints
 
         criterion = TintCriterion(weight=palette.tint_weight)
-        return TableSolver(lambda problem, _: solve_with_tints(problem, criterion))
+        return TableSolver(lambda problem, before: solve_with_tints(problem, criterion, warm=before))
     from spectral_core.palette import solve_palette
 
     return TableSolver(lambda problem, before: solve_palette(problem, warm=before))

@@ -30,7 +30,7 @@ from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
 from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
-from spectral_core.palette.design.whole import SECONDS, designed
+from spectral_core.palette.design.whole import SECONDS, brightened_to_fit, designed
 from spectral_core.palette.distinct.cells import DistinctCells, distinct_cells, least_difference
 from spectral_core.palette.distinct.step import Step, StepAnswer, solve_step
 from spectral_core.palette.problem import PaletteProblem
@@ -39,6 +39,7 @@ from spectral_core.palette.qp.optimality import Check
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import REMEDIES, PaletteSolution, PaletteStatus
+from spectral_core.palette.worst_case import Shares
 from spectral_core.spectra.color import lab_jacobian_from_linear_rgb
 
 Array = NDArray[np.float64]
@@ -93,11 +94,19 @@ def distinct_solutions(
     if starts is None:
         starts = STARTS if warm is None or _coincide(problem, warm) else 0
     require_range("starts", starts, 0 if warm is not None else 1, 10_000)
+    if problem.scale_lights and warm is None:
+        state = brightened_to_fit(builder, state, trace)
     if warm is None:
         state = _others_first(builder, state, trace)
     if any(answer.infeasible or not answer.check.passed for answer in trace.answers.values()):
         trace.notes.append("the cells beside the distinct ones cannot be met, so no colors were made distinct")
         return (_reported(builder, state, trace, apart=False),)
+    if problem.robustness == "worst_case" and len(requests.conditions) > 1:
+        # The shares of the design without distinct cells belong to its errors, which are often 0 with any shares.
+        builder.shares = Shares()
+        trace.notes.append(
+            "beside distinct cells, further observers and variants count on average, not by their worst case"
+        )
     phase = builder.assembled("reflectances", state, perceptual=problem.match == "perceptual")
     cells = distinct_cells(builder, state, phase)
     given = None if warm is None else np.concatenate([_known(state.reflectances[item]) for item in phase.items])

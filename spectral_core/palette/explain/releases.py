@@ -89,7 +89,15 @@ class ReleaseSearch:
         part = self._part(cell)
         if part is None:
             return None
-        others = tuple(other for other in part.others if other != cell)
+        found = self._among(part, part.others, cell, error)
+        if found is not None and not (found.alone or found.together) and len(part.linked) > len(part.others):
+            # A cell of another material moves the color that both share.
+            return self._among(part, part.linked, cell, error)
+        return found
+
+    def _among(self, part: _Part, cells: Sequence[CellIndex], cell: CellIndex, error: float) -> Releases | None:
+        """The cells among some whose release relieves a cell."""
+        others = tuple(other for other in cells if other != cell)
         least = part.error(cell, others)
         if not least < self._share * error:
             return Releases((), (), error)
@@ -123,6 +131,8 @@ class _Part:
     problem: PaletteProblem
     others: tuple[CellIndex, ...]
     """Cells of the row or column, and those that share a color with one of them, by their place in the palette."""
+    linked: tuple[CellIndex, ...]
+    """All cells of the part with a request."""
     lines: tuple[int, ...]
     """Number of each row or column in the palette."""
     axis: int
@@ -140,13 +150,10 @@ class _Part:
         lines = _linked(requests, line, axis)
         groups = [group.members for group in requests.groups]
         near = {each for members in groups if any(member[axis] == line for member in members) for each in members}
-        others = tuple(
-            (i, j)
-            for i, row in enumerate(held.cells)
-            for j, each in enumerate(row)
-            if _asks(each) and ((i, j)[axis] == line or (i, j) in near)
-        )
-        return cls(_lines_of(held, lines, axis), others, lines, axis)
+        asked = [(i, j) for i, row in enumerate(held.cells) for j, each in enumerate(row) if _asks(each)]
+        linked = tuple(each for each in asked if each[axis] in lines)
+        others = tuple(each for each in linked if each[axis] == line or each in near)
+        return cls(_lines_of(held, lines, axis), others, linked, lines, axis)
 
     @property
     def samples(self) -> int:

@@ -134,10 +134,11 @@ def _read_ase(file: Path, data: bytes) -> list[Swatch]:
 
 def _ase_color(file: Path, name: str, content: bytes) -> NDArray[np.float64]:
     model = content[:4]
-    if model == b"RGB ":
-        return linear_from_display_rgb(struct.unpack_from(">3f", content, 4))
-    if model == b"Gray":
-        return linear_from_display_rgb(list(struct.unpack_from(">f", content, 4)) * 3)
+    if model in (b"RGB ", b"Gray"):
+        stored = struct.unpack_from(">3f" if model == b"RGB " else ">f", content, 4)
+        if not np.isfinite(stored).all():
+            raise FileFormatError(f"{file}: swatch {name!r} has the channels {stored}; expected finite numbers")
+        return linear_from_display_rgb(np.broadcast_to(stored, 3))
     raise FileFormatError(
         f"{file}: swatch {name!r} is in {model.decode('ascii', 'replace').strip()!r}; expected RGB or Gray, so convert "
         "it in the program that wrote it"

@@ -61,6 +61,8 @@ class FluorescentSolution:
     """Largest ΔE2000 between two cells with equal requested colors."""
     settled: bool = True
     """True if neither side alone could still lower the objective; False if the time or the rounds ended before."""
+    notes: tuple[str, ...] = ()
+    """Text on deviations from the request, such as capped weights."""
 
     @property
     def trusted(self) -> bool:
@@ -142,6 +144,7 @@ def _solution(design: FluorescentSpectra, check: Check, rounds: int, *, settled:
         rounds,
         errors.worst_pair_delta_e_2000,
         settled,
+        design.requests.notes,
     )
 
 

@@ -51,6 +51,6 @@ def palette_solution(found: FluorescentSolution) -> PaletteSolution:
         remedy=REMEDIES[status],
         rounds=found.rounds,
         engines=(),
-        notes=tuple(notes),
+        notes=(*found.notes, *notes),
         amounts=tuple(None for _ in found.illuminants),
     )

@@ -28,7 +28,7 @@ from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import solve
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import reported
-from spectral_core.palette.solution import PaletteSolution
+from spectral_core.palette.solution import PaletteSolution, PaletteStatus
 from spectral_core.palette.solve import solve_palette
 
 Array = NDArray[np.float64]
@@ -130,28 +130,40 @@ def matching_cells(requests: Requests) -> list[dict[CellIndex, float]]:
 
 
 def solve_with_tints(
-    problem: PaletteProblem, criterion: TintCriterion | None = None, *, iterations: int = 40
+    problem: PaletteProblem,
+    criterion: TintCriterion | None = None,
+    *,
+    warm: PaletteSolution | None = None,
+    iterations: int = 40,
 ) -> PaletteSolution:
     """A palette whose matching cells also match as tints (Kubelka-Munk), as nearly as the other requests allow.
 
     Starts with solve_palette, holds the lights, and takes Gauss-Newton steps within a trust region; each step is a
-    palette problem with more rows, and is kept only if the true objective decreases. Raises InvalidInputError if cells
-    are "distinct".
+    palette problem with more rows, and is kept only if the true objective decreases. ``warm``: a solution from which
+    solve_palette continues. Raises InvalidInputError if cells are "distinct", or reflectances may leave 0 to 1.
     """
     started = perf_counter()
     criterion = criterion or TintCriterion()
     if wants_distinct(problem):
         raise InvalidInputError("tints are not designed together with 'distinct' cells; make those 'fixed' or 'ignore'")
-    solution = solve_palette(problem)
-    if not solution.status.trusted:
-        return solution
+    if problem.reflectance_bounds[0] < 0 or problem.reflectance_bounds[1] > 1:
+        raise InvalidInputError(
+            f"tints are mixed from paints, which reflect from 0 to 1, but reflectances are bounded by "
+            f"{problem.reflectance_bounds}; bound them by 0 and 1, or design without tints"
+        )
+    first = solve_palette(problem, warm=warm)
+    if not first.status.usable:
+        return replace(first, notes=(*first.notes, "tints are not matched, because the other cells cannot be met"))
     builder = Assembler(problem, compiled_requests(problem))
-    state: PaletteState = solution.state
-    trace = SolveTrace(notes=[*solution.notes, "tints are matched with the lights held"])
-    objective, reach = _tint_objective(builder, state, criterion), STEP_LIMIT
+    state: PaletteState = first.state
+    trace = SolveTrace(notes=[*first.notes, "tints are matched with the lights held"])
+    for _, answer in (first.state.record or {}).values():
+        trace.joint = trace.joint | answer.check
+    quadratic = _without_tints(builder, state)
+    objective, reach, settled = _tint_objective(builder, quadratic, state, criterion), STEP_LIMIT, False
     for number in range(1, iterations + 1):
-        answer, trial = _tint_step(builder, state, criterion, reach)
-        found = _tint_objective(builder, trial, criterion)
+        answer, trial = _tint_step(builder, quadratic, state, criterion, reach)
+        found = _tint_objective(builder, quadratic, trial, criterion)
         if not answer.check.passed or found >= objective:
             reach /= 3
             if reach < LAST_STEP:
@@ -160,13 +172,25 @@ def solve_with_tints(
         settled = objective - found < SETTLED * objective
         state, objective, reach = trial, found, min(2 * reach, 1.0)
         trace.add("reflectances", answer, 0.0)
-        trace.rounds = number
+        trace.rounds, trace.joint = number, answer.check
         if settled:
             break
+        if problem.match == "perceptual":  # CIELAB is linearized anew
+            quadratic = _without_tints(builder, state)
+            objective = _tint_objective(builder, quadratic, state, criterion)
+    if trace.rounds == iterations and not settled:
+        trace.notes.append(f"the match of tints may still improve; its design ended after step {iterations}")
     trace.timings["total"] = perf_counter() - started
     solution = reported(builder, state, trace)
+    if first.status is PaletteStatus.IMPROVING and solution.status.trusted:  # the lights are as they were
+        solution = replace(solution, status=first.status, remedy=first.remedy)
     worst = largest_tint_difference(solution, criterion)
     return replace(solution, residuals={**solution.residuals, "tint_delta_e_2000": worst})
+
+
+def _without_tints(builder: Assembler, state: PaletteState) -> Quadratic:
+    perceptual = builder.problem.match == "perceptual"
+    return builder.assembled("reflectances", state, perceptual=perceptual).quadratic
 
 
 def largest_tint_difference(solution: PaletteSolution, criterion: TintCriterion) -> float:
@@ -181,26 +205,26 @@ def largest_tint_difference(solution: PaletteSolution, criterion: TintCriterion)
 
 
 def _tint_step(
-    builder: Assembler, state: PaletteState, criterion: TintCriterion, reach: float
+    builder: Assembler, quadratic: Quadratic, state: PaletteState, criterion: TintCriterion, reach: float
 ) -> tuple[Answer, PaletteState]:
-    assembled = builder.assembled("reflectances", state)
-    wider = with_tints(builder, assembled.quadratic, state, criterion)
+    items = builder.free_items("reflectances")
+    wider = with_tints(builder, quadratic, state, criterion)
     held = []
-    for item, block in zip(assembled.items, wider.blocks, strict=True):
+    for item, block in zip(items, wider.blocks, strict=True):
         here = state.reflectances[item]
         assert here is not None
         near = np.maximum(block.lower, here - reach), np.minimum(block.upper, here + reach)
         held.append(replace(block, lower=near[0], upper=near[1]))
     answer = solve(replace(wider, blocks=tuple(held)))
-    return answer, state.with_values("reflectances", dict(zip(assembled.items, answer.values, strict=True)))
+    return answer, state.with_values("reflectances", dict(zip(items, answer.values, strict=True)))
 
 
-def _tint_objective(builder: Assembler, state: PaletteState, criterion: TintCriterion) -> float:
+def _tint_objective(builder: Assembler, quadratic: Quadratic, state: PaletteState, criterion: TintCriterion) -> float:
     """Half the sum of squares of all soft rows at a state, tints by Kubelka-Munk itself, free colors at their
-    optimum.
+    optimum. ``quadratic``: of the reflectances, without tints.
     """
     # Linearized at the state itself, the tints' rows are exact there.
-    linked = with_tints(builder, builder.assembled("reflectances", state).quadratic, state, criterion)
+    linked = with_tints(builder, quadratic, state, criterion)
     values = [state.reflectances[item] for item in builder.free_items("reflectances")]
     blocks = [each for each in values if each is not None]
     return linked.objective(linked.joined(linked.best_colors(blocks), blocks))

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from operator import is_
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.given import CellIndex
 from spectral_core.palette.qp.backends import EQUAL
-from spectral_core.palette.qp.block import RowKey
 from spectral_core.palette.qp.quadratic import FAR, Quadratic
 
 Array = NDArray[np.float64]
@@ -24,21 +24,43 @@ CONFLICT = -1
 """daqp's flag of an infeasible problem."""
 
 
-def smallest_conflict(problem: Quadratic) -> tuple[RowKey, ...]:
+def smallest_conflict(
+    problem: Quadratic, asking: Mapping[CellIndex, Sequence[CellIndex]] | None = None
+) -> tuple[CellIndex, ...]:
     """A minimal set of exact cells that cannot all hold; empty if all can, or if none is a cell.
 
     Single spectra are tested first: most conflicts are within one, and each test then takes microseconds.
+
+    Parameters
+    ----------
+    problem : one side of a palette.
+    asking : for each cell that shares a free color, the exact cells that ask for it: one may refer to another that asks
+        nothing itself. By default each asks for itself.
     """
-    for k, block in enumerate(problem.blocks):
-        keys = [(k, r) for r in range(len(block.keys)) if block.exact[3 * r]]
+    rows = [[(k, r) for r in range(len(block.keys)) if block.exact[3 * r]] for k, block in enumerate(problem.blocks)]
+    for k, keys in enumerate(rows):
         if keys and not _possible(problem, [k], keys):
-            return tuple(problem.blocks[b].keys[r] for b, r in _filtered(problem, [k], keys))
-    keys = [(k, r) for k, block in enumerate(problem.blocks) for r in range(len(block.keys)) if block.exact[3 * r]]
+            return _filtered(problem, [k], _by_request(problem, keys, asking or {}))
+    every = [key for keys in rows for key in keys]
     blocks = list(range(len(problem.blocks)))
     # A joint test is dense in all spectra; beyond the limit it would take longer than the solve that it saves.
-    if len(keys) <= JOINT_LIMIT and keys and not _possible(problem, blocks, keys):
-        return tuple(problem.blocks[b].keys[r] for b, r in _filtered(problem, blocks, keys))
+    if len(every) <= JOINT_LIMIT and every and not _possible(problem, blocks, every):
+        return _filtered(problem, blocks, _by_request(problem, every, asking or {}))
     return ()
+
+
+def _by_request(
+    problem: Quadratic, keys: Sequence[tuple[int, int]], asking: Mapping[CellIndex, Sequence[CellIndex]]
+) -> dict[CellIndex, set[tuple[int, int]]]:
+    """Exact rows, each a block and its number of the row, by the cells that ask for them."""
+    found: dict[CellIndex, set[tuple[int, int]]] = {}
+    for k, r in keys:
+        block = problem.blocks[k]
+        cell = block.keys[r][1]
+        is_shared = block.ties[3 * r : 3 * r + 3].any()
+        for each in (asking.get(cell) or (cell,)) if is_shared else (cell,):
+            found.setdefault(each, set()).add((k, r))
+    return found
 
 
 def can_hold(problem: Quadratic, block: int, *, cells: bool = True) -> bool:
@@ -84,15 +106,17 @@ class ImpossibleBlocks:
         return before[4]
 
 
-def _filtered(problem: Quadratic, blocks: list[int], keys: list[tuple[int, int]]) -> list[tuple[int, int]]:
+def _filtered(
+    problem: Quadratic, blocks: list[int], rows: Mapping[CellIndex, set[tuple[int, int]]]
+) -> tuple[CellIndex, ...]:
     """Deletion filter (Chinneck 2008): drop each cell without which the others still conflict."""
     # One test per cell. The result is minimal but not unique: another order may keep other cells.
-    kept = list(keys)
-    for key in keys:
-        fewer = [each for each in kept if each != key]
-        if fewer and not _possible(problem, blocks, fewer):
+    kept = list(rows)
+    for cell in rows:
+        fewer = [each for each in kept if each != cell]
+        if fewer and not _possible(problem, blocks, sorted(set().union(*(rows[each] for each in fewer)))):
             kept = fewer
-    return kept
+    return tuple(kept)
 
 
 def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[int, int]]) -> bool:
