@@ -48,6 +48,17 @@ def test_volume_keeps_every_frame(tmp_path: Path, capsys: Any) -> None:
     refused(capsys, frame, "volume", frame, "--transfer", "wide", "--out", frame)
 
 
+def test_design_keeps_the_spectra_of_a_palette(tmp_path: Path, capsys: Any) -> None:
+    """``--out .`` beside the palette replaced the measured lights that it names by those of the solution."""
+    lights, palette = tmp_path / "lights.csv", tmp_path / "two.toml"
+    lights.write_text("nm,D65\n" + "".join(f"{nm},{nm - 300}\n" for nm in range(400, 701, 10)), "utf-8")
+    text = (Path(__file__).parents[2] / "examples" / "split_light.toml").read_text("utf-8")
+    old = next(line for line in text.splitlines() if line.startswith("spectrum = "))
+    palette.write_text(text.replace(old, 'spectrum = {file = "lights.csv", name = "D65"}', 1), "utf-8")
+    refused(capsys, lights, "design", palette, "--out", tmp_path)
+    assert not (tmp_path / "solution.json").exists()
+
+
 def test_mix_keeps_the_spectra(tmp_path: Path, capsys: Any) -> None:
     path = tmp_path / "paints.csv"
     path.write_text("nm,ochre,blue\n" + "".join(f"{nm},0.5,0.2\n" for nm in range(400, 701, 10)), "utf-8")

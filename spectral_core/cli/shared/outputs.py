@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from spectral_core.errors import InvalidInputError
 
@@ -15,3 +16,20 @@ def require_apart(outputs: Iterable[Path], inputs: Iterable[str | Path]) -> None
     for path in outputs:
         if path.resolve() in read:
             raise InvalidInputError(f"{path} is read by this command and would be lost; write to another file")
+
+
+def files_of_document(path: Path) -> list[Path]:
+    """A document, and the files that its entries ``file`` name, at any depth."""
+    from spectral_core.documents import read_document
+
+    return [path, *read_document(path, lambda document, folder: [folder / name for name in _named(document)], "files")]
+
+
+def _named(part: Any) -> Iterator[str]:
+    if isinstance(part, dict):
+        if isinstance(part.get("file"), str):
+            yield part["file"]
+        part = list(part.values())
+    if isinstance(part, list):
+        for each in part:
+            yield from _named(each)
