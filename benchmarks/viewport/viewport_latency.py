@@ -186,7 +186,7 @@ def _tell_drags(figures: dict[str, Any], where: str, drags: list[dict[str, Any]]
     print(
         f"{where}: a wanted color is dragged {len(drags)} times, {relit} re-lit, {coarse} at half the size: "
         f"median {medians['ms']:.1f} ms to the picture ({medians['work_ms']:.1f} ms of it work of the main thread), "
-        f"{medians['shown_ms']:.1f} ms to the end of the redraw, which takes {medians['idle_ms']:.1f} ms without a change"
+        f"{medians['shown_ms']:.1f} ms to the end of the redraw; {medians['idle_ms']:.1f} ms without a change"
     )
     is_kept = medians["shown_ms"] <= DRAG_MS and relit == len(drags)
     figures["holds"][f"{where}: a dragged color is solved, re-lit and drawn in {DRAG_MS:g} ms"] = is_kept

@@ -17,12 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.cli.shared.outputs import files_of_document, require_apart
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.files.whole import make_folder
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
 
+WRITTEN = ("solution.json", "lights.csv", "reflectances.csv", "swatches.gpl", "swatches.ase", "palette.png")
+"""Files in the folder of a solution."""
 TILE, INSET = 96, 32
 """Pixels of a cell's color, and of the wanted color inside it."""
 
@@ -54,7 +57,10 @@ def run(arguments: argparse.Namespace) -> int:
         from dataclasses import replace
 
         problem = replace(problem, rounds=arguments.rounds)
-    folder = make_folder(arguments.out or Path("out") / name)  # before the work, which would be lost without it
+    folder = arguments.out or Path("out") / name
+    if arguments.palette is not None:
+        require_apart([folder / each for each in WRITTEN], files_of_document(arguments.palette))
+    make_folder(folder)  # before the work, which would be lost without it
     solution = solve_palette(problem)
     written = _write(folder, solution)  # before printing, because the reader of the table may close the pipe
     _print(solution)
@@ -127,7 +133,7 @@ def _write(folder: Path, solution: PaletteSolution) -> list[str]:
     if clipped:
         print(f"note: swatches outside the display's gamut were moved to its edge: {', '.join(clipped)}")
     write_picture(folder / "palette.png", table_picture(solution))
-    return ["solution.json", "lights.csv", "reflectances.csv", "swatches.gpl", "swatches.ase", "palette.png"]
+    return list(WRITTEN)
 
 
 def table_picture(solution: PaletteSolution) -> NDArray[Any]:

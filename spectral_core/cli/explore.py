@@ -167,6 +167,8 @@ def _weights(words: list[str] | None) -> dict[str, float]:
     found = {}
     for word in words or []:
         name, _, number = word.partition("=")
+        if name in found:
+            raise InvalidInputError(f"--weights names {name!r} twice; name it once")
         try:
             found[name] = float(number)
         except ValueError as error:

@@ -26,7 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Mix, print the colors, write the spectrum where asked."""
-    from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
+    from spectral_core.cli.shared.outputs import require_apart
+    from spectral_core.cli.shared.spectra import files_in, illuminant_named, reflectance_named
     from spectral_core.palette.paint.mixtures import additive_mixture, paint_mixture
     from spectral_core.palette.texture.reach import stimulus_matrix
     from spectral_core.spectra.color import display_rgb_from_linear
@@ -34,6 +35,9 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core.spectra.spectrum import Reflectance, common_grid, told_apart
 
     named = [_part(word) for word in arguments.parts]
+    if arguments.out is not None:
+        read = [name for name, _ in named] + arguments.light
+        require_apart([arguments.out], [file for name in read for file in files_in(name)])
     lights = told_apart([illuminant_named(name) for name in arguments.light or ("D65", "A")])
     shares = np.array([parts for _, parts in named])
     shares = shares / shares.sum()

@@ -49,6 +49,7 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Relight and write."""
+    from spectral_core.cli.shared.outputs import require_apart
     from spectral_core.cli.shared.spectra import illuminant_named
     from spectral_core.render.relight.mix import LiveMix, amounts_of
     from spectral_core.render.relight.page import write_page
@@ -56,6 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.out is None and arguments.html is None:
         raise InvalidInputError("nothing to write: give --out FILE or --html FILE.html")
+    require_apart([path for path in (arguments.out, arguments.html) if path is not None], [arguments.transport])
     transport = read_transport(arguments.transport)
     groups = transport.groups
     lights = {group: illuminant_named(name) for group, name in _pairs("--light", arguments.light, groups).items()}

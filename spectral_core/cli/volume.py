@@ -15,7 +15,9 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -89,16 +91,22 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from spectral_core.cli.shared.outputs import require_apart
     from spectral_core.cli.shared.spectra import illuminant_named
     from spectral_core.spectra.pictures import require_ending
     from spectral_core.spectra.spectrum import told_apart
 
     out = require_ending(arguments.out or Path(f"{_stem(arguments.volume)}.png"))
     lights = told_apart([illuminant_named(name) for name in arguments.light])  # an unknown name ends the command here
+    files = _frames(arguments)
+    outs = [out if frame.number is None else out.with_stem(f"{out.stem}_{frame.number:04d}") for frame in files]
+    require_apart([path for each in outs for path in _targets(each, lights)], [frame.path for frame in files])
+    transfer = _transfer(arguments.transfer, files)
     frames = []
-    for number, volume in _frames(arguments):
-        path = out if number is None else out.with_stem(f"{out.stem}_{number:04d}")
-        frames.append(_render(arguments, volume, path, lights) | ({} if number is None else {"frame": number}))
+    for frame, path in zip(files, outs, strict=True):
+        volume = frame.read()
+        figures = _render(arguments, volume, transfer(volume), path, lights)
+        frames.append(figures | ({} if frame.number is None else {"frame": frame.number}))
     if arguments.json:
         print_json(frames[0] if len(frames) == 1 and "frame" not in frames[0] else {"frames": frames})
     return 0
@@ -111,8 +119,17 @@ def _stem(volume: str) -> str:
     return (Path(name).stem.rstrip("#*_.-") or "volume").replace("%", "")
 
 
-def _frames(arguments: argparse.Namespace) -> Any:
-    """(None, volume) of one file, or (number, volume) of each frame, read on demand."""
+@dataclass(frozen=True)
+class _Frame:
+    """A volume to come: its number in a sequence, the file or sample that names it, and its reader."""
+
+    number: int | None
+    path: str | Path
+    read: Callable[[], ScalarVolume]
+
+
+def _frames(arguments: argparse.Namespace) -> list[_Frame]:
+    """The frames of a sequence, or the only volume."""
     from spectral_core.volume.files import RawLayout, find_sequence, read_volume
 
     raw = None
@@ -121,15 +138,20 @@ def _frames(arguments: argparse.Namespace) -> Any:
     if arguments.raw_shape is not None:
         raw = RawLayout(tuple(arguments.raw_shape), arguments.raw_type, arguments.raw_order, arguments.raw_offset)
     if arguments.volume.startswith("sample:"):
-        return [(None, _spaced(_sample(arguments.volume), arguments.spacing))]
+        return [_Frame(None, "", lambda: _spaced(_sample(arguments.volume), arguments.spacing))]
     options = {"field": arguments.field, "component": arguments.component, "raw": raw}
     # A file of that very name is no pattern: "head #2.nrrd".
     if any(mark in Path(arguments.volume).name for mark in "#%*{") and not Path(arguments.volume).exists():
         sequence = find_sequence(arguments.volume, **options)
         if sequence.missing:
             print(f"frames {', '.join(map(str, sequence.missing))} have no file and are left out")
-        return ((number, _spaced(sequence.read(number), arguments.spacing)) for number in sequence.numbers)
-    return [(None, _spaced(read_volume(arguments.volume, **options), arguments.spacing))]
+        return [
+            _Frame(n, path, partial(lambda n: _spaced(sequence.read(n), arguments.spacing), n))
+            for n, path in sequence.frames
+        ]
+    return [
+        _Frame(None, arguments.volume, lambda: _spaced(read_volume(arguments.volume, **options), arguments.spacing))
+    ]
 
 
 def _sample(given: str) -> ScalarVolume:
@@ -151,14 +173,25 @@ def _spaced(volume: ScalarVolume, spacing: list[float] | None) -> ScalarVolume:
     return ScalarVolume(volume.name, volume.data, matrix)
 
 
-def _transfer(given: str, volume: ScalarVolume) -> TransferFunction:
-    if Path(given).suffix.lower() in (".toml", ".json") or Path(given).is_file():
-        from spectral_core.volume.documents.transfer_file import read_transfer
-
-        return read_transfer(given).for_volume(volume)
+def _transfer(given: str, frames: Sequence[_Frame]) -> Callable[[ScalarVolume], TransferFunction]:
+    """The transfer function of each volume: one for all frames, or their pictures would not be comparable."""
+    from spectral_core.volume.documents.transfer_document import stated_in_fractions
+    from spectral_core.volume.documents.transfer_file import read_transfer
     from spectral_core.volume.presets import preset
 
-    return preset(given.removeprefix("preset:"), volume)  # as the integrator's files spell it
+    named = given.removeprefix("preset:")  # as the integrator's files spell it
+    is_file = Path(given).suffix.lower() in (".toml", ".json") or Path(given).is_file()
+    if len(frames) == 1:
+        return lambda volume: read_transfer(given).for_volume(volume) if is_file else preset(named, volume)
+    stated = read_transfer(given) if is_file else None
+    if stated is not None and stated.values == "data":
+        return stated.for_volume
+    ranges = [frame.read().value_range for frame in frames]
+    all_frames = min(low for low, _ in ranges), max(high for _, high in ranges)
+    if stated is None:  # fitted to the frame of the widest range, and stretched to that of all frames
+        widest = frames[max(range(len(ranges)), key=lambda index: ranges[index][1] - ranges[index][0])].read()
+        stated = stated_in_fractions(preset(named, widest), widest)
+    return partial(stated.for_volume, value_range=all_frames)
 
 
 def _estimate(chosen: Plan) -> str:
@@ -171,13 +204,16 @@ def _estimate(chosen: Plan) -> str:
 
 
 def _render(
-    arguments: argparse.Namespace, volume: ScalarVolume, path: Path, lights: Sequence[Illuminant]
+    arguments: argparse.Namespace,
+    volume: ScalarVolume,
+    transfer: TransferFunction,
+    path: Path,
+    lights: Sequence[Illuminant],
 ) -> dict[str, Any]:
     from spectral_core.volume.plan import plan
     from spectral_core.volume.renderer import VolumeRenderer
     from spectral_core.volume.view import View
 
-    transfer = _transfer(arguments.transfer, volume)
     width, height = arguments.size
     view = View.around(
         volume,
@@ -218,6 +254,13 @@ def _render(
     return figures
 
 
+def _targets(path: Path, lights: Sequence[Illuminant]) -> list[Path]:
+    """The picture's file, or one for each of several lights."""
+    if len(lights) < 2:
+        return [path]
+    return [path.with_stem(f"{path.stem}_{name}") for name in file_words([light.name for light in lights])]
+
+
 def _write_lights(lights: Sequence[Illuminant], image: Any, path: Path) -> list[str]:
     """One picture per light, all from the same amounts; the paths."""
     from spectral_core.spectra.pictures import write_picture
@@ -228,8 +271,7 @@ def _write_lights(lights: Sequence[Illuminant], image: Any, path: Path) -> list[
         write_picture(path, combine(image.amounts, display_matrix(image.transfer, None)))
         print(f"wrote {path}")
         return [str(path)]
-    names = file_words([light.name for light in lights])
-    targets = [path] if len(lights) == 1 else [path.with_stem(f"{path.stem}_{name}") for name in names]
+    targets = _targets(path, lights)
     for target, light in zip(targets, lights, strict=True):
         write_picture(target, combine(image.amounts, display_matrix(image.transfer, light)))
         print(f"wrote {target} ({light.name})")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.llvm_library import LLVM_INSTALL_HINT, find_llvm, use_newest_llvm
 from spectral_core.volume.field import ScalarVolume
@@ -28,6 +29,8 @@ from spectral_core.volume.prepared import PreparedTransfer
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
+LEAST_VOXEL, GREATEST_VOXEL = 1e-30, 1e30
+"""World lengths of a voxel's edges: those times an extinction fit into single precision."""
 THESIS_WINDOW = 2  # voxels: the rank filter's reach, and the longest step of that rule
 
 
@@ -35,10 +38,12 @@ class VolumeRenderer:
     """Renders one field; keeps on the device all data that do not depend on view or transfer function.
 
     ``backend`` is ``llvm`` (the processor), ``cuda``, or a Dr.Jit array module. Raises MissingDependencyError if Dr.Jit
-    is not installed.
+    is not installed, InvalidInputError for voxels shorter than ``LEAST_VOXEL`` or longer than ``GREATEST_VOXEL``.
     """
 
     def __init__(self, volume: ScalarVolume, backend: Any = "llvm") -> None:
+        for edge in volume.voxel_size:
+            require_range(f"the edge of a voxel of volume {volume.name!r}", float(edge), LEAST_VOXEL, GREATEST_VOXEL)
         self.volume = volume
         self.types = array_types(backend) if isinstance(backend, str) else backend
         self.device_volume = DeviceVolume(self.types, volume)
@@ -149,6 +154,9 @@ class VolumeRenderer:
 
         types = self.types
         coefficients, back = view.index_rays(self.volume)
+        # Directions near 1: the squares of lengths in very small or large units do not fit into single precision.
+        per_index_unit, per_world_unit = (_power_of_two(block) for block in coefficients[1:])
+        coefficients = coefficients / np.array([1.0, per_index_unit, per_world_unit])[:, None, None]
         x, y = (types.Array3f(each) for each in pixels)
         point, along, world = (
             dr.fma(y, per_y, dr.fma(x, per_x, fixed))
@@ -156,9 +164,15 @@ class VolumeRenderer:
         )
         length = dr.sqrt(dr.dot(along, along))
         inverse = 1.0 / length
-        per_index = dr.sqrt(dr.dot(world, world)) * inverse
-        begin = -dr.opaque(types.Float, min(back, 1e15)) * length
+        voxel = dr.opaque(types.Float, per_world_unit / per_index_unit)
+        per_index = dr.sqrt(dr.dot(world, world)) * inverse * voxel
+        begin = -dr.opaque(types.Float, min(back * per_index_unit, 1e15)) * length
         return clip_to_box(grid, point, along * inverse, per_index, begin)
+
+
+def _power_of_two(block: NDArray[np.float64]) -> float:
+    """The power of two near the largest number of a block; a division by it causes no rounding."""
+    return float(2.0 ** np.floor(np.log2(np.abs(block).max())))
 
 
 def array_types(backend: str) -> Any:

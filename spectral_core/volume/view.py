@@ -93,7 +93,8 @@ class View:
             distance = 4.0 * radius
         else:
             distance = radius / np.sin(np.radians(_checked_fov(fov)) / 2)
-        up = (0.0, 0.0, 1.0) if abs(elevation_deg) < 85 else (0.0, 1.0, 0.0)
+        # near the poles z is nearly the direction of view; a full turn more shows the same picture
+        up = (0.0, 0.0, 1.0) if abs(toward[2]) < np.sin(np.radians(85)) else (0.0, 1.0, 0.0)
         return cls.looking(middle + toward * distance, middle, up, **rest)
 
     def resized(self, width: int, height: int) -> View:

@@ -187,3 +187,20 @@ def test_a_stated_spacing_keeps_place_and_directions():
     turn = np.array([[0.0, -2, 0, 5], [-3, 0, 0, 6], [0, 0, 4, 7], [0, 0, 0, 1]])  # axes exchanged and mirrored
     spaced = _spaced(ScalarVolume("v", np.zeros((2, 3, 4)), turn), [1.0, 10.0, 100.0])
     assert np.allclose(spaced.world_from_index, [[0, -10, 0, 5], [-1, 0, 0, 6], [0, 0, 100, 7], [0, 0, 0, 1]])
+
+
+@needs_drjit
+@pytest.mark.parametrize("transfer", ["wide", EXAMPLES / "solid.toml"])
+def test_the_frames_of_a_sequence_share_one_function(tmp_path, capsys, transfer):
+    """Each frame had a function of its own, fitted to its range: smoke that fades kept its density."""
+    x, y, z = np.meshgrid(*[np.linspace(-1, 1, 12)] * 3, indexing="ij")
+    blob = np.exp(-4 * (x**2 + y**2 + z**2))
+    for number, amount in enumerate((0.5, 1.0, 0.25)):
+        np.save(tmp_path / f"fade_{number}.npy", amount * blob)
+    arguments = ("--transfer", transfer, "--size", 16, 16, "--quality", "draft", "--rule", "uniform")
+    status, _ = call(capsys, tmp_path / "fade_#.npy", *arguments, "--out", tmp_path / "o.npy")
+    assert status == 0
+    half, whole, quarter = (np.load(tmp_path / f"o_{number:04d}.npy").mean() for number in range(3))
+    assert whole > 1.5 * half > 3 * quarter
+    status, _ = call(capsys, tmp_path / "fade_1.npy", *arguments, "--out", tmp_path / "alone.npy")
+    np.testing.assert_allclose(np.load(tmp_path / "alone.npy").mean(), whole, rtol=0.02)

@@ -26,7 +26,7 @@ PLAIN: dict[str, Any] = {
         {"name": "b", "low": 1.0, "high": 3.0},
         {"name": "c", "kind": "choice", "choices": ["x", "y", "z"]},
     ],
-    "design": {"kind": "lattice", "budget": 8, "seed": 0, "rate": 2, "points": [{"a": 1.5, "b": 2.0, "c": "x"}]},
+    "design": {"kind": "lattice", "budget": 8, "seed": 0, "rate": 2},
     "region": {
         "ranges": {"a": [1.0, 2.0]}, "choices": {"c": ["x", "y"]}, "constraints": ["b <= 2.8"], "name": "middle",
         "ball": {"center": {"a": 1.5, "b": 2.0}, "radii": {"a": 0.5}, "p": 2.0},
@@ -39,7 +39,7 @@ OTHERS: dict[str, Any] = {
     "parameters.scale": "log", "parameters.kind": "integer", "parameters.path": "q", "parameters.group": "h",
     "parameters.choices": None,
     "design.kind": "sobol", "design.budget": 9, "design.seed": 5, "design.rate": 3,
-    "design.points": [{"a": 1.4, "b": 2.0, "c": "x"}],
+    "design.points": None,
     "region.ranges": {"a": [1.2, 1.9]}, "region.choices": {"c": ["x"]}, "region.constraints": ["b <= 2.5"],
     "region.name": "edge", "region.ball": {"center": {"a": 1.5, "b": 2.0}, "radii": {"a": 0.25}, "p": 2.0},
     "columns.d": "a - b", "reference.a": 1.25, "seed": 1,
@@ -98,6 +98,13 @@ def test_names_and_options_of_a_document_are_kept() -> None:
     plain["parameters"][2]["choices"].append("w")
     assert stored(plain) != stored(document())
     assert [parameter.name for parameter in sweep_of(plain, Path()).space.parameters] == ["a", "b", "c"]
+
+
+def test_listed_points_of_a_document_are_kept() -> None:
+    point = {"a": 1.5, "b": 2.0, "c": "x"}
+    plain, other = (document() | {"design": {"points": [each]}} for each in (point, point | {"a": 1.4}))
+    assert stored(plain) != stored(other)
+    assert sweep_of(plain, Path()).design.points == (point,)
 
 
 def test_a_computed_column_does_not_take_the_name_of_a_parameter() -> None:

@@ -31,6 +31,11 @@ def illuminant_named(word: str) -> Illuminant:
     return catalogue.illuminant(word) if found is None else Illuminant(found.name, found.grid, found.values)
 
 
+def files_in(word: str) -> list[str]:
+    """The names that may be a file in NAME, FILE, FILE@NAME or FILE:NAME."""
+    return [file for file, _ in _splits(word)]
+
+
 def _from_file(word: str, kind: SpectrumKind) -> Spectrum | None:
     """The one spectrum that FILE, FILE@NAME or FILE:NAME names; None if the word names no file."""
     from spectral_core.spectra.files import FORMATS, read_spectra

@@ -94,18 +94,26 @@ def cluster(features: ArrayLike, count: int) -> NDArray[Any]:
     count : clusters, 1 to m.
     """
     data = np.array(frozen_array("features", features, (None, None)))
-    if not 1 <= count <= len(data):
-        raise InvalidInputError(f"{count} clusters of {len(data)} rows; expected 1 to the number of rows")
-    from scipy.cluster.vq import kmeans2
+    different = len(np.unique(data, axis=0))
+    if not 1 <= count <= different:
+        raise InvalidInputError(
+            f"{count} clusters of {len(data)} rows, which have {different} different sets of features; expected 1 to "
+            f"{different}"
+        )
+    from scipy.cluster.vq import ClusterError, kmeans2
 
     best: tuple[float, NDArray[Any]] | None = None
     for start in range(10):
         rng = np.random.default_rng([0, start])
-        centers, found = kmeans2(data, count, minit="++", rng=rng, missing="raise") if count > 1 else (
-            data.mean(axis=0)[None], np.zeros(len(data), int))  # fmt: skip
+        try:
+            centers, found = kmeans2(data, count, minit="++", rng=rng, missing="raise") if count > 1 else (
+                data.mean(axis=0)[None], np.zeros(len(data), int))  # fmt: skip
+        except ClusterError:  # a cluster lost its rows to others
+            continue
         cost = float(np.square(data - centers[found]).sum())
         if best is None or cost < best[0]:
             best = cost, found
-    assert best is not None
+    if best is None:
+        raise InvalidInputError(f"{count} clusters were not found in {len(data)} rows; ask for fewer")
     _, number, sizes = np.unique(best[1], return_inverse=True, return_counts=True)
     return np.argsort(np.argsort(-sizes, kind="stable"))[number]

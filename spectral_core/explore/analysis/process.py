@@ -43,7 +43,11 @@ class GaussianProcess:
         y = np.array(frozen_array("values", values, (len(x),)))
         if not 3 <= len(x) <= MAX_ROWS:
             raise InvalidInputError(f"a Gaussian process needs 3 to {MAX_ROWS} rows; got {len(x)}")
-        mean, spread = float(y.mean()), float(y.std()) or 1.0
+        if y.min() == y.max():
+            raise InvalidInputError(
+                f"a Gaussian process needs values that differ; all {len(y)} rows have {y[0]:g}. Name another column"
+            )
+        mean, spread = float(y.mean()), float(y.std())
         z = (y - mean) / spread
         rng = np.random.default_rng(seed)
         part = np.arange(len(x)) if len(x) <= MAX_FITTED else np.sort(rng.choice(len(x), MAX_FITTED, replace=False))
@@ -85,6 +89,8 @@ def _loss(logs: Array, x: Array, z: Array) -> tuple[float, Array]:
         return 1e12, np.zeros(n + 1)
     weights = cho_solve((factor, True), z)
     power = float(z @ weights) / rows
+    if not power > 0:  # the rows of the fit have one value
+        return 1e12, np.zeros(n + 1)
     loss = 0.5 * rows * np.log(power) + float(np.log(np.diag(factor)).sum())
     inverse = cho_solve((factor, True), np.eye(rows))
     inner = inverse - np.outer(weights, weights) / power

@@ -60,11 +60,15 @@ def sobol_indices(
         for part in range(PARTS):
             held = order[part::PARTS]
             kept = np.setdiff1d(order, held)
+            if y[kept].min() == y[kept].max():  # every row that differs is omitted
+                missed[held] = y[kept][0] - y[held]
+                continue
             one = GaussianProcess.fit(x[kept], y[kept], seed=seed)
             missed[held] = one.predict(x[held])[0] - y[held]
             others.append(_indices(one, rng, base // 4)[:2])
-        shift_first = np.max([np.abs(other[0] - first) for other in others], axis=0)
-        shift_total = np.max([np.abs(other[1] - total) for other in others], axis=0)
+        if others:
+            shift_first = np.max([np.abs(other[0] - first) for other in others], axis=0)
+            shift_total = np.max([np.abs(other[1] - total) for other in others], axis=0)
     explained = (
         float(1 - np.nanmean(missed**2) / y.var()) if np.isfinite(missed).any() and y.var() > 0 else float("nan")
     )

@@ -73,7 +73,11 @@ def distances_to(features: Array, row: int, p: float = 2.0) -> Array:
     """p-norm distance of every row (m, k) to one of them, (m,)."""
     if not p >= 1:
         raise InvalidInputError(f"p is {p}; expected a norm with p >= 1")
-    result: Array = np.linalg.norm(features - features[row], ord=p, axis=1)
+    apart = np.abs(features - features[row])
+    largest = apart.max(axis=1, keepdims=True)
+    # Relative to the largest difference: high powers of small numbers are 0.
+    shares = np.divide(apart, largest, out=np.zeros_like(apart), where=largest > 0)
+    result: Array = largest[:, 0] * np.linalg.norm(shares, ord=p, axis=1)
     return result
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import operator
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -74,7 +75,8 @@ def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | st
             cache[name] = as_column(columns[name])
         return cache[name]
 
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # the mean of no number is an empty cell
         try:
             result = np.broadcast_to(np.asarray(_value(tree, column)), (length,))
         except InvalidInputError:

@@ -19,14 +19,18 @@ LARGEST = 1e300
 
 @dataclass(frozen=True, slots=True)
 class LinearConstraint:
-    """``coefficients · x <= bound`` over named parameters: values, or log10 of the values on a log scale."""
+    """``coefficients · x <= bound`` over named parameters: values, or log10 of the values on a log scale.
+
+    ``strict``: below the bound, which whole numbers and listed points may meet.
+    """
 
     coefficients: tuple[tuple[str, float], ...]
     bound: float
     text: str
+    strict: bool = False
 
     def row(self, space: Space) -> tuple[NDArray[np.float64], float]:
-        """The half-space in coordinates of the unit cube: row (n,) and bound."""
+        """The half-space in coordinates of the unit cube, with its border: row (n,) and bound."""
         row = np.zeros(len(space.parameters))
         bound = self.bound
         for name, coefficient in self.coefficients:
@@ -47,7 +51,8 @@ class LinearConstraint:
     def holds(self, space: Space, values: dict[str, float]) -> bool:
         """True if values satisfy it."""
         total = sum(c * (math.log10(values[n]) if space[n].scale == "log" else values[n]) for n, c in self.coefficients)
-        return total <= self.bound + 1e-12 * max(1.0, abs(self.bound))
+        rounding = 1e-12 * max(1.0, abs(self.bound))
+        return total < self.bound - rounding if self.strict else total <= self.bound + rounding
 
 
 def parse_constraint(text: str, space: Space) -> list[LinearConstraint]:
@@ -70,13 +75,14 @@ def parse_constraint(text: str, space: Space) -> list[LinearConstraint]:
         if isinstance(operator, ast.GtE | ast.Gt):
             left, right = right, left
         elif not isinstance(operator, ast.LtE | ast.Lt):
-            raise InvalidInputError(f"the constraint {text!r} compares with a sign other than <= and >=")
+            raise InvalidInputError(f"the constraint {text!r} compares with a sign other than <=, <, >= and >")
         first, second = _linear(left, space, text), _linear(right, space, text)
         names = [name for name in space.names if first.get(name, 0.0) != second.get(name, 0.0)]
         if not names:
             raise InvalidInputError(f"the constraint {text!r} names no parameter, or they cancel")
         coefficients = tuple((name, first.get(name, 0.0) - second.get(name, 0.0)) for name in names)
-        found.append(LinearConstraint(coefficients, second.get("", 0.0) - first.get("", 0.0), text))
+        bound = second.get("", 0.0) - first.get("", 0.0)
+        found.append(LinearConstraint(coefficients, bound, text, isinstance(operator, ast.Lt | ast.Gt)))
     return found
 
 

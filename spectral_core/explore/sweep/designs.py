@@ -130,7 +130,8 @@ def design_points(
         for point in design.points:
             _check_listed(space, point)
             if region.contains(space, point):
-                chosen.setdefault(_address(space, point), {name: point[name] for name in space.names})
+                one = {p.name: p.counted(point[p.name]) for p in space.parameters}
+                chosen.setdefault(_address(space, one), one)
         left_out = len(design.points) - len(chosen)
         if left_out:
             notes.append(f"{left_out} listed points are left out: outside of the region, or listed twice")

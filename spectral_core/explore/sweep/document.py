@@ -109,6 +109,15 @@ def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
     design = Design.from_dict(plain.get("design", {}))
     if design.kind == "list" and not design.points:
         raise InvalidInputError("the design lists no point; give points = [{…}, …], or take another kind of design")
+    if design.points and design.kind != "list":
+        raise InvalidInputError(
+            f"the design lists {len(design.points)} points, which kind = {design.kind!r} does not read; leave out the "
+            "kind, or the points"
+        )
+    if design.points and design.budget != len(design.points):
+        raise InvalidInputError(
+            f"the design lists {len(design.points)} points and has a budget of {design.budget}; leave out the budget"
+        )
     return SweepDocument(space, region, design, compute, seed, expressions, reference, folder)
 
 

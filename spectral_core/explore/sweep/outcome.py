@@ -101,6 +101,17 @@ def plain_values(values: Mapping[str, Any]) -> dict[str, float | int | str | Non
     return plain
 
 
+def join_values(values: dict[str, Any], further: Mapping[str, Any]) -> None:
+    """Add values to others. Raises InvalidInputError for a name that occurs twice: one value would be lost."""
+    twice = next((name for name in further if name in values), None)
+    if twice is not None:
+        raise InvalidInputError(
+            f"the outcome has two values named {twice!r}; entry {twice.rpartition('_')[2]} of a list "
+            f"{twice.rpartition('_')[0]!r} has this name, too. Rename one of the two"
+        )
+    values.update(further)
+
+
 def as_outcome(result: Any, name: str) -> Outcome:
     """Make an outcome from a user's result: an outcome, a number, or a mapping of numbers and pictures."""
     if isinstance(result, Outcome):
@@ -116,11 +127,11 @@ def as_outcome(result: Any, name: str) -> Outcome:
     for key, value in result.items():
         array = np.asarray(value) if isinstance(value, np.ndarray | Sequence) and not isinstance(value, str) else None
         if array is None or array.ndim == 0:
-            values[str(key)] = value if array is None else array.item()
+            join_values(values, {str(key): value if array is None else array.item()})
         elif array.ndim in (2, 3):
             pictures[str(key)] = np.asarray(array, np.float32)
         elif array.ndim == 1 and array.size <= 256 and array.dtype.kind in "fiub":
-            values |= {f"{key}_{index}": item for index, item in enumerate(array.tolist())}
+            join_values(values, {f"{key}_{index}": item for index, item in enumerate(array.tolist())})
         else:
             raise InvalidInputError(f"{name} returned {key!r} of shape {array.shape}; expected a number or a picture")
     if pictures and "" not in pictures:

@@ -139,10 +139,16 @@ class Parameter:
     def coordinate(self, value: Value) -> float:
         """Coordinate of a value in the unit cube: the middle of its interval for a whole number or a choice."""
         if self.kind == "choice":
-            if value not in self.choices:
+            if value not in self.choices or isinstance(value, bool):
                 raise InvalidInputError(f"{self.name} is {value!r}; the choices are {list(self.choices)}")
             return (self.choices.index(value) + 0.5) / len(self.choices)
         return self.place(self._number(value))
+
+    def counted(self, value: Value) -> Value:
+        """A value of this parameter as points of a design have it: an integer, or the choice itself."""
+        if self.kind == "choice":
+            return self.choices[self.choices.index(value)]
+        return int(value) if self.kind == "integer" else value
 
     def place(self, number: float) -> float:
         """Coordinate of a number, which need not be whole for a parameter that counts: it has half a step around it."""

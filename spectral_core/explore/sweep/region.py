@@ -144,7 +144,10 @@ class RegionOfInterest:
             )
         try:
             ranges = {str(name): (float(low), float(high)) for name, (low, high) in plain.get("ranges", {}).items()}
-            choices = {str(name): tuple(values) for name, values in plain.get("choices", {}).items()}
+            choices = {
+                str(name): (values,) if isinstance(values, str) else tuple(values)
+                for name, values in plain.get("choices", {}).items()
+            }
             given = plain.get("constraints", [])
             constraints = (given,) if isinstance(given, str) else tuple(given)
             one = None

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from spectral_core.errors import FileFormatError, FileWriteError
+from spectral_core.errors import FileFormatError, FileWriteError, InvalidInputError
 from spectral_core.explore.sweep.files import file_lock, json_text, read_json, require_file_name, write_whole
 from spectral_core.explore.sweep.outcome import ComputeNode, Outcome, plain_values
 from spectral_core.explore.sweep.parameters import Value
@@ -136,15 +136,25 @@ def _computed(
     linear = (address is None or address.linear) and has_exr()
     for name, picture in outcome.pictures.items():
         stem = f"{key}_{name}" if name else key
-        columns[f"FILE_{name}" if name else "FILE"] = f"image/{stem}.png"
+        _enter(columns, f"FILE_{name}" if name else "FILE", f"image/{stem}.png")
         contents[f"{stem}.png"] = outcome.shown.get(name) or display_png(picture)
         if linear and picture.ndim == 3:
-            columns[f"FILE_{name}_linear" if name else "FILE_linear"] = f"image/{stem}.exr"
+            _enter(columns, f"FILE_{name}_linear" if name else "FILE_linear", f"image/{stem}.exr")
             contents[f"{stem}.exr"] = exr_bytes(picture)
     for number, (ending, content) in enumerate(sorted(outcome.files.items())):
         name = require_file_name(f"{key}{ending}")
         first = "FILE" if number == 0 and "FILE" not in columns else f"FILE_{number}"
-        columns[first] = f"image/{name}"
+        _enter(columns, first, f"image/{name}")
         contents[name] = content
     record = {"values": plain_values(outcome.values), "files": columns, "seconds": round(seconds, 6)}
     return record, contents
+
+
+def _enter(columns: dict[str, str], column: str, file: str) -> None:
+    """Enter the file of a picture, where no other picture has this column."""
+    if column in columns:
+        raise InvalidInputError(
+            f"two pictures of the outcome take the column {column!r}; rename one of them. FILE_linear and "
+            "FILE_NAME_linear hold the linear values of the main picture and of the picture NAME"
+        )
+    columns[column] = file

@@ -19,6 +19,8 @@ from spectral_core.spectra.spectrum import Spectrum
 Pixels = NDArray[np.float32]
 QUICK_SECONDS = 0.004
 """A light whose picture takes longer is shown at half the size while it is dragged."""
+BRIGHTEST = 1e30
+"""Largest factor on a recording: its product with a pixel fits into single precision."""
 
 
 def relight(
@@ -122,6 +124,12 @@ class LiveMix:
         if np.any(amounts < 0):
             raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot absorb light")
         self._complete(amounts)
+        brightest = float(np.max(amounts, initial=0.0)) * self.transport.exposure
+        if brightest > BRIGHTEST:
+            raise InvalidInputError(
+                f"a light intensity of {np.max(amounts):g} times the exposure of {self.transport.exposure:g} is more "
+                f"than {BRIGHTEST:g}; take smaller intensities"
+            )
         scaled = (amounts * self.transport.exposure).astype(np.float32)
         lit = [index for index in sorted(self._waiting) if amounts[index] > 0]
         # the first picture is the sum, and so is that of another reading of the recording, to the last bit

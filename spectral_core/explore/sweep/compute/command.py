@@ -22,7 +22,7 @@ from typing import Any
 
 from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.explore.sweep.files import json_text
-from spectral_core.explore.sweep.outcome import Outcome
+from spectral_core.explore.sweep.outcome import Outcome, join_values
 from spectral_core.explore.sweep.parameters import Space, Value
 
 _PLACE = re.compile(r"\{([^{}]*)\}")
@@ -146,8 +146,6 @@ def _values(output: bytes, out: Path) -> dict[str, Any]:
         return {}
     plain: dict[str, Any] = {}
     for name, value in found.items():
-        if isinstance(value, list):
-            plain |= {f"{name}_{index}": item for index, item in enumerate(value)}
-        else:
-            plain[str(name)] = value
+        join_values(plain, {f"{name}_{i}": item for i, item in enumerate(value)}
+                    if isinstance(value, list) else {str(name): value})  # fmt: skip
     return {name: math.nan if value is None else value for name, value in plain.items()}

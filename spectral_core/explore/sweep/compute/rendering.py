@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -28,8 +29,8 @@ def rendered(scene: Scene, *, per_light: bool = False) -> Outcome:
     values: dict[str, float | int | str] = dict(_features(result.pixels))
     values["samples"] = int(result.samples)
     if per_light:
-        for group, pixels in sorted(result.group_pixels.items()):
-            values |= _features(pixels, f"{_identifier(group)}_")
+        for group, word in identifiers(result.group_pixels).items():
+            values |= _features(result.group_pixels[group], f"{word}_")
     return Outcome(values, {"": top_down(result.pixels)})
 
 
@@ -40,6 +41,16 @@ def _features(pixels: Any, prefix: str = "") -> dict[str, float]:
 def top_down(pixels: Any) -> Any:
     """A render's pixels with row 0 on top."""
     return np.ascontiguousarray(np.asarray(pixels)[::-1])
+
+
+def identifiers(groups: Iterable[str]) -> dict[str, str]:
+    """Beginning of the column names of each light group; groups that differ in signs alone get numbers."""
+    found: dict[str, str] = {}
+    for group in sorted(groups):
+        word = _identifier(group)
+        numbered = (f"{word}_{number}" for number in count(2))
+        found[group] = word if word not in found.values() else next(n for n in numbered if n not in found.values())
+    return found
 
 
 def _identifier(name: str) -> str:

@@ -82,10 +82,14 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 
 
 def write(volume: ScalarVolume, path: Path) -> None:
-    """Write gzipped NRRD with space directions and origin; the type is kept."""
+    """Write gzipped NRRD with space directions and origin; the type is kept.
+
+    Headers are ASCII: a volume whose name has other letters has the name of its file.
+    """
     nrrd = _pynrrd("writing NRRD files")
+    name = " ".join(volume.name.split())
     header = {
-        "content": volume.name.replace("\n", " "),
+        **({"content": name} if name.isascii() and name.isprintable() and name else {}),
         "space dimension": 3,
         "space directions": volume.world_from_index[:3, :3].T,
         "space origin": volume.world_from_index[:3, 3],

@@ -70,7 +70,8 @@ def write(volume: ScalarVolume, path: Path) -> None:
     Voxels of value 0 become background. Shape, type and name are stored in the grid's metadata. Raises
     InvalidInputError for integers that double cannot represent.
     """
-    texts = {_SHAPE_KEY: " ".join(map(str, volume.shape)), _TYPE_KEY: volume.data.dtype.name, _NAME_KEY: volume.name}
+    name = volume.name.encode("utf-8", "replace").decode("utf-8")  # of a file whose name is not UTF-8
+    texts = {_SHAPE_KEY: " ".join(map(str, volume.shape)), _TYPE_KEY: volume.data.dtype.name, _NAME_KEY: name}
     # The binding takes no read-only array, so this copies even an array of the right type.
     data = np.require(volume.data, _exact_float(volume), ["C", "W"])
     openvdb: Any = find_openvdb()

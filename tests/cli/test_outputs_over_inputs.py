@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A command never writes over a file that it reads: a recording, the frames of a sequence, a file of spectra."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from spectral_core.cli import main
+from spectral_core.render.relight.storage import MixtureStorage
+from spectral_core.render.relight.transport import Transport
+from spectral_core.spectra import catalogue
+
+LOST = "is read by this command and would be lost"
+
+
+def refused(capsys: Any, kept: Path, *words: Any) -> None:
+    before = kept.read_bytes()
+    assert main([str(word) for word in words]) == 1
+    assert LOST in capsys.readouterr().err
+    assert kept.read_bytes() == before
+
+
+def test_relight_keeps_the_recording(tmp_path: Path, capsys: Any) -> None:
+    """``--out`` with the name of the recording replaced hours of rendering by a picture."""
+    pytest.importorskip("OpenEXR")
+    from spectral_core.render.relight.transport_file import write_transport
+
+    path = tmp_path / "scene.exr"
+    channels, coverage = np.ones((2, 3, 3, 4), np.float32), np.ones((3, 4), np.float32)
+    lights = (catalogue.illuminant("D65"),) * 2
+    write_transport(path, Transport(MixtureStorage(), ("a", "b"), channels, coverage, lights, 1.0, "hash", 1, 0))
+    (tmp_path / "folder").mkdir()
+    refused(capsys, path, "relight", path, "--out", path)
+    refused(capsys, path, "relight", path, "--html", tmp_path / "folder" / ".." / "scene.exr")
+    assert main(["relight", str(path), "--out", str(tmp_path / "other.exr")]) == 0
+
+
+def test_volume_keeps_every_frame(tmp_path: Path, capsys: Any) -> None:
+    """The picture of a frame got the name of the frame itself."""
+    for number in (1, 2):
+        np.save(tmp_path / f"flow_{number:04d}.npy", np.zeros((2, 2, 2)))
+    frame = tmp_path / "flow_0002.npy"
+    refused(capsys, frame, "volume", tmp_path / "flow_####.npy", "--transfer", "wide", "--out", tmp_path / "flow.npy")
+    refused(capsys, frame, "volume", frame, "--transfer", "wide", "--out", frame)
+
+
+def test_design_keeps_the_spectra_of_a_palette(tmp_path: Path, capsys: Any) -> None:
+    """``--out .`` beside the palette replaced the measured lights that it names by those of the solution."""
+    lights, palette = tmp_path / "lights.csv", tmp_path / "two.toml"
+    lights.write_text("nm,D65\n" + "".join(f"{nm},{nm - 300}\n" for nm in range(400, 701, 10)), "utf-8")
+    text = (Path(__file__).parents[2] / "examples" / "split_light.toml").read_text("utf-8")
+    old = next(line for line in text.splitlines() if line.startswith("spectrum = "))
+    palette.write_text(text.replace(old, 'spectrum = {file = "lights.csv", name = "D65"}', 1), "utf-8")
+    refused(capsys, lights, "design", palette, "--out", tmp_path)
+    assert not (tmp_path / "solution.json").exists()
+
+
+def test_mix_keeps_the_spectra(tmp_path: Path, capsys: Any) -> None:
+    path = tmp_path / "paints.csv"
+    path.write_text("nm,ochre,blue\n" + "".join(f"{nm},0.5,0.2\n" for nm in range(400, 701, 10)), "utf-8")
+    refused(capsys, path, "mix", f"{path}@ochre:1", f"{path}@blue:2", "--out", path)
+    assert main(["mix", f"{path}@ochre:1", f"{path}@blue:2", "--out", str(tmp_path / "mixed.csv")]) == 0
