@@ -18,18 +18,30 @@ def frozen_array(
 ) -> NDArray[Any]:
     """Copy of ``values`` as a finite, C-contiguous, read-only array.
 
-    ``shape`` holds one entry per axis, None if any length fits. Raises InvalidInputError naming ``name``.
+    ``shape`` holds one entry per axis, None if any length fits. Raises InvalidInputError naming ``name``, also for
+    masked values and for complex numbers, of which NumPy would drop the mask and the imaginary part.
     """
+    require_unmasked(name, values)
+    if np.dtype(dtype).kind != "c" and getattr(getattr(values, "dtype", None), "kind", "") == "c":
+        raise InvalidInputError(f"{name} holds complex numbers; expected real ones, such as their real part")
     try:
         array = np.array(values, dtype=dtype, order="C", copy=True)
     except (TypeError, ValueError, OverflowError) as error:  # OverflowError: an integer outside the range of a float
         raise InvalidInputError(f"{name} must be numbers of type {np.dtype(dtype)}; {error}") from error
     if shape is not None and not _fits(array.shape, shape):
-        expected = "×".join("any" if length is None else str(length) for length in shape) or "a single number"
-        raise InvalidInputError(f"{name} has shape {array.shape}; expected {expected}")
+        raise InvalidInputError(f"{name} has shape {array.shape}; expected {_shape_in_words(shape)}")
     require_finite(name, array)
     array.setflags(write=False)
     return array
+
+
+def require_unmasked(name: str, values: ArrayLike) -> None:
+    """Raise InvalidInputError if values of a masked array are masked: numbers that nobody knows."""
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        raise InvalidInputError(
+            f"{name} holds {np.ma.count_masked(values)} masked value(s); fill them or leave them out before "
+            "passing the data on"
+        )
 
 
 def require_finite(name: str, array: NDArray[Any]) -> None:
@@ -90,6 +102,14 @@ def require_text(name: str, text: str) -> str:
     if "\0" in text or any("\ud800" <= each <= "\udfff" for each in text):
         raise InvalidInputError(f"{name} is {text[:40]!r}, which no file can store; rename it")
     return text
+
+
+def _shape_in_words(shape: Sequence[int | None]) -> str:
+    if not shape:
+        return "a single number"
+    if len(shape) == 1:
+        return "a list of numbers" if shape[0] is None else f"a list of {shape[0]} numbers"
+    return "×".join("any" if length is None else str(length) for length in shape)
 
 
 def _fits(actual: tuple[int, ...], expected: Sequence[int | None]) -> bool:

@@ -26,7 +26,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from spectral_core.explore.sweep.document import register_compute
 
         register_compute("blend", _blend_node)
-    return cli.main(given, [__name__])
+    return cli.main(given, [__name__], _program())
+
+
+def _program() -> list[str]:
+    """Words that start this command line in another process: in Blender, Blender itself, where the extension is."""
+    bpy = sys.modules.get("bpy")
+    binary = bpy.app.binary_path if bpy is not None else ""
+    if binary:
+        return [binary, "--command", "spectral"]
+    return [sys.executable, "-P", "-m", __name__.rpartition(".")[0]]
 
 
 def _blend_node(table: dict[str, Any], space: Space, folder: Path) -> Any:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.files.guarded import no_file
 from spectral_core.scene import Scene
 
 
@@ -46,7 +47,7 @@ def scene_file(arguments: argparse.Namespace) -> Path:
     """The .blend file of the command line. Raises InvalidInputError if there is none."""
     path = Path(arguments.scene).expanduser().resolve()
     if not path.is_file():
-        raise InvalidInputError(f"there is no file {path}; name the .blend file to render")
+        raise InvalidInputError(no_file(path, "name the .blend file to render"))
     return path
 
 

@@ -23,6 +23,7 @@ from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
+from spectral_core.files.guarded import no_file
 from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
 
@@ -140,7 +141,7 @@ class BlendNode:
             return
         import_module(PACKAGE).register_once()
         if not Path(self.file).is_file():
-            raise InvalidInputError(f"there is no file {self.file}; check its name and its folder")
+            raise InvalidInputError(no_file(self.file))
         try:
             bpy.ops.wm.open_mainfile(filepath=self.file, load_ui=False)
         except RuntimeError as error:

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line: one module per command, found by name.
 
-A command is a module of a command package: the first line of its docstring is its help, ``add_arguments(parser)``
+A command is a module of a command package: the first paragraph of its docstring is its help, ``add_arguments(parser)``
 declares its arguments and ``run(arguments) -> int`` executes it and returns the exit status (0 only on success).
-With ``--json`` (``arguments.json``) it prints one JSON object as its last line. This package holds the commands that
-need no Blender; ``blender_addon.commands`` passes its own package to ``main`` to add the others.
+With ``--json`` (``arguments.json``) it prints one JSON object as its last line. ``arguments.program`` are the words
+that start this command line in another process. This package holds the commands that need no Blender;
+``blender_addon.commands`` passes its own package to ``main`` to add the others.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ def _parser(name: str, packages: Sequence[str]) -> tuple[CommandParser, dict[str
     modules = command_packages(packages)
     for known in [name] if name in modules else modules:
         module = _load(modules[known])
-        summary = (module.__doc__ or "").strip().split("\n")[0]
+        summary = " ".join((module.__doc__ or "").strip().split("\n\n")[0].split())
         sub = commands.add_parser(known, help=summary, description=module.__doc__)
         sub.formatter_class = argparse.RawDescriptionHelpFormatter
         sub.add_argument("--json", action="store_true", help="print one JSON object as the last line")
@@ -83,25 +84,32 @@ def _parser(name: str, packages: Sequence[str]) -> tuple[CommandParser, dict[str
     return parser, commands.choices
 
 
-def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -> int:
+def main(
+    arguments: Sequence[str] | None = None, packages: Sequence[str] = (), program: Sequence[str] | None = None
+) -> int:
     """Run one command and return its exit status; an error of this project is printed as one line.
 
     Parameters
     ----------
     arguments : the words after the program's name; by default those of this process.
     packages : dotted names of further command packages, see ``command_packages``.
+    program : words that start this command line, with the same packages, in another process; by default
+        those of ``python -P -m spectral_core.cli``.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
+    # -P: other processes may begin in any folder, and its files are not to be imported
+    words = list(program or (sys.executable, "-P", "-m", __name__))
     try:
-        return terminal.completed(lambda: _run(given, packages))
+        return terminal.completed(lambda: _run(given, packages, words))
     except OSError as error:
         terminal.close_quietly()
         print(f"spectral-scene: the output cannot be written: {error.strerror}", file=sys.stderr)
         return 1
 
 
-def _run(given: list[str], packages: Sequence[str]) -> int:
+def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
     parsed, parser = _parsed(given, packages)
+    parsed.program = program
     try:
         if parsed.unused is not None:
             parser.refuse_unused(parsed, parsed.unused(parsed))

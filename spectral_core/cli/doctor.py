@@ -24,19 +24,21 @@ class Finding:
     found: str
     needed_for: str
     remedy: str = ""
+    essential: bool = False
 
 
-# import name, distribution, features that need it, extra that installs it
+# import name, distribution, features that need it, extra that installs it ("": the package cannot do without)
 PACKAGES = [
     ("numpy", "numpy", "everything", ""),
     ("scipy", "scipy", "everything", ""),
-    ("daqp", "daqp", "the live palette", ""),
-    ("piqp", "piqp", "coupled palettes", ""),
+    ("daqp", "daqp", "palettes", ""),
+    ("piqp", "piqp", "palettes", ""),
+    ("threadpoolctl", "threadpoolctl", "palettes", ""),
     ("mitsuba", "mitsuba", "rendering", "render"),
     ("drjit", "drjit", "rendering", "render"),
     ("OpenEXR", "OpenEXR", "spectral EXR files", "render"),
     ("bpy", "bpy", ".blend files outside Blender, the demo", "blender"),
-    ("cvxpy", "cvxpy", "worst-case and most-distinct palettes", "general"),
+    ("cvxpy", "cvxpy", "comparing palettes with general solvers; no command needs it", "general"),
     ("colour", "colour-science", "spectra beyond the shipped catalogue", "catalogue"),
     ("nrrd", "pynrrd", "NRRD volumes", "volumes"),
     ("nibabel", "nibabel", "NIfTI volumes", "volumes"),
@@ -63,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"{mark}  {finding.name:16} {finding.found}")
         if not finding.ok:
             print(f"         needed for {finding.needed_for}; {finding.remedy}")
-    essential = all(finding.ok for finding in findings if finding.needed_for == "everything")
+    essential = all(finding.ok for finding in findings if finding.essential)
     complete = all(finding.ok for finding in findings)
     if arguments.json:
         found = [asdict(finding) for finding in findings]
@@ -76,18 +78,18 @@ def _python() -> Finding:
         "" if sys.version_info[:2] == (3, 11) else " (bpy from PyPI exists for 3.11 only; inside Blender this is fine)"
     )
     return Finding("Python", sys.version_info >= (3, 11), platform.python_version() + note, "everything",
-                   "install Python 3.11")  # fmt: skip
+                   "install Python 3.11", essential=True)  # fmt: skip
 
 
 def _package(module: str, distribution: str, needed_for: str, extra: str) -> Finding:
     if util.find_spec(module) is None:
         name = f"spectral-scene[{extra}]" if extra else distribution
-        return Finding(distribution, False, "not installed", needed_for, f"pip install '{name}'")
+        return Finding(distribution, False, "not installed", needed_for, f"pip install '{name}'", essential=not extra)
     try:
         version = metadata.version(distribution)
     except metadata.PackageNotFoundError:
         version = "there, version unknown"
-    return Finding(distribution, True, version, needed_for)
+    return Finding(distribution, True, version, needed_for, essential=not extra)
 
 
 def _renderer() -> list[Finding]:
@@ -100,7 +102,7 @@ def _renderer() -> list[Finding]:
     library = backend["llvm_library"]
     version = f" (version {backend['llvm_version']})" if library else ""
     findings = [
-        Finding("LLVM", library is not None, f"{library or 'none that can be used'}{version}", "fast rendering",
+        Finding("LLVM", library is not None, f"{library or 'none that can be used'}{version}", "rendering",
                 variant.LLVM_INSTALL_HINT),
     ]  # fmt: skip
     done, _ = _trial("render")

@@ -90,6 +90,11 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core.explore.sweep.store import Store, cdb_folder
 
     folder = arguments.folder if (arguments.folder / "data.csv").is_file() else cdb_folder(arguments.folder)
+    if arguments.folder.is_file():
+        raise InvalidInputError(
+            f"{arguments.folder} is a file; name the folder of the sweep, by default the name of its document with "
+            "the ending .cdb"
+        )
     result: dict[str, Any] = {"folder": str(folder)}
     if not (folder / "project.json").is_file():
         if not (folder / "data.csv").is_file():

@@ -2,7 +2,7 @@
 """Mix measured colors: as paint (Kubelka and Munk), or as patches too small to see (additively).
 
 `mix cyan:3 blue:1 --law paint --light D65 --light A` prints the color of the mixture under each light. Names are of
-the catalogue, FILE or FILE@NAME. Two designed metamers match additively under their light, and part as paint.
+the catalogue, FILE or FILE@NAME. Two designed metamers match additively under their light, and differ as paint.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ import numpy as np
 from spectral_core.checks import require_range
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.guarded import no_file
 
 if TYPE_CHECKING:
     from spectral_core.spectra.files.columns import SpectrumKind
@@ -132,7 +133,7 @@ def _read(path: Path, kind: SpectrumKind) -> list[Spectrum]:
 
     if not path.is_file():
         example = "leds.csv" if kind == "illuminant" else "paints.csv"
-        raise InvalidInputError(f"there is no file {path}; give a file of spectra such as examples/{example}")
+        raise InvalidInputError(no_file(path, f"give a file of spectra such as examples/{example}"))
     return list(read_spectra(path, kind=kind))
 
 

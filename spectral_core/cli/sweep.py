@@ -149,8 +149,7 @@ def _print_shell(arguments: argparse.Namespace, folder: Path) -> None:
     """Commands for any scheduler: each computes its share, then one collects."""
     if arguments.shell < 1:
         raise InvalidInputError(f"--shell is {arguments.shell}; expected 1 or more commands")
-    # -P: these lines will run in an unknown folder, whose files must not be imported
-    own = [sys.executable, "-P", "-m", "spectral_core.cli", "sweep", str(arguments.sweep), "--out", str(folder)]
+    own = [*arguments.program, "sweep", str(arguments.sweep.absolute()), "--out", str(folder.absolute())]
     for number in range(1, arguments.shell + 1):
         print(shlex.join([*own, "--share", f"{number}/{arguments.shell}"]))
     print(shlex.join([*own, "--collect"]))

@@ -66,6 +66,13 @@ def reading(path: str | Path, what: str = "") -> Iterator[None]:
         raise FileFormatError(f"{path} is truncated, damaged or of another type: {_short(reason)}{expected}") from error
 
 
+def no_file(path: str | Path, remedy: str = "check its name and its folder") -> str:
+    """Say why a path names no file: nothing is there, or what is there is no file."""
+    if Path(path).exists():
+        return f"{path} is a folder, pipe or device; expected a file"
+    return f"there is no file {path}; {remedy}"
+
+
 def open_regular(path: str | Path) -> BinaryIO:
     """Open a regular file for reading; a pipe, device or folder is refused without waiting for it.
 
@@ -75,7 +82,7 @@ def open_regular(path: str | Path) -> BinaryIO:
         # Without O_NONBLOCK, opening a pipe waits for a writer.
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except FileNotFoundError as error:
-        raise FileFormatError(f"there is no file {path}; check its name and its folder") from error
+        raise FileFormatError(no_file(path)) from error
     except (OSError, ValueError) as error:  # ValueError: an invalid file name
         raise FileFormatError(
             f"{path}: {getattr(error, 'strerror', None) or error}; expected a file that can be read"

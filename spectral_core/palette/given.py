@@ -41,7 +41,13 @@ def cell_index_of(other: object) -> CellIndex:
 def require_kind(name: str, values: Iterable[object], kind: type | tuple[type, ...], expected: str) -> None:
     for number, value in enumerate(values):
         if not isinstance(value, kind):
-            raise InvalidInputError(f"{name}[{number}] is {value!r}; expected {expected}")
+            raise InvalidInputError(f"{name}[{number}] is {shown(value)}; expected {expected}")
+
+
+def shown(value: object) -> str:
+    """The value as Python writes it; only its type where that would take more than a line."""
+    written = repr(value)
+    return written if len(written) <= 80 and "\n" not in written else f"of type {type(value).__name__}"
 
 
 def cell_name(problem: PaletteProblem, cell: CellIndex) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.problem import Cell, PaletteLight, PaletteProblem, PaletteReflectance
@@ -173,7 +173,7 @@ def most_distinct(
     more smooth reflectances can differ below 1.
     """
     grid = grid or design_grid()
-    if count < 2:
+    if require_whole("count", count, -1 << 31, 1 << 31) < 2:
         raise InvalidInputError(f"count is {count}; at least 2 materials are needed to be different")
     lights = tuple(PaletteLight(normalized(illuminant(name), luminance=luminance)) for name in (conceal, reveal))
     rows = []

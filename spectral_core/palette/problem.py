@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, require_range, require_text
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.cell import LARGEST, Cell, CellMode, require_size
-from spectral_core.palette.given import CellIndex, number_of, require_kind, sequence_of
+from spectral_core.palette.given import CellIndex, number_of, require_kind, sequence_of, shown
 from spectral_core.spectra.observer import OBSERVER_NAMES, STANDARD
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
@@ -139,6 +139,10 @@ class PaletteProblem:
     """Weight of their rows, relative to each cell's own."""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.grid, SpectralGrid):
+            raise InvalidInputError(
+                f"the grid of a palette is {shown(self.grid)}; expected a SpectralGrid, such as design_grid()"
+            )
         for name in ("lights", "reflectances", "observers"):
             object.__setattr__(self, name, sequence_of(f"the {name} of a palette", getattr(self, name)))
             if not getattr(self, name):
@@ -173,7 +177,7 @@ class PaletteProblem:
 
     def _check_cell(self, i: int, j: int, cell: Cell) -> None:
         if not isinstance(cell, Cell):
-            raise InvalidInputError(f"cells[{i}][{j}] is {cell!r}; expected a Cell, such as Cell.fixed(rgb)")
+            raise InvalidInputError(f"cells[{i}][{j}] is {shown(cell)}; expected a Cell, such as Cell.fixed(rgb)")
         for other in cell.others:
             self._check_reference((i, j), other, cell.mode)
 
@@ -216,6 +220,8 @@ class PaletteProblem:
         """The same problem with some cells replaced. Raises InvalidInputError for cells outside the table."""
         rows = list(self.cells)
         for (i, j), cell in cells.items():
+            if not (isinstance(i, int | np.integer) and isinstance(j, int | np.integer)):
+                raise InvalidInputError(f"a cell is at {(i, j)}; expected (reflectance, light), two whole numbers")
             if not (0 <= i < len(rows) and 0 <= j < len(self.lights)):
                 raise InvalidInputError(f"cell {(i, j)} is outside the table of {len(rows)}×{len(self.lights)} cells")
             self._check_cell(i, j, cell)

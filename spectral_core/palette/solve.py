@@ -12,6 +12,7 @@ from time import perf_counter
 
 from spectral_core.blas_threads import on_one_thread
 from spectral_core.checks import require_range
+from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
@@ -20,6 +21,7 @@ from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
 from spectral_core.palette.design.whole import SECONDS, brightened_to_fit, designed
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.distinct.search import solve_distinct
+from spectral_core.palette.given import shown
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import PaletteSolution
@@ -54,6 +56,8 @@ def solve_palette(
     The spectra, the colors that they show, errors, status and remedy.
     """
     require_range("seconds", seconds, 0.0, 1e6)
+    if warm is not None and not isinstance(warm, PaletteSolution):
+        raise InvalidInputError(f"warm is {shown(warm)}; expected a PaletteSolution, or None")
     if wants_distinct(problem):
         return solve_distinct(problem, warm=warm)
     started = perf_counter()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.files.guarded import no_file
 
 
 def read_picture(path: Path) -> NDArray[Any]:
@@ -22,11 +23,12 @@ def read_picture(path: Path) -> NDArray[Any]:
     InvalidInputError : there is no such file, or it is partly transparent. FileFormatError : it cannot be read.
     """
     if not path.is_file():
-        raise InvalidInputError(f"there is no picture {path}; check its name and its folder")
+        raise InvalidInputError(no_file(path))
     try:
         import mitsuba
 
-        mitsuba.set_variant("scalar_rgb")
+        if mitsuba.variant() is None:  # pictures need some variant; that of the caller stays
+            mitsuba.set_variant("scalar_rgb")
         bitmap = mitsuba.Bitmap(str(path))
         pixels = np.array(bitmap)
     except ImportError as error:

@@ -38,8 +38,9 @@ class SpectralGrid:
         wavelengths = frozen_array("wavelengths_nm", self.wavelengths_nm, (None,))
         if wavelengths.size < 2 or np.any(np.diff(wavelengths) <= 0) or wavelengths[0] <= 0:
             raise InvalidInputError(
-                f"wavelengths_nm must be at least 2 positive wavelengths in ascending order without repeats; "
-                f"got {wavelengths.size} from {wavelengths.min(initial=np.inf):g} to {wavelengths.max(initial=0):g}"
+                f"wavelengths_nm must be at least 2 positive wavelengths in ascending order without repeats; got "
+                f"{', '.join(f'{wavelength:g}' for wavelength in wavelengths[:4]) or 'none'}"
+                f"{f', … ({wavelengths.size})' if wavelengths.size > 4 else ''}"
             )
         if self.interpolation not in ("linear", "sampled"):
             raise InvalidInputError(f"interpolation is {self.interpolation!r}; expected 'linear' or 'sampled'")
@@ -139,6 +140,11 @@ class Spectrum:
 
     def __post_init__(self) -> None:
         require_text("the name of a spectrum", self.name)
+        if not isinstance(self.grid, SpectralGrid):
+            raise InvalidInputError(
+                f"the grid of spectrum {self.name!r} is of type {type(self.grid).__name__}; expected a SpectralGrid, "
+                "such as SpectralGrid([400, 550, 700])"
+            )
         object.__setattr__(self, "values", frozen_array(f"spectrum {self.name!r}", self.values, (None,)))
         if self.values.size != self.grid.size:
             raise GridMismatchError(

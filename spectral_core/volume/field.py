@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_finite
+from spectral_core.checks import frozen_array, require_finite, require_unmasked
 from spectral_core.errors import InvalidInputError
 
 
@@ -84,6 +84,7 @@ class ScalarVolume:
 
 
 def _frozen_data(name: str, values: ArrayLike) -> NDArray[Any]:
+    require_unmasked(f"volume {name!r}", values)
     array = np.asarray(values)
     if array.dtype.kind not in "iuf":
         raise InvalidInputError(

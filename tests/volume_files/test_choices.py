@@ -73,3 +73,27 @@ def test_one_component_does_not_choose_on_two_axes(tmp_path: Path) -> None:
     for component in (None, 1):
         with pytest.raises(InvalidInputError, match="holds 3 times 4 numbers per voxel on 2 axes, and component"):
             read_volume(tmp_path / "a.nii", component=component)
+
+
+@pytest.mark.parametrize(
+    ("choice", "said"),
+    [
+        ({"component": "1"}, "component is '1'; expected a whole number from 0"),
+        ({"component": 1.5}, "component is 1.5; expected a whole number"),
+        ({"component": True}, "component is True; expected a whole number"),
+        ({"field": 3}, "field is 3; expected the name of an array"),
+        ({"raw": (3, 4, 5)}, r"raw is \(3, 4, 5\); expected a RawLayout, such as"),
+    ],
+)
+def test_a_choice_of_a_wrong_type_is_not_taken_for_a_damaged_file(
+    choice: dict[str, object], said: str, tmp_path: Path
+) -> None:
+    """The message was "is truncated, damaged or of another type"; True selected no component."""
+    np.save(tmp_path / "v.npy", np.zeros((3, 4, 5, 2)))
+    with pytest.raises(InvalidInputError, match=said):
+        read_volume(tmp_path / "v.npy", **choice)  # type: ignore[arg-type]
+
+
+def test_an_offset_that_is_no_whole_number_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="offset 1.5; expected a whole number of bytes"):
+        RawLayout((2, 3, 4), "uint8", offset=1.5)  # type: ignore[arg-type]

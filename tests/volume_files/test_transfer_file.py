@@ -165,7 +165,7 @@ def test_hex_and_linear_colors_are_read(tmp_path):
         (HEAD + BONE.replace("[0, 1]", "[1, 0]"), r"materials\[0\] \(bone\): values of material 'bone' must be"),
         (HEAD + BONE.replace("[0, 2]", "[0, -2]"), "negative entry -2"),
         (HEAD + BONE.replace("[0, 2]", "[0, nan]"), "not finite"),
-        (HEAD + BONE.replace("[0, 2]", "[2]"), r"shape \(1,\); expected 2"),
+        (HEAD + BONE.replace("[0, 2]", "[2]"), r"shape \(1,\); expected a list of 2 numbers"),
         (HEAD + BONE.replace("extinction = [0, 2]\n", ""), "neither extinction nor emission"),
         (HEAD + BONE + BONE, "share a name"),
         (HEAD + BONE.replace('"#ff0000"', '{catalogue = "orange"}'), r"no \[grid\]; add one"),

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.guarded import no_file
 from spectral_core.palette.texture.file import read_texture
 from spectral_core.palette.texture.reach import TEXTURE_GRID
 from spectral_core.palette.texture.texture import SpectralTexture
@@ -36,7 +37,7 @@ def texture_of(node: Any) -> SpectralTexture:
         raise InvalidInputError("no file is chosen; choose the texture.exr that `spectral-scene texture` wrote")
     path = file_of(node)
     if not path.is_file():
-        raise InvalidInputError(f"there is no file {path}; choose the texture.exr again")
+        raise InvalidInputError(no_file(path, "choose the texture.exr again"))
     state = path.stat()
     return _read(path, state.st_mtime_ns, state.st_size)
 

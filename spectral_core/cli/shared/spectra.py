@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.files.guarded import no_file
 
 if TYPE_CHECKING:
     from spectral_core.spectra.files.columns import SpectrumKind
@@ -46,7 +47,7 @@ def _from_file(word: str, kind: SpectrumKind) -> Spectrum | None:
         endings = tuple(ending for each in FORMATS.values() for ending in each)
         missing = next((file for file, _ in split if file.lower().endswith(endings)), None)
         if missing is not None:
-            raise InvalidInputError(f"there is no file {missing}; check its name and its folder")
+            raise InvalidInputError(no_file(missing))
         return None
     spectra = read_spectra(Path(file), kind=kind)
     found = [each for each in spectra if not wanted or each.name == wanted]

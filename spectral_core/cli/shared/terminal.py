@@ -9,6 +9,7 @@ import os
 import select
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 CLOSED_PIPE = 141
 """Exit status when the reader of the output closes the pipe, as shells report SIGPIPE."""
@@ -46,8 +47,14 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
 
 
 def make_writable() -> None:
-    """Let both standard streams write any text: a character that the terminal's encoding lacks is replaced."""
+    """Let both standard streams write any text: a character that the terminal's encoding lacks is replaced.
+
+    A stream that was closed before the program began (``>&-``, a service) writes to nothing.
+    """
     codecs.register_error(_NAME, _plain)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - until the program ends
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a test or an embedding program may have replaced it
             with contextlib.suppress(OSError, ValueError):

@@ -21,6 +21,7 @@ from spectral_core.explore.sweep.designs import Design
 from spectral_core.explore.sweep.parameters import Parameter, Space, Value, require_column_name
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.store import Project
+from spectral_core.files.guarded import no_file
 
 FORMAT, VERSION = "spectral-scene sweep", 1
 MAX_BYTES = 50_000_000
@@ -60,7 +61,7 @@ def read_sweep(path: Path) -> SweepDocument:
     """The sweep of a TOML file. FileFormatError names the file and its error."""
     try:
         if not path.is_file():
-            raise InvalidInputError(f"there is no file {path}; check its name and its folder")
+            raise InvalidInputError(no_file(path))
         if path.stat().st_size > MAX_BYTES:
             raise FileFormatError(f"{path} has {path.stat().st_size:,} bytes; at most {MAX_BYTES:,} are read")
         plain = tomllib.loads(path.read_text("utf-8"))
@@ -162,7 +163,7 @@ def _made(kind: Any, table: dict[str, Any], space: Space, folder: Path) -> Any:
         )
     makers = {"function": _function, "command": _command, "scene": _scene, "palette": _palette, "volume": _volume}
     if kind not in makers:
-        raise UnknownNameError.among("kind of compute node", str(kind), [*makers, "blend", *_EXTRA])
+        raise UnknownNameError.among("kind of compute node", str(kind), {*makers, "blend", *_EXTRA})
     return makers[kind](table, space, folder)
 
 

@@ -47,7 +47,7 @@ def fill_exactly(
     Time and memory grow with the points. Raises InvalidInputError for counts out of range and for regions that are
     empty, flat, unbounded or lost in the rounding of their distance from the origin.
     """
-    _check_count(count)
+    require_count(count)
     anchored = _anchored(lattice, region)
     rng = seeded(seed)
     n = lattice.dimensions
@@ -81,7 +81,7 @@ def level_for(frame: Frame, region: Region, count: int) -> int:
 
     By the region's volume where a formula has it, else by counting the points of a level that has some hundreds.
     """
-    _check_count(count)
+    require_count(count)
     anchored = _anchored(frame.lattice, region)
     at_zero = expected_count(region, anchored.metric, frame.dimensions * math.log(frame.spacing))
     if region.log_volume() is None:
@@ -146,7 +146,8 @@ def seeded(seed: int) -> np.random.Generator:
     return np.random.default_rng([_SEED_DOMAIN, int(seed)])
 
 
-def _check_count(count: int) -> None:
+def require_count(count: int) -> None:
+    """Raise InvalidInputError unless so many points can be asked for."""
     if not isinstance(count, int | np.integer) or not 0 <= count <= MAX_POINTS:
         raise InvalidInputError(f"the number of points is {count!r}; expected a whole number from 0 to {MAX_POINTS}")
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.catalogue import sampling_lattice
 from spectral_core.lattice.construction import Lattice
-from spectral_core.lattice.fill.filling import fill_exactly, seeded
+from spectral_core.lattice.fill.filling import fill_exactly, require_count, seeded
 from spectral_core.lattice.fill.frame import MAX_LEVEL, CosetDigits, Frame, random_rotation
 from spectral_core.lattice.fill.regions import Region
 from spectral_core.lattice.measure.measures import worst_gap
@@ -114,6 +114,11 @@ def progressive_fill(
     radius bounds the separation of prefixes. ``seed`` draws rotation and offset; in a box of 2 to 4 dimensions the
     best of ``ROTATIONS`` rotations is taken, that with the least gaps on the axes. Errors as for ``fill_exactly``.
     """
+    if not isinstance(region, Region):
+        raise InvalidInputError(
+            f"the region is of type {type(region).__name__}; expected a Region, such as lattice.box([0, 0], [1, 1])"
+        )
+    require_count(count)
     chosen = sampling_lattice(region.dimensions, rate) if lattice is None else lattice
     if rotation is None and region.box_limits is not None and 1 < len(chosen.generator) <= MAX_TURN_DIMENSIONS:
         frame, coefficients = _filled_at_best_turn(chosen, region, count, seed)

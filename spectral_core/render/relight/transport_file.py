@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.exr import exr_headers, openexr, read_exr, write_exr
-from spectral_core.files.guarded import reading, require_shallow
+from spectral_core.files.guarded import no_file, reading, require_shallow
 from spectral_core.files.whole import require_own_kind
 from spectral_core.render.relight.storages import storage_of_document
 from spectral_core.render.relight.transport import Transport
@@ -79,7 +79,7 @@ def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
     message names the cause and the remedy.
     """
     if not path.is_file():
-        raise FileFormatError(f"there is no file {path}; make one with: spectral-scene transport")
+        raise FileFormatError(no_file(path, "make one with: spectral-scene transport"))
     what = "a transport file; record it again"
     with reading(path, what):
         parts = read_exr(path, what)

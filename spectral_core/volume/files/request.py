@@ -41,9 +41,9 @@ class RawLayout:
             )
         if self.byte_order not in ("little", "big"):
             raise InvalidInputError(f"raw layout has byte order {self.byte_order!r}; expected 'little' or 'big'")
-        if self.offset < -1:
+        if not isinstance(self.offset, int | np.integer) or self.offset < -1:
             raise InvalidInputError(
-                f"raw layout has offset {self.offset}; expected 0 or more bytes, or -1 for the file's end"
+                f"raw layout has offset {self.offset}; expected a whole number of bytes, or -1 for the file's end"
             )
         try:
             kind = np.dtype(self.dtype).kind
@@ -81,3 +81,13 @@ class ReadRequest:
     component: int | None = None
     """Index on a non-spatial axis: a vector's component, a color channel or a time step."""
     raw: RawLayout | None = None
+
+    def __post_init__(self) -> None:
+        # here, since inside of a reader the error would look like a damaged file
+        whole = isinstance(self.component, int | np.integer) and not isinstance(self.component, bool)
+        if self.component is not None and not whole:
+            raise InvalidInputError(f"component is {self.component!r}; expected a whole number from 0, or None")
+        if self.field is not None and not isinstance(self.field, str):
+            raise InvalidInputError(f"field is {self.field!r}; expected the name of an array, or None")
+        if self.raw is not None and not isinstance(self.raw, RawLayout):
+            raise InvalidInputError(f"raw is {self.raw!r}; expected a RawLayout, such as RawLayout((2, 3, 4), 'uint8')")

@@ -122,3 +122,12 @@ def test_settings_have_limits(name: str, inside: tuple[float, float], outside: t
     for value in outside:
         with pytest.raises(InvalidInputError, match=name):
             TextureSettings(**{name: value})
+
+
+def test_reading_a_picture_keeps_the_variant_of_the_caller(pictures) -> None:
+    """It left Mitsuba's variant ``scalar_rgb`` to a program that renders with Mitsuba itself."""
+    import mitsuba
+
+    mitsuba.set_variant("llvm_ad_spectral")
+    assert read_picture(pictures[0]).shape == (9, 11, 3)
+    assert mitsuba.variant() == "llvm_ad_spectral"

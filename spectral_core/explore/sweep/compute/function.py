@@ -17,6 +17,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome, as_outcome
 from spectral_core.explore.sweep.parameters import Value
+from spectral_core.files.guarded import no_file
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def load_function(address: str) -> Callable[..., Any]:
 
 def _load_file(path: Path) -> Any:
     if not path.is_file():
-        raise InvalidInputError(f"there is no file {path}; check its name and its folder")
+        raise InvalidInputError(no_file(path))
     # with its content: a long-lived process, such as that of a page, must not keep a module that was edited
     said = str(path).encode() + b"\0" + path.read_bytes()
     name = f"_sweep_{hashlib.sha256(said).hexdigest()[:16]}"

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``spectral-scene doctor``: every package is listed, and missing ones have a remedy."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.test_commands import ROOT, without
+
+
+@pytest.mark.parametrize("absent", ["bpy", "mitsuba"])
+def test_doctor_lists_missing_parts_with_remedies(absent: str) -> None:
+    done = without([absent], "doctor", "--json")
+    report = json.loads(done.stdout.splitlines()[-1])
+    (finding,) = [entry for entry in report["findings"] if entry["name"] == absent]
+
+    assert done.returncode == 0
+    assert report["ok"]
+    assert not report["complete"]
+    assert not finding["ok"]
+    assert "pip install 'spectral-scene[" in finding["remedy"]
+
+
+def test_doctor_has_a_line_for_every_optional_package() -> None:
+    import tomllib
+
+    from spectral_core.cli.doctor import PACKAGES
+
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    named = {re.split(r"[^\w-]", each)[0].lower() for name in set(extras) - {"all", "dev"} for each in extras[name]}
+    assert named <= {distribution.lower() for _, distribution, _, _ in PACKAGES}
+
+
+def test_doctor_knows_every_optional_package() -> None:
+    """Pillow, flip-evaluator and dask were not in its list."""
+    import tomllib
+
+    from spectral_core.cli.doctor import PACKAGES
+
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text("utf-8"))["project"]
+    extras = {name: words for name, words in project["optional-dependencies"].items() if name not in ("all", "dev")}
+    wanted = {(re.split(r"[><=;\s]", word)[0], extra) for extra, words in extras.items() for word in words}
+    assert wanted == {(distribution, extra) for _, distribution, _, extra in PACKAGES if extra}
+    required = {re.split(r"[><=;\s]", word)[0] for word in project["dependencies"]}
+    assert required == {distribution for _, distribution, _, extra in PACKAGES if not extra}
+
+
+@pytest.mark.parametrize("absent", ["daqp", "threadpoolctl"])
+def test_doctor_is_not_content_without_a_required_package(absent: str) -> None:
+    """It was content without every package but numpy and scipy."""
+    done = without([absent], "doctor", "--json")
+    report = json.loads(done.stdout.splitlines()[-1])
+    assert done.returncode == 1 and not report["ok"]
+    assert f"MISSING  {absent}" in done.stdout and f"pip install '{absent}'" in done.stdout
+
+
+def test_every_preset_is_designed_without_cvxpy(tmp_path: Path) -> None:
+    """``doctor`` said that most-distinct palettes need it."""
+    for preset in ("Most distinct", "Hidden mark"):
+        done = without(["cvxpy"], "design", "--preset", preset, "--out", str(tmp_path / "out"), "--rounds", "1")
+        assert done.returncode == 0, done.stderr
+    assert "no command needs it" in without(["cvxpy"], "doctor").stdout
+
+
+def test_doctor_ignores_other_output_of_a_part(monkeypatch) -> None:
+    """Blender may print a warning before anything else."""
+    from spectral_core.cli import doctor
+
+    printed = f"Unable to find something\n{doctor.MARK}5.0.1\nfreed 3 blocks\n"
+    done = subprocess.CompletedProcess([], 0, printed, "")
+    monkeypatch.setattr(doctor.subprocess, "run", lambda *args, **options: done)
+    assert doctor._trial("bpy")[1] == "5.0.1"
