@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import blf
@@ -17,6 +18,12 @@ POINTS = 11.0
 def text_width(text: str, context: Context) -> float:
     """Width of a label's text in unscaled pixels."""
     return _width(text, _points(context))
+
+
+def widths_in(context: Context) -> Callable[[str], float]:
+    """``text_width`` for many texts of one context."""
+    points = _points(context)
+    return lambda text: _width(text, points)
 
 
 def lines_in(text: str, room: float, context: Context) -> list[str]:
