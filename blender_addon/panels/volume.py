@@ -152,7 +152,7 @@ def _draw_color(layout: UILayout, context: Context, entry: PropertyGroup, light:
         wrapped(message, context, entry.spectral.message, icon="ERROR")
     if entry.spectral.source == "NONE":
         layout.prop(entry, "color", text="")
-        draw_swatches(layout, (("In the scene's light", swatch_of(entry, light)),))
+        draw_swatches(layout, (("In the scene's light" if entry.lit else "Its own light", swatch_of(entry, light)),))
     elif len(entry.spectral.samples):
         draw_curve(layout, context, entry.spectral)
     layout.prop(entry, "lit")

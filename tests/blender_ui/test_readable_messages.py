@@ -63,3 +63,22 @@ def test_lamps_without_a_visible_color_leave_the_swatches_of_volumes_as_they_are
     assert len(lamps[0].spectral.samples) == 3
     lamps[1].energy = -500.0  # Blender permits it
     assert swatch_of(entry, scene_light(scene)) == pytest.approx(gray, abs=1e-6)
+
+
+@pytest.mark.parametrize(("lit", "words"), [(True, "In the scene's light"), (False, "Its own light")])
+def test_the_swatch_of_a_volume_says_whose_light_it_shows(blender, monkeypatch, lit, words):
+    from types import SimpleNamespace
+
+    from blender_addon.panels import volume
+    from blender_addon.translate.volume_looks.curves import add_material
+    from tests.blender_ui.test_long_names import Texts
+
+    data = bpy.data.volumes.new("Cloud")
+    add_material(data, "Mist")
+    entry = data.spectral.materials[0]
+    entry.lit = lit
+    shown = []
+    monkeypatch.setattr(volume, "draw_swatches", lambda _layout, swatches: shown.extend(swatches))
+    light = volume.scene_light(bpy.context.scene)
+    volume._draw_color(Texts(), SimpleNamespace(scene=bpy.context.scene), entry, light)
+    assert [name for name, _ in shown] == [words]
