@@ -11,6 +11,7 @@ from bpy.types import Area, PropertyGroup, Region
 from ..editing.dial.live import shares_of
 from .dial_shape import DISC, LABEL_ROOM, DialShape, disc, rim, tooltip
 from .overlay import FONT, draw_line, draw_triangles, write
+from .text import told_apart
 
 DISC_COLOR = (0.07, 0.07, 0.08, 0.80)
 RIM_COLOR = (1.0, 1.0, 1.0, 0.25)
@@ -20,6 +21,10 @@ FAINT = (1.0, 1.0, 1.0, 0.40)
 WARNING = (1.0, 0.55, 0.25, 1.0)
 SELECTOR = (1.0, 1.0, 1.0, 1.0)
 
+MOST_FULL_NAMES = 6
+"""Most bulbs beside which whole names have room."""
+NAME_ROOM = 90.0
+"""Unscaled pixels of a name beside one of more bulbs."""
 SPACES = (bpy.types.SpaceView3D, bpy.types.SpaceImageEditor)
 hovered = {"area": 0}
 """``as_pointer`` of the area in which the mouse is over the dial; the tooltip is shown there."""
@@ -44,8 +49,8 @@ def draw() -> None:
     shape = shape_in(area, bpy.context.region)
     shares = shares_of(dial)
     _draw_plate(shape, dial)
-    for bulb, share in zip(dial.bulbs, shares, strict=True):
-        _draw_bulb(shape, bulb, float(share))
+    for bulb, name, share in zip(dial.bulbs, _names(shape, dial), shares, strict=True):
+        _draw_bulb(shape, bulb, name, float(share), is_crowded=len(shares) > MOST_FULL_NAMES)
     _draw_selector(shape, dial)
     if not shares.any():
         write("All bulbs are off", *_below(shape), WARNING)
@@ -68,7 +73,18 @@ def _draw_plate(shape: DialShape, dial: PropertyGroup) -> None:
             draw_line(np.array([at, shape.pixels(tuple(bulb.place))]), SPOKE_COLOR, 1.0 * shape.scale)
 
 
-def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float) -> None:
+def _names(shape: DialShape, dial: PropertyGroup) -> list[str]:
+    """The names beside the bulbs: in full for a few of them, else shortened; the tooltip has them in full."""
+    import blf
+
+    names = [bulb.name or "ungrouped" for bulb in dial.bulbs]
+    if len(names) <= MOST_FULL_NAMES:
+        return names
+    blf.size(FONT, 11 * shape.scale)
+    return told_apart(names, NAME_ROOM * shape.scale, lambda text: float(blf.dimensions(FONT, text)[0]))
+
+
+def _draw_bulb(shape: DialShape, bulb: PropertyGroup, name: str, share: float, *, is_crowded: bool) -> None:
     """Draw a bulb with a brightness by its share, in the color of its light; one that is off is an empty ring."""
     import blf
 
@@ -80,11 +96,12 @@ def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float) -> None:
         draw_triangles(disc(at, 8 * scale), (*(tint * (0.25 + 0.75 * min(share, 1.0) ** 0.5)), 1.0))
     draw_line(rim(at, 8 * scale), (*tint, 1.0) if bulb.is_on else FAINT, 1.5 * scale)
     blf.size(FONT, 11 * scale)
-    label = f"{bulb.name or 'ungrouped'}  {100 * share:.0f} %" if bulb.is_on else f"{bulb.name or 'ungrouped'}  off"
+    label = f"{name}  {100 * share:.0f} %" if bulb.is_on else f"{name}  off"
     width, height = blf.dimensions(FONT, label)
     above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
     y = at[1] + above * LABEL_ROOM * scale - height / 2
-    write(label, at[0] - width / 2, y, TEXT if bulb.is_on else FAINT)
+    start = shape.label_start(at[0], width) if is_crowded else at[0] - width / 2
+    write(label, start, y, TEXT if bulb.is_on else FAINT)
 
 
 def _draw_selector(shape: DialShape, dial: PropertyGroup) -> None:

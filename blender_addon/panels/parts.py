@@ -2,14 +2,14 @@
 """Elements that several panels share: wrapped text, a spectrum with its curve, swatches under lamps."""
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 import bpy
 from bpy.types import ID, Context, PropertyGroup, UILayout
 
 from .. import compat
 from ..drawing.icons import curve_icon, swatch_icon
-from ..drawing.text import lines_in, widths_in
+from ..drawing.text import lines_in, told_apart, widths_in
 from ..translate.spectra.stored import kind_in
 from .swatches import NO_SWATCH, Swatch, swatches_of
 
@@ -46,34 +46,6 @@ def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", i
 def names_in(names: Sequence[str], room: float, context: Context) -> list[str]:
     """Distinct names in at most ``room`` unscaled pixels each: Blender would cut off their ends, which differ."""
     return told_apart(names, room, widths_in(context))
-
-
-def told_apart(names: Sequence[str], room: float, width: Callable[[str], float]) -> list[str]:
-    """Distinct names of at most this width each: a common prefix is shortened first."""
-    if all(width(name) <= room for name in names):
-        return list(names)
-    alike = [len(set(letters_here)) == 1 for letters_here in zip(*names, strict=False)]
-    common = (alike.index(False) if False in alike else len(alike)) if len(names) > 1 else 0
-    return [name if width(name) <= room else _shortened(name, common, room, width) for name in names]
-
-
-def _shortened(name: str, common: int, room: float, width: Callable[[str], float]) -> str:
-    differing = name[common:].strip()
-    if common and differing and width(f"…{differing}") <= room:
-        most = len(name) - len(differing) - 1
-        return _longest(lambda kept: f"{name[:kept].rstrip()}…{differing}", most, room, width)
-    return _longest(
-        lambda kept: f"{name[: kept // 2]}…{name[len(name) - (kept + 1) // 2 :]}", len(name) - 1, room, width
-    )
-
-
-def _longest(made: Callable[[int], str], most: int, room: float, width: Callable[[str], float]) -> str:
-    """The text with as many letters, at most ``most``, as there is room for."""
-    fits, over = 0, most + 1
-    while over - fits > 1:
-        kept = (fits + over) // 2
-        fits, over = (kept, over) if width(made(kept)) <= room else (fits, kept)
-    return made(fits)
 
 
 def draw_source(layout: UILayout, spectral: PropertyGroup) -> None:

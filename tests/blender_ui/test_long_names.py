@@ -10,8 +10,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from blender_addon.drawing.text import text_width  # noqa: E402
-from blender_addon.panels.parts import names_in, told_apart  # noqa: E402
+from blender_addon.drawing.text import text_width, told_apart  # noqa: E402
+from blender_addon.panels.parts import names_in  # noqa: E402
 
 WALLS = [f"Wall paint of the left corridor {number}" for number in range(1, 41)]
 
@@ -145,3 +145,26 @@ def test_a_look_follows_the_name_of_its_light(blender, tmp_path):
     scene = bpy.context.scene
     scene.spectral.palette.lights[0].name = "Street"
     assert scene.spectral.viewport.look.column == "Street"
+
+
+def test_names_around_a_crowded_dial_do_not_overlap():
+    """13 bulbs as after a recording: texts of 120 pixels and a height of 11 stay apart, which centered ones do not."""
+    from itertools import combinations
+
+    import numpy as np
+
+    from blender_addon.drawing.dial_shape import LABEL_ROOM, DialShape
+    from spectral_core.render.relight.dial import bulbs_on_polygon
+
+    shape = DialShape.in_region(1000, 900, left=60)
+    assert shape.unit == 110
+    places = shape.pixels(np.array(bulbs_on_polygon(13)))
+    width, height = 120.0, 11.0
+    rows = [y + (1 if y >= shape.y - 1e-6 else -1) * LABEL_ROOM for y in places[:, 1]]
+
+    def overlaps(starts: list[float]) -> int:
+        boxes = list(zip(starts, rows, strict=True))
+        return sum(abs(a[0] - b[0]) < width and abs(a[1] - b[1]) < height for a, b in combinations(boxes, 2))
+
+    assert overlaps([shape.label_start(x, width) for x in places[:, 0]]) == 0
+    assert overlaps([x - width / 2 for x in places[:, 0]]) > 0

@@ -222,7 +222,7 @@ def test_a_narrow_table_shows_the_lights_around_the_selected_one(active, count, 
 
 
 def test_short_names_stay_distinct():
-    from blender_addon.panels.parts import told_apart
+    from blender_addon.drawing.text import told_apart
 
     lights = [f"Studio Light {number}" for number in range(1, 9)]
     short = told_apart(lights, 6, len)
