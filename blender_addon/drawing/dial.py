@@ -14,6 +14,7 @@ from ..editing.dial.live import shares_of
 from .dial_shape import DISC, LABEL_ROOM, DialShape, disc, rim, tooltip
 from .kept import Box, Kept
 from .overlay import FONT, draw_line, draw_triangles, write
+from .text import told_apart
 
 DISC_COLOR = (0.07, 0.07, 0.08, 0.80)
 RIM_COLOR = (1.0, 1.0, 1.0, 0.25)
@@ -32,6 +33,10 @@ Label = tuple[str, float, float]
 """Text, and the pixel of its lower left corner."""
 KEPT = Kept()
 
+MOST_FULL_NAMES = 6
+"""Most bulbs beside which whole names have room."""
+NAME_ROOM = 90.0
+"""Unscaled pixels of a name beside one of more bulbs."""
 SPACES = (bpy.types.SpaceView3D, bpy.types.SpaceImageEditor)
 hovered = {"area": 0}
 """``as_pointer`` of the area in which the mouse is over the dial; the tooltip is shown there."""
@@ -55,7 +60,7 @@ def draw() -> None:
     shares = shares_of(dial)
     names = [bulb.name for bulb in dial.bulbs]
     lines = tooltip(names, shares, dial.intensity) if shares.any() and hovered["area"] == area.as_pointer() else []
-    labels = [_label(shape, bulb, float(share)) for bulb, share in zip(dial.bulbs, shares, strict=True)]
+    labels = _labels(shape, dial, shares)
     bulbs = [(bulb.is_on, tuple(bulb.color), tuple(bulb.place)) for bulb in dial.bulbs]
     content = (shape, tuple(shares), tuple(dial.selector), tuple(bulbs), tuple(labels), tuple(lines))
     box = Box.around(_reach(shape, labels, lines), BORDER * shape.scale, (region.width, region.height))
@@ -112,16 +117,31 @@ def _draw_plate(shape: DialShape, dial: PropertyGroup) -> None:
             draw_line(np.array([at, shape.pixels(tuple(bulb.place))]), SPOKE_COLOR, 1.0 * shape.scale)
 
 
-def _label(shape: DialShape, bulb: PropertyGroup, share: float) -> Label:
-    """Name and share of a bulb, beyond it as seen from the middle."""
+def _names(shape: DialShape, dial: PropertyGroup) -> list[str]:
+    """The names beside the bulbs: in full for a few of them, else shortened; the tooltip has them in full."""
     import blf
 
-    at, scale = shape.pixels(tuple(bulb.place)), shape.scale
-    text = f"{bulb.name or 'ungrouped'}  {100 * share:.0f} %" if bulb.is_on else f"{bulb.name or 'ungrouped'}  off"
-    blf.size(FONT, LABEL_POINTS * scale)
-    width, height = blf.dimensions(FONT, text)
-    above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
-    return text, float(at[0] - width / 2), float(at[1] + above * LABEL_ROOM * scale - height / 2)
+    names = [bulb.name or "ungrouped" for bulb in dial.bulbs]
+    if len(names) <= MOST_FULL_NAMES:
+        return names
+    blf.size(FONT, LABEL_POINTS * shape.scale)
+    return told_apart(names, NAME_ROOM * shape.scale, lambda text: float(blf.dimensions(FONT, text)[0]))
+
+
+def _labels(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list[Label]:
+    """Name and share of each bulb, beyond it as seen from the middle."""
+    import blf
+
+    found, scale, is_crowded = [], shape.scale, len(shares) > MOST_FULL_NAMES
+    for bulb, name, share in zip(dial.bulbs, _names(shape, dial), shares, strict=True):
+        at = shape.pixels(tuple(bulb.place))
+        text = f"{name}  {100 * share:.0f} %" if bulb.is_on else f"{name}  off"
+        blf.size(FONT, LABEL_POINTS * scale)
+        width, height = blf.dimensions(FONT, text)
+        above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
+        start = shape.label_start(at[0], width) if is_crowded else at[0] - width / 2
+        found.append((text, float(start), float(at[1] + above * LABEL_ROOM * scale - height / 2)))
+    return found
 
 
 def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float, label: Label) -> None:

@@ -18,6 +18,8 @@ SELECTOR_REACH, BULB_REACH = 8.0, 14.0
 """Unscaled pixels within which the mouse grabs a handle. Smaller for the selector: a bulb below it can be grabbed."""
 DISC = 1.25
 """Radius of the dial's disc in the dial's unit; new bulbs are placed at 1."""
+OUTWARD = 0.35
+"""Share of the unit beside the middle from which on texts begin, or end, at their bulb."""
 SNAP_STEP = 0.25
 SNAP_REACH = 0.12
 CLICK_PIXELS = 4.0
@@ -56,6 +58,11 @@ class DialShape:
     def pixels(self, places: ArrayLike) -> Array:
         """Pixels (..., 2) of coordinates on the dial."""
         return np.array([self.x, self.y]) + self.unit * np.asarray(places, dtype=np.float64)
+
+    def label_start(self, x: float, width: float) -> float:
+        """Where the text at a bulb begins: it leads outward, since neighbors at the top and bottom are nearly level."""
+        outward = float(np.clip((x - self.x) / (OUTWARD * self.unit), -1.0, 1.0))
+        return x - width * (1.0 - outward) / 2
 
     def place(self, pixel: ArrayLike) -> Array:
         """Coordinates (2,) on the dial of a pixel."""

@@ -12,8 +12,11 @@ from spectral_core.render.live.messages import Shown
 
 LARGEST_HALF = 65504.0
 """Largest half float: more would be infinite on the graphics card."""
-WARNING = (1.0, 0.62, 0.25, 1.0)
-PLATE = (0.05, 0.05, 0.06, 0.85)
+WARNING = (1.0, 0.34, 0.05, 1.0)
+"""Shown as the orange (1, 0.62, 0.25): what a render engine draws is encoded for the screen afterward, texts once and
+triangles twice."""
+PLATE = (0.0, 0.0, 0.0, 0.85)
+"""Black, because even a dark gray would be shown as a light one, on which texts are hard to read."""
 
 
 class Canvas:

@@ -189,7 +189,7 @@ def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndar
                 f"the lights of {bulb.name!r} have no common spectrum (or they are emissive objects); give the bulb a "
                 "lamp, or record with One per Light"
             )
-        total += share * _unit(spectrum).at(grid.wavelengths_nm)
+        total += share * _unit(spectrum).resampled(grid, average=True).values  # a line between two knots counts, too
     return Illuminant("dial mixture", grid, total / total.max(), source="mixed on the light dial")
 
 

@@ -119,6 +119,14 @@ class SPECTRAL_OT_palette_move(bpy.types.Operator):
         return {"FINISHED"}
 
 
+def _cell_named(palette: PropertyGroup, place: PropertyGroup, what: str) -> str:
+    """A tooltip: the cell's material, light and difference, if there is such a cell, and what a click does."""
+    if not (0 <= place.row < len(palette.materials) and 0 <= place.column < len(palette.lights)):
+        return what
+    material, light = palette.materials[place.row], palette.lights[place.column]
+    return f"{material.name} under {light.name}: {material.cells[place.column].error_text}. {what}"
+
+
 class SPECTRAL_OT_palette_select(bpy.types.Operator):
     """Show the target of this cell, its material and its light below the table"""
 
@@ -131,12 +139,7 @@ class SPECTRAL_OT_palette_select(bpy.types.Operator):
     @classmethod
     def description(cls, context: Context, properties: PropertyGroup) -> str:
         """Describe the colors of the cell in the tooltip."""
-        palette = palette_in(context)
-        if 0 <= properties.row < len(palette.materials) and 0 <= properties.column < len(palette.lights):
-            cell = palette.materials[properties.row].cells[properties.column]
-            names = f"{palette.materials[properties.row].name} under {palette.lights[properties.column].name}"
-            return f"{names}: {cell.error_text}. Click to edit it below the table"
-        return "Click to edit it below the table"
+        return _cell_named(palette_in(context), properties, "Click to edit it below the table")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -156,6 +159,11 @@ class SPECTRAL_OT_palette_refer(bpy.types.Operator):
     bl_options = UNDOABLE
     row: IntProperty(min=0)
     column: IntProperty(min=0)
+
+    @classmethod
+    def description(cls, context: Context, properties: PropertyGroup) -> str:
+        """Name the cell in the tooltip: in a large table its row and column have no room for their names."""
+        return _cell_named(palette_in(context), properties, "Refer to this cell, or no longer")
 
     @reporting
     def execute(self, context: Context) -> None:

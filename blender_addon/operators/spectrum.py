@@ -28,7 +28,7 @@ def carrier(context: Context, which: str) -> ID | Node | None:
     if which == "LIGHT":
         return getattr(context, "light", None) or (active.data if active and active.type == "LIGHT" else None)
     if which == "WORLD":
-        return context.scene.world
+        return getattr(context, "world", None) or context.scene.world
     return getattr(context, "active_node", None) or _active_node(active)
 
 

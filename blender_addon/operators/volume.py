@@ -74,7 +74,10 @@ class _OnVolume:
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return volume_in(context) is not None
+        if volume_in(context) is not None:
+            return True
+        cls.poll_message_set("select a Volume object first")  # type: ignore[attr-defined]
+        return False
 
 
 class SPECTRAL_OT_transfer_preset(_OnVolume, bpy.types.Operator):

@@ -9,11 +9,15 @@ from bpy.types import ID, Context, PropertyGroup, UILayout
 
 from .. import compat
 from ..drawing.icons import curve_icon, swatch_icon
-from ..drawing.text import lines_in
+from ..drawing.text import lines_in, told_apart, widths_in
 from ..translate.spectra.stored import kind_in
 from .swatches import NO_SWATCH, Swatch, swatches_of
 
 ICON_PIXELS = 20.0
+BUTTON_PIXELS = 16.0
+"""Margin of a button at the sides of its text."""
+PANEL_PIXELS = 56.0
+"""Width of the margins of a panel, with the tabs at its side."""
 TAB_PIXELS = 20.0
 """Width of the tabs at the edge of a sidebar."""
 LEAST_LINE = 130.0
@@ -39,22 +43,9 @@ def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", i
         column.label(text=line, icon=icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
 
 
-def told_apart(names: Sequence[str], letters: int) -> list[str]:
-    """Distinct names in at most ``letters`` letters each: a common prefix is shortened first."""
-    letters = max(letters, 3)
-    if all(len(name) <= letters for name in names):
-        return list(names)
-    alike = [len(set(letters_here)) == 1 for letters_here in zip(*names, strict=False)]
-    common = (alike.index(False) if False in alike else len(alike)) if len(names) > 1 else 0
-    return [name if len(name) <= letters else _shortened(name, common, letters) for name in names]
-
-
-def _shortened(name: str, common: int, letters: int) -> str:
-    differing = name[common:].strip()
-    if common and differing and len(differing) < letters:
-        return f"{name[: letters - len(differing) - 1].rstrip()}…{differing}"
-    head = (letters - 1) // 2
-    return f"{name[:head]}…{name[len(name) - (letters - 1 - head) :]}"
+def names_in(names: Sequence[str], room: float, context: Context) -> list[str]:
+    """Distinct names in at most ``room`` unscaled pixels each: Blender would cut off their ends, which differ."""
+    return told_apart(names, room, widths_in(context))
 
 
 def draw_source(layout: UILayout, spectral: PropertyGroup) -> None:

@@ -5,7 +5,7 @@ import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
 from .. import jobs
-from .parts import wrapped
+from .parts import BUTTON_PIXELS, PANEL_PIXELS, names_in, width_of, wrapped
 
 
 class SPECTRAL_PT_look(bpy.types.Panel):
@@ -49,10 +49,12 @@ def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str
     grid = column.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     plain = grid.operator("spectral.look_under", text="As It Is", depress=look.kind == "SCENE")
     plain.kind, plain.side = "SCENE", side
-    for light in context.scene.spectral.palette.lights:
-        is_on = look.kind == "COLUMN" and look.column == light.name
-        button = grid.operator("spectral.look_under", text=light.name, depress=is_on)
-        button.kind, button.name, button.side = "COLUMN", light.name, side
+    lights = context.scene.spectral.palette.lights.keys()
+    room = (width_of(context) - PANEL_PIXELS) / 2 - BUTTON_PIXELS
+    for light, name in zip(lights, names_in(lights, room, context), strict=True):
+        is_on = look.kind == "COLUMN" and look.column == light
+        button = grid.operator("spectral.look_under", text=name, depress=is_on)
+        button.kind, button.name, button.side = "COLUMN", light, side
     column.prop(look, "kind", text="")
     if look.kind == "LAMP":
         column.prop(look, "lamp", text="")

@@ -24,16 +24,20 @@ LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
 
 
 def scene_light(scene: Scene) -> Illuminant:
-    """The total spectrum of the scene's lights, by their power; daylight if none has a spectrum."""
+    """The total spectrum of the scene's lights, by their power; daylight if none has a spectrum.
+
+    A light that the eye does not see, such as an infrared one, adds nothing, and neither does one of negative power:
+    alone, such lights have no color.
+    """
     together: np.ndarray = np.zeros(LIGHT_GRID.size)
     for each in scene.objects:
-        if each.type != "LIGHT" or each.hide_render:
+        if each.type != "LIGHT" or each.hide_render or each.data.energy <= 0:
             continue
         try:
             spectrum = spectrum_of(each.data)
+            shape = _daylight() if spectrum is None else _shape(_as_light(spectrum))
         except SpectralError:
             continue  # the panel of that light shows the error
-        shape = _daylight() if spectrum is None else _shape(_as_light(spectrum))
         together += each.data.energy * shape
     return Illuminant("scene", LIGHT_GRID, together if together.any() else _daylight())
 
@@ -148,7 +152,7 @@ def _draw_color(layout: UILayout, context: Context, entry: PropertyGroup, light:
         wrapped(message, context, entry.spectral.message, icon="ERROR")
     if entry.spectral.source == "NONE":
         layout.prop(entry, "color", text="")
-        draw_swatches(layout, (("In the scene's light", swatch_of(entry, light)),))
+        draw_swatches(layout, (("In the scene's light" if entry.lit else "Its own light", swatch_of(entry, light)),))
     elif len(entry.spectral.samples):
         draw_curve(layout, context, entry.spectral)
     layout.prop(entry, "lit")

@@ -17,6 +17,7 @@ class Topic(Enum):
     PALETTE_LIVE = auto()
     PALETTE_PICTURE = auto()
     PALETTE_CELL_MODE = auto()
+    PALETTE_NAME = auto()
     SPECTRUM_SOURCE = auto()
     SPECTRUM_CHOICE = auto()
     SPECTRUM_NAMES = auto()

@@ -124,6 +124,10 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
     """A column: a light."""
 
     SPECTRUM_KIND = "illuminant"
+    name: StringProperty(
+        name="Name", update=announces(Topic.PALETTE_NAME), description="Name of this light; each has its own"
+    )
+    known_as: StringProperty(description="Its name before the last change, by which a look may know it")
     uid: IntProperty()
     design: EnumProperty(
         name="Spectrum", items=DESIGN, default="MEASURED", update=edited, description="Given, or to be found"
@@ -166,6 +170,9 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
     """A row: a material."""
 
     SPECTRUM_KIND = "reflectance"
+    name: StringProperty(
+        name="Name", update=announces(Topic.PALETTE_NAME), description="Name of this material; each has its own"
+    )
     uid: IntProperty()
     design: EnumProperty(
         name="Spectrum", items=DESIGN, default="DESIGNED", update=edited, description="Given, or to be found"

@@ -71,6 +71,27 @@ def test_a_baked_lamp_stands_for_all_lamps_of_a_light_group(stage, picture):
     assert baked == pytest.approx(mixed, rel=0.02)
 
 
+@pytest.mark.parametrize("center", [550.0, 550.4])
+def test_a_baked_lamp_keeps_lines_that_are_narrower_than_its_grid(center):
+    """Whether such a line is on a knot of the grid or between two, its share of the luminance stays."""
+    from types import SimpleNamespace
+
+    import numpy as np
+
+    from blender_addon.operators.dial_apply import _mixed_spectrum
+    from spectral_core.spectra.catalogue import illuminant
+    from spectral_core.spectra.observer import normalized, xyz_of
+    from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+    laser = Illuminant("laser", SpectralGrid(center + np.array([-0.05, 0.0, 0.05])), np.array([0.0, 1.0, 0.0]))
+    lights, shares = [laser, illuminant("A")], np.array([1.0, 1.0])
+    bulbs = [SimpleNamespace(name=light.name, lamp="") for light in lights]
+    mixed = _mixed_spectrum(SimpleNamespace(bulbs=bulbs), SimpleNamespace(lights=lights), shares)
+    wanted = sum(xyz_of(normalized(light)) for light in lights)
+    found = xyz_of(mixed)
+    assert found / found[1] == pytest.approx(wanted / wanted[1], rel=0.005)
+
+
 def test_an_applied_lamp_is_as_bright_as_in_the_picture(stage, picture):
     without_others(stage)
     brightened(bpy.data.lights["Key"])

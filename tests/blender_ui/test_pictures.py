@@ -222,16 +222,16 @@ def test_a_narrow_table_shows_the_lights_around_the_selected_one(active, count, 
 
 
 def test_short_names_stay_distinct():
-    from blender_addon.panels.parts import told_apart
+    from blender_addon.drawing.text import told_apart
 
     lights = [f"Studio Light {number}" for number in range(1, 9)]
-    short = told_apart(lights, 6)
+    short = told_apart(lights, 6, len)
     assert len(set(short)) == 8
     assert all(len(name) <= 6 for name in short)
     assert short[7] == "Stud…8"
-    assert told_apart(["Day", "Night"], 6) == ["Day", "Night"]
-    assert told_apart(["A very long single name"], 9) == ["A ve…name"]
-    assert len(told_apart(["Same name here", "Same name here"], 5)[0]) <= 5
+    assert told_apart(["Day", "Night"], 6, len) == ["Day", "Night"]
+    assert told_apart(["A very long single name"], 9, len) == ["A ve…name"]
+    assert len(told_apart(["Same name here", "Same name here"], 5, len)[0]) <= 5
 
 
 def test_a_plot_has_space_for_its_numbers_and_names():

@@ -114,6 +114,8 @@ def test_a_dragged_light_is_one_product(monkeypatch: pytest.MonkeyPatch) -> None
     for weight in (0.1, 0.2, 0.3):
         live.picture((1.0, weight, 1.0, 1.0))
     assert calls == {"_add": 3, "_multiply_add": 1}
+
+
 # A quick picture of a drag: half the size, each pixel shown as four.
 
 

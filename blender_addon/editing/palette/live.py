@@ -14,7 +14,7 @@ from ...translate.palette.solution import show_stored_colors
 from ...translate.palette.table import fill_references, paused
 from ..behind import Behind
 from ..deferred import Deferred, redraw
-from . import picture, possible
+from . import names, picture, possible
 from .solve import Solve, finishing_solve, forget_solutions, keep, live_solve
 
 DELAY_SECONDS = 0.0
@@ -109,6 +109,7 @@ def _after_load(*_: object) -> None:
     """A file was opened, perhaps one of an earlier version."""
     for scene in bpy.data.scenes:
         show_stored_colors(scene.spectral.palette)
+        names.know(scene.spectral.palette)
 
 
 HANDLERS = {
@@ -121,6 +122,7 @@ LISTENERS = {
     Topic.PALETTE: edited,
     Topic.PALETTE_LIVE: _live_switched,
     Topic.PALETTE_CELL_MODE: _mode_changed,
+    Topic.PALETTE_NAME: names.renamed,
 }
 
 

@@ -5,7 +5,7 @@ from bpy.types import Context, PropertyGroup, UILayout, bpy_prop_collection
 
 from ...properties.palette_cell import BOXED, REFERRING
 from ...translate.palette.table import active_cell, may_refer, references
-from ..parts import draw_curve, draw_source, wrapped
+from ..parts import BUTTON_PIXELS, PANEL_PIXELS, draw_curve, draw_source, names_in, width_of, wrapped
 from .possible import draw_possible
 
 CONFLICTS_SHOWN = 2
@@ -20,6 +20,8 @@ HINTS = {
     "IGNORE": "Any color. Leaves the most freedom to the other cells.",
 }
 
+NAMES_SHARE = 0.36
+"""Share of the width of the small table that the names of materials have."""
 REFERENCE_TITLES = {"SAME": "Same as:", "CONSTANT": "Constant with:", "DISTINCT": "Distinct from:"}
 
 
@@ -36,7 +38,7 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
         layout.label(text="Add a light and a material first")
         return
     material, light = palette.materials[palette.active_row], palette.lights[palette.active_column]
-    layout.label(text=f"{material.name} under {light.name}", icon="RESTRICT_COLOR_ON")
+    wrapped(layout, context, f"{material.name} under {light.name}", icon="RESTRICT_COLOR_ON")
     _draw_hidden_conflict(layout, context, palette, (material, light))
     column = _split(layout.column())
     column.prop(cell, "mode", text="Target")
@@ -50,7 +52,7 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
     if cell.has_result:
         column.prop(cell, "actual", text="Actual")
     if cell.mode in REFERRING:
-        _draw_references(layout, palette, cell)
+        _draw_references(layout, context, palette, cell)
     if cell.mode in BOXED:
         column = _split(layout.column())
         column.prop(cell, "use_box")
@@ -99,18 +101,23 @@ def _draw_hidden_conflict(
             return
 
 
-def _draw_references(layout: UILayout, palette: PropertyGroup, cell: PropertyGroup) -> None:
-    """Draw a small copy of the table with the references of this cell."""
+def _draw_references(layout: UILayout, context: Context, palette: PropertyGroup, cell: PropertyGroup) -> None:
+    """Draw the names of the cells that this one refers to, and a small copy of the table to choose them."""
     chosen = references(palette, cell)
     box = layout.box()
-    box.label(text=REFERENCE_TITLES[cell.mode])
-    flow = box.grid_flow(row_major=True, columns=len(palette.lights) + 1, even_columns=True, align=True)
-    flow.label(text="")
-    for light in palette.lights:
-        flow.label(text=light.name)
-    for row, material in enumerate(palette.materials):
-        flow.label(text=material.name)
-        for column in range(len(palette.lights)):
+    named = ", ".join(f"{palette.materials[row].name} under {palette.lights[column].name}" for row, column in chosen)
+    wrapped(box, context, f"{REFERENCE_TITLES[cell.mode]} {named}", indent=60.0)
+    room = width_of(context) - PANEL_PIXELS - BUTTON_PIXELS
+    split = box.split(factor=NAMES_SHARE, align=True)
+    names, count = split.column(align=True), len(palette.lights)
+    flow = split.grid_flow(row_major=True, columns=count, even_columns=True, align=True)
+    names.label(text="")
+    for name in names_in([light.name for light in palette.lights], (1 - NAMES_SHARE) * room / count, context):
+        flow.label(text=name)
+    known = names_in([material.name for material in palette.materials], NAMES_SHARE * room, context)
+    for row, name in enumerate(known):
+        names.label(text=name)
+        for column in range(count):
             if not may_refer(palette, cell, (row, column)):
                 flow.label(text="")
                 continue

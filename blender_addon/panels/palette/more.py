@@ -6,10 +6,12 @@ import json
 from bpy.types import Context, UILayout
 
 from ...drawing.icons import swatch_icon
-from ..parts import wrapped
+from ..parts import BUTTON_PIXELS, ICON_PIXELS, PANEL_PIXELS, names_in, width_of, wrapped
 
 MOST_SWATCHES = 12
-"""Most swatches in one row; a larger table shows its first materials."""
+"""Most materials of an alternative; a larger table shows its first ones."""
+NAMES_SHARE = 0.4
+"""Share of the width of an alternative that the names of materials have."""
 
 
 def draw_alternatives(layout: UILayout, context: Context) -> None:
@@ -21,28 +23,33 @@ def draw_alternatives(layout: UILayout, context: Context) -> None:
     designed = [material for material in palette.materials if material.design == "DESIGNED"]
     if designed:
         flow = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
-        for material in designed:
+        room = (width_of(context) - PANEL_PIXELS) / 2 - ICON_PIXELS - BUTTON_PIXELS
+        names = names_in([material.name for material in designed], room, context)
+        for material, name in zip(designed, names, strict=True):
             icon = "LOCKED" if material.locked else "UNLOCKED"
-            flow.prop(material, "locked", text=material.name, icon=icon, toggle=True)
+            flow.prop(material, "locked", text=name, icon=icon, toggle=True)
     if not len(palette.alternatives):
         hint = layout.column()
         hint.active = False
         wrapped(hint, context, "Solutions that meet the targets equally well, and differ elsewhere.")
         return
     lamps = palette.alternatives[0].lamps
+    room = NAMES_SHARE * (width_of(context) - PANEL_PIXELS) - BUTTON_PIXELS
+    known = names_in([material.name for material in palette.materials], room, context)
     wrapped(layout, context, f"Seen under {lamps}, from left to right.", icon="LIGHT")
     for index, answer in enumerate(palette.alternatives):
         box = layout.box()
         head = box.row()
         head.label(text="As solved" if index == 0 else f"ΔE {answer.apart:.0f} apart")
         head.operator("spectral.palette_alternative_take", text="Take", icon="CHECKMARK").index = index
-        rows = zip(palette.materials, json.loads(answer.colors), strict=False)
-        for material, colors in list(rows)[:MOST_SWATCHES]:
-            split = box.split(factor=0.4, align=True)
-            split.label(text=material.name)
+        for name, colors in list(zip(known, json.loads(answer.colors), strict=False))[:MOST_SWATCHES]:
+            split = box.split(factor=NAMES_SHARE, align=True)
+            split.label(text=name)
             line = split.row(align=True)
             for color in colors:
                 line.template_icon(swatch_icon(color), scale=1.3)
+        if len(known) > MOST_SWATCHES:
+            box.label(text=f"and {len(known) - MOST_SWATCHES} more")
 
 
 def draw_paint(layout: UILayout, context: Context) -> None:

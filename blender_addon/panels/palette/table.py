@@ -7,15 +7,11 @@ from ...drawing.icons import curve_icon
 from ...drawing.text import text_width
 from ...properties.palette_cell import MODES
 from ...translate.palette.table import palette_of
-from ..parts import ICON_PIXELS, told_apart, width_of
+from ..parts import BUTTON_PIXELS, ICON_PIXELS, names_in, width_of
 
 MODE_ICON = {identifier: "NONE" if icon == "COLOR" else icon for identifier, _, _, icon, _ in MODES}
 LEAST_CELL = 46.0
 """Unscaled pixels below which two colors and a number cannot be distinguished."""
-BUTTON_PIXELS = 16.0
-"""Margin of a button at the sides of its text."""
-LETTER_PIXELS = 5.7
-"""Mean width of a letter of a name, with some room: names have more capitals than sentences."""
 
 
 def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
@@ -31,9 +27,8 @@ def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> No
     flow = layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=False, align=False)
     room = width / columns
     flow.column().label(text="")
-    letters = int((room - BUTTON_PIXELS) / LETTER_PIXELS)
-    lights = told_apart([light.name for light in palette.lights], letters)
-    materials = told_apart([material.name for material in palette.materials], letters)
+    lights = names_in([light.name for light in palette.lights], room - BUTTON_PIXELS, context)
+    materials = names_in([material.name for material in palette.materials], room - BUTTON_PIXELS, context)
     for column in shown:
         _draw_head(flow, palette.lights[column], lights[column], {"column": column}, room)
     for row, material in enumerate(palette.materials):

@@ -39,7 +39,8 @@ def place_of(palette: PropertyGroup, cell: PropertyGroup) -> Place:
     return next(place for place, each in places(palette) if each == cell)
 
 
-def _unique(name: str, taken: set[str]) -> str:
+def unique(name: str, taken: set[str]) -> str:
+    """``name``, with a number if it is taken."""
     number, tried = 1, name
     while tried in taken:
         number += 1
@@ -56,7 +57,7 @@ def add_light(palette: PropertyGroup, name: str = "Light") -> PropertyGroup:
     """A new column at the right; its cells have no request."""
     with paused():
         light = palette.lights.add()
-        light.name = _unique(name, {each.name for each in palette.lights[:-1]})
+        light.name = unique(name, {each.name for each in palette.lights[:-1]})
         light.uid = _next_uid(palette)
         light.spectral.kind = light.result.kind = "ILLUMINANT"
         light.spectral.source = "CATALOGUE"
@@ -70,7 +71,7 @@ def add_material(palette: PropertyGroup, name: str = "Material") -> PropertyGrou
     """A new row at the bottom; its cells have no request."""
     with paused():
         material = palette.materials.add()
-        material.name = _unique(name, {each.name for each in palette.materials[:-1]})
+        material.name = unique(name, {each.name for each in palette.materials[:-1]})
         material.uid = _next_uid(palette)
         material.spectral.kind = material.result.kind = "REFLECTANCE"
         for _ in palette.lights:

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Names of lights and materials: told apart where there is little room, one for each, and followed when they change."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from blender_addon.drawing.text import text_width, told_apart  # noqa: E402
+from blender_addon.panels.parts import names_in  # noqa: E402
+
+WALLS = [f"Wall paint of the left corridor {number}" for number in range(1, 41)]
+
+
+class Texts:
+    """A layout that keeps the texts that are drawn."""
+
+    def __init__(self) -> None:
+        self.found: list[str] = []
+
+    def _text(self, *_arguments: Any, text: str = "", **_options: Any) -> Any:
+        self.found.append(text)
+        return SimpleNamespace()
+
+    label = operator = prop = _text
+
+    def __getattr__(self, _name: str) -> Any:
+        return lambda *_arguments, **_options: self
+
+
+@pytest.fixture
+def large(blender):
+    """A table of 12 lights and 40 materials in a sidebar of common width."""
+    palette = bpy.context.scene.spectral.palette
+    palette.live = False
+    for number in range(12):
+        bpy.ops.spectral.palette_add(side="LIGHT", name=f"Ceiling lamp {number}")
+    for name in WALLS:
+        bpy.ops.spectral.palette_add(side="MATERIAL", name=name)
+    region = SimpleNamespace(width=292, type="UI")
+    return palette, SimpleNamespace(scene=bpy.context.scene, region=region, preferences=None)
+
+
+def test_names_are_shortened_by_their_width_and_stay_apart():
+    def wide(text: str) -> float:
+        return sum({"W": 11.0, "…": 9.0, "l": 2.0, "i": 2.0}.get(letter, 6.0) for letter in text)
+
+    short = told_apart(WALLS, 36.0, wide)
+    assert len(set(short)) == 40
+    assert max(map(wide, short)) <= 36.0
+    assert short[0] == "Wall…1"
+    assert told_apart(["WWWW", "W"], 36.0, wide)[1] == "W"
+    assert told_apart(["Mill", "Hill"], 20.0, wide) == ["Mill", "Hill"]  # four narrow letters fit
+    assert told_apart(["Anything"], 1.0, wide) == ["…"]
+
+
+def test_the_names_of_a_large_table_end_differently(large):
+    from blender_addon.panels.palette.table import draw_table
+
+    palette, context = large
+    layout = Texts()
+    draw_table(layout, context, palette)
+    shown = [text for text in layout.found if text.startswith(("Wal", "Wa", "W", "…"))]
+    assert len(set(shown)) == 40
+    assert max(text_width(text, context) for text in shown) < 292 / 5 - 16
+
+
+def test_references_are_named_in_full(large):
+    from blender_addon.operators.palette_table import SPECTRAL_OT_palette_refer
+    from blender_addon.panels.palette.details import draw_cell
+
+    palette, context = large
+    palette.active_row, palette.active_column = 3, 5
+    palette.materials[3].cells[5].mode = "SAME"
+    layout = Texts()
+    draw_cell(layout, context, palette)
+    together = " ".join(layout.found)
+    assert f"{WALLS[3]} under Ceiling lamp 5" in together
+    assert f"Same as: {WALLS[0]} under Ceiling lamp 5" in together
+    assert [text for text in layout.found if text.endswith("…40")]
+    tooltip = SPECTRAL_OT_palette_refer.description(context, SimpleNamespace(row=7, column=2))
+    assert tooltip.startswith(f"{WALLS[7]} under Ceiling lamp 2: ")
+
+
+def test_an_alternative_says_how_many_materials_it_does_not_show(large):
+    import json
+
+    from blender_addon.panels.palette.more import draw_alternatives
+
+    palette, context = large
+    answer = palette.alternatives.add()
+    answer.colors = json.dumps([[(0.5, 0.5, 0.5)]] * 40)
+    layout = Texts()
+    draw_alternatives(layout, context)
+    assert layout.found[-1] == "and 28 more"
+    assert len({text for text in layout.found if text.startswith("Wall p")}) > 40  # the locks, and the rows
+
+
+def test_buttons_of_looks_are_told_apart(large):
+    from blender_addon.panels.viewport import draw_look
+
+    palette, context = large
+    for number, light in enumerate(palette.lights):
+        light.name = f"A lamp at the ceiling of the left corridor {number}"
+    layout = Texts()
+    context.view_layer = bpy.context.view_layer
+    draw_look(layout, context, bpy.context.scene.spectral.viewport.look, "look")
+    shown = [text for text in layout.found if text.startswith("A lamp")]
+    assert shown == names_in(palette.lights.keys(), (292 - 56) / 2 - 16, context)
+    assert len({text.rpartition("…")[2] for text in shown}) == 12
+
+
+def test_a_light_and_a_material_have_names_of_their_own(blender):
+    bpy.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    palette = bpy.context.scene.spectral.palette
+    first, second = palette.lights
+    second.name = first.name
+    assert palette.lights.keys() == ["Sodium", "Sodium 2"]
+    palette.materials[1].name = "Paint 1"
+    assert palette.materials.keys() == ["Paint 1", "Paint 1 2"]
+    palette.materials[1].name = "Sodium"  # a light may have this name
+    assert palette.materials.keys() == ["Paint 1", "Sodium"]
+
+
+def test_a_look_follows_the_name_of_its_light(blender, tmp_path):
+    from blender_addon.translate.viewport.look import look_of
+
+    scene = bpy.context.scene
+    bpy.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    bpy.ops.spectral.look_split()
+    palette, settings = scene.spectral.palette, scene.spectral.viewport
+    palette.lights[0].name = 'Lamp "of" the street'
+    palette.lights[1].name = "Sun"
+    assert (settings.look.column, settings.other.column) == ('Lamp "of" the street', "Sun")
+    assert look_of(settings.look, scene).spectrum is not None
+    palette.lights[0].name = "Sun"  # taken: the right side stays on its own light
+    assert (settings.look.column, settings.other.column) == ("Sun 2", "Sun")
+    palette.lights[0].known_as = ""  # as a file of an earlier version has it
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "looks.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "looks.blend"))
+    scene = bpy.context.scene
+    scene.spectral.palette.lights[0].name = "Street"
+    assert scene.spectral.viewport.look.column == "Street"
+
+
+def test_names_around_a_crowded_dial_do_not_overlap():
+    """13 bulbs as after a recording: texts of 120 pixels and a height of 11 stay apart, which centered ones do not."""
+    from itertools import combinations
+
+    import numpy as np
+
+    from blender_addon.drawing.dial_shape import LABEL_ROOM, DialShape
+    from spectral_core.render.relight.dial import bulbs_on_polygon
+
+    shape = DialShape.in_region(1000, 900, left=60)
+    assert shape.unit == 110
+    places = shape.pixels(np.array(bulbs_on_polygon(13)))
+    width, height = 120.0, 11.0
+    rows = [y + (1 if y >= shape.y - 1e-6 else -1) * LABEL_ROOM for y in places[:, 1]]
+
+    def overlaps(starts: list[float]) -> int:
+        boxes = list(zip(starts, rows, strict=True))
+        return sum(abs(a[0] - b[0]) < width and abs(a[1] - b[1]) < height for a, b in combinations(boxes, 2))
+
+    assert overlaps([shape.label_start(x, width) for x in places[:, 0]]) == 0
+    assert overlaps([x - width / 2 for x in places[:, 0]]) > 0
