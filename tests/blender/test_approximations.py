@@ -174,3 +174,19 @@ def test_faces_that_are_there_twice_get_a_note(build, translate):
     # the diagonals of the mirrored squares cross those of the first ones
     cube.modifiers.new("Mirror", "MIRROR").use_mirror_merge = False
     assert "are the same as each other" in messages(translate())
+
+
+def test_a_scale_of_zero_lays_faces_on_each_other(build, translate):
+    build.plane(name="Ground", size=10.0)
+    cube = smooth_cube()
+    cube.location.z = 3.0
+    other = cube.copy()  # of the same mesh, and not flat
+    other.location.x = 7.0
+    bpy.context.scene.collection.objects.link(other)
+    assert not translate().notes
+    cube.scale.z = 0.0
+    assert "are the same as each other" in messages(translate())
+    cube.scale.z = 0.01
+    assert not translate().notes
+    cube.scale = (0.0, 0.0, 0.0)
+    translate()

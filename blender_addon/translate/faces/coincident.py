@@ -108,7 +108,10 @@ def doubled(scene: Scene, meshes: dict[str, Mesh]) -> Iterator[tuple[str, str]]:
         if item.mesh not in of_itself:
             left -= len(mesh.triangles)
             of_itself[item.mesh] = left > 0 and _has_twice(mesh.positions.astype(np.float64), mesh.triangles)
-        if of_itself[item.mesh]:
+        if not (is_twice := of_itself[item.mesh]) and _flattens(item.world_from_object):
+            left -= len(mesh.triangles)  # faces on opposite sides meet only here
+            is_twice = left > 0 and _has_twice(placed(mesh.positions, item.world_from_object), mesh.triangles)
+        if is_twice:
             yield item.name, item.name
         else:
             same_place.setdefault(_ends(box).round(6).tobytes(), []).append(item)
@@ -119,6 +122,12 @@ def doubled(scene: Scene, meshes: dict[str, Mesh]) -> Iterator[tuple[str, str]]:
             left -= len(points) // 3
             if left > 0 and _has_twice(points, np.arange(len(points)).reshape(-1, 3)):
                 yield other.name, first.name
+
+
+def _flattens(world_from_object: Array) -> bool:
+    """True for a scale of 0 along an axis."""
+    sizes = np.linalg.svd(world_from_object[:3, :3], compute_uv=False)
+    return bool(sizes[-1] < FOLDED * sizes[0])
 
 
 def _has_twice(points: Array, triangles: NDArray[Any]) -> bool:
