@@ -24,6 +24,9 @@ from .shader_inputs import (
 )
 from .tree import Output, linked
 
+LEAST_COAT_IOR = 1.0
+"""A link may give less, and Cycles takes this."""
+
 
 def _is_white(paint: Paint) -> bool:
     return isinstance(paint, Color) and bool(np.all(paint.linear_rgb == 1))
@@ -56,7 +59,8 @@ def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint
     if coat_normal is not None and linked(coat_normal) is not None:
         normal = reader.as_value(reader.field(coat_normal))
     incoming = reader.point("incoming")
-    weight, index = reader.read(output, "Coat Weight", 0.0), reader.read(output, "Coat IOR", 1.5)
+    weight = reader.read(output, "Coat Weight", 0.0)
+    index = math("MAXIMUM", reader.read(output, "Coat IOR", 1.5), LEAST_COAT_IOR)
     reflected = reader.emit("fresnel", index, normal, incoming, 0.0)
     clear = math("SUBTRACT", 1.0, math("MULTIPLY", weight, reflected))
     # through the coat: its tint to the power of the path's length over its thickness
@@ -100,7 +104,7 @@ def principled(reader: Reader, output: Output) -> Surface:
         transmission=transmission,
         coat_weight=coat_weight,
         coat_roughness=scalar("Coat Roughness", 0.03),
-        coat_ior=max(ior(reader, output.input("Coat IOR"), 1.5), 1.0),  # a link may give less, and Cycles holds it at 1
+        coat_ior=max(ior(reader, output.input("Coat IOR"), 1.5), LEAST_COAT_IOR),
         coat_tint=coat_tint,
         coat_normal=coat_normal,
         diffuse_roughness=scalar("Diffuse Roughness", 0.0),
