@@ -14,7 +14,7 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_range, require_text
 from spectral_core.errors import UnknownNameError
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
@@ -59,8 +59,9 @@ def illuminant(name: str) -> Illuminant:
     """A measured light by name (``"D65"``, ``"HP1"``, ``"FL11"``, …) on its own grid, in relative power per nm.
 
     ``"blackbody 3200"`` gives Planck's law at that temperature in kelvin. Raises UnknownNameError, and
-    InvalidInputError for a temperature outside of 500 to 50000 K.
+    InvalidInputError for a temperature outside of 500 to 50000 K, or for no text.
     """
+    require_text("name of an illuminant", name)
     known = ALIASES.get(name.lower(), name)
     if known.lower().startswith("blackbody "):
         return blackbody(_kelvin(name, known[len("blackbody ") :]))
@@ -87,7 +88,7 @@ def reflectance_names() -> list[str]:
 @cache
 def reflectance(name: str) -> Reflectance:
     """A measured surface by name (``"dark skin"``, …) on its own grid. Raises UnknownNameError."""
-    if name not in reflectance_names():
+    if require_text("name of a reflectance", name) not in reflectance_names():
         raise UnknownNameError.among("reflectance", name, reflectance_names())
     wavelengths, values = _column("reflectances.csv", name)
     return Reflectance(name, SpectralGrid(wavelengths), values, source="color checker, N. Ohta 1997")

@@ -127,7 +127,9 @@ def normalized(light: Illuminant, viewer: Observer | None = None, luminance: flo
 
     Raises InvalidInputError if the light gives this observer no luminance at all, or ``luminance`` is below 0.
     """
-    require_range("luminance", luminance, 0.0, 1e30)
+    if not isinstance(light, Spectrum):
+        raise InvalidInputError(f"the light is {light!r:.40}; expected a spectrum, such as catalogue.illuminant('D65')")
+    luminance = require_range("luminance", luminance, 0.0, 1e30)
     total = float((xyz_from_spectrum(light.grid, viewer) @ light.values)[1])
     if total <= 0:
         raise InvalidInputError(
