@@ -83,6 +83,7 @@ def test_commands_for_a_scheduler_import_nothing_from_the_current_folder(
 
     from spectral_core.cli.sweep import _print_shell
 
-    _print_shell(Namespace(shell=1, sweep="s.toml"), Path("out"))
+    program = [sys.executable, "-P", "-m", "spectral_core.cli"]
+    _print_shell(Namespace(shell=1, sweep=Path("s.toml"), program=program), Path("out"))
     first = shlex.split(capsys.readouterr().out.splitlines()[0])
     assert "there is no file" in run(trap, *first).stderr
