@@ -140,6 +140,7 @@ def _labels(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list[L
         width, height = blf.dimensions(FONT, text)
         above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
         start = shape.label_start(at[0], width) if is_crowded else at[0] - width / 2
+        start = max(start, shape.left + BORDER * scale)  # the tools, or the end of the editor
         found.append((text, float(start), float(at[1] + above * LABEL_ROOM * scale - height / 2)))
     return found
 

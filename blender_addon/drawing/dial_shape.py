@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 MARGIN = 26.0
 LABEL_ROOM = 22.0
+LEFT_ROOM = 24.0
+"""Unscaled pixels, more than at the other ends, for names at the left."""
 SELECTOR_REACH, BULB_REACH = 8.0, 14.0
 """Unscaled pixels within which the mouse grabs a handle. Smaller for the selector: a bulb below it can be grabbed."""
 DISC = 1.25
@@ -48,7 +50,12 @@ class DialShape:
         """In the lower left corner of a region, past ``left`` pixels that a toolbar covers."""
         unit = float(np.clip(0.13 * min(width - left, height), 48 * scale, 110 * scale))
         reach = DISC * unit + (MARGIN + LABEL_ROOM) * scale
-        return cls(left + reach + 24 * scale, reach, unit, scale)
+        return cls(left + reach + LEFT_ROOM * scale, reach, unit, scale)
+
+    @property
+    def left(self) -> float:
+        """Left end of the names beside the dial, in pixels."""
+        return self.x - DISC * self.unit - (MARGIN + LABEL_ROOM + LEFT_ROOM) * self.scale
 
     @property
     def right(self) -> float:

@@ -182,9 +182,7 @@ def test_a_copy_of_the_file_that_cannot_be_written_is_one_message(swept: Any, tm
 
 
 def test_the_message_of_a_failed_process_is_not_blenders_last_line(swept: Any, monkeypatch: Any) -> None:
-    told = (
-        "ImportError: no such name\\n\\nError: script failed, exiting.\\nBlender 5.2.2 LTS\\n\\nBlender quit"
-    )
+    told = "ImportError: no such name\\n\\nError: script failed, exiting.\\nBlender 5.2.2 LTS\\n\\nBlender quit"
     monkeypatch.setattr(sweeps, "command_line", lambda *_: [sys.executable, "-c", f'print("{told}"); exit(1)'])
     sweeps.start(swept).process.wait()
     assert sweeps.tick() is None

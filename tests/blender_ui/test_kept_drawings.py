@@ -135,3 +135,14 @@ def test_each_curve_paints_the_plots_again(blender: Any, monkeypatch: Any) -> No
         change()
         assert draw() != before
         before = draw()
+
+
+def test_names_beside_the_dial_stay_in_the_editor(blender: Any) -> None:
+    bulbs = blender.context.scene.spectral.dial.bulbs
+    for number in range(8):
+        bulb = bulbs.add()
+        bulb.name, bulb.place = f"A long name of a lamp by the window {number}", (-1.0, 0.1 * number)
+    shape = dial.DialShape.in_region(800, 600, left=50.0)
+    assert shape.left == pytest.approx(50.0)
+    labels = dial._labels(shape, blender.context.scene.spectral.dial, np.full(8, 1 / 8))
+    assert min(x for _, x, _ in labels) >= 50.0
