@@ -19,8 +19,8 @@ MOST = 6
 """Drawings that are kept of one kind: editors of several sizes show the same dial."""
 VERTEX = "void main() { at = texCoord; gl_Position = ModelViewProjectionMatrix * vec4(pos, 0.0, 1.0); }"
 FRAGMENT = "void main() { fragColor = texture(image, at); }"
-"""Reading a texture of sRGB gives linear light, and writing to an editor, which is one, takes it. Blender's own shaders
-for textures expect display colors.
+"""A shader reads linear light from a texture of format sRGB, and writes linear light to an editor, which has this format.
+Blender's own shaders for textures expect display colors.
 """
 OWN_OFFSET = -0.01
 """Blender shifts the coordinates of a region's pixels by this, so that lines at whole numbers have one pixel."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import tempfile
 import time
@@ -12,6 +13,9 @@ from pathlib import Path
 import bpy
 
 from spectral_core import child
+
+OF_BLENDER = re.compile(r"Blender (\d|quit)|Error: script failed")
+"""Lines of Blender itself after the error of a script."""
 
 
 class BackgroundCommand:
@@ -28,6 +32,10 @@ class BackgroundCommand:
         """Lines of output so far, without the empty ones."""
         self.log.seek(0)
         return [line for line in self.log.read().decode("utf-8", "replace").splitlines() if line.strip()]
+
+    def message(self) -> str:
+        """The last line that is not Blender's own; "" without any."""
+        return next((line for line in reversed(self.lines()) if not OF_BLENDER.match(line)), "")
 
     def end(self) -> None:
         """End the process if it still runs; commands write their files whole or not at all."""

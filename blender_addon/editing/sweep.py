@@ -27,8 +27,6 @@ from .sweep_run import Run
 from .sweep_settings import column_name, setting_at
 
 POLL_S = 0.5
-OF_BLENDER = re.compile(r"Blender (\d|quit)|Error: script failed|Error: Python: |\s*$")
-"""Lines of Blender itself after the message of a process that failed."""
 ASIDE = re.compile(r"\d+ set aside: ")
 """Start of the line of a run with the reason of its failed points."""
 _run: Run | None = None
@@ -125,8 +123,7 @@ def look(scene: Scene) -> bool:
     if code == 0:
         sweep.status = "; ".join(filter(None, (f"{sweep.done} points done", told_if_temporary(run.folder))))
     else:
-        told = [line for line in lines if not OF_BLENDER.match(line)]
-        last = told[-1] if told else f"status {code}"
+        last = run.message() or f"status {code}"
         sweep.status = aside[0] if aside else last.strip().removeprefix("spectral-scene sweep: ")
     run.log.close()
     _run = None

@@ -101,12 +101,11 @@ def look() -> bool:
         design.progress, design.status = float(steps[-1][1]), steps[-1][2]
     if code is None:
         return True
-    _job = None
+    _job, message = None, job.message()
     job.log.close()
     design.failed = code != 0
     if code:
-        last = words[-1] if words else f"it ended with status {code}"
-        design.status = last.removeprefix("spectral-scene texture: ")
+        design.status = (message or f"it ended with status {code}").removeprefix("spectral-scene texture: ")
     else:
         _take_over(design, job.folder)
     return False

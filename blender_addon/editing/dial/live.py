@@ -26,6 +26,7 @@ from .paths import follow_save, note_paths, transport_path
 from .picture import picture_for, picture_of, place
 
 DELAY_SECONDS = 0.0
+"""Time from a change to its picture: the next round of Blender's events, for all changes until then."""
 SHARPEN_SECONDS = 0.25
 """Time without a further picture of a dragged light after which it is shown at full size."""
 

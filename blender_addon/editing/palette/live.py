@@ -18,7 +18,9 @@ from . import names, picture, possible
 from .solve import Solve, finishing_solve, forget_solutions, keep, live_solve
 
 DELAY_SECONDS = 0.0
-"""Time from an edit to its solution; further edits in this time are solved together."""
+"""Time from an edit to its solution. Blender calls timers once in each round of events: edits of one round are solved
+together.
+"""
 REST_SECONDS = 0.3
 """Time without a further edit after which the solution is finished: all rounds, and the conflicts."""
 SOLVES, FINISHES = Behind("palette"), Behind("finished palette")
