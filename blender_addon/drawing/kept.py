@@ -19,7 +19,7 @@ MOST = 6
 """Drawings that are kept of one kind: editors of several sizes show the same dial."""
 VERTEX = "void main() { at = texCoord; gl_Position = ModelViewProjectionMatrix * vec4(pos, 0.0, 1.0); }"
 FRAGMENT = "void main() { fragColor = texture(image, at); }"
-"""A shader reads linear light from a texture of format sRGB, and writes linear light to an editor, which has this format.
+"""A shader reads linear light from a texture of format sRGB, and writes linear light to an editor, which has it, too.
 Blender's own shaders for textures expect display colors.
 """
 OWN_OFFSET = -0.01
