@@ -18,6 +18,7 @@ import bpy
 
 from blender_addon.editing import sweep as sweeps
 from blender_addon.editing import sweep_node
+from blender_addon.editing.background import BackgroundCommand
 from blender_addon.editing.sweep_node import BlendNode, blend_node
 from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.explore.sweep.ledger import Row
@@ -95,7 +96,7 @@ def test_the_samples_of_a_sweep_count_whatever_ends_the_renders_of_the_file(
     assert (left.target_error, left.time_budget_s) == ((1.5, None) if goal == "ERROR" else (None, pytest.approx(60.0)))
 
 
-class Ran:
+class Ran(BackgroundCommand):
     """A run whose process answers what a test says."""
 
     def __init__(self, code: int | None, done: int, lines: list[str]) -> None:
@@ -114,6 +115,7 @@ class Ran:
         (1, 5, ["4 of 8, 1 set aside", "3 set aside: no lamp", "bye"], "3 set aside: no lamp"),
         (1, 5, ["first", " the lamp is gone "], "the lamp is gone"),
         (1, 5, ["first", "spectral-scene sweep: the disk is full"], "the disk is full"),
+        (1, 5, ["the disk is full", "Error: script failed, exiting", "Blender quit"], "the disk is full"),
         (9, 0, [], "status 9"),
     ],
 )
