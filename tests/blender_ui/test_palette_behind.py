@@ -155,3 +155,19 @@ def test_an_answer_for_rows_that_were_moved_is_not_stored(window, monkeypatch):
     arrive(window)
     assert {item.uid: tuple(item.cells[1].actual_linear) for item in palette.materials} == before
     assert palette.is_stale
+
+
+@pytest.mark.parametrize(("is_fast", "reads"), [(True, 1), (False, 2)])
+def test_the_table_is_read_again_only_for_a_later_answer(window, monkeypatch, is_fast, reads):
+    from blender_addon.editing.palette import solve
+
+    count, read = [], solve.palette_problem
+    monkeypatch.setattr(solve, "palette_problem", lambda palette: count.append(1) or read(palette))
+    if is_fast:  # as without a window, or within the patience
+        monkeypatch.setattr(window.solves, "run", lambda scene, work, done: done(scene, work()))
+    window.palette.materials[0].cells[0].target = (0.2, 0.5, 0.3)
+    count.clear()
+    window.live._follow(window.scene)
+    arrive(window)
+    assert len(count) == reads
+    assert not window.palette.is_stale

@@ -100,10 +100,10 @@ def draw(view, engine, context, depsgraph):
         watch.worded += bool(watch.word)
 
 
-def kept_answer(*arguments):
+def kept_answer(*arguments, **settings):
     """Remember when the palette's answer is stored."""
     note("answer")
-    return keep(*arguments)
+    return keep(*arguments, **settings)
 
 
 def said(pictures, settings):

@@ -63,9 +63,11 @@ def _finish(scene: bpy.types.Scene) -> None:
 
 
 def _solve(solver: Behind, scene: bpy.types.Scene, solve: Solve | None, then: Callable[[], None]) -> None:
+    is_later = False
+
     def done(scene: bpy.types.Scene, answer: PaletteSolution | str) -> None:
         assert solve is not None
-        kept = keep(scene, solve, answer)
+        kept = keep(scene, solve, answer, may_differ=is_later)
         show()
         if kept is not None:
             then()
@@ -74,6 +76,7 @@ def _solve(solver: Behind, scene: bpy.types.Scene, solve: Solve | None, then: Ca
         show()
     else:
         solver.run(scene, solve.answer, done)
+        is_later = True
 
 
 def show() -> None:

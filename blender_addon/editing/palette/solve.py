@@ -101,18 +101,21 @@ def _entries(palette: PropertyGroup) -> tuple[int, ...]:
     return tuple(each.uid for each in (*palette.lights, *palette.materials))
 
 
-def keep(scene: Scene, solve: Solve, answer: PaletteSolution | str) -> PaletteSolution | None:
+def keep(
+    scene: Scene, solve: Solve, answer: PaletteSolution | str, *, may_differ: bool = True
+) -> PaletteSolution | None:
     """Store the answer in the table; None if it is a text, or if the rows or columns are others by now, or moved.
 
-    An answer for earlier numbers of the same table is stored, and the table stays outdated.
+    An answer for earlier numbers of the same table is stored, and the table stays outdated. ``may_differ``: False if
+    Blender has handled no event since the table was read, which then is not read again.
     """
     palette = scene.spectral.palette
     try:
-        now = palette_problem(palette)
+        now = palette_problem(palette) if may_differ else solve.problem
     except SpectralError as error:
         palette.message, palette.is_stale = str(error), True
         return None
-    is_current = same_problem(solve.problem, now)
+    is_current = now is solve.problem or same_problem(solve.problem, now)
     if isinstance(answer, str):
         palette.message, palette.is_stale = answer, True
         return None
@@ -130,7 +133,7 @@ def keep(scene: Scene, solve: Solve, answer: PaletteSolution | str) -> PaletteSo
 
 def solve_now(scene: Scene, solve: Solve | None) -> PaletteSolution | None:
     """Solve and store at once."""
-    return None if solve is None else keep(scene, solve, solve.answer())
+    return None if solve is None else keep(scene, solve, solve.answer(), may_differ=False)
 
 
 def solve_scene(scene: Scene) -> PaletteSolution | None:

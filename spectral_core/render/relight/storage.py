@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -143,4 +144,10 @@ def flat_light() -> Illuminant:
 
 def relative_to_flat(light: Spectrum) -> Spectrum:
     """The light divided by that of the recording at every wavelength: flat, with Y = 1."""
-    return light.scaled(1.0 / float(unit_luminance(flat_light()).values[0]))
+    return light.scaled(1.0 / _flat_value())
+
+
+@cache
+def _flat_value() -> float:
+    """Value of the flat light with Y = 1."""
+    return float(unit_luminance(flat_light()).values[0])
