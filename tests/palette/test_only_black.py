@@ -19,7 +19,7 @@ def constant_under(one: str, other: str) -> PaletteProblem:
 
 
 def test_the_remedy_says_that_only_black_is_exact() -> None:
-    """ "Not all exact cells can hold at once" was said, although they do in black."""
+    """The message said that they cannot hold at once, although they do in black."""
     solution = solve_palette(constant_under("HP1", "D65"))
     assert solution.status == "exact_conflict"
     assert "“a” under “HP1”, “a” under “D65”, “b” under “HP1” can be exact only in black" in solution.remedy
