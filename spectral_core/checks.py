@@ -59,7 +59,9 @@ def require_finite(name: str, array: NDArray[Any]) -> None:
 
 
 def require_range(name: str, value: float, low: float, high: float, unit: str = "") -> float:
-    """``value`` as float when low <= value <= high; else InvalidInputError."""
+    """``value`` as float when low <= value <= high; else InvalidInputError, also for text that reads as a number."""
+    if isinstance(value, str | bytes):
+        raise InvalidInputError(f"{name} is {str(value)[:40]}, a text; expected a number, without quotes")
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError) as error:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.assemble.requests import compiled_requests
@@ -77,7 +77,7 @@ def alternatives(
     ------
     InvalidInputError : everything is measured or locked, or the palette has no trustworthy solution.
     """
-    wanted = int(require_range("count", count, 2, 12))
+    wanted = require_whole("count", count, 2, 12)
     held = dict(locked or {})
     problem = replace(
         problem,

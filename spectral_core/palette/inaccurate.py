@@ -11,9 +11,11 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.assemble.assembled import Assembled
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.given import cell_name, told_apart
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
+from spectral_core.palette.qp.feasibility import forced_black
 
 Array = NDArray[np.float64]
 
@@ -21,6 +23,10 @@ BRIGHTEST = 1e3
 """Largest color that is ordinary, in linear RGB: white is 1."""
 SPREAD = 1e6
 """Ratio of the colors of white under two lights, from which the dimmer is lost in the rounding of the brighter."""
+NEARLY = 1e-2
+"""Error of exact cells, in linear RGB, up to which they may hold in black alone; larger errors have other causes."""
+MOST_UNKNOWNS, MOST_NAMES = 4000, 4
+"""Largest side for which that is tested, which takes up to a second; and most cells that a message names."""
 ROUNDING = 1e-14
 """Share of a color that may be rounding of its sum."""
 
@@ -51,6 +57,27 @@ def excluded_pair(problem: PaletteProblem, state: PaletteState) -> str:
                     f"{most[worst]:.2g} at most. Give both cells one color, or make one of them not exact."
                 )
     return ""
+
+
+def only_black(problem: PaletteProblem, assembled: Assembled | None, worst: float) -> str:
+    """Exact cells that only black meets, as "same" under two lights that no other color survives; "" if none is found.
+
+    ``assembled``: the side of the reflectances; ``worst``: largest error of an exact cell that the solution has.
+    """
+    if assembled is None or any(light.free for light in problem.lights) or worst > NEARLY:
+        return ""
+    if assembled.quadratic.size > MOST_UNKNOWNS:
+        return ""
+    cells = forced_black(assembled.quadratic)
+    if not cells:
+        return ""
+    names = [cell_name(problem, cell) for cell in cells[:MOST_NAMES]]
+    more = f" and {len(cells) - MOST_NAMES} more" if len(cells) > MOST_NAMES else ""
+    return (
+        f"Together with the other exact cells, {', '.join(names)}{more} can be exact only in black. The closest "
+        f"compromise is shown, which misses exact cells by {worst:.1g} in linear RGB. Make one of them not exact, or "
+        "choose another light."
+    )
 
 
 def extreme_number(problem: PaletteProblem, state: PaletteState) -> str:

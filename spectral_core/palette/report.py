@@ -14,7 +14,7 @@ from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.cell_errors import CellErrors, cell_errors
-from spectral_core.palette.inaccurate import excluded_pair, extreme_number
+from spectral_core.palette.inaccurate import excluded_pair, extreme_number, only_black
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.block import DIM
 from spectral_core.palette.qp.optimality import Check
@@ -46,7 +46,7 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
     status = _status(builder, state, trace, bounds, errors)
     if whites:
         status = PaletteStatus.EXACT_CONFLICT
-    status, remedy = (status, _white_remedy(problem, whites)) if whites else _named_cause(problem, state, status)
+    status, remedy = (status, _white_remedy(problem, whites)) if whites else _named_cause(builder, state, status, trace)
     if status is PaletteStatus.INVISIBLE:
         trace.notes.extend(f"light {problem.lights[j].name!r} gives no color" for j in invisible_lights(builder, state))
         dark = black_materials(builder, state)
@@ -77,13 +77,20 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
     )
 
 
-def _named_cause(problem: PaletteProblem, state: PaletteState, status: PaletteStatus) -> tuple[PaletteStatus, str]:
+def _named_cause(
+    builder: Assembler, state: PaletteState, status: PaletteStatus, trace: SolveTrace
+) -> tuple[PaletteStatus, str]:
     """The status and the remedy of a palette that was not solved, with the cells or lights that are the cause."""
-    excluded = ""
+    problem, excluded = builder.problem, ""
     if status in (PaletteStatus.INACCURATE, PaletteStatus.EXACT_CONFLICT):
         excluded = excluded_pair(problem, state)
     if excluded:
         return PaletteStatus.EXACT_CONFLICT, f"{excluded} The closest compromise is shown."
+    if status is PaletteStatus.EXACT_CONFLICT:
+        side = trace.sides.get("reflectances")
+        black = only_black(problem, side and side[0], exact_error(builder.requests, state.colors())[0])
+        if black:
+            return status, black
     extreme = ""
     if status in (PaletteStatus.INACCURATE, PaletteStatus.IMPROVING):
         extreme = extreme_number(problem, state)
@@ -182,7 +189,10 @@ def _status(
     dark = invisible_lights(builder, state)
     if missed and all(column in dark for _, column in missed):
         return PaletteStatus.INVISIBLE  # no other cell conflicts with them, so no other cell can be released
-    if worst > EXACT_LIMIT or any(answer.infeasible for answer in answers):
+    # Weights in place of exact rows have changed nothing where these hold all the same.
+    is_held = worst <= Check.EQUALITY_LIMIT
+    is_held = is_held and all(light.white_xyz is None and light.luminance is None for light in builder.problem.lights)
+    if worst > EXACT_LIMIT or (not is_held and any(answer.infeasible for answer in answers)):
         return PaletteStatus.EXACT_CONFLICT
     if not trace.joint.passed or bounds > Check.BOUND_LIMIT:
         return PaletteStatus.INACCURATE

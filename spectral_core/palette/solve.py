@@ -66,7 +66,7 @@ def solve_palette(
     state = initial_state(problem, None if warm is None else warm.state)
     trace = SolveTrace(notes=list(requests.notes))
     if problem.scale_lights:
-        state = brightened_to_fit(assembler, state, trace)
+        state = brightened_to_fit(assembler, state, trace, warm)
     fresh = warm is None or not _continues(state, warm)
     # Before the time budget begins: a first import takes a quarter of it.
     import scipy.optimize  # noqa: F401

@@ -176,3 +176,9 @@ def test_alternatives_of_a_solution_from_a_file(tmp_path) -> None:
     for each in found:
         np.testing.assert_allclose(colors(each.solution), each.solution.actual_linear_rgb, atol=1e-9)
         np.testing.assert_allclose(each.solution.actual_linear_rgb[0, 0], BROWN, atol=1e-4)
+
+
+def test_a_number_of_answers_is_whole() -> None:
+    """2.7 meant 2 without a message."""
+    with pytest.raises(InvalidInputError, match=r"count is 2\.7; expected a whole number"):
+        alternatives(presets.metamer_pair(), count=2.7)  # type: ignore[arg-type]

@@ -226,6 +226,9 @@ def test_lights_are_brightened_beside_distinct_cells_too() -> None:
         np.testing.assert_allclose(light.values, solution.light_scale * given.spectrum.values)
     again = solve_palette(problem, warm=solution)
     assert again.light_scale == solution.light_scale
+    darker = solve_palette(pair_beside((0.3, 0.3, 0.3), scale_lights=True), warm=solution)
+    assert darker.light_scale == 1
+    assert darker.status.usable
 
 
 def test_worst_case_matches_count_beside_distinct_cells() -> None:

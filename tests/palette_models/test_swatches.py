@@ -54,6 +54,40 @@ def test_gpl_files_of_gimp_are_read(tmp_path: Path) -> None:
     assert [s.name for s in read_swatches(tmp_path / "old.gpl")] == ["Ungrouped name", "Untitled"]
 
 
+@pytest.mark.parametrize("group", ["", "D65", "day / night", "D65 /"])
+@pytest.mark.parametrize("name", ["a / b", "/ b", "a /", "red", "D65 / red", "255 gray"])
+def test_gpl_keeps_names_and_groups_with_slashes(tmp_path: Path, name: str, group: str) -> None:
+    written = [Swatch(name, np.full(3, 0.5), group), Swatch("next", np.full(3, 0.5), "D50"), Swatch(name, np.ones(3))]
+    write_swatches(tmp_path / "s.gpl", written)
+    found = read_swatches(tmp_path / "s.gpl")
+    assert [(each.name, each.group) for each in found] == [(each.name, each.group) for each in written]
+
+
+def test_gpl_files_of_aseprite_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "pico.gpl"
+    path.write_text("GIMP Palette\nChannels: RGBA\n#\n  0   0   0 255 Untitled\n 29  43  83 255\tdark blue\n")
+    found = read_swatches(path)
+    assert [each.name for each in found] == ["Untitled", "dark blue"]
+    np.testing.assert_allclose(255 * display_rgb_from_linear(found[1].linear_rgb), [29, 43, 83])
+    path.write_text("GIMP Palette\nChannels: RGBA\n#\n  0   0   0   0 Transparent\n")
+    with pytest.raises(FileFormatError, match=r"line 4: 'Transparent' has the opacity 0; expected 255"):
+        read_swatches(path)
+    path.write_text("GIMP Palette\nChannels: RGBA\n#\n  0   0   0 black\n")
+    with pytest.raises(FileFormatError, match="expected four numbers to 255 and a name"):
+        read_swatches(path)
+    path.write_text("GIMP Palette\nChannels: CMYK\n#\n  0   0   0 black\n")
+    with pytest.raises(FileFormatError, match="line 2: the channels are 'CMYK'; expected RGB or RGBA"):
+        read_swatches(path)
+
+
+def test_a_gpl_file_whose_name_is_no_text_is_written(tmp_path: Path) -> None:
+    path = tmp_path / "s\udcff\n.gpl"
+    write_swatches(path, [SWATCHES[0]])
+    assert [each.name for each in read_swatches(path)] == ["rød Ω"]
+    with pytest.raises(InvalidInputError, match="the name of a swatch is .* which no file can store"):
+        Swatch("\udcff", np.zeros(3))
+
+
 def test_every_cell_of_a_solution_is_a_swatch(tmp_path: Path) -> None:
     solution = solve_palette(metamer_pair())
     swatches = swatches_of(solution)

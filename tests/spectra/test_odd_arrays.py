@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 from spectral_core.volume.field import ScalarVolume
@@ -70,3 +70,12 @@ def test_a_faulty_grid_is_quoted(wavelengths: list[float], got: str) -> None:
     """The message of an empty grid was "got 0 from inf to 0"."""
     with pytest.raises(InvalidInputError, match=f"without repeats; got {got}$"):
         SpectralGrid(wavelengths)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("text", ["5", " 5.0 ", b"5", np.str_("5"), ""])
+@pytest.mark.parametrize("require", [require_range, require_whole])
+def test_text_is_no_number(text: object, require: Callable[..., object]) -> None:
+    """It passed, and was kept as text, with which nothing can be computed later."""
+    with pytest.raises(InvalidInputError, match="size is .*, a text; expected a number, without quotes"):
+        require("size", text, 0, 10)
+    assert require("size", np.float32(5), 0, 10) == 5

@@ -53,6 +53,21 @@ def test_units_are_taken_from_every_form_of_heading(tmp_path: Path, text: str) -
     np.testing.assert_allclose([one[2], two[2]], [[0.1, 0.2], [0.5, 0.6]], rtol=1e-14)
 
 
+@pytest.mark.parametrize("heading", ["%R", "% Reflectance", "R%", "%T"])
+def test_a_percent_sign_beside_a_letter_is_a_unit(tmp_path: Path, heading: str) -> None:
+    assert read(tmp_path, f"nm,{heading}\n400,10\n410,55\n")[0][2] == pytest.approx([0.1, 0.55])
+    paint = Reflectance(heading, GRID, np.full(GRID.size, 0.25))
+    write_spectra(tmp_path / "written.csv", [paint])
+    (found,) = read_spectra(tmp_path / "written.csv")
+    assert found.name == heading
+    np.testing.assert_array_equal(found.values, paint.values)
+
+
+@pytest.mark.parametrize("heading", ["%50 gray", "gray 50%", "50%"])
+def test_a_percent_sign_beside_a_number_is_a_name(tmp_path: Path, heading: str) -> None:
+    assert read(tmp_path, f"nm,{heading}\n400,0.1\n410,0.5\n") == [(heading, [400, 410], [0.1, 0.5])]
+
+
 def test_a_remark_above_the_numbers_is_no_heading(tmp_path: Path) -> None:
     assert read(tmp_path, "# measured on Tuesday, twice\n400,0.1\n410,0.2\n")[0][0] == "table"
 

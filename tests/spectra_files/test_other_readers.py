@@ -58,6 +58,20 @@ def test_files_of_colour_science_are_read(tmp_path: Path, colour: Any) -> None:
     np.testing.assert_allclose(ours.spectrum.values, list(data.values()), rtol=1e-11)  # colour-science prints 12 digits
 
 
+def test_a_spectrum_named_none_keeps_its_name(tmp_path: Path, colour: Any) -> None:
+    """colour-science writes "None" where an element has no text; that is no name."""
+    path = tmp_path / "lamp.spdx"
+    grid = SpectralGrid.uniform(400, 700, 20)
+    write_spectra(path, [Illuminant("None", grid, np.ones(grid.size), source="None")])
+    found = read_spectrum(path)
+    assert (found.name, found.source) == ("None", "None")
+    theirs = colour.SpectralDistribution_IESTM2714(
+        str(path), spectral_quantity="relative", data=dict(zip(grid.wavelengths_nm, np.ones(grid.size), strict=True))
+    )
+    theirs.write()
+    assert (read_spectrum(path).name, read_spectrum(path).source) == ("lamp", "lamp.spdx")
+
+
 def test_mitsuba_reads_written_spd_files(tmp_path: Path) -> None:
     mitsuba = pytest.importorskip("mitsuba")
     mitsuba.set_variant("scalar_spectral")

@@ -13,6 +13,7 @@ from spectral_core.palette.design.rounds import SETTLED, Budget, Rounds, SolveTr
 from spectral_core.palette.design.together import improved
 from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.engine import Engine
+from spectral_core.palette.solution import PaletteSolution
 
 LEAD = 3
 """Rounds before variable projection, and rounds in linear RGB before CIELAB is linearized."""
@@ -28,18 +29,28 @@ SECONDS = 2.0
 """Time budget of a solve that designs lights and reflectances together."""
 
 
-def brightened_to_fit(assembler: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteState:
-    """Brighten all lights so that a design without upper bound on reflectance fits below the bound (section 5.5)."""
+def brightened_to_fit(
+    assembler: Assembler, state: PaletteState, trace: SolveTrace, warm: PaletteSolution | None = None
+) -> PaletteState:
+    """Brighten all lights so that a design without upper bound on reflectance fits below the bound (section 5.5).
+
+    The factor is that of this problem: a ``state`` that begins with the brighter lights of another one is darkened. If
+    ``warm`` solves this very problem, its search goes on with the factor that it has.
+    """
     low, high = assembler.problem.reflectance_bounds
-    open_ended = Assembler(replace(assembler.problem, reflectance_bounds=(low, np.inf)), assembler.requests)
-    answer = Engine().solve(softened(open_ended.assembled("reflectances", state).quadratic))
-    largest = max((float(values.max()) for values in answer.values), default=0.0)
-    if not np.isfinite(high) or largest <= high:
-        return state
-    trace.notes.append(
-        f"all lights were made {largest / high:.3g} times brighter so that reflectances fit below {high:g}"
-    )
-    return state.brightened(largest / high)
+    plain = state if state.light_scale == 1.0 else state.brightened(1.0 / state.light_scale)
+    if not np.isfinite(high) or high <= 0:
+        return plain
+    if warm is not None and warm.problem is assembler.problem:
+        factor = state.light_scale
+    else:
+        open_ended = Assembler(replace(assembler.problem, reflectance_bounds=(low, np.inf)), assembler.requests)
+        answer = Engine().solve(softened(open_ended.assembled("reflectances", plain).quadratic))
+        factor = max((float(values.max()) for values in answer.values), default=0.0) / high
+        state = plain.brightened(factor) if factor > 1.0 else plain
+    if factor > 1.0:
+        trace.notes.append(f"all lights were made {factor:.3g} times brighter so that reflectances fit below {high:g}")
+    return state
 
 
 def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool) -> PaletteState:

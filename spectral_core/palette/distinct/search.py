@@ -94,8 +94,8 @@ def distinct_solutions(
     if starts is None:
         starts = STARTS if warm is None or _coincide(problem, warm) else 0
     require_range("starts", starts, 0 if warm is not None else 1, 10_000)
-    if problem.scale_lights and warm is None:
-        state = brightened_to_fit(builder, state, trace)
+    if problem.scale_lights:
+        state = brightened_to_fit(builder, state, trace, warm)
     if warm is None:
         state = _others_first(builder, state, trace)
     if any(answer.infeasible or not answer.check.passed for answer in trace.answers.values()):

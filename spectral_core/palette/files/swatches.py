@@ -2,7 +2,9 @@
 """Colors for painting programs: Adobe Swatch Exchange (``.ase``) and GIMP palettes (``.gpl``), read and written.
 
 ASE: "ASEF", version 1.0, then blocks of a type, a length and, big-endian, a UTF-16 name and four-letter color model.
-GPL: a line of three bytes and a name per color.
+GPL: a line of three bytes and a name per color. Aseprite adds a fourth byte where a line "Channels: RGBA" says so.
+GPL has no groups: a color's name begins with that of its group, and comments, which other programs skip, state where a
+group begins.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_text
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import read_bytes, read_text, reading
 from spectral_core.files.whole import write_bytes
@@ -26,6 +28,9 @@ from spectral_core.spectra.color import display_rgb_from_linear, linear_from_dis
 ASE_COLOR, ASE_GROUP, ASE_GROUP_END = 0x0001, 0xC001, 0xC002
 GAMUT_SLACK = 1e-6
 """Distance from [0, 1] that counts as rounding of a color."""
+GROUP = "# group:"
+"""Begins the comment of a GPL file that states the group of the colors after it."""
+OPAQUE = 255
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +42,8 @@ class Swatch:
     group: str = ""
 
     def __post_init__(self) -> None:
+        require_text("the name of a swatch", self.name)
+        require_text("the group of a swatch", self.group)
         object.__setattr__(self, "linear_rgb", frozen_array(f"swatch {self.name!r}", self.linear_rgb, (3,)))
 
 
@@ -146,29 +153,75 @@ def _ase_color(file: Path, name: str, content: bytes) -> NDArray[np.float64]:
 
 
 def _gpl_bytes(title: str, swatches: Sequence[Swatch]) -> bytes:
-    lines = ["GIMP Palette", f"Name: {title}", "Columns: 0", "#"]
+    lines = ["GIMP Palette", f"Name: {_one_line(title)}", "Columns: 0", "#"]
+    stated = None
     for swatch in swatches:
+        group = _one_line(swatch.group)
+        if group != stated:
+            lines.append(f"{GROUP} {group}".rstrip())
+            stated = group
         red, green, blue = (round(255 * channel) for channel in _display(swatch))
-        full = f"{swatch.group} / {swatch.name}" if swatch.group else swatch.name
-        lines.append(f"{red:3d} {green:3d} {blue:3d}\t{' '.join(full.split())}")
-    return ("\n".join(lines) + "\n").encode("utf-8")
+        full = f"{group} / {swatch.name}" if group else swatch.name
+        lines.append(f"{red:3d} {green:3d} {blue:3d}\t{_one_line(full)}")
+    # A file's own name may be no text.
+    return ("\n".join(lines) + "\n").encode("utf-8", "replace")
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
 
 
 def _read_gpl(file: Path) -> list[Swatch]:
     lines = read_text(file).splitlines()
     if lines[0].strip() != "GIMP Palette":
         raise FileFormatError(f"{file}, line 1: {lines[0][:40]!r}; expected 'GIMP Palette', or an .ase file")
-    swatches = []
+    swatches: list[Swatch] = []
+    group: str | None = None
+    count = 3
     for number, line in enumerate(lines[1:], 2):
-        if not line.strip() or line.startswith(("#", "Name:", "Columns:")):
-            continue
-        cells = line.split(maxsplit=3)
-        channels = [int(cell) for cell in cells[:3] if cell.isascii() and cell.isdigit() and len(cell) <= 3]
-        if len(channels) < 3 or max(channels) > 255:
-            raise FileFormatError(
-                f"{file}, line {number}: {line.strip()[:40]!r}; expected three numbers to 255 and a name"
-            )
-        group, slash, name = (cells[3] if len(cells) > 3 else "Untitled").rpartition(" / ")
-        linear = linear_from_display_rgb(np.array(channels) / 255)
-        swatches.append(Swatch(name, linear, group if slash else ""))
+        if line.startswith("Channels:"):
+            count = _channels(file, number, line)
+        elif line.startswith(GROUP):
+            group = _one_line(line.removeprefix(GROUP))
+        elif line.strip() and not line.startswith(("#", "Name:", "Columns:")):
+            channels, text = _gpl_color(file, number, line, count)
+            linear = linear_from_display_rgb(np.array(channels[:3]) / 255)
+            swatches.append(_swatch(text, group, linear))
     return swatches
+
+
+def _channels(file: Path, number: int, line: str) -> int:
+    """Numbers of a color, from Aseprite's line on them."""
+    stated = line.partition(":")[2].strip()
+    counts = {"RGB": 3, "RGBA": 4}
+    if stated not in counts:
+        raise FileFormatError(f"{file}, line {number}: the channels are {stated[:40]!r}; expected RGB or RGBA")
+    return counts[stated]
+
+
+def _gpl_color(file: Path, number: int, line: str, count: int) -> tuple[list[int], str]:
+    """The ``count`` bytes and the name of a line."""
+    cells = line.split(maxsplit=count)
+    channels = [int(cell) for cell in cells[:count] if cell.isascii() and cell.isdigit() and len(cell) <= 3]
+    if len(channels) < count or max(channels) > 255:
+        words = {3: "three", 4: "four"}[count]
+        raise FileFormatError(
+            f"{file}, line {number}: {line.strip()[:40]!r}; expected {words} numbers to 255 and a name"
+        )
+    text = cells[count].strip() if len(cells) > count else "Untitled"
+    if channels[3:] and channels[3] != OPAQUE:
+        raise FileFormatError(
+            f"{file}, line {number}: {text[:40]!r} has the opacity {channels[3]}; expected {OPAQUE}, as a swatch is a "
+            "color without transparency: make the color opaque, or remove it from the file"
+        )
+    return channels, text
+
+
+def _swatch(text: str, group: str | None, linear: NDArray[np.float64]) -> Swatch:
+    """The swatch of a line's name; ``group``: the stated one, None in files that state none."""
+    if group and f"{text} ".startswith(f"{group} / "):
+        return Swatch(text[len(group) + 3 :], linear, group)
+    if group is not None:
+        return Swatch(text, linear, group)
+    before, slash, name = text.rpartition(" / ")
+    return Swatch(name, linear, before if slash else "")

@@ -22,6 +22,10 @@ JOINT_LIMIT = 24
 """Most exact cells of several spectra that are tested together; a test takes milliseconds."""
 CONFLICT = -1
 """daqp's flag of an infeasible problem."""
+ROOM = 1e-2
+"""Distance to its bounds that counts as room for an unknown."""
+FORCED = 1e-7
+"""Share of it that is rounding: an unknown with no more room is forced onto its bound."""
 
 
 def smallest_conflict(
@@ -157,3 +161,42 @@ def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[in
         return False
     # Any other failure is inconclusive; the engine then decides.
     return bool(flag <= 0 or np.abs(matrix @ x - target).max(initial=0.0) < REACHED)
+
+
+def forced_black(problem: Quadratic) -> tuple[CellIndex, ...]:
+    """The exact cells that can hold together with all others only in black; empty if they cannot hold, or in colors.
+
+    A linear program finds the samples without room between their bounds (facial reduction, Borwein and Wolkowicz 1981).
+    """
+    from scipy import sparse
+    from scipy.optimize import linprog
+
+    matrix, target = problem.equalities()
+    low, high, n = problem.lower, problem.upper, problem.size
+    unit = sparse.identity(n, format="csr")
+    below, above = low > -FAR, high < FAR
+    ends = np.stack([np.where(below, low, -np.inf), np.where(above, high, np.inf)], axis=1)
+    room = np.minimum(ROOM, (high - low) / 4)
+    found = linprog(
+        np.concatenate([np.zeros(n), -np.ones(n)]),
+        A_ub=sparse.bmat([[-unit[below], unit[below]], [unit[above], unit[above]]]),
+        b_ub=np.concatenate([-low[below], high[above]]),
+        A_eq=sparse.hstack([matrix, sparse.csr_matrix((len(target), n))]),
+        b_eq=target,
+        bounds=np.concatenate([ends, np.stack([np.zeros(n), room], axis=1)]),
+        method="highs",
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+    )
+    if found.status != 0:
+        return ()
+    _, values = problem.split(found.x[:n])
+    _, forced = problem.split(found.x[n:] <= FORCED * room)
+    black: dict[CellIndex, None] = {}
+    for block, value, fixed in zip(problem.blocks, values, forced, strict=True):
+        for r, (_, cell) in enumerate(block.keys):
+            rows = block.rows[3 * r : 3 * r + 3]
+            is_dark = np.abs(rows @ value).max() < REACHED and rows.any() and not rows[:, ~fixed.astype(bool)].any()
+            # A cell that asks for black is no surprise.
+            if block.exact[3 * r] and is_dark and (block.ties[3 * r].any() or block.targets[3 * r : 3 * r + 3].any()):
+                black[cell] = None
+    return tuple(black)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog, minimize
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.fidelity import FidelityReference
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
@@ -156,9 +156,7 @@ def lamp_recipe(
     quality = quality or LampQuality()
     if not 3 <= len(channels) <= 16:
         raise InvalidInputError(f"a lamp recipe takes 3 to 16 channels; got {len(channels)}")
-    most = (
-        len(channels) if most_channels is None else int(require_range("most_channels", most_channels, 3, len(channels)))
-    )
+    most = len(channels) if most_channels is None else require_whole("most_channels", most_channels, 3, len(channels))
     spds = np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in channels])
     power = spds.sum(axis=1)
     if not power.all():

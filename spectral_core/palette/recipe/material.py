@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.paint.mixtures import halftone_shares, paint_mixture
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
@@ -163,7 +163,7 @@ def material_recipe(
     if not lights:
         raise InvalidInputError("a recipe needs at least one light under which the colors shall agree; got none")
     count = len(colorants.names)
-    most = min(count, int(require_range("most_colorants", most_colorants, 1, MOST_COLORANTS)))
+    most = min(count, require_whole("most_colorants", most_colorants, 1, MOST_COLORANTS))
     matrix = stimulus_matrix(lights, colorants.grid)
     wanted = _lab(matrix, target.at(colorants.grid.wavelengths_nm))
     amounts = _best_of_sets(colorants, matrix, wanted, most)

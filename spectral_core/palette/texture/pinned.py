@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_whole
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
 from spectral_core.palette.texture.loss import picture_losses, texel_delta_e
 from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, stimulus_matrix
@@ -72,7 +72,7 @@ def design_pinned_texture(
     """
     started = time.perf_counter()
     matrix = stimulus_matrix([first])
-    basis = _basis_for_pins(matrix, stimulus_matrix([second]), pins, int(require_range("count", count, 4, 8)), seed)
+    basis = _basis_for_pins(matrix, stimulus_matrix([second]), pins, require_whole("count", count, 4, 8), seed)
     uplift = design_uplift(first, second, pins, basis.spectra, slope=max(basis.slope, 1e-3))
     weights, delta_e = _looked_up(picture, uplift, basis.slope, progress)
     texture = SpectralTexture(weights, uplift.basis, (first, second))

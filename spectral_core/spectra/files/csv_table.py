@@ -242,9 +242,11 @@ def _wavelength_unit(path: Path, header: Row) -> str | None:
 
 
 def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
-    """Unit named at the end of a heading: ``wavelength_nm``, ``Wavelength (µm)``, ``paint [%]``, ``R/%``; None if none
-    is.
+    """Unit named at the end of a heading: ``wavelength_nm``, ``Wavelength (µm)``, ``paint [%]``, ``R/%``, or by a
+    percent sign beside a letter (``%R``, ``R%``); None if none is.
     """
+    if "percent" in known and re.search(r"^\s*%\s*[^\W\d_]|[^\W\d_]%\s*$", heading):
+        return "percent"
     try:
         return known_unit(_last_word(heading)[1], known)
     except ValueError:

@@ -43,6 +43,8 @@ QUANTITY_OF_KIND: dict[SpectrumKind, str] = {
 
 _NO_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _SAMPLED_NOTE = "interpolation: sampled"
+_NOTHING = "None"
+"""Text of an empty element in files of colour-science. The same word as a name is written as a CDATA section."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +154,8 @@ def _element(name: str, text: str) -> str:
         raise InvalidInputError(
             f"{name} {text[:40]!r} contains {wrong[0]!r}, which no XML file can hold; remove it, or write a .csv"
         )
-    return f"\t\t<{name}>{escape(text)}</{name}>"
+    content = f"<![CDATA[{text}]]>" if text.strip() == _NOTHING else escape(text)
+    return f"\t\t<{name}>{content}</{name}>"
 
 
 class _Handler:
@@ -167,9 +170,12 @@ class _Handler:
         self._parser.StartElementHandler = self._start
         self._parser.EndElementHandler = self._end
         self._parser.CharacterDataHandler = self._characters
+        self._parser.StartCdataSectionHandler = self._literal
         self._parser.StartDoctypeDeclHandler = self._doctype
         self._open: list[str] = []
         self._text: list[str] = []
+        self._is_literal = False
+        """True if the text of the open element is in a CDATA section."""
         self._wavelength = 0.0
 
     def parse(self, text: str) -> None:
@@ -192,12 +198,15 @@ class _Handler:
         if not self._open and (name != "IESTM2714" or namespace.lower().rstrip("/") not in NAMESPACES):
             raise self._error(f"the root is <{name}> of namespace {namespace!r}; expected <IESTM2714> of {NAMESPACE!r}")
         self._open.append(name)
-        self._text = []
+        self._text, self._is_literal = [], False
         if name == "SpectralData":
             if "wavelength" not in attributes:
                 raise self._error('SpectralData without a wavelength; expected <SpectralData wavelength="400">')
             line = self._parser.CurrentLineNumber
             self._wavelength = number(self._path, line, attributes["wavelength"], "a wavelength in nm")
+
+    def _literal(self) -> None:
+        self._is_literal = True
 
     def _characters(self, text: str) -> None:
         self._text.append(text)
@@ -208,6 +217,6 @@ class _Handler:
         if name == "SpectralData":
             value = number(self._path, line, text, "a value")
             self.column.add(line, self._wavelength, value)
-        elif text and text != "None":  # colour-science's text of an empty element
+        elif text and (text != _NOTHING or self._is_literal):
             self.texts[name] = (text, line)
         self._text = []

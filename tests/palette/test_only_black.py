@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exact cells that share a color which two lights show of black alone."""
+
+from __future__ import annotations
+
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.presets import design_grid
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.observer import normalized
+
+
+def constant_under(one: str, other: str) -> PaletteProblem:
+    lights = [PaletteLight(normalized(illuminant(name), luminance=2)) for name in (one, other)]
+    rows = (
+        (Cell.fixed((0.3, 0.2, 0.0)), Cell.constant((0, 0), exact=True)),
+        (Cell.same_as((0, 0), exact=True), Cell.fixed((0.2, 0.3, 0.1))),
+    )
+    return PaletteProblem(design_grid(), tuple(lights), (PaletteReflectance("a"), PaletteReflectance("b")), rows)
+
+
+def test_the_remedy_says_that_only_black_is_exact() -> None:
+    """The message said that they cannot hold at once, although they do in black."""
+    solution = solve_palette(constant_under("HP1", "D65"))
+    assert solution.status == "exact_conflict"
+    assert "“a” under “HP1”, “a” under “D65”, “b” under “HP1” can be exact only in black" in solution.remedy
+    assert "Not all exact cells can hold" not in solution.remedy
+    # The compromise that is shown has a color, and misses it by little.
+    assert solution.actual_linear_rgb[0, 0, 0] > 0.1
+    assert solution.delta_e_2000[0, 1] < 0.1
+
+
+def test_other_conflicts_are_no_matter_of_black() -> None:
+    problem = constant_under("HP1", "D65").with_cell((0, 0), Cell.fixed((0.3, 0.2, 0.0), exact=True))
+    solution = solve_palette(problem)
+    assert solution.status == "exact_conflict"
+    assert "only in black" not in solution.remedy
+
+
+def test_exact_cells_that_hold_are_no_conflict() -> None:
+    """They held within 2e-11, but had been solved with weights, which was called a conflict."""
+    lights = [PaletteLight(normalized(illuminant(name), luminance=2)) for name in ("LPS", "FL8")]
+    rows = (
+        (Cell.same_as((1, 0), exact=True), Cell.fixed((0.1, 0.3, 0.1), weight=100)),
+        (Cell.constant((1, 1)), Cell.same_as((0, 0), exact=True)),
+    )
+    materials = (PaletteReflectance("a"), PaletteReflectance("b"))
+    solution = solve_palette(PaletteProblem(design_grid(), tuple(lights), materials, rows))
+    assert solution.status == "solved"
+    assert abs(solution.actual_linear_rgb[0, 0] - solution.actual_linear_rgb[1, 1]).max() < 1e-9
