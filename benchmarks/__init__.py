@@ -47,6 +47,16 @@ class Options:
             got = " ".join(given) or "none"
             raise SystemExit(f"{name} expects a number, as in {name} {usual:g}; got {got}") from None
 
+    def counts(self, *meanings: str) -> list[int]:
+        """The whole numbers among the words, at most one for each meaning.
+
+        Raises UnknownNameError for another word or for more of them.
+        """
+        words = [word for word in self.extra if not word.startswith("-")]
+        if len(words) > len(meanings) or not all(word.isdecimal() for word in words):
+            raise UnknownNameError(f"{' '.join(words)!r}: expected whole numbers: {', '.join(meanings)}")
+        return [int(word) for word in words]
+
     def only(self, names: Iterable[str]) -> list[str]:
         """The ``names`` that ``--only`` chooses, all without it.
 

@@ -79,6 +79,16 @@ def require_whole(name: str, value: float, low: int, high: int, unit: str = "") 
     return int(number)
 
 
+def require_kind(name: str, value: object, kind: type, hint: str = "") -> None:
+    """Raise InvalidInputError if ``value`` is not an instance of ``kind``; ``hint`` says where one comes from."""
+    if not isinstance(value, kind):
+        given = str(value)
+        shown = repr(given[:40] + ("…" if len(given) > 40 else ""))
+        raise InvalidInputError(
+            f"{name} is {shown}, of type {type(value).__name__}; expected a {kind.__name__}{hint and f' ({hint})'}"
+        )
+
+
 def require_choices(item: Any) -> None:
     """Raise UnknownNameError if a field of a dataclass whose type is a ``Literal`` has none of its values."""
     kind: Any = type(item)

@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 
 OLDEST_LLVM = 17
+DRJIT_VARIABLE = "DRJIT_LIBLLVM_PATH"
 OWN_VARIABLE = "SPECTRAL_SCENE_LLVM"
 """Environment variable with a library, or with the folder of one."""
 LLVM_INSTALL_HINT = (
@@ -41,7 +42,7 @@ def find_llvm() -> tuple[str, int] | None:
     ``DRJIT_LIBLLVM_PATH`` has precedence, then the library or folder that ``SPECTRAL_SCENE_LLVM`` names: the artist's
     choice in the preferences, or the library of the extension. A name without a version counts as new enough.
     """
-    chosen = os.environ.get("DRJIT_LIBLLVM_PATH")
+    chosen = os.environ.get(DRJIT_VARIABLE)
     if chosen:
         version = llvm_version(Path(chosen)) or OLDEST_LLVM
         return (chosen, version) if Path(chosen).exists() and version >= OLDEST_LLVM else None
@@ -59,6 +60,16 @@ def find_llvm() -> tuple[str, int] | None:
     return (max(found)[1], max(found)[0]) if found else None
 
 
+def llvm_remedy() -> str:
+    """What to do where ``find_llvm`` finds none; it names a library of the environment that cannot be used."""
+    for variable in (DRJIT_VARIABLE, OWN_VARIABLE):
+        chosen = os.environ.get(variable)
+        if chosen:
+            why = "holds none that can be loaded" if Path(chosen).exists() else "is not there"
+            return f"{variable} names {chosen}, which {why}: correct or unset it, or {LLVM_INSTALL_HINT}"
+    return LLVM_INSTALL_HINT
+
+
 def use_newest_llvm() -> None:
     """Set DRJIT_LIBLLVM_PATH to this machine's newest LLVM, unless it is set; call it before Dr.Jit starts."""
     found = find_llvm()
@@ -69,7 +80,7 @@ def use_newest_llvm() -> None:
 def use_llvm(library: str) -> None:
     """Let Dr.Jit load this library, unless DRJIT_LIBLLVM_PATH names one; call it before Dr.Jit starts."""
     load_neighbors(Path(library))
-    os.environ.setdefault("DRJIT_LIBLLVM_PATH", library)
+    os.environ.setdefault(DRJIT_VARIABLE, library)
 
 
 def load_neighbors(library: Path) -> bool:

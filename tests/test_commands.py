@@ -246,6 +246,16 @@ def test_a_closed_pipe_of_a_child_is_not_taken_for_a_closed_output() -> None:
         completed(program)
 
 
+def test_ctrl_c_ends_every_program_with_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    """While the modules of a command were imported, it gave a traceback."""
+
+    def program() -> int:
+        raise KeyboardInterrupt
+
+    assert completed(program) == 130
+    assert capsys.readouterr().err == "stopped\n"
+
+
 @POSIX
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
 def test_a_stream_that_is_closed_from_the_start_is_no_fault(closed: str, tmp_path: Path) -> None:

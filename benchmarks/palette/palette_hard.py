@@ -25,7 +25,7 @@ LIMIT = 1e-6
 
 def run(options: Options) -> dict:
     """Print and return the counts; every count of wrong answers must be 0."""
-    numbers = [int(word) for word in options.extra if word not in OPTIONS]
+    numbers = options.counts("first seed", "palettes")
     first = numbers[0] if numbers else 0
     count = numbers[1] if len(numbers) > 1 else 60 if options.quick else 2400
     stated = odd_problem if "--odd" in options.extra else hard_problem

@@ -31,9 +31,9 @@ SURFACES = ("dark skin", "foliage", "orange", "blue sky")
 
 def run(options: Options) -> dict:
     """Print and return errors and gains."""
-    nine = int(options.extra[0]) if options.extra else 3 if options.quick else 40
-    palettes = int(options.extra[1]) if len(options.extra) > 1 else 12 if options.quick else 300
-    first = int(options.extra[2]) if len(options.extra) > 2 else 0
+    usual = (3, 12, 0) if options.quick else (40, 300, 0)
+    given = options.counts("9×9 palettes", "generated palettes", "first seed")
+    nine, palettes, first = (*given, *usual[len(given) :])
     return _combined(_nine_by_nine(range(first, first + nine)), _generated(range(first, first + palettes)))
 
 

@@ -53,8 +53,8 @@ SWAPPED: dict[type, type] = {
 
 def run(options: Options) -> dict:
     """Print and return which mutants survived."""
-    count = int(options.extra[0]) if options.extra else 4 if options.quick else 60
-    first = int(options.extra[1]) if len(options.extra) > 1 else 0
+    given = options.counts("mutants", "first seed")
+    count, first = (*given, *(4 if options.quick else 60, 0)[len(given) :])
     tally: Counter[str] = Counter()
     survivors = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:

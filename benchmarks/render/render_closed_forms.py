@@ -20,6 +20,7 @@ from benchmarks.render.checks.fluorescent_forms import energy_returned
 from benchmarks.render.checks.furnace_scenes import ANGLES, BALLS, ROUGHNESS, SURFACES, ball_albedo, tile_albedos
 from benchmarks.render.checks.hard_more import more_hard_scenes
 from benchmarks.render.checks.hard_renders import hard_scenes
+from spectral_core.errors import UnknownNameError
 
 OPTIONS = ("--only",)
 ROUNDING = 0.001
@@ -28,7 +29,9 @@ ROUNDING = 0.001
 
 def run(options: Options) -> dict[str, Any]:
     """Print tables and return figures."""
-    only = options.extra[options.extra.index("--only") + 1] if "--only" in options.extra else None
+    only = " ".join(options.extra[options.extra.index("--only") + 1 :]) if "--only" in options.extra else None
+    if only is not None and only not in (known := ("furnace", *CASES, "slab", "fluorescence", "hard")):
+        raise UnknownNameError.among("group of cases", only, dict.fromkeys(known))
     samples = 64 if options.quick else 1024
     figures: dict[str, Any] = {}
     if only in (None, "furnace"):

@@ -18,6 +18,7 @@ from fnmatch import fnmatch
 from typing import Any
 
 from benchmarks import Options
+from spectral_core.errors import UnknownNameError
 
 OPTIONS = ("--only", "--list", "--bad")
 TOLERANCE = 0.03
@@ -36,6 +37,8 @@ def run(options: Options) -> dict[str, Any]:
     features = all_features()
     patterns = [word for word in options.extra if not word.startswith("-")]
     names = [n for n in features if not patterns or any(fnmatch(n, p) or fnmatch(n, f"*/{p}") for p in patterns)]
+    if not names:
+        raise UnknownNameError(f"no scene is named {' '.join(patterns)}; --list prints all names")
     if "--list" in options.extra:
         print("\n".join(names))
         return {"scenes": len(names)}

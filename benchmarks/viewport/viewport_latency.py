@@ -45,7 +45,12 @@ OPTIONS = ("--count", "--only", "--transport")
 def run(options: Options) -> dict[str, Any]:
     """Print medians and 99th percentiles and return them."""
     figures: dict[str, Any] = {"holds": {}}
-    for part in [word for word in options.extra if word in PARTS] or PARTS:
+    after = {number + 1 for number, word in enumerate(options.extra) if word in OPTIONS}
+    parts = [word for number, word in enumerate(options.extra) if word not in OPTIONS and number not in after]
+    for word in parts:
+        if word not in PARTS:
+            raise UnknownNameError.among("part", word, PARTS)
+    for part in parts or PARTS:
         {"session": _session, "counts": _counts, "window": _in_window, "drag": _drag}[part](options, figures)
     return figures
 

@@ -125,7 +125,7 @@ def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
         return _failed(parsed, error, f"{named}{error.strerror or error}")
     except KeyboardInterrupt:
         print(f"spectral-scene {parsed.command}: stopped", file=sys.stderr)
-        return 130
+        return terminal.STOPPED
 
 
 def _failed(parsed: argparse.Namespace, error: Exception, message: str) -> int:

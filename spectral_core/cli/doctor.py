@@ -96,6 +96,7 @@ def _renderer() -> list[Finding]:
     """LLVM and the variant that a render would use, tried in a separate process."""
     if util.find_spec("mitsuba") is None:
         return []
+    from spectral_core.llvm_library import llvm_remedy
     from spectral_core.render import variant
 
     backend = variant.describe_backend()
@@ -103,21 +104,16 @@ def _renderer() -> list[Finding]:
     version = f" (version {backend['llvm_version']})" if library else ""
     findings = [
         Finding("LLVM", library is not None, f"{library or 'none that can be used'}{version}", "rendering",
-                variant.LLVM_INSTALL_HINT),
+                llvm_remedy()),
     ]  # fmt: skip
     done, _ = _trial("render")
-    found = ", ".join(backend.get("variant", {}).values())
-    if done.returncode:
-        found = f"{found}: a trial render failed, {_last_line(done)}"
-    findings.append(
-        Finding(
-            "renderer",
-            done.returncode == 0,
-            found,
-            "rendering",
-            "see the error above; Debian, Ubuntu: apt install libatomic1 libllvm19",
-        )
-    )
+    found, remedy = ", ".join(backend.get("variant", {}).values()), "install LLVM as stated above"
+    if library is not None and done.returncode:
+        found = ": ".join(filter(None, [found, f"a trial render failed, {_last_line(done)}"]))
+        remedy = "see the error in this line; Debian, Ubuntu: apt install libatomic1 libllvm19"
+    elif done.returncode:
+        found = "it cannot start without LLVM"
+    findings.append(Finding("renderer", done.returncode == 0, found, "rendering", remedy))
     return findings
 
 

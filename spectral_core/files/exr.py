@@ -55,13 +55,13 @@ def _require_own_functions() -> None:
         )
 
 
-def write_exr(path: Path, file: Any) -> None:
+def write_exr(path: str | Path, file: Any) -> None:
     """Write an ``OpenEXR.File``, whole or not at all. Raises FileWriteError."""
     with whole_file(path, check=require_whole_exr) as unfinished:
         file.write(str(unfinished))
 
 
-def read_exr(path: Path, what: str = "an EXR file") -> list[Any]:
+def read_exr(path: str | Path, what: str = "an EXR file") -> list[Any]:
     """Parts of an EXR file, with a channel for each name.
 
     Parameters
@@ -90,7 +90,7 @@ def read_exr(path: Path, what: str = "an EXR file") -> list[Any]:
     return parts
 
 
-def exr_headers(path: Path, what: str = "an EXR file") -> list[dict[str, Any]]:
+def exr_headers(path: str | Path, what: str = "an EXR file") -> list[dict[str, Any]]:
     """Header of each part, without reading pixels. Raises the same errors as ``read_exr``."""
     module = openexr()
     open_regular(path).close()

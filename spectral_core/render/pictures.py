@@ -13,7 +13,7 @@ from spectral_core.errors import FileFormatError, InvalidInputError, MissingDepe
 from spectral_core.files.guarded import no_file
 
 
-def read_picture(path: Path) -> NDArray[Any]:
+def read_picture(path: str | Path) -> NDArray[Any]:
     """Pixels (height, width, 3), top row first: integers are display values (sRGB), floats are linear.
 
     An alpha channel is refused unless it is 1 everywhere; gray pictures have three equal channels.
@@ -22,6 +22,7 @@ def read_picture(path: Path) -> NDArray[Any]:
     ------
     InvalidInputError : there is no such file, or it is partly transparent. FileFormatError : it cannot be read.
     """
+    path = Path(path)
     if not path.is_file():
         raise InvalidInputError(no_file(path))
     try:

@@ -26,7 +26,7 @@ def spectral_channel(wavelength_nm: float) -> str:
     return f"S0.{wavelength_nm:.6f}".replace(".", ",").replace("S0,", "S0.") + "nm"
 
 
-def write_spectral_exr(path: Path, result: RenderResult) -> Path:
+def write_spectral_exr(path: str | Path, result: RenderResult) -> Path:
     """Write a render that measured bands; returns ``path``.
 
     The bands' names must be their wavelengths in nm, as in ``Bands.uniform``. Raises InvalidInputError for a render
@@ -45,10 +45,10 @@ def write_spectral_exr(path: Path, result: RenderResult) -> Path:
     pixels = {name: np.ascontiguousarray(plane[::-1], dtype=np.float32) for name, plane in planes.items()}
     header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, **LAYOUT, **result.header}
     write_exr(path, module.File(header, pixels))
-    return path
+    return Path(path)
 
 
-def read_spectral_exr(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+def read_spectral_exr(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
     """Wavelengths (n,) in nm, ascending, and radiance (height, width, n), row 0 at the bottom, of a spectral EXR.
 
     Raises FileFormatError for a file that cannot be read or has no spectral channel.

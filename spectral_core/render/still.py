@@ -23,7 +23,7 @@ from spectral_core.render.moving import render_moving
 from spectral_core.render.plan.effects import EffectPlan, pilot_pays, plan_effects
 from spectral_core.render.steps import pass_sizes
 from spectral_core.render.trace.wavelengths import Bands
-from spectral_core.scene import Note, Scene
+from spectral_core.scene import Note, Scene, require_scene
 from spectral_core.spectra.spectrum import Spectrum
 
 Pixels = NDArray[np.float32]
@@ -122,6 +122,7 @@ def render_scene(
     explains the others. Raises InvalidInputError for a scene that cannot be rendered, RenderError if Mitsuba fails,
     MissingDependencyError if the scene requires a denoiser and there is none.
     """
+    require_scene(scene)
     measure = Measure(bands, groups, sampling_lights)
 
     def instant(

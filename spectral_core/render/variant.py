@@ -13,11 +13,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError
-from spectral_core.llvm_library import LLVM_INSTALL_HINT, OLDEST_LLVM, find_llvm, use_llvm
+from spectral_core.llvm_library import OLDEST_LLVM, find_llvm, llvm_remedy, use_llvm
 from spectral_core.render.gathers import use_gathers
 
 Transport = Literal["rgb", "spectral"]
-NO_LLVM = f"rendering needs the LLVM library, version {OLDEST_LLVM} or newer, and none was found; {LLVM_INSTALL_HINT}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +48,12 @@ def choose_backend(transport: Transport, wanted: str | None = None) -> Backend:
         notes.append("no usable CUDA device was found, so the CPU renders")
     llvm = find_llvm()
     if llvm is None:
-        raise MissingDependencyError(NO_LLVM)
+        raise MissingDependencyError(_no_llvm())
     return Backend(f"llvm_ad_{transport}", tuple(notes), llvm[0])
+
+
+def _no_llvm() -> str:
+    return f"rendering needs the LLVM library, version {OLDEST_LLVM} or newer, and none was found; {llvm_remedy()}"
 
 
 def _names(transport: Transport) -> tuple[str, ...]:
@@ -115,7 +118,7 @@ def describe_backend() -> dict[str, Any]:
     llvm = find_llvm()
     report["llvm_library"], report["llvm_version"] = llvm if llvm else (None, None)
     if llvm is None:
-        report["problems"].append(NO_LLVM)
+        report["problems"].append(_no_llvm())
     elif report["mitsuba"] is not None:
         report["variant"] = {name: choose_backend(name).variant for name in ("rgb", "spectral")}
     return report

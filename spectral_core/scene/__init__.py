@@ -49,7 +49,7 @@ from spectral_core.scene.paint import (
 )
 from spectral_core.scene.passes import Mist, Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
-from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
+from spectral_core.scene.scene import Note, RenderSettings, Scene, require_scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
@@ -149,6 +149,7 @@ __all__ = [
     "mesh_inputs_of",
     "nominal_ior",
     "programs_of",
+    "require_scene",
     "scene_hash",
     "values_of",
     "weighted_leaves",

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
@@ -108,6 +108,11 @@ class Scene:
                 raise InvalidInputError(
                     f"instance {instance.name!r} has material {missing[0]!r}, which is not in the scene"
                 )
+
+
+def require_scene(scene: object) -> None:
+    """Raise InvalidInputError for anything but a scene, such as the path of a .blend file."""
+    require_kind("the scene", scene, Scene, "spectral_core.scene; `spectral-scene render` reads .blend files")
 
 
 def scene_hash(item: Any) -> str:

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import require_finite, require_unmasked
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.exr import openexr, write_exr
 from spectral_core.files.whole import make_folder, whole_file, write_bytes
@@ -25,16 +26,23 @@ BAND_PIXELS = 1 << 20
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
-def require_ending(path: Path) -> Path:
+def require_ending(path: str | Path) -> Path:
     """``path`` if a picture can be written under that name; else raises InvalidInputError."""
+    path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise InvalidInputError(f"cannot tell the picture format of {str(path)!r}; end it with {', '.join(ENDINGS)}")
     return path
 
 
-def write_picture(path: Path, linear_rgb: NDArray[Any]) -> None:
-    """Write linear sRGB (height, width, 3), row 0 on top: display encoded in 8 bits as PNG, as it is otherwise."""
-    make_folder(require_ending(path).parent)
+def write_picture(path: str | Path, linear_rgb: ArrayLike) -> None:
+    """Write linear sRGB (height, width, 3), row 0 on top: display encoded in 8 bits as PNG, as it is otherwise.
+
+    Pixels of a render have row 0 at the bottom and a fourth channel: write ``pixels[::-1, :, :3]``. Raises
+    InvalidInputError for another ending or shape, and for numbers that are not finite.
+    """
+    path = require_ending(path)
+    linear_rgb = _checked(linear_rgb)
+    make_folder(path.parent)
     if path.suffix.lower() == ".npy":
         with whole_file(path) as unfinished:
             np.save(unfinished, linear_rgb)
@@ -43,6 +51,18 @@ def write_picture(path: Path, linear_rgb: NDArray[Any]) -> None:
             write_exr(path, file)
     else:
         write_bytes(path, png_bytes(_display_bytes(linear_rgb)))
+
+
+def _checked(linear_rgb: ArrayLike) -> NDArray[Any]:
+    given = np.asarray(linear_rgb)
+    if given.dtype.kind != "f" or given.ndim != 3 or given.shape[2] != 3 or not given.size:
+        raise InvalidInputError(
+            f"a picture has shape {given.shape} and type {given.dtype}; expected linear sRGB as floats (height, width, "
+            "3), row 0 on top; of a render pass pixels[::-1, :, :3]"
+        )
+    require_unmasked("the picture", linear_rgb)
+    require_finite("the picture", given)
+    return given
 
 
 def write_png_rows(path: Path, size: tuple[int, int], rows: Callable[[int, int], NDArray[Any]]) -> None:

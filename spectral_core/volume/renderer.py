@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, MissingDependencyError
-from spectral_core.llvm_library import LLVM_INSTALL_HINT, find_llvm, use_newest_llvm
+from spectral_core.llvm_library import find_llvm, llvm_remedy, use_newest_llvm
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
@@ -188,7 +188,7 @@ def array_types(backend: str) -> Any:
         raise MissingDependencyError.package("drjit", "rendering volumes", "render") from error
     wanted = dr.JitBackend.LLVM if backend == "llvm" else dr.JitBackend.CUDA
     if (backend == "llvm" and find_llvm() is None) or not dr.has_backend(wanted):
-        remedy = LLVM_INSTALL_HINT if backend == "llvm" else "use llvm"
+        remedy = llvm_remedy() if backend == "llvm" else "use llvm"
         raise MissingDependencyError(f"Dr.Jit finds no {backend} here; {remedy}")
     return drjit.llvm if backend == "llvm" else drjit.cuda
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks import Options
+from benchmarks.__main__ import main
 from spectral_core.errors import UnknownNameError
 
 NAMES = ("room", "mirror", "mirror caustic", "glass caustic", "sky", "sky image")
@@ -21,3 +22,20 @@ def test_words_choose_equal_names_or_else_all_that_contain_them() -> None:
     assert only("--only", "sky, room") == ["room", "sky"]
     with pytest.raises(UnknownNameError, match="mirror"):
         only("--only", "miror")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["palette-hard", "abc"],  # ended in a traceback
+        ["palette-joint", "1", "2", "3", "4"],  # the fourth number was ignored
+        ["mutation", "1.5"],
+        ["render-closed-forms", "--only", "nosuch"],  # nothing ran, with status 0
+        ["render-closed-forms", "--only"],
+        ["viewport-latency", "nosuch"],  # all parts ran
+    ],
+)
+def test_words_that_a_benchmark_does_not_know_are_refused(line: list[str], capsys, tmp_path) -> None:
+    assert main([*line, "--out", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert "expected" in said or "nown:" in said

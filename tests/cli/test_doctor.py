@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -75,3 +77,15 @@ def test_doctor_ignores_other_output_of_a_part(monkeypatch) -> None:
     done = subprocess.CompletedProcess([], 0, printed, "")
     monkeypatch.setattr(doctor.subprocess, "run", lambda *args, **options: done)
     assert doctor._trial("bpy")[1] == "5.0.1"
+
+
+def test_without_llvm_the_renderer_states_no_error_of_its_own() -> None:
+    """It said ": a trial render failed", with the whole message once more, and "see the error above"."""
+    pytest.importorskip("mitsuba")
+    environment = {**os.environ, "DRJIT_LIBLLVM_PATH": "/nowhere/libLLVM.so"}
+    line = [sys.executable, "-m", "spectral_core.cli", "doctor"]
+    done = subprocess.run(line, capture_output=True, text=True, cwd=ROOT, env=environment)
+    lines = done.stdout.splitlines()
+    (number,) = [number for number, each in enumerate(lines) if each.startswith("MISSING  renderer")]
+    assert lines[number].split(maxsplit=2)[2] == "it cannot start without LLVM"
+    assert "DRJIT_LIBLLVM_PATH names /nowhere/libLLVM.so, which is not there" in lines[number - 1]

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from spectral_core.errors import MissingDependencyError
+
 
 def plane(a: float, b: float) -> dict[str, float]:
     """A sum and a product."""
@@ -42,6 +44,21 @@ def sometimes(a: float, b: float, log: str) -> dict[str, float]:
         raise ValueError("a is too large")
     if b > 0.9:
         os.kill(os.getpid(), signal.SIGSEGV)
+    return {"sum": a + b}
+
+
+def needs_package(a: float, b: float, installed: str) -> dict[str, float]:
+    """Lack a package until a file is there."""
+    if not Path(installed).exists():
+        raise MissingDependencyError.package("mitsuba", "rendering", "render")
+    return {"sum": a + b}
+
+
+def needs_package_later(a: float, b: float, log: str) -> dict[str, float]:
+    """Lack a package for all points but the first."""
+    if Path(log).exists():
+        raise MissingDependencyError.package("mitsuba", "rendering", "render")
+    Path(log).touch()
     return {"sum": a + b}
 
 

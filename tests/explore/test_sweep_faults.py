@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from spectral_core.cli import main
-from spectral_core.errors import FileWriteError, InvalidInputError
+from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
 from spectral_core.explore.sweep import task
 from spectral_core.explore.sweep.document import read_sweep, register_compute
 from spectral_core.explore.sweep.outcome import Outcome
@@ -43,6 +43,24 @@ def test_a_full_disk_ends_the_run_and_the_next_one_continues(tmp_path: Path, mon
     monkeypatch.setattr(task, "write_whole", write)
     report = sweep.run(sweep.plan())
     assert (report.computed, report.reused, report.failures) == (4, 2, {})
+
+
+def test_a_missing_package_ends_the_run_and_the_next_one_continues(tmp_path: Path) -> None:
+    """All points were set aside, and running again after the installation computed none of them."""
+    sweep = opened(tmp_path, function="needs_package", budget=6, extra=f"fixed = {{installed = '{tmp_path}/here'}}")
+    with pytest.raises(MissingDependencyError, match="needs the Python package 'mitsuba'"):
+        sweep.run(sweep.plan())
+    assert set(sweep.store.ledger.states().values()) == {"pending"}
+    (tmp_path / "here").touch()
+    report = sweep.run(sweep.plan())
+    assert (report.computed, report.failures) == (6, {})
+
+
+def test_points_that_lack_a_package_beside_others_are_set_aside(tmp_path: Path) -> None:
+    sweep = opened(tmp_path, function="needs_package_later", budget=6, extra=f"fixed = {{log = '{tmp_path}/log'}}")
+    report = sweep.run(sweep.plan())
+    assert report.computed + len(report.failures) == 6 and report.failures
+    assert "mitsuba" in next(iter(report.failures.values()))
 
 
 def test_a_ledger_on_a_full_disk_reports_it(tmp_path: Path) -> None:

@@ -13,6 +13,8 @@ from pathlib import Path
 
 CLOSED_PIPE = 141
 """Exit status when the reader of the output closes the pipe, as shells report SIGPIPE."""
+STOPPED = 130
+"""Exit status after Ctrl-C, as shells report SIGINT."""
 
 _PLAIN = {
     "Δ": "d",
@@ -72,7 +74,8 @@ def close_quietly() -> None:
 def completed(program: Callable[[], int | None]) -> int:
     """Run a program and return its exit status, ``CLOSED_PIPE`` if the reader of its output closes the pipe.
 
-    ``program | head -1`` then ends without a message. Every entry point of this project runs its main function here.
+    ``program | head -1`` then ends without a message. Ctrl-C gives one line and ``STOPPED``. Every entry point of this
+    project runs its main function here.
     """
     make_writable()
     try:
@@ -85,6 +88,9 @@ def completed(program: Callable[[], int | None]) -> int:
             raise  # the pipe of a child process
         close_quietly()
         return CLOSED_PIPE
+    except KeyboardInterrupt:  # also while modules are imported, before a program can tell its name
+        print("stopped", file=sys.stderr)
+        return STOPPED
     return status
 
 

@@ -48,14 +48,14 @@ class Recording:
             path[number] = now
         return cls(targets, times, path)
 
-    def save(self, path: Path) -> None:
+    def save(self, path: str | Path) -> None:
         """Write as a document in JSON or TOML. Raises FileWriteError."""
         times, positions = self.times.tolist(), self.positions.tolist()
         document = {"format": FORMAT, "version": VERSION, "targets": list(self.targets)}
         write_document(path, {**document, "times": times, "positions": positions}, what="recordings", indent=None)
 
     @classmethod
-    def load(cls, path: Path) -> Self:
+    def load(cls, path: str | Path) -> Self:
         """Read a file of save(). Raises FileFormatError for anything else."""
         return read_document(path, cls._of_document, "a fader recording")
 

@@ -17,8 +17,9 @@ from spectral_core.spectra.color import linear_from_display_rgb
 MAX_PIXELS = 100_000_000
 
 
-def read_linear(path: Path) -> NDArray[np.float32]:
+def read_linear(path: str | Path) -> NDArray[np.float32]:
     """Linear sRGB (height, width, 3) of an EXR, PNG, JPEG or .npy file, row 0 at the top."""
+    path = Path(path)
     if path.suffix.lower() == ".npy":
         try:
             return _as_rgb(np.load(path, allow_pickle=False), path)
@@ -38,8 +39,9 @@ def read_linear(path: Path) -> NDArray[np.float32]:
     return linear_from_display_rgb(read_display(path) / 255.0).astype(np.float32)
 
 
-def read_display(path: Path, width: int | None = None) -> NDArray[np.uint8]:
+def read_display(path: str | Path, width: int | None = None) -> NDArray[np.uint8]:
     """Display sRGB bytes (height, width, 3) of a PNG or JPEG; ``width`` scales it down. Needs Pillow."""
+    path = Path(path)
     pillow = _pillow()
     try:
         image = pillow.open(path)

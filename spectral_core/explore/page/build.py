@@ -55,8 +55,9 @@ def table_of_store(store: Store) -> PageTable:
     return PageTable(store.folder.stem, store.project.store_id, columns, keys, about, store.folder)
 
 
-def table_of_folder(folder: Path) -> PageTable:
+def table_of_folder(folder: str | Path) -> PageTable:
     """The table of any Cinema folder; no column is assumed to be a parameter."""
+    folder = Path(folder)
     names, rows = read_csv(folder / "data.csv")
     columns = {name: [row[name] for row in rows] for name in names if name != "key"}
     keys = [str(row.get("key") or number) for number, row in enumerate(rows)]

@@ -16,7 +16,9 @@ from spectral_core.files.whole import whole_file
 ENDINGS = (".png", ".svg", ".pdf")
 
 
-def draw_matrix(path: Path, columns: Mapping[str, Sequence[Any]], names: Sequence[str], *, color: str = "") -> Path:
+def draw_matrix(
+    path: str | Path, columns: Mapping[str, Sequence[Any]], names: Sequence[str], *, color: str = ""
+) -> Path:
     """Write the lower triangle of scatter plots over ``names`` with histograms on the diagonal.
 
     Parameters
@@ -52,11 +54,11 @@ def draw_matrix(path: Path, columns: Mapping[str, Sequence[Any]], names: Sequenc
                 plot.set_xlabel(across, fontsize=7)
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
-    return path
+    return Path(path)
 
 
 def draw_error_against_time(
-    path: Path, columns: Mapping[str, Sequence[Any]], time: str, errors: Sequence[str], *, by: Sequence[str] = ()
+    path: str | Path, columns: Mapping[str, Sequence[Any]], time: str, errors: Sequence[str], *, by: Sequence[str] = ()
 ) -> Path:
     """Write error measures against time (R9; thesis Fig. 1.2), a column of plots per measure, a row per factor.
 
@@ -100,11 +102,11 @@ def draw_error_against_time(
                     bar.set_ticks(range(len(texts)), labels=texts)
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
-    return path
+    return Path(path)
 
 
 def draw_error_against_factors(
-    path: Path, columns: Mapping[str, Sequence[Any]], factors: Sequence[str], errors: Sequence[str], *, color: str
+    path: str | Path, columns: Mapping[str, Sequence[Any]], factors: Sequence[str], errors: Sequence[str], *, color: str
 ) -> Path:
     """Plot error measures over the varied factors (thesis Fig. 1.2a): a row per factor, a column per measure.
 
@@ -139,7 +141,7 @@ def draw_error_against_factors(
     bar.ax.tick_params(labelsize=6)
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
-    return path
+    return Path(path)
 
 
 def _norm(values: Any) -> str:
@@ -157,7 +159,8 @@ def _plain_log_ticks(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _figure(path: Path, width: float, height: float | None = None) -> Any:
+def _figure(path: str | Path, width: float, height: float | None = None) -> Any:
+    path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise InvalidInputError(f"a figure ends in {', '.join(ENDINGS)}; got {path.name!r}")
     try:

@@ -57,8 +57,9 @@ class SweepDocument:
         )  # fmt: skip
 
 
-def read_sweep(path: Path) -> SweepDocument:
+def read_sweep(path: str | Path) -> SweepDocument:
     """The sweep of a TOML file. FileFormatError names the file and its error."""
+    path = Path(path)
     try:
         if not path.is_file():
             raise InvalidInputError(no_file(path))

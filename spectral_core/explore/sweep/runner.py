@@ -15,7 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from typing import Any
 
-from spectral_core.errors import RenderError, SpectralError
+from spectral_core.errors import MissingDependencyError, RenderError, SpectralError
 from spectral_core.explore.sweep.files import only_holder
 from spectral_core.explore.sweep.outcome import ComputeNode, worker_command, worker_prelude
 from spectral_core.explore.sweep.pool import KILLED_FROM_OUTSIDE, WorkerDied, WorkerPool
@@ -215,7 +215,8 @@ class _Run:
         killed = isinstance(error, WorkerDied) and error.signal in KILLED_FROM_OUTSIDE
         text = text_of(error)
         ledger = self.store.ledger
-        if isinstance(error, OutcomeNotStored):  # nor could that of any other point
+        lacking = isinstance(error, MissingDependencyError) and not self.report.computed + self.report.reused
+        if lacking or isinstance(error, OutcomeNotStored):  # the same would happen to every other point
             ledger.end_attempt(key, "interrupted", text)
             raise error
         how = "killed" if killed else "failed"

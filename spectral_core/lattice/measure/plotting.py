@@ -27,13 +27,13 @@ Matrix = NDArray[np.float64]
 INK, PALE, ACCENTS = "#1b1f27", "#c9ced8", ("#2f6fdb", "#d2542b", "#2c9a6b", "#8a4fc7", "#c99a1b", "#4aa6b8")
 
 
-def draw_all(folder: Path, rate: int = 2) -> dict[str, Path]:
+def draw_all(folder: str | Path, rate: int = 2) -> dict[str, Path]:
     """Write every picture of a rate as PNG into a folder; picture name -> file."""
-    make_folder(folder)
+    folder = make_folder(folder)
     return {name: draw(name, folder / f"lattice_{name}_rate{rate}.png", rate) for name in PICTURES}
 
 
-def draw(name: str, path: Path, rate: int = 2) -> Path:
+def draw(name: str, path: str | Path, rate: int = 2) -> Path:
     """Write one picture of ``PICTURES`` (nested, spiral, cell, radii, levels) as PNG."""
     if name not in PICTURES:
         raise UnknownNameError.among("lattice picture", name, PICTURES)
@@ -43,7 +43,7 @@ def draw(name: str, path: Path, rate: int = 2) -> Path:
     with whole_file(path) as unfinished:
         figure.savefig(unfinished, dpi=140, facecolor="white")
     _pyplot().close(figure)
-    return path
+    return Path(path)
 
 
 def distinct_planar_lattices(rate: int) -> list[Lattice]:

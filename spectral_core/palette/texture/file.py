@@ -25,11 +25,12 @@ ATTRIBUTE = "spectralTexture"
 VERSION = 1
 
 
-def write_texture(path: Path, texture: SpectralTexture) -> Path:
+def write_texture(path: str | Path, texture: SpectralTexture) -> Path:
     """Write ``texture`` to ``path``, whole or not at all; returns ``path``.
 
     Raises InvalidInputError if the name does not end in .exr, MissingDependencyError without OpenEXR.
     """
+    path = Path(path)
     if path.suffix.lower() != ".exr":
         raise InvalidInputError(
             f"a spectral texture is an EXR file; got the name {path.name!r}, give one ending in .exr"
@@ -55,7 +56,7 @@ def write_texture(path: Path, texture: SpectralTexture) -> Path:
     return path
 
 
-def read_texture(path: Path) -> SpectralTexture:
+def read_texture(path: str | Path) -> SpectralTexture:
     """Read a spectral texture.
 
     Raises FileFormatError if the file cannot be read, or holds no complete spectral texture.

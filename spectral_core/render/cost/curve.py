@@ -22,7 +22,7 @@ from spectral_core.render.cost.rare import find_rare_light
 from spectral_core.render.cost.work import Spent
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.decision import EffectPlan
-from spectral_core.scene import Scene
+from spectral_core.scene import Scene, require_scene
 
 AXES = ("samples", "bounces", "transport", "volume step")
 """What a measurement varies."""
@@ -83,6 +83,7 @@ def cost_curve(scene: Scene) -> CostCurve:
     Raises the same errors as ``render_scene``.
     """
     start = time.perf_counter()
+    require_scene(scene)
     plan = plan_of_render(scene)
     fixed = fixed_work(scene, plan)  # while no other scene is loaded, as in a render: its kernels are then the same
     probe = Probe(RenderJob(scene, plan))

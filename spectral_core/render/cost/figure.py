@@ -25,7 +25,7 @@ TICKS_S = (
 UNITS = {"samples": "samples per pixel", "bounces": "bounces", "transport": "transport", "volume step": "volume step"}
 
 
-def write_figure(path: Path, curve: CostCurve, axis: str = "samples", title: str = "") -> None:
+def write_figure(path: str | Path, curve: CostCurve, axis: str = "samples", title: str = "") -> None:
     """Draw noise and bias together over the time of the whole picture, both logarithmic, for one axis of the curve.
 
     Parameters
@@ -43,6 +43,7 @@ def write_figure(path: Path, curve: CostCurve, axis: str = "samples", title: str
     ------
     InvalidInputError : an axis that was not measured, another type of file. MissingDependencyError : no matplotlib.
     """
+    path = Path(path)
     points = [point for point in curve.axis(axis) if point.seconds > 0]
     if not points:
         known = ", ".join(dict.fromkeys(point.axis for point in curve.points))

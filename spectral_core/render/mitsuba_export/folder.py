@@ -24,7 +24,7 @@ from spectral_core.render.mitsuba_export.view import integrator, sensor
 from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.plan.effects import plan_from_data
-from spectral_core.scene import Note, Scene
+from spectral_core.scene import Note, Scene, require_scene
 
 SCENE_FILE, LIST_FILE = "scene.xml", "export.json"
 FORMAT = "spectral-scene, scene for Mitsuba 3"
@@ -63,6 +63,7 @@ def write_mitsuba(scene: Scene, folder: str | Path) -> MitsubaExport:
     FileWriteError
         The disk is full or the folder cannot be written; an earlier export is as it was.
     """
+    require_scene(scene)
     target = Path(folder).expanduser().absolute()
     _require_own(target)
     draft, root = described(scene)

@@ -22,7 +22,7 @@ from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.levels import KEEP, Effect, chosen, indirect_error
 from spectral_core.render.plan.pilot import PILOT_BOUNCES, Pilot, run_pilot
 from spectral_core.render.plan.spectral_bound import rgb_transport_error
-from spectral_core.scene import Scene
+from spectral_core.scene import Scene, require_scene
 
 __all__ = ["MOST_BOUNCES", "Decision", "EffectPlan", "everything_on", "pilot_pays", "plan_effects", "plan_from_data"]
 
@@ -57,6 +57,7 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
     InvalidInputError : a value that it cannot take, two values for one effect, or a tolerance below 0.
     """
     start = time.perf_counter()
+    require_scene(scene)
     if tolerance is None:
         tolerance = scene.settings.tolerance_delta_e
     tolerance = require_range("the tolerance (ΔE2000)", tolerance, 0.0, 1e9)

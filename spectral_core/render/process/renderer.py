@@ -26,7 +26,7 @@ from spectral_core.render.process.messages import receive, send
 from spectral_core.render.still import Progress, RenderResult
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.render.variant import choose_backend
-from spectral_core.scene import Scene
+from spectral_core.scene import Scene, require_scene
 from spectral_core.spectra.spectrum import Spectrum
 
 CANCEL_GRACE_S = 0.4
@@ -65,6 +65,7 @@ class RenderProcess:
         A cancel is answered within CANCEL_GRACE_S: by the process, or by ending it. Raises RenderError if the process
         crashed or Mitsuba failed, InvalidInputError for a scene that cannot be rendered.
         """
+        require_scene(scene)
         is_asked(scene.settings)
         plan = plan_from_data(scene)  # a wrong override raises before a process starts
         options = {"bands": bands, "groups": groups, "sampling_lights": sampling_lights}

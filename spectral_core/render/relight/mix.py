@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.relight.storage import relative_to_flat
@@ -41,8 +41,10 @@ def relight(
 def amounts_of(transport: Transport, mix: Mapping[str, float] | None) -> NDArray[np.float64]:
     """Intensity (groups,) of each light group relative to the render; 1 for those that ``mix`` does not contain."""
     amounts = np.ones(len(transport.groups))
+    if mix is not None:
+        require_kind("the mix", mix, Mapping, "intensity by name of a light group")
     for group, amount in (mix or {}).items():
-        amounts[transport.index_of(group)] = amount
+        amounts[transport.index_of(group)] = frozen_array(f"the intensity of {group!r}", amount, ())
     return amounts
 
 
@@ -55,6 +57,7 @@ class LiveMix:
     """
 
     def __init__(self, transport: Transport) -> None:
+        require_kind("the transport", transport, Transport, "relight.transport_file.read_transport(PATH)")
         self.transport = transport
         height, width = transport.coverage.shape
         count = len(transport.groups)
@@ -83,6 +86,7 @@ class LiveMix:
 
     def set_light(self, group: str, light: Spectrum) -> None:
         """Give a group a new spectrum. Raises InvalidInputError on a ``dial`` transport."""
+        require_kind(f"the light of {group!r}", light, Spectrum, "spectra.catalogue.illuminant(NAME)")
         # with Y = 1 for the brightness of the recording
         found = self.transport.storage.rgb_from_channels(relative_to_flat(unit_luminance(light)))
         self._set(self.transport.index_of(group), found)

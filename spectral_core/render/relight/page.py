@@ -28,7 +28,7 @@ MOST_BYTES = 200e6
 
 
 def write_page(
-    path: Path,
+    path: str | Path,
     transport: Transport,
     *,
     title: str = "Light dial",

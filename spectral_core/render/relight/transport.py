@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_text
+from spectral_core.checks import require_kind, require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
 from spectral_core.render.light_groups import emits, has_several_colors, is_black, light_groups, shines
 from spectral_core.render.relight.groups import group_light, one_group_per_light
@@ -31,6 +31,7 @@ from spectral_core.scene import (
     World,
     gray,
     map_leaves,
+    require_scene,
     scene_hash,
 )
 from spectral_core.scene.surface import Closure
@@ -133,6 +134,8 @@ def record_transport(
     RenderCancelled
         Where it was stopped.
     """
+    require_scene(scene)
+    require_kind("the storage", storage, Storage, f"relight.storages.storage_named({str(storage)[:20]!r})")
     grouped = one_group_per_light(scene) if one_per_light else scene
     names = light_groups(grouped)
     if not names:

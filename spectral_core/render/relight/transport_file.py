@@ -30,7 +30,7 @@ _ATTRIBUTE = "spectralSceneTransport"
 _COVERAGE = "coverage"
 
 
-def write_transport(path: Path, transport: Transport, *, only_over_transports: bool = False) -> None:
+def write_transport(path: str | Path, transport: Transport, *, only_over_transports: bool = False) -> None:
     """Write a transport file; lossless, whole or not at all.
 
     Parameters
@@ -64,7 +64,7 @@ def write_transport(path: Path, transport: Transport, *, only_over_transports: b
     write_exr(path, module.File(parts))
 
 
-def is_transport(path: Path) -> bool:
+def is_transport(path: str | Path) -> bool:
     """True if a file is a transport, by its header; pixels are not read."""
     try:
         return any(_ATTRIBUTE in header for header in exr_headers(path)[:1])
@@ -72,12 +72,13 @@ def is_transport(path: Path) -> bool:
         return False
 
 
-def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
+def read_transport(path: str | Path, *, scene_hash: str | None = None) -> Transport:
     """Read a transport file. ``scene_hash``: refuse a file that was made from any other scene.
 
     Raises FileFormatError for a file that is missing, truncated, edited, of another type or of another scene; the
     message names the cause and the remedy.
     """
+    path = Path(path)
     if not path.is_file():
         raise FileFormatError(no_file(path, "make one with: spectral-scene transport"))
     what = "a transport file; record it again"
