@@ -19,6 +19,7 @@ import bpy
 import numpy as np
 
 from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.explore.sweep.compute.paths import require_set_once
 from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
@@ -72,6 +73,7 @@ class BlendNode:
         samples : light paths per pixel.
         """
         paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
+        require_set_once((f"the parameter {name}", path) for name, path in paths)
         node = cls(str(file.resolve()), paths, percentage, samples, worker_command())
         node._open()
         for parameter in space.parameters:

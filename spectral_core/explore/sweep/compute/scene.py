@@ -11,7 +11,7 @@ from typing import Any
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.compute.function import load_function
-from spectral_core.explore.sweep.compute.paths import parse_path, set_path
+from spectral_core.explore.sweep.compute.paths import parse_path, place_of, require_set_once, set_path
 from spectral_core.explore.sweep.compute.rendering import Relighter, rendered, swept_lights_only
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome
@@ -68,6 +68,10 @@ class SceneNode:
         base = node._base()
         for parameter in space.parameters:
             set_path(base, parameter.target, parameter.value(0.5))
+        require_set_once(
+            [(f"the setting {path}", place_of(base, path)) for path, _ in fixed]
+            + [(f"the parameter {name}", place_of(base, path)) for name, path in paths]
+        )
         said = [scene_hash(base), [list(pair) for pair in paths], per_light, node.relights]
         return replace(node, fingerprint=hashlib.sha256(json_text(said).encode()).hexdigest())
 
