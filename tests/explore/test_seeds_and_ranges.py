@@ -174,3 +174,34 @@ def test_a_setting_is_not_swept_as_well(tmp_path: Path) -> None:
         with pytest.raises(InvalidInputError, match="set the same value; leave out one of them"):
             scene_node(tmp_path, LIGHT, settings={path: 3.0})
     scene_node(tmp_path, LIGHT, settings={"lights[sun].irradiance": 3.0})
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "is_rendered"),
+    [("clamp_direct", 50.0, True), ("clamp_indirect", 2.0, True), ("clamp_indirect", 10.0, False)],
+)
+def test_clamped_lights_are_not_re_lit(
+    tmp_path: Path, traced: list[Any], monkeypatch: pytest.MonkeyPatch, limit: str, value: float, is_rendered: bool
+) -> None:
+    """The recording was clamped at a power of 1 W, so that strong lights were not clamped, and weak ones lost light."""
+    from spectral_core.render.relight import transport
+
+    class Recorded(Exception):
+        pass
+
+    def record(scene: Any, *_: Any, **__: Any) -> None:
+        assert (scene.settings.light_paths.clamp_direct, scene.settings.light_paths.clamp_indirect) == (0.0, 0.0)
+        raise Recorded
+
+    monkeypatch.setattr(transport, "record_transport", record)
+    node = scene_node(tmp_path, LIGHT, settings={f"settings.light_paths.{limit}": value})
+    assert node.relights != is_rendered
+    assert any("every point is rendered: samples are clamped" in line for line in node.describe()) == is_rendered
+    relighter, scene = rendering.Relighter(), node._base()
+    if is_rendered:
+        node({"watts": 3.0}, 0)
+        relighter.picture(scene)
+        assert len(traced) == 2 and getattr(traced[0][0].settings.light_paths, limit) == value
+    else:
+        with pytest.raises(Recorded):
+            relighter.picture(scene)
