@@ -97,8 +97,8 @@ class Ledger:
 
     def _damaged(self, error: Exception) -> FileFormatError:
         return FileFormatError(
-            f"{self.path} is damaged: {error}. Restore the folder from a backup; or keep a copy of data.csv, delete the "
-            "ledger, and run the sweep again, which computes all points anew"
+            f"{self.path} is damaged: {error}. Restore the folder from a backup; or keep a copy of data.csv, delete "
+            "the ledger, and run the sweep again, which computes all points anew"
         )
 
     @contextmanager
