@@ -91,7 +91,7 @@ def _placed(fields: dict[str, str], counts: Matrix, path: Path) -> Matrix:
             "one of them"
         )
     edges = _matrix(fields, _EDGES, path)
-    box = np.diag(spacing * counts) if edges is None else edges
+    box: Matrix = np.diag(spacing * counts) if edges is None else edges
     if "offset" in fields:
         corner = np.array(_numbers(fields["offset"], path, "Offset"))
     elif edges is not None:
@@ -99,7 +99,8 @@ def _placed(fields: dict[str, str], counts: Matrix, path: Path) -> Matrix:
     else:
         corner = np.array(_numbers(fields.get("origin", "0 0 0"), path, "Origin")) - 0.5 * spacing
     world = _matrix(fields, _WORLD, path)
-    matrix = affine(box / counts, corner + box @ (0.5 / counts))
+    center: Matrix = corner + box @ (0.5 / counts)
+    matrix = affine(box / counts, center)
     return matrix if world is None else world @ matrix
 
 
