@@ -99,8 +99,7 @@ def _placed(fields: dict[str, str], counts: Matrix, path: Path) -> Matrix:
     else:
         corner = np.array(_numbers(fields.get("origin", "0 0 0"), path, "Origin")) - 0.5 * spacing
     world = _matrix(fields, _WORLD, path)
-    center: Matrix = corner + box @ (0.5 / counts)
-    matrix = affine(box / counts, center)
+    matrix = affine(box / counts, np.asarray(corner + box @ (0.5 / counts), dtype=np.float64))
     return matrix if world is None else world @ matrix
 
 
