@@ -21,7 +21,7 @@ from spectral_core.explore.sweep.store import Store
 
 from .background import told_if_temporary
 from .deferred import open_scene, redraw
-from .sweep_documents import command_line, folder_of, parameters_of, write_documents
+from .sweep_documents import command_line, folder_of, parameters_of, require_own_table, write_documents
 from .sweep_points import set_point
 from .sweep_run import Run
 from .sweep_settings import column_name, setting_at
@@ -187,11 +187,12 @@ def estimate(scene: Scene) -> str:
 
 
 def rows(scene: Scene) -> list[Row]:
-    """Finished rows of the sweep, in the order of the table."""
+    """Finished rows of the sweep, in the order of the table. Raises InvalidInputError for a table of other settings."""
     folder = folder_of(scene.spectral.sweep)
     if not (folder / "project.json").is_file():
         raise InvalidInputError(f"there is no sweep in {folder}; run it first")
     with Store.open(folder) as store:
+        require_own_table(scene, folder, store.project.space)
         return store.ledger.rows("done")
 
 

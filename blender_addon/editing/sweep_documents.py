@@ -14,8 +14,9 @@ from spectral_core import child
 from spectral_core.documents import write_document
 from spectral_core.errors import FileWriteError, InvalidInputError
 from spectral_core.explore.sweep.document import FORMAT, VERSION
-from spectral_core.explore.sweep.parameters import Parameter
-from spectral_core.explore.sweep.store import cdb_folder
+from spectral_core.explore.sweep.parameters import Parameter, Space
+from spectral_core.explore.sweep.store import Store, cdb_folder
+from spectral_core.explore.sweep.sweep import meanings
 from spectral_core.files.whole import make_folder
 
 from .background import temporary
@@ -48,11 +49,49 @@ def folder_of(sweep: PropertyGroup) -> Path:
     return cdb_folder(Path(bpy.path.abspath(sweep.folder, library=library).rstrip("/\\")))
 
 
+def require_own_table(scene: Scene, folder: Path, space: Space) -> None:
+    """Raise InvalidInputError if a table is of another setting than the one that the scene sweeps by that name."""
+    swept = {entry.label: entry.name for entry in scene.spectral.sweep.parameters}
+    for parameter in space.parameters:
+        own = swept.get(parameter.name, parameter.target)
+        if own != parameter.target and _is_setting(parameter.target):
+            raise InvalidInputError(
+                f"the column {parameter.name!r} in {folder} is of {parameter.target}, and the scene sweeps {own} by "
+                "this name; choose another folder for this sweep"
+            )
+
+
+def _is_setting(path: str) -> bool:
+    try:
+        setting_at(path)
+    except InvalidInputError:  # renamed or deleted since
+        return False
+    return True
+
+
+def _require_own_folder(scene: Scene, folder: Path, parameters: list[Parameter]) -> None:
+    """Raise InvalidInputError before the documents of another sweep are written over."""
+    if not (folder / "project.json").is_file():
+        return
+    if meanings(Space(tuple(parameters))) == meanings(Store.project_of(folder).space):
+        return
+    others = [
+        other.name
+        for other in bpy.data.scenes
+        if other != scene and len(other.spectral.sweep.parameters) and folder_of(other.spectral.sweep) == folder
+    ]
+    also = f" (the scene {others[0]!r} has this folder, too)" if others else ""
+    raise InvalidInputError(
+        f"{folder} holds another sweep: its parameters differ{also}. Choose another folder for this sweep"
+    )
+
+
 def write_documents(scene: Scene) -> tuple[Path, Path]:
     """Write a copy of the file and the sweep's document beside the folder; returns document and folder."""
     sweep = scene.spectral.sweep
     parameters = parameters_of(sweep)
     folder = folder_of(sweep)
+    _require_own_folder(scene, folder, parameters)
     make_folder(folder.parent)
     blend = folder.with_suffix(".sweep.blend")
     try:

@@ -19,7 +19,8 @@ import bpy
 import numpy as np
 
 from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
+from spectral_core.explore.sweep.compute.paths import require_set_once
+from spectral_core.explore.sweep.compute.rendering import Relighter, is_clamped, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -49,7 +50,8 @@ class BlendNode:
     """Renders a .blend file with some of its properties set.
 
     ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: replace the file's
-    output size and samples, None for those of the file. ``command``: of a worker.
+    output size and samples, None for those of the file. ``command``: of a worker. ``clamped``: the file's limits on a
+    sample's light remove some, so that no point can be re-lit.
     """
 
     file: str
@@ -57,6 +59,7 @@ class BlendNode:
     percentage: int | None = None
     samples: int | None = None
     command: tuple[str, ...] = ()
+    clamped: bool = False
     fingerprint: str = ""
     _kept: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
@@ -72,13 +75,15 @@ class BlendNode:
         samples : light paths per pixel.
         """
         paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
+        require_set_once((f"the parameter {name}", path) for name, path in paths)
         node = cls(str(file.resolve()), paths, percentage, samples, worker_command())
         node._open()
         for parameter in space.parameters:
             for choice in parameter.choices:
                 setting_at(parameter.target).checked(choice)
         start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
-        print_ = scene_hash(node.scene(start, 0))
+        scene = node.scene(start, 0)
+        print_, node = scene_hash(scene), replace(node, clamped=is_clamped(scene.settings))
         view = view_name(bpy.context.scene)
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}"
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
@@ -86,6 +91,10 @@ class BlendNode:
     @property
     def relights(self) -> bool:
         """True if only energies of lights are swept, so that points are re-lit instead of rendered."""
+        return not self.clamped and self._sweeps_energies
+
+    @property
+    def _sweeps_energies(self) -> bool:
         return all(path.startswith(LIGHT_PATH) and path.endswith(".energy") for _, path in self.paths)
 
     def worker_command(self) -> list[str]:
@@ -163,6 +172,8 @@ class BlendNode:
             lines.append(f"the size is swept, so the {self.percentage} % of the sweep are not used")
         if self.relights:
             lines.append("only energies of lights are swept: a worker records them once and re-lights each point")
+        elif self._sweeps_energies:
+            lines.append("samples are clamped (Light Paths, Clamping), so every point is rendered")
         elif any(path.startswith(LIGHT_PATH) for _, path in self.paths):
             lines.append("lights are swept together with other properties, so every point is rendered")
         return lines

@@ -51,7 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
         from spectral_core.palette.texture.project import read_project
 
         folder = arguments.out or Path("out") / arguments.palette.stem
-        return make_texture(read_project(arguments.palette), folder, as_json=arguments.json, tell=False)
+        read = files_of_document(arguments.palette)
+        return make_texture(read_project(arguments.palette), folder, read=read, as_json=arguments.json, tell=False)
     problem, name = _problem(arguments)
     if arguments.rounds is not None:
         from dataclasses import replace

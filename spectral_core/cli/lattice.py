@@ -7,6 +7,7 @@ Points are listed coarse levels first: every beginning of the list fills the reg
 from __future__ import annotations
 
 import argparse
+import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,12 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError(f"--dims is {arguments.dims}; expected 1 to 10 dimensions, 16 with --criterion unit")
     if arguments.refine < 0:
         raise InvalidInputError(f"--refine is {arguments.refine}; expected 0 or more finer levels")
+    expected = arguments.points * float(arguments.rate) ** min(arguments.refine, 1000)
+    if expected > lattice.MAX_POINTS:
+        raise InvalidInputError(
+            f"--refine {arguments.refine} makes about {expected:.3g} points of {arguments.points}; expected at most "
+            f"{lattice.MAX_POINTS:,}. Take fewer levels"
+        )
     low, high = _ranges(arguments)
     region = _region(arguments, low, high)
     chosen = lattice.make_lattice(arguments.dims, arguments.rate, criterion=arguments.criterion)
@@ -137,13 +144,18 @@ def _report(chosen: Any, points: np.ndarray, region: Any) -> dict[str, Any]:
 
 
 def _print_report(report: dict[str, Any]) -> None:
+    from spectral_core.lattice.measure.measures import MOST_PAIRED
+
     print(f"{report['points']} points of {report['lattice']}")
     print(f"packing radius {report['packing_radius']:.6f}, kissing number {report['kissing_number']}")
     low, high = report["covering_radius"]
     print(f"second moment {report['second_moment']:.6f} ± {report['second_moment_standard_error']:.1g}")
     print(f"covering radius {low:.4f}" + ("" if low == high else f" to {high:.4f}"))
     for name, value in report.get("evenness", {}).items():
-        print(f"  {name.replace('_', ' '):14} {value:.4g}")
+        if math.isfinite(value):
+            print(f"  {name.replace('_', ' '):14} {value:.4g}")
+        elif name == "discrepancy":
+            print(f"  {name:14} not computed: more than {MOST_PAIRED:,} points")
     for path in [report.get("written"), *report.get("pictures", {}).values()]:
         if path:
             print(f"wrote {path}")

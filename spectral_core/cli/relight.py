@@ -21,6 +21,8 @@ from spectral_core.errors import FileWriteError, InvalidInputError, MissingDepen
 from spectral_core.files.whole import whole_file
 from spectral_core.spectra.pictures import write_picture
 
+VIDEO = ".mp4"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
@@ -50,17 +52,21 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 def run(arguments: argparse.Namespace) -> int:
     """Relight and write."""
     from spectral_core.cli.shared.outputs import require_apart
-    from spectral_core.cli.shared.spectra import illuminant_named
+    from spectral_core.cli.shared.spectra import files_in, illuminant_named
     from spectral_core.render.relight.mix import LiveMix, amounts_of
     from spectral_core.render.relight.page import write_page
     from spectral_core.render.relight.transport_file import read_transport
 
     if arguments.out is None and arguments.html is None:
         raise InvalidInputError("nothing to write: give --out FILE or --html FILE.html")
-    require_apart([path for path in (arguments.out, arguments.html) if path is not None], [arguments.transport])
+    require_apart(_targets(arguments), [arguments.transport])
+    if arguments.html is not None and arguments.html.suffix.lower() not in (".html", ".htm"):
+        raise InvalidInputError(f"--html is {str(arguments.html)!r}; end it with .html, or no browser opens it")
     transport = read_transport(arguments.transport)
     groups = transport.groups
-    lights = {group: illuminant_named(name) for group, name in _pairs("--light", arguments.light, groups).items()}
+    named = _pairs("--light", arguments.light, groups)
+    require_apart(_targets(arguments), [file for name in named.values() for file in files_in(name)])
+    lights = {group: illuminant_named(name) for group, name in named.items()}
     mix = {group: _number("--mix", amount) for group, amount in _pairs("--mix", arguments.mix, groups).items()}
     live = LiveMix(transport)
     for group, light in lights.items():
@@ -150,19 +156,29 @@ def _dial_weights(arguments: argparse.Namespace, groups: int) -> Any:
     return dial_weights(path, bulbs_on_polygon(groups))
 
 
+def _targets(arguments: argparse.Namespace) -> list[Path]:
+    """The files to write: the picture, video or pictures along a path, and the page."""
+    page = [] if arguments.html is None else [arguments.html]
+    if arguments.out is None:
+        return page
+    return [*_pictures(arguments.out, arguments.frames if ";" in (arguments.dial or "") else 1), *page]
+
+
+def _pictures(out: Path, frames: int) -> list[Path]:
+    """The file of each frame; a single one, and a video, have the name as given."""
+    if frames == 1 or out.suffix.lower() == VIDEO:
+        return [out]
+    return [out.with_name(f"{out.stem}_{number:04d}{out.suffix}") for number in range(1, frames + 1)]
+
+
 def _write(arguments: argparse.Namespace, live: Any, mixes: list[Any]) -> list[str]:
     out = arguments.out
-    if out.suffix.lower() == ".mp4":
+    if out.suffix.lower() == VIDEO:
         return [_write_video(out, live, mixes)]
-    if len(mixes) == 1:
-        write_picture(out, live.picture(mixes[0])[::-1, :, :3])
-        return [str(out)]
-    files = []
-    for number, weights in enumerate(mixes, 1):
-        path = out.with_name(f"{out.stem}_{number:04d}{out.suffix}")
+    files = _pictures(out, len(mixes))
+    for path, weights in zip(files, mixes, strict=True):
         write_picture(path, live.picture(weights)[::-1, :, :3])
-        files.append(str(path))
-    return files
+    return [str(path) for path in files]
 
 
 def _write_video(out: Path, live: Any, mixes: list[Any]) -> str:

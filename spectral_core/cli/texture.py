@@ -78,7 +78,13 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Design the lights where none are given, then the texture; write and print the figures."""
-    return make_texture(_project(arguments), arguments.out, as_json=arguments.json, tell=arguments.progress)
+    from spectral_core.cli.shared.outputs import files_of_document
+    from spectral_core.cli.shared.spectra import files_in
+
+    project, first = _project(arguments), arguments.pictures[0]
+    is_document = first.suffix.lower() in DOCUMENTS
+    read = files_of_document(first) if is_document else [file for name in arguments.light for file in files_in(name)]
+    return make_texture(project, arguments.out, read=read, as_json=arguments.json, tell=arguments.progress)
 
 
 def _project(arguments: argparse.Namespace) -> TextureProject:

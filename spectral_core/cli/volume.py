@@ -133,6 +133,8 @@ def _frames(arguments: argparse.Namespace) -> list[_Frame]:
     from spectral_core.volume.files import RawLayout, find_sequence, read_volume
 
     raw = None
+    if arguments.spacing is not None and not all(0 < each < math.inf for each in arguments.spacing):
+        raise InvalidInputError(f"--spacing is {arguments.spacing}; expected three lengths above 0")
     if (arguments.raw_shape is None) != (arguments.raw_type is None):
         raise InvalidInputError("--raw-shape and --raw-type go together; give both or neither")
     if arguments.raw_shape is not None:

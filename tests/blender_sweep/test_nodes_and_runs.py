@@ -155,7 +155,8 @@ def rows(scene: Any, monkeypatch: Any) -> list[Row]:  # noqa: F811
     entry = scene.spectral.sweep.parameters[0]
     found = [Row("k", 0, {entry.label: height}, "done", {}, {}, 2.0, None) for height in (2.25, 2.5, 3.75)]
     ledger = SimpleNamespace(rows=lambda *_: found)
-    store = contextlib.nullcontext(SimpleNamespace(ledger=ledger, close=lambda: None))
+    project = SimpleNamespace(space=SimpleNamespace(parameters=()))
+    store = contextlib.nullcontext(SimpleNamespace(ledger=ledger, close=lambda: None, project=project))
     monkeypatch.setattr(sweeps, "Store", SimpleNamespace(open=lambda _: store))
     folder = sweeps.folder_of(scene.spectral.sweep)
     folder.mkdir(parents=True)

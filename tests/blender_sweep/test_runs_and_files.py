@@ -187,3 +187,50 @@ def test_the_message_of_a_failed_process_is_not_blenders_last_line(swept: Any, m
     sweeps.start(swept).process.wait()
     assert sweeps.tick() is None
     assert swept.spectral.sweep.status == "ImportError: no such name"
+
+
+def _table(scene: Any, path: str) -> Any:  # noqa: F811
+    """The folder of a sweep with one finished point, as a run leaves it."""
+    from spectral_core.explore.sweep.designs import Design
+    from spectral_core.explore.sweep.parameters import Parameter, Space
+    from spectral_core.explore.sweep.region import RegionOfInterest
+    from spectral_core.explore.sweep.store import Project, Store
+
+    entry = scene.spectral.sweep.parameters[0]
+    space = Space((Parameter(entry.label, entry.low, entry.high, path=path),))
+    project = Project(space, RegionOfInterest(), Design(budget=1), fingerprint="x")
+    with Store.create(sweep_documents.folder_of(scene.spectral.sweep), project) as store:
+        store.enter([{entry.label: 25.0}])
+        store.ledger.commit(store.key({entry.label: 25.0}), {"v": 1.0}, {}, 0.1)
+    return store.folder
+
+
+def test_the_documents_of_another_scene_stay(swept: Any) -> None:
+    """A second scene with the same folder replaced the copy of the file and the sweep's document before it failed."""
+    folder = _table(swept, KEY)
+    sweeps.start(swept)
+    sweeps.cancel()
+    document = folder.with_suffix(".sweep.toml").read_bytes()
+    other = bpy.data.scenes.new("Other")
+    sweeps.add(other, 'bpy.data.objects["Camera"].location[0]')
+    with pytest.raises(InvalidInputError, match="its parameters differ .the scene 'Scene' has this folder, too"):
+        sweeps.start(other)
+    assert folder.with_suffix(".sweep.toml").read_bytes() == document
+    other.spectral.sweep.folder = "//other.cdb"
+    sweeps.start(other)
+
+
+def test_a_point_of_another_setting_is_not_applied(swept: Any) -> None:
+    """A column of the same name was set in the setting that is swept now: the radius got the energy."""
+    entry = swept.spectral.sweep.parameters[0]
+    _table(swept, KEY)
+    entry.name = 'bpy.data.objects["Camera"].location[0]'
+    with pytest.raises(RuntimeError, match=r"is of bpy.data.lights\\?..Key\\?..*choose another folder"):
+        bpy.ops.spectral.sweep_apply(row=1)
+    assert bpy.data.objects["Camera"].location[0] == 0.0
+    entry.name = KEY
+    assert bpy.ops.spectral.sweep_apply(row=1) == {"FINISHED"}
+    assert bpy.data.lights["Key"].energy == 25.0
+    bpy.data.lights["Key"].name = "Renamed"  # the setting is the same, and has another path
+    entry.name = KEY.replace("Key", "Renamed")
+    assert bpy.ops.spectral.sweep_apply(row=1) == {"FINISHED"}

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from spectral_core.cli import main
 from spectral_core.render.relight.storage import MixtureStorage
 from spectral_core.render.relight.transport import Transport
 from spectral_core.spectra import catalogue
+from spectral_core.spectra.pictures import write_picture
 
 LOST = "is read by this command and would be lost"
 
@@ -64,3 +66,52 @@ def test_mix_keeps_the_spectra(tmp_path: Path, capsys: Any) -> None:
     path.write_text("nm,ochre,blue\n" + "".join(f"{nm},0.5,0.2\n" for nm in range(400, 701, 10)), "utf-8")
     refused(capsys, path, "mix", f"{path}@ochre:1", f"{path}@blue:2", "--out", path)
     assert main(["mix", f"{path}@ochre:1", f"{path}@blue:2", "--out", str(tmp_path / "mixed.csv")]) == 0
+
+
+def recording(path: Path) -> Path:
+    """A recording of two lights at ``path``."""
+    pytest.importorskip("OpenEXR")
+    from spectral_core.render.relight.transport_file import write_transport
+
+    channels, coverage = np.ones((2, 3, 3, 4), np.float32), np.ones((3, 4), np.float32)
+    lights = (catalogue.illuminant("D65"),) * 2
+    write_transport(path, Transport(MixtureStorage(), ("a", "b"), channels, coverage, lights, 1.0, "hash", 1, 0))
+    return path
+
+
+def test_relight_along_a_path_keeps_the_recording(tmp_path: Path, capsys: Any) -> None:
+    """The second picture of a path got the name of the recording."""
+    path = recording(tmp_path / "dusk_0002.exr")
+    refused(capsys, path, "relight", path, "--dial", "0,1;0,-1", "--frames", 3, "--out", tmp_path / "dusk.exr")
+    assert not (tmp_path / "dusk_0001.exr").exists()
+    assert main(["relight", str(path), "--dial", "0,1;0,-1", "--frames", "3", "--out", str(tmp_path / "d.exr")]) == 0
+    assert sorted(each.name for each in tmp_path.glob("d_*")) == ["d_0001.exr", "d_0002.exr", "d_0003.exr"]
+
+
+def test_the_page_of_a_recording_ends_as_pages_do(tmp_path: Path, capsys: Any) -> None:
+    """``--html`` wrote a page over any file, such as a text, under a name that no browser opens."""
+    path, text = recording(tmp_path / "scene.exr"), tmp_path / "notes.txt"
+    text.write_text("kept", "utf-8")
+    assert main(["relight", str(path), "--html", str(text)]) == 1
+    assert "end it with .html" in capsys.readouterr().err and text.read_text("utf-8") == "kept"
+    assert main(["relight", str(path), "--html", str(tmp_path / "dial.HTML")]) == 0
+
+
+def test_texture_keeps_what_it_reads(tmp_path: Path, capsys: Any) -> None:
+    """``texture shown_1.png other.png --out .`` replaced its picture, and a document its file of lights."""
+    pictures = [tmp_path / "shown_1.png", tmp_path / "other.png"]
+    for number, path in enumerate(pictures):
+        write_picture(path, np.full((4, 4, 3), 0.2 + 0.2 * number))
+    lights, document = tmp_path / "lights.csv", tmp_path / "report.json"
+    lights.write_text("nm,a,b\n" + "".join(f"{nm},{nm - 300},{800 - nm}\n" for nm in range(400, 701, 10)), "utf-8")
+    refused(capsys, pictures[0], "texture", *pictures, "--out", tmp_path)
+    named = [word for name in "ab" for word in ("--light", f"{lights}@{name}")]
+    refused(capsys, lights, "texture", pictures[1], pictures[1], *named, "--out", tmp_path)
+    document.write_text(json.dumps({
+        "format": "spectral-scene texture", "version": 1, "pictures": ["other.png", "other.png"],
+        "lights": [{"file": "lights.csv", "name": name} for name in "ab"],
+    }), "utf-8")  # fmt: skip
+    for command in ("texture", "design"):
+        refused(capsys, document, command, document, "--out", tmp_path)
+    document.rename(tmp_path / "two.json")
+    refused(capsys, lights, "texture", tmp_path / "two.json", "--out", tmp_path)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,32 @@ def test_numbers_of_any_size_are_drawn(tmp_path: Path) -> None:
             for view in ("matrix", "parallel", "table"):
                 page.run(f"explorer.state.columns = ['{name}']; explorer.state.view = '{view}'; explorer.changed()")
         assert page.run("explorer.state.columns") == ["nothing"] and page.errors == []
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_a_saved_region_is_a_part_of_a_sweep_file(tmp_path: Path) -> None:
+    """It was JSON, which no sweep file takes, and around one small number on a log scale it began below 0."""
+    columns = {"w": [1e-9, 1e-9], "n": [1, 3], "kind": ['a "b"', "\\c\té\x7f"], "v": [1.0, 2.0]}
+    about = {
+        name: {"role": "parameter", "of": of} for name, of in (("w", "real"), ("n", "integer"), ("kind", "choice"))
+    }
+    about["w"]["log"] = True  # type: ignore[assignment]
+    path = write_page(tmp_path / "page.html", PageTable("one", "one", columns, ["k", "l"], about))
+    with Browser(900, 700) as page:
+        page.open(path.resolve().as_uri())
+        page.run("explorer.select(Uint8Array.from([1, 1]))")
+        page.run("globalThis.saved = []; URL.createObjectURL = (blob) => { saved.push(blob); return 'blob:x'; }; 0")
+        page.run("HTMLAnchorElement.prototype.click = () => {}; 0")
+        page.run("document.getElementById('export-region').click(); 0")
+        plain = tomllib.loads(page.run("saved[0].text()"))
+        assert page.errors == []
+    space = Space((
+        Parameter("w", 1e-9, 1.0, scale="log"), Parameter("n", 1, 9, kind="integer"),
+        Parameter("kind", kind="choice", choices=(*columns["kind"], "other")),
+    ))  # fmt: skip
+    region = RegionOfInterest.from_dict(plain["region"]).checked(space)
+    assert all(region.contains(space, {name: columns[name][row] for name in space.names}) for row in (0, 1))
+    assert not region.contains(space, {"w": 1e-9, "n": 4, "kind": "other"})
 
 
 def test_a_page_leaves_out_the_thumbnail_of_a_picture_of_too_many_pixels(tmp_path: Path, monkeypatch: object) -> None:

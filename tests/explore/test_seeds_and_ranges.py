@@ -17,7 +17,8 @@ from spectral_core.explore.sweep.designs import Design, design_points
 from spectral_core.explore.sweep.document import compute_node, sweep_of
 from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.region import RegionOfInterest
-from tests.explore.test_nodes_get_settings import scene_node
+from spectral_core.explore.sweep.sweep import Sweep
+from tests.explore.test_nodes_get_settings import LIGHT, scene_node
 from tests.explore.test_nodes_get_settings import traced as traced  # a fixture
 
 SEED = {"name": "start", "low": 0, "high": 99, "kind": "integer", "path": "film.seed"}
@@ -131,3 +132,76 @@ def test_a_center_names_parameters_of_the_sweep() -> None:
     space = Space((Parameter("n", 1, 64), Parameter("m")))
     with pytest.raises(InvalidInputError, match="'k'"):
         RegionOfInterest.from_dict({"ball": {"center": {"n": 3, "k": 0}, "radii": {"n": 1}}}).checked(space)
+
+
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_a_range_of_whole_numbers_can_be_widened(tmp_path: Path, scale: str) -> None:
+    """A wider range in the file ended in an error, and none of its points could be computed."""
+    (tmp_path / "f.py").write_text("def f(n, word): return {'square': n * n}\n", "utf-8")
+
+    def swept(low: int, high: int, budget: int) -> set[int]:
+        sweep = sweep_of({
+            "compute": {"kind": "function", "function": "f.py:f"}, "design": {"budget": budget},
+            "parameters": [{"name": "n", "low": low, "high": high, "kind": "integer", "scale": scale},
+                           {"name": "word", "choices": ["x", "y"]}],
+        }, tmp_path)  # fmt: skip
+        one = Sweep(sweep, tmp_path / "n")
+        keys = one.plan().keys
+        rows = {row.key: row for row in one.store.ledger.rows()}
+        one.store.close()
+        found = [tuple(rows[key].parameters.values()) for key in keys]
+        assert len(set(found)) == len(found) == min(budget, 2 * (high - low + 1))
+        return {number for number, _ in found}
+
+    assert swept(4, 7, 8) == {4, 5, 6, 7}
+    assert swept(2, 12, 50) == set(range(2, 13))  # all of them are taken
+    assert swept(1, 40, 30) <= set(range(1, 41))
+    assert max(swept(1, 5000, 64)) > 40
+    assert swept(5, 6, 4) == {5, 6}
+
+
+def test_whole_numbers_keep_their_ends() -> None:
+    """The end of the unit interval belongs to the last number; beyond it the range goes on."""
+    for scale in ("linear", "log"):
+        one = Parameter("n", 3, 9, kind="integer", scale=scale)
+        assert [one.value(0.0), one.value(1.0)] == [3, 9]
+        assert [one.value(one.coordinate(n)) for n in (1, 2, 3, 9, 10, 200)] == [1, 2, 3, 9, 10, 200]
+
+
+def test_a_setting_is_not_swept_as_well(tmp_path: Path) -> None:
+    """The swept value replaced that of ``settings``, also where both are written in other ways."""
+    for path in ("lights[bulb].power_w", 'lights["bulb"].power_w', "lights[-2].power_w"):
+        with pytest.raises(InvalidInputError, match="set the same value; leave out one of them"):
+            scene_node(tmp_path, LIGHT, settings={path: 3.0})
+    scene_node(tmp_path, LIGHT, settings={"lights[sun].irradiance": 3.0})
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "is_rendered"),
+    [("clamp_direct", 50.0, True), ("clamp_indirect", 2.0, True), ("clamp_indirect", 10.0, False)],
+)
+def test_clamped_lights_are_not_re_lit(
+    tmp_path: Path, traced: list[Any], monkeypatch: pytest.MonkeyPatch, limit: str, value: float, is_rendered: bool
+) -> None:
+    """The recording was clamped at a power of 1 W, so that strong lights were not clamped, and weak ones lost light."""
+    from spectral_core.render.relight import transport
+
+    class Recorded(Exception):
+        pass
+
+    def record(scene: Any, *_: Any, **__: Any) -> None:
+        assert (scene.settings.light_paths.clamp_direct, scene.settings.light_paths.clamp_indirect) == (0.0, 0.0)
+        raise Recorded
+
+    monkeypatch.setattr(transport, "record_transport", record)
+    node = scene_node(tmp_path, LIGHT, settings={f"settings.light_paths.{limit}": value})
+    assert node.relights != is_rendered
+    assert any("every point is rendered: samples are clamped" in line for line in node.describe()) == is_rendered
+    relighter, scene = rendering.Relighter(), node._base()
+    if is_rendered:
+        node({"watts": 3.0}, 0)
+        relighter.picture(scene)
+        assert len(traced) == 2 and getattr(traced[0][0].settings.light_paths, limit) == value
+    else:
+        with pytest.raises(Recorded):
+            relighter.picture(scene)

@@ -12,12 +12,13 @@ import pytest
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.designs import Design
-from spectral_core.explore.sweep.document import sweep_of
+from spectral_core.explore.sweep.document import compute_node, sweep_of
 from spectral_core.explore.sweep.parameters import Parameter
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.store import Project
 from tests.settings_walk import ignored_settings
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PLAIN: dict[str, Any] = {
     "compute": {"kind": "function", "function": "package.module:name"},
     "parameters": [
@@ -112,3 +113,47 @@ def test_a_computed_column_does_not_take_the_name_of_a_parameter() -> None:
     plain = document() | {"columns": {"b": "2 * a"}}
     with pytest.raises(InvalidInputError, match="computes 'b', which is a parameter; take another name"):
         sweep_of(plain, Path())
+
+
+def test_a_value_is_set_once(tmp_path: Path) -> None:
+    """The later of two entries for the same value counted, and the other one was lost without a word."""
+    (tmp_path / "f.py").write_text("def f(a, b=1.0): return {'v': a + b}\n", "utf-8")
+    shown = {"kind": "volume", "volume": "sample:gaussians:8", "size": [8, 8]}
+    volume = {"kind": "volume", "volume": "sample:gaussians:8", "size": [8, 8], "transfer": "tf.json"}
+    (tmp_path / "tf.json").write_text(json.dumps({
+        "format": "spectral-scene transfer function", "version": 1,
+        "materials": [{"name": "m", "values": [0, 1], "extinction": [0, 1], "color": "#ffffff"}],
+    }), "utf-8")  # fmt: skip
+    palette = {"kind": "palette", "palette": str(EXAMPLES / "metamer_pair.toml")}
+    function = {"kind": "function", "function": "f.py:f"}
+
+    def made(compute: dict[str, Any], *paths: str) -> Any:
+        tables = [
+            {"name": name, "low": 1.0, "high": 2.0, "path": path} for name, path in zip("ab", paths, strict=False)
+        ]
+        sweep = sweep_of({"compute": compute, "parameters": tables}, tmp_path)
+        return compute_node(sweep.compute, sweep.space, tmp_path)
+
+    first, again = "transfer.materials[m].extinction[1]", "transfer.materials[0].extinction[-1]"
+    for compute, paths in (
+        (function | {"fixed": {"a": 3.0}}, ("",)),
+        (shown | {"settings": {"zoom": 2.0}}, ("zoom",)),
+        (shown, ("zoom", "zoom")),
+        (volume, (first, again)),
+        (palette, ("smoothness", "smoothness")),
+    ):
+        with pytest.raises(InvalidInputError, match="leave out one of them"):
+            made(compute, *paths)
+    made(function | {"fixed": {"b": 3.0}}, "")
+    made(shown | {"settings": {"zoom": 2.0}}, "azimuth", "elevation")
+    made(volume, first, "transfer.materials[0].extinction[0]")
+
+
+def test_a_path_that_nothing_reads_is_refused(tmp_path: Path) -> None:
+    """A function got the value under the parameter's name, whatever its path."""
+    (tmp_path / "f.py").write_text("def f(a, b=1.0): return {'v': a + b}\n", "utf-8")
+    tables = [{"name": "a", "low": 0.0, "high": 1.0, "path": "b"}]
+    for compute in ({"kind": "function", "function": "f.py:f"}, {"kind": "command", "command": "echo {a}"}):
+        sweep = sweep_of({"compute": compute, "parameters": tables}, tmp_path)
+        with pytest.raises(InvalidInputError, match="path 'b', which kind = .* does not read"):
+            compute_node(sweep.compute, sweep.space, tmp_path)

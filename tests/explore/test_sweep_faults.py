@@ -202,3 +202,28 @@ def test_a_computed_column_that_takes_the_name_of_a_value_is_refused_until_it_is
     assert (report.computed, report.reused) == (0, 4)
     columns = second.store.columns()
     assert columns["doubled"] == [2 * value for value in columns["product"]]
+
+
+@pytest.mark.parametrize("place", ["middle", "text", "cut"])
+def test_a_damaged_ledger_is_named(tmp_path: Path, capsys: Any, place: str) -> None:
+    """A ledger whose beginning is whole, but not its rows, ended every command in a traceback of SQLite or JSON."""
+    sweep = opened(tmp_path, budget=40)
+    keys = sweep.plan().keys
+    for key in keys:
+        sweep.store.ledger.commit(key, {"sum": 1.0, "label": "x" * 200}, {}, 0.1)
+    sweep.store.ledger.set_manual("note", {keys[0]: "kept"})
+    folder, path = sweep.store.folder, sweep.store.ledger.path
+    sweep.store.ledger._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    sweep.store.close()
+    content = bytearray(path.read_bytes())
+    if place == "middle":
+        content[8192:-4096] = b"\xff" * (len(content) - 12288)
+    elif place == "text":
+        content = bytearray(bytes(content).replace(b'"sum":', b"'sum':"))
+    else:
+        del content[len(content) // 2 :]
+    path.write_bytes(content)
+    for words in (["explore", str(folder)], ["sweep", str(sweep_file(tmp_path)), "--out", str(folder), "--plan"]):
+        assert main(words) == 1
+        said = capsys.readouterr().err
+        assert said.count("ledger.sqlite is damaged: ") == 1 and "Restore the folder from a backup" in said

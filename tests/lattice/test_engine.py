@@ -137,3 +137,14 @@ def test_pictures_are_drawn(tmp_path: Path) -> None:
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in files.values())
     with pytest.raises(UnknownNameError, match="nested"):
         draw("nest", tmp_path / "x.png")
+
+
+def test_the_command_states_what_would_take_hours(capsys: pytest.CaptureFixture[str]) -> None:
+    """``--refine 30`` ran for minutes before an error, and a hundred thousand points took minutes for one figure."""
+    assert main(["lattice", "--refine", "30"]) == 1
+    assert "--refine 30 makes about 6.87e+10 points of 64; expected at most 10,000,000" in capsys.readouterr().err
+    assert main(["lattice", "--points", "21000", "--dims", "3", "--json"]) == 0
+    printed = capsys.readouterr().out
+    assert "discrepancy    not computed: more than 20,000 points" in printed
+    assert json.loads(printed.splitlines()[-1])["evenness"]["discrepancy"] is None
+    assert np.isfinite(evenness(np.random.default_rng(1).random((300, 2))).discrepancy)

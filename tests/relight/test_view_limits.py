@@ -168,3 +168,11 @@ def test_dials_broadcast_over_leading_axes(rng: np.random.Generator) -> None:
         for switch in range(2):
             alone = dial_weights(selectors[k, 0], bulbs, on[switch])
             np.testing.assert_allclose(weights[k, switch], alone, rtol=1e-12)
+
+
+@pytest.mark.parametrize("value", [-70000.0, np.nan, np.inf, -np.inf])
+def test_a_page_refuses_numbers_that_it_cannot_hold(tmp_path, value: float) -> None:
+    """Only values above its largest number were found: others were infinite or no numbers in the page."""
+    with pytest.raises(InvalidInputError, match="below -65504 or no numbers"):
+        write_page(tmp_path / "p.html", transport_of(np.array([value, 1, 1, 1, 1, 1]).reshape(2, 3, 1, 1)))
+    write_page(tmp_path / "p.html", transport_of(np.full((2, 3, 1, 1), -65504.0)))

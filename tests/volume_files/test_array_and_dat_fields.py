@@ -53,9 +53,40 @@ def test_dat_geometry_and_offset(tmp_path: Path) -> None:
     check(read_volume(dat_of(tmp_path, data, **words)), VALUES, world())
 
 
+def test_dat_of_inviwo_is_placed_by_its_box(tmp_path: Path) -> None:
+    """Its offset, its basis vectors and its matrix to the world were not read: voxels were cubes of 1 at the origin."""
+    data = VALUES.tobytes(order="F")
+    turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    box, corner = turn @ np.diag([8.0, 4.5, 10.0]), np.array([10.0, -20.0, 3.5])
+    rows = {f"BasisVector{k + 1}": " ".join(map(repr, row.tolist())) for k, row in enumerate(box)}
+    moved = {f"WorldVector{k + 1}": text for k, text in enumerate(("2 0 0 7", "0 2 0 0", "0 0 2 0", "0 0 0 1"))}
+
+    def at(index: list[float], **fields: str) -> np.ndarray:
+        given = {
+            "RawFile": "e.raw",
+            "ObjectFileName": None,
+            "Dimensions": "4 3 5 # voxels",
+            "Resolution": None,
+            **fields,
+        }
+        return (read_volume(dat_of(tmp_path, data, **given)).world_from_index @ [*index, 1.0])[:3]
+
+    for index in ([-0.5, -0.5, -0.5], [3.5, 2.5, 4.5], [1.0, 0.0, 2.0]):
+        share = (np.array(index) + 0.5) / (4, 3, 5)
+        np.testing.assert_allclose(at(index, **rows, Offset="10 -20 3.5"), corner + box @ share, atol=1e-12)
+        np.testing.assert_allclose(at(index, **rows), box @ (share - 0.5), atol=1e-12)
+        np.testing.assert_allclose(
+            at(index, **rows, **moved, Offset="10 -20 3.5"), 2 * (corner + box @ share) + (7, 0, 0), atol=1e-12
+        )
+        straight = corner + np.array([2.0, 1.5, 2.0]) * (np.array(index) + 0.5)
+        np.testing.assert_allclose(at(index, Offset="10 -20 3.5", Spacing="2 1.5 2"), straight, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("fields", "message"),
-    [({"Resolution": "4 3"}, "expected 3 numbers"), ({"Resolution": "4 3 inf"}, "expected 3 numbers"),
+    [({"Offset": "1 2 3", "Origin": "0 0 0"}, "keep one of them"), ({"BasisVector2": "1 0 0"}, "lacks BasisVector1"),
+     ({"WorldVector1": "1 0 0 0"}, "expected WorldVector1 to 4"), ({"Resolution": "4 3"}, "expected 3 numbers"),
+     ({"Resolution": "4 3 inf"}, "expected 3 numbers"),
      ({"Resolution": "4 3.5 5"}, "whole numbers"), ({"Resolution": "a b c"}, "expected 3 numbers"),
      ({"Format": "COMPLEX"}, "format 'COMPLEX'"), ({"Format": None}, "lacks format"),
      ({"ObjectFileName": None}, "lacks"), ({"ByteOffset": "1 2"}, "expected 1 numbers"),
@@ -65,6 +96,12 @@ def test_dat_geometry_and_offset(tmp_path: Path) -> None:
 def test_dat_refuses(tmp_path: Path, fields: dict[str, str], message: str) -> None:
     with pytest.raises(FileFormatError, match=message):
         read_volume(dat_of(tmp_path, VALUES.tobytes(order="F"), **fields))
+
+
+def test_dat_of_huge_numbers(tmp_path: Path) -> None:
+    path = dat_of(tmp_path, VALUES.tobytes(order="F"), Spacing="1e308 1 1")
+    with pytest.raises(InvalidInputError, match="world_from_index of volume 'e' holds"):
+        read_volume(path)
 
 
 # NumPy

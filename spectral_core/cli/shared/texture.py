@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,8 +21,20 @@ PROGRESS = "progress"
 """First word of the lines that report progress: ``progress 0.45 spectra``."""
 
 
-def make_texture(project: TextureProject, folder: Path, *, as_json: bool, tell: bool) -> int:
-    """Design, write the files into ``folder``, print the figures; exit status 0."""
+WRITTEN = (
+    "texture.exr", "lights.csv", "shown_1.png", "shown_2.png", "lost_1.png", "lost_2.png", "report.json"
+)  # fmt: skip
+"""Names of all files that a texture may write."""
+
+
+def make_texture(
+    project: TextureProject, folder: Path, *, read: Iterable[str | Path], as_json: bool, tell: bool
+) -> int:
+    """Design, write the files into ``folder``, print the figures; exit status 0.
+
+    ``read``: files that the project came from, beside its pictures; none of them is written over.
+    """
+    from spectral_core.cli.shared.outputs import require_apart
     from spectral_core.files.whole import make_folder
     from spectral_core.palette.texture.project import run_project
     from spectral_core.palette.texture.texture import Picture
@@ -32,6 +44,7 @@ def make_texture(project: TextureProject, folder: Path, *, as_json: bool, tell: 
         if tell:
             print(f"{PROGRESS} {share:.3f} {what}", flush=True)
 
+    require_apart([folder / name for name in WRITTEN], [*project.pictures, *read])
     pictures = [Picture(path.stem, read_picture(path)) for path in project.pictures]
     make_folder(folder)  # before the work, which would be lost without it
     outcome = run_project(project, pictures, progress)

@@ -8,8 +8,10 @@ spread better on single axes; a Latin hypercube is for one small sample and cann
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, Literal
 
 import numpy as np
@@ -140,15 +142,16 @@ def design_points(
         if region.contains(space, point):
             chosen.setdefault(_address(space, point), dict(point))
     budget = design.budget
-    limit = space.combinations
+    limit = _combinations(space, region)
     if limit is not None and limit <= 4096:
-        limit = sum(region.contains(space, point) for point in _all_points(space))
-        if limit < budget:
-            notes.append(f"the region holds {limit} different points, fewer than the budget of {budget}: all are taken")
-            budget = limit
-            for point in _all_points(space):
-                if region.contains(space, point):
-                    chosen.setdefault(_address(space, point), point)
+        every = [point for point in _all_points(space, region) if region.contains(space, point)]
+        if len(every) < budget:
+            notes.append(
+                f"the region holds {len(every)} different points, fewer than the budget of {budget}: all are taken"
+            )
+            budget = len(every)
+            for point in every:
+                chosen.setdefault(_address(space, point), point)
     batches = _batches(space, region, design)
     tried = 0
     for _ in range(MAX_REFINEMENTS):
@@ -237,14 +240,25 @@ def _latin_batches(region: Region, design: Design) -> Iterator[NDArray[np.float6
         yield drawn[region.contains(drawn)]
 
 
-def _all_points(space: Space) -> list[Point]:
-    """Every combination of whole numbers and choices."""
-    from itertools import product
+def _combinations(space: Space, region: RegionOfInterest) -> int | None:
+    """Number of different points in a region's ranges; None if a parameter is real."""
+    counts = []
+    for parameter in space.parameters:
+        if parameter.kind == "real":
+            return None
+        low, high = (0, len(parameter.choices) - 1) if parameter.kind == "choice" else region.ends(parameter)
+        counts.append(int(high) - int(low) + 1)
+    return math.prod(counts)
 
-    axes: list[list[Value]] = [
-        list(p.choices) if p.kind == "choice" else list(range(int(p.low), int(p.high) + 1)) for p in space.parameters
-    ]
-    return [dict(zip(space.names, values, strict=True)) for values in product(*axes)]
+
+def _all_points(space: Space, region: RegionOfInterest) -> Iterator[Point]:
+    """Every combination of whole numbers and choices in a region's ranges."""
+    axes: list[Sequence[Value]] = []
+    for parameter in space.parameters:
+        low, high = region.ends(parameter)
+        axes.append(parameter.choices if parameter.kind == "choice" else range(int(low), int(high) + 1))
+    for values in product(*axes):
+        yield dict(zip(space.names, values, strict=True))
 
 
 def _address(space: Space, point: Mapping[str, Value]) -> tuple[Value, ...]:

@@ -29,6 +29,8 @@ NodeFactory = Callable[[dict[str, Any], Space, Path], Any]
 _EXTRA: dict[str, NodeFactory] = {}
 PICTURED = ("scene", "blend", "volume")
 """Types of compute nodes that render a picture and measure its features."""
+NAMED = ("function", "command")
+"""Types of compute nodes that take a parameter by its name, and read no path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +136,8 @@ def compute_node(compute: Mapping[str, Any], space: Space, folder: Path) -> Any:
     kind = table.pop("kind", None)
     if kind in PICTURED:
         _check_names(space)
+    if kind in NAMED:
+        _check_paths(space, kind)
     try:
         return _made(kind, table, space, folder)
     except SpectralError:
@@ -152,6 +156,16 @@ def _check_names(space: Space) -> None:
     for name in space.names:
         if name in taken:
             raise InvalidInputError(f"a parameter is named {name!r}, as a feature of every picture is; rename it")
+
+
+def _check_paths(space: Space, kind: str) -> None:
+    """Refuse a path that a compute node would not read."""
+    for parameter in space.parameters:
+        if parameter.path:
+            raise InvalidInputError(
+                f"parameter {parameter.name!r} has the path {parameter.path!r}, which kind = {kind!r} does not read; "
+                "it takes each parameter by its name. Leave out the path, or name the parameter so"
+            )
 
 
 def _made(kind: Any, table: dict[str, Any], space: Space, folder: Path) -> Any:
@@ -181,7 +195,11 @@ def entries(table: Mapping[str, Any], kind: str, needed: str, optional: tuple[st
 def _function(table: dict[str, Any], space: Space, folder: Path) -> Any:
     from spectral_core.explore.sweep.compute.function import FunctionNode
 
-    return FunctionNode.of(entries(table, "function", "function", ("fixed",)), folder, **table.get("fixed", {}))
+    function, fixed = entries(table, "function", "function", ("fixed",)), table.get("fixed", {})
+    swept = next((name for name in space.names if name in fixed), None)
+    if swept is not None:
+        raise InvalidInputError(f"{swept!r} is swept and in fixed, too; leave out one of them")
+    return FunctionNode.of(function, folder, **fixed)
 
 
 def _command(table: dict[str, Any], space: Space, folder: Path) -> Any:

@@ -67,7 +67,7 @@ class Ledger:
         except sqlite3.OperationalError as error:
             raise FileWriteError(f"{path} cannot be opened: {error}; is the disk full or the folder closed?") from error
         except sqlite3.DatabaseError as error:
-            raise FileFormatError(f"{path} is no ledger of a sweep: {error}") from error
+            raise self._damaged(error) from error
 
     def close(self) -> None:
         """Close the file."""
@@ -75,13 +75,31 @@ class Ledger:
             self._connection.close()
 
     def copy_to(self, path: Path) -> None:
-        """Write a consistent copy, also while the ledger is in use."""
+        """Write a consistent copy, also while the ledger is in use. Raises FileFormatError if it is damaged."""
         target = sqlite3.connect(path)
         try:
             with self._lock:
                 self._connection.backup(target)
+        except sqlite3.DatabaseError as error:
+            raise self._damaged(error) from error
         finally:
             target.close()
+
+    def _found(self, query: str, arguments: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+        """Rows of a query. Raises FileFormatError if the file is damaged, FileWriteError if it is locked or gone."""
+        with self._lock:
+            try:
+                return self._connection.execute(query, arguments).fetchall()
+            except sqlite3.OperationalError as error:
+                raise FileWriteError(f"{self.path} could not be read: {error}; run the sweep again") from error
+            except sqlite3.DatabaseError as error:
+                raise self._damaged(error) from error
+
+    def _damaged(self, error: Exception) -> FileFormatError:
+        return FileFormatError(
+            f"{self.path} is damaged: {error}. Restore the folder from a backup; or keep a copy of data.csv, delete "
+            "the ledger, and run the sweep again, which computes all points anew"
+        )
 
     @contextmanager
     def transaction(self) -> Iterator[sqlite3.Connection]:
@@ -95,6 +113,8 @@ class Ledger:
                 if self._connection.in_transaction:  # SQLite itself takes the changes back when the disk is full
                     with contextlib.suppress(sqlite3.Error):
                         self._connection.execute("ROLLBACK")
+                if isinstance(error, sqlite3.DatabaseError) and not isinstance(error, sqlite3.OperationalError):
+                    raise self._damaged(error) from error
                 if not isinstance(error, sqlite3.OperationalError):
                     raise
                 raise FileWriteError(
@@ -117,26 +137,26 @@ class Ledger:
 
     def rows(self, state: State | None = None) -> list[Row]:
         """All rows in the order of the design."""
-        where, arguments = ("", ()) if state is None else (" WHERE state = ?", (state,))
+        where, arguments = (" WHERE state = ?", (state,)) if state is not None else ("", ())
         columns = "key, ordinal, parameters, state, outcome, files, seconds, reason"
         query = f"SELECT {columns} FROM points{where} ORDER BY ordinal"
-        with self._lock:
-            found = self._connection.execute(query, arguments).fetchall()
-        return [
-            Row(key, ordinal, json.loads(p), state_, json.loads(o or "{}"), json.loads(f or "{}"), seconds, reason)
-            for key, ordinal, p, state_, o, f, seconds, reason in found
-        ]
+        found = self._found(query, arguments)
+        try:
+            return [
+                Row(key, ordinal, json.loads(p), state_, json.loads(o or "{}"), json.loads(f or "{}"), seconds, reason)
+                for key, ordinal, p, state_, o, f, seconds, reason in found
+            ]
+        except (TypeError, ValueError) as error:
+            raise self._damaged(error) from error
 
     def failed_by_themselves(self) -> set[str]:
         """Keys of the points that were set aside with an error or a crash of their own: a run leaves them out."""
-        with self._lock:
-            query = f"SELECT key FROM points WHERE state = 'failed' AND key IN ({_OWN_FAULT})"
-            return {key for (key,) in self._connection.execute(query).fetchall()}
+        query = f"SELECT key FROM points WHERE state = 'failed' AND key IN ({_OWN_FAULT})"
+        return {key for (key,) in self._found(query)}
 
     def states(self) -> dict[str, State]:
         """State of every point by key."""
-        with self._lock:
-            return dict(self._connection.execute("SELECT key, state FROM points").fetchall())
+        return dict(self._found("SELECT key, state FROM points"))
 
     def begin(self, key: str, worker: str) -> int:
         """Record the start of an attempt; returns its number from 1."""
@@ -180,9 +200,8 @@ class Ledger:
 
     def attempts(self, key: str, how: str | None = None) -> int:
         """Number of attempts of a point; with ``how``, of those that ended in this way."""
-        with self._lock:
-            query = "SELECT COUNT(*) FROM attempts WHERE key = ?" + ("" if how is None else " AND how = ?")
-            return int(self._connection.execute(query, (key,) if how is None else (key, how)).fetchone()[0])
+        query = "SELECT COUNT(*) FROM attempts WHERE key = ?" + ("" if how is None else " AND how = ?")
+        return int(self._found(query, (key,) if how is None else (key, how))[0][0])
 
     def set_aside(self, key: str, reason: str) -> None:
         """Mark a point as failed, with the reason."""
@@ -221,7 +240,9 @@ class Ledger:
     def manual(self) -> dict[str, dict[str, Any]]:
         """Manual values by column and key."""
         found: dict[str, dict[str, Any]] = {}
-        with self._lock:
-            for key, name, value in self._connection.execute("SELECT key, name, value FROM manual"):
+        for key, name, value in self._found("SELECT key, name, value FROM manual"):
+            try:
                 found.setdefault(name, {})[key] = json.loads(value)
+            except (TypeError, ValueError) as error:
+                raise self._damaged(error) from error
         return found

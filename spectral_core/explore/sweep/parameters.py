@@ -125,7 +125,7 @@ class Parameter:
         return int(self.high) - int(self.low) + 1 if self.kind == "integer" else None
 
     def value(self, unit: float) -> Value:
-        """Value at a coordinate of the unit cube; coordinates outside [0, 1] extrapolate a real range."""
+        """Value at a coordinate of the unit cube; those outside [0, 1] extrapolate a range of numbers."""
         if self.kind == "choice":
             return self.choices[min(max(math.floor(unit * len(self.choices)), 0), len(self.choices) - 1)]
         if self.kind == "real":
@@ -134,7 +134,8 @@ class Parameter:
             number = round(self._from_unit(self.low - 0.5, self.high + 0.5, unit))
         else:
             number = math.floor(self.low + unit * (self.high - self.low + 1))
-        return int(min(max(number, int(self.low)), int(self.high)))
+        # the end of the interval of the last number belongs to it
+        return int(min(max(number, int(self.low)), int(self.high))) if 0.0 <= unit <= 1.0 else int(number)
 
     def coordinate(self, value: Value) -> float:
         """Coordinate of a value in the unit cube: the middle of its interval for a whole number or a choice."""
@@ -255,9 +256,3 @@ class Space:
         if missing:
             raise InvalidInputError(f"the point has no value for {missing[0]!r}; it needs {', '.join(self.names)}")
         return np.array([p.coordinate(values[p.name]) for p in self.parameters])
-
-    @property
-    def combinations(self) -> int | None:
-        """Number of different points; None if a parameter is real."""
-        counts = [parameter.count for parameter in self.parameters]
-        return None if None in counts else math.prod(count for count in counts if count is not None)

@@ -16,7 +16,7 @@ import numpy as np
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.constraints import parse_constraint
-from spectral_core.explore.sweep.parameters import Space, Value
+from spectral_core.explore.sweep.parameters import Parameter, Space, Value
 from spectral_core.lattice import Region, ball, box, halfspaces
 
 
@@ -55,12 +55,9 @@ class RegionOfInterest:
                 raise InvalidInputError(f"the region's {name} is {low} alone; leave some room between low and high")
             if parameter.scale == "log" and low <= 0:
                 raise InvalidInputError(f"the region's {name} starts at {low} on a log scale; expected above 0")
-            if parameter.kind == "integer" and not (
-                parameter.low <= math.ceil(low) <= math.floor(high) <= parameter.high
-            ):
+            if parameter.kind == "integer" and math.ceil(low) > math.floor(high):
                 raise InvalidInputError(
-                    f"the region's {name} runs from {low} to {high}; expected whole numbers within "
-                    f"{parameter.low:g} to {parameter.high:g}"
+                    f"the region's {name} runs from {low} to {high}; expected ends with a whole number between them"
                 )
         for name, values in self.choices.items():
             parameter = space[name]
@@ -74,15 +71,20 @@ class RegionOfInterest:
             _check_ball(self.ball, space)
         return self
 
+    def ends(self, parameter: Parameter) -> tuple[float, float]:
+        """The ends of a range of numbers in this region, whole for a parameter that counts."""
+        low, high = self.ranges.get(parameter.name, (parameter.low, parameter.high))
+        return (math.ceil(low), math.floor(high)) if parameter.kind == "integer" else (low, high)
+
     def in_unit_cube(self, space: Space) -> Region:
         """The convex region over unit coordinates; choices are not in it (see ``contains``)."""
         low, high = np.zeros(len(space.parameters)), np.ones(len(space.parameters))
         for index, parameter in enumerate(space.parameters):
             if parameter.name in self.ranges:
-                ends = self.ranges[parameter.name]
+                ends = self.ends(parameter)
                 if parameter.kind == "integer":
-                    low[index] = parameter.place(math.ceil(ends[0]) - 0.5)
-                    high[index] = parameter.place(math.floor(ends[1]) + 0.5)
+                    low[index] = parameter.place(ends[0] - 0.5)
+                    high[index] = parameter.place(ends[1] + 0.5)
                 else:
                     low[index], high[index] = (parameter.coordinate(v) for v in ends)
         region = box(low, high)

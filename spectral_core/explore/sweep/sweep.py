@@ -59,7 +59,7 @@ class Sweep:
     def _keep_node(self) -> None:
         """Take the node as it was made for the stored ranges: its fingerprint may depend on them, its points do not."""
         project = self.store.project
-        if self.node.fingerprint == project.fingerprint or _meanings(self.document.space) != _meanings(project.space):
+        if self.node.fingerprint == project.fingerprint or meanings(self.document.space) != meanings(project.space):
             return
         earlier = replace(self.document, space=project.space).node()
         if earlier.fingerprint == project.fingerprint:
@@ -68,7 +68,7 @@ class Sweep:
     def _fit(self) -> None:
         """Adopt the document's region, budget and columns; refuse changes that would mix different rows."""
         project, document = self.store.project, self.document
-        mine, theirs = _meanings(document.space), _meanings(project.space)
+        mine, theirs = meanings(document.space), meanings(project.space)
         if mine != theirs or document.seed != project.seed or self.node.fingerprint != project.fingerprint:
             what = (
                 "its parameters differ"
@@ -194,8 +194,8 @@ class Sweep:
         self.store.write_table()
 
 
-def _meanings(space: Space) -> list[tuple[Any, ...]]:
-    """The parameters without their ranges."""
+def meanings(space: Space) -> list[tuple[Any, ...]]:
+    """The parameters without their ranges; folders of different ones hold different sweeps."""
     return [(p.name, p.kind, p.scale, p.choices, p.target) for p in space.parameters]
 
 

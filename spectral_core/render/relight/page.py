@@ -71,9 +71,12 @@ def write_page(
         live.set_light(group, light)
     amounts = amounts_of(transport, mix)
     layers = np.stack([live.picture(np.diag(amounts)[k])[..., :3].copy() for k in range(count)])
-    overflown = int((layers > np.finfo(np.float16).max).sum())
+    overflown = int((~(np.abs(layers) <= np.finfo(np.float16).max)).sum())
     if overflown:
-        raise InvalidInputError(f"{overflown} values are over 65504, more than the page can hold; lower the exposure")
+        raise InvalidInputError(
+            f"{overflown} values are over 65504, below -65504 or no numbers, more than the page can hold; lower the "
+            "exposure, or record again"
+        )
     lamps = [(lights or {}).get(group, own) for group, own in zip(transport.groups, transport.lights, strict=True)]
     document = {
         "width": width,

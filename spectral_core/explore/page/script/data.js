@@ -62,7 +62,11 @@ export function columnOf(entry) {
     return { ...entry, values, order, low: -0.5, high: Math.max(order.length, 1) - 0.5, log: false };
   }
   const values = unpack(entry.packed);
-  const [low, high] = extent(values);
+  let [low, high] = extent(values);
+  const first = values.find((value) => Number.isFinite(value)) ?? 0;
+  if (entry.log && first > 0 && values.every((value) => value === first || !Number.isFinite(value))) {
+    [low, high] = [first / 2, first * 2]; // half a unit to both sides may lead below 0
+  }
   const log = Boolean(entry.log) && low > 0;
   return { ...entry, values, texts: null, order: [], low, high, log };
 }

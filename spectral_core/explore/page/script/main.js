@@ -8,7 +8,7 @@ import { ask } from "./live.js";
 import { Matrix } from "./matrix.js";
 import { Parallel } from "./parallel.js";
 import { Compare, fillCard, note, thumbnail } from "./pictures.js";
-import { combine, regionAround, rowsOf, size } from "./selection.js";
+import { combine, regionAround, rowsOf, size, tomlOf } from "./selection.js";
 import { MOST_SHOWN, freshState, fromPlain, recall, remember, toPlain } from "./state.js";
 
 const started = performance.now();
@@ -296,7 +296,7 @@ class Explorer {
     click("menu", () => element("side").classList.toggle("open"));
     click("label", () => element("status").textContent = `${this.label(input("label-text").value.trim())} rows labeled`);
     click("export-csv", () => download("table.csv", this.csv(), "text/csv"));
-    click("export-region", () => download("region.json", JSON.stringify(this.region(), null, 1), "application/json"));
+    click("export-region", () => download("region.toml", tomlOf(this.region()), "application/toml"));
     click("export-state", () => download("state.json", JSON.stringify(toPlain(state, this.table), null, 1), "application/json"));
     input("open-state").addEventListener("change", async () => {
       const file = input("open-state").files?.[0];

@@ -94,3 +94,18 @@ export function regionAround(table, rows, name) {
   }
   return Object.keys(choices).length ? { name, ranges, choices } : { name, ranges };
 }
+
+/**
+ * A region as text of a sweep file (TOML), whose texts are written as in JSON.
+ * @param {{name: string, ranges: Record<string, number[]>, choices?: Record<string, (string|number)[]>}} region
+ */
+export function tomlOf(region) {
+  const text = (/** @type {string} */ word) => JSON.stringify(word).replaceAll("\u007f", "\\u007f");
+  const value = (/** @type {string|number} */ one) => (typeof one === "string" ? text(one) : String(one));
+  const lines = ["[region]", `name = ${text(region.name)}`];
+  for (const [part, byName] of /** @type {[string, Record<string, (string|number)[]>][]} */ ([["ranges", region.ranges], ["choices", region.choices ?? {}]])) {
+    const entries = Object.entries(byName).map(([name, values]) => `${text(name)} = [${values.map(value).join(", ")}]`);
+    if (entries.length) lines.push("", `[region.${part}]`, ...entries);
+  }
+  return `${lines.join("\n")}\n`;
+}

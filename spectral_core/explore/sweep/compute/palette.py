@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.explore.sweep.compute.paths import set_path
+from spectral_core.explore.sweep.compute.paths import place_of, require_set_once, set_path
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -39,6 +39,7 @@ class PaletteNode:
         paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
         for parameter in space.parameters:
             set_path(problem, parameter.target, parameter.value(0.5))
+        require_set_once((f"the parameter {name}", place_of(problem, path)) for name, path in paths)
         print_ = hashlib.sha256((text + repr(paths)).encode()).hexdigest()
         return cls(text, str(palette.parent.resolve()), paths, print_)
 

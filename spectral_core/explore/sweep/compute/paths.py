@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,30 @@ def set_path(whole: Any, path: str, value: Any) -> Any:
     or one of another type.
     """
     return _set(whole, parse_path(path), value, path)
+
+
+def place_of(whole: Any, path: str) -> tuple[Any, ...]:
+    """The place to which a path leads in ``whole``, equal for each way to write it. Raises as ``set_path`` does."""
+    place: list[Any] = []
+    for kind, name in parse_path(path):
+        part = _part(whole, (kind, name), path)
+        if isinstance(whole, list | tuple):
+            place.append(_position(whole, name, path) if kind == "item" else name[0] % len(whole))
+        elif isinstance(whole, np.ndarray):
+            place.append(tuple(each % size for each, size in zip(name, whole.shape, strict=True)))
+        else:
+            place.append(name)
+        whole = part
+    return tuple(place)
+
+
+def require_set_once(places: Iterable[tuple[str, Any]]) -> None:
+    """Raise InvalidInputError if two of the (words, place) pairs set the same place: one value would be lost."""
+    found: dict[Any, str] = {}
+    for words, place in places:
+        if place in found:
+            raise InvalidInputError(f"{found[place]} and {words} set the same value; leave out one of them")
+        found[place] = words
 
 
 def _set(whole: Any, steps: list[Any], value: Any, path: str, declared: str = "") -> Any:

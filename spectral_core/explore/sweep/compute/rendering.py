@@ -14,9 +14,11 @@ from spectral_core.errors import RenderError
 from spectral_core.explore.features.images import image_features
 from spectral_core.explore.sweep.cinema import is_file_column
 from spectral_core.explore.sweep.outcome import Outcome
-from spectral_core.scene import Scene, SunLight, scene_hash
+from spectral_core.scene import RenderSettings, Scene, SunLight, scene_hash
 
 LIGHT_PROPERTIES = ("power_w", "irradiance")
+FIREFLY_CLAMP = 10.0
+"""Blender's default limit of a sample's indirect light; from it on a limit removes only single bright pixels."""
 
 
 def rendered(scene: Scene, *, per_light: bool = False) -> Outcome:
@@ -73,11 +75,12 @@ class Relighter:
     def picture(self, scene: Scene, render: Callable[..., Any] | None = None) -> Outcome:
         """The outcome of the scene; all lights of a scene without other light must have some power.
 
-        A scene that asks for an error or a time is rendered: a recording traces equal samples everywhere.
+        A scene that asks for an error or a time is rendered: a recording traces equal samples everywhere. So is one
+        whose clamps remove light: what they remove depends on the powers.
         """
         from spectral_core.render.cost.asked import is_asked
 
-        if is_asked(scene.settings):
+        if is_asked(scene.settings) or is_clamped(scene.settings):
             return rendered(scene)
         neutral = with_unit_lights(scene)
         found = scene_hash(neutral)
@@ -98,13 +101,20 @@ class Relighter:
         self._mix = LiveMix(record_transport(scene, MixtureStorage(), one_per_light=True))
 
 
+def is_clamped(settings: RenderSettings) -> bool:
+    """True if limits on a sample's light remove more than fireflies."""
+    limits = settings.light_paths
+    return limits.clamp_direct > 0 or 0 < limits.clamp_indirect < FIREFLY_CLAMP
+
+
 def with_unit_lights(scene: Scene) -> Scene:
-    """The scene with every light at power (or irradiance) 1."""
+    """The scene with every light at power (or irradiance) 1, and without limits on a sample's light."""
     lights: list[Any] = [
         replace(light, irradiance=1.0) if isinstance(light, SunLight) else replace(light, power_w=1.0)
         for light in scene.lights
     ]
-    return replace(scene, lights=tuple(lights))
+    paths = replace(scene.settings.light_paths, clamp_direct=0.0, clamp_indirect=0.0)
+    return replace(scene, lights=tuple(lights), settings=replace(scene.settings, light_paths=paths))
 
 
 def light_amount(scene: Scene, group: str) -> float:

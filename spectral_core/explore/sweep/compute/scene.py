@@ -11,8 +11,8 @@ from typing import Any
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.compute.function import load_function
-from spectral_core.explore.sweep.compute.paths import parse_path, set_path
-from spectral_core.explore.sweep.compute.rendering import Relighter, rendered, swept_lights_only
+from spectral_core.explore.sweep.compute.paths import parse_path, place_of, require_set_once, set_path
+from spectral_core.explore.sweep.compute.rendering import Relighter, is_clamped, rendered, swept_lights_only
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -68,6 +68,10 @@ class SceneNode:
         base = node._base()
         for parameter in space.parameters:
             set_path(base, parameter.target, parameter.value(0.5))
+        require_set_once(
+            [(f"the setting {path}", place_of(base, path)) for path, _ in fixed]
+            + [(f"the parameter {name}", place_of(base, path)) for name, path in paths]
+        )
         said = [scene_hash(base), [list(pair) for pair in paths], per_light, node.relights]
         return replace(node, fingerprint=hashlib.sha256(json_text(said).encode()).hexdigest())
 
@@ -77,7 +81,8 @@ class SceneNode:
         from spectral_core.render.cost.asked import is_asked
 
         lights_only = self.relight and not self.per_light and swept_lights_only(dict(self.paths))
-        return lights_only and not is_asked(self._base().settings)
+        settings = self._base().settings
+        return lights_only and not is_asked(settings) and not is_clamped(settings)
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
         base: Scene = self._base()
@@ -114,7 +119,10 @@ class SceneNode:
         if self.relights:
             lines.append("only powers of lights are swept: a worker records them once and re-lights each point")
         elif swept_lights_only(dict(self.paths)):
-            why = "each light is measured by itself" if self.per_light else "the scene asks for an error or a time"
+            asked = (
+                "samples are clamped" if is_clamped(self._base().settings) else "the scene asks for an error or a time"
+            )
+            why = "each light is measured by itself" if self.per_light else asked
             lines.append(f"every point is rendered: {why if self.relight else 'relight is false'}")
         elif any(path.startswith("lights[") for _, path in self.paths):
             lines.append(

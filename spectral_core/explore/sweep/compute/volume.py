@@ -13,7 +13,7 @@ from typing import Any
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.explore.features.images import image_features
-from spectral_core.explore.sweep.compute.paths import set_path
+from spectral_core.explore.sweep.compute.paths import place_of, require_set_once, set_path
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -98,6 +98,10 @@ class VolumeNode:
                 chosen, _ = node._with(parameter.target, value, {**SETTINGS, **dict(node.settings)}, node._document())
                 require_range("the scale of the steps", chosen["scale"], 1e-6, 1e6)  # type: ignore[arg-type]
                 Stepping(chosen["rule"], chosen["quadrature"])  # type: ignore[arg-type]
+        require_set_once(
+            [(f"the setting {name}", name) for name, _ in node.settings]
+            + [(f"the parameter {name}", node._place(path)) for name, path in paths]
+        )
         said = json_text([volume, *contents, text, [list(p) for p in paths], size, dict(node.settings)])
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
@@ -128,6 +132,10 @@ class VolumeNode:
 
     def _document(self) -> Any:
         return json.loads(self.transfer) if self.transfer.startswith("{") else None
+
+    def _place(self, path: str) -> Any:
+        """The place that a path sets, equal for each way to write it."""
+        return path if path in SETTINGS else place_of(self._document(), path.removeprefix(TRANSFER))
 
     def _with(self, path: str, value: Value, settings: dict[str, Value], document: Any) -> tuple[dict[str, Value], Any]:
         if path in SETTINGS:

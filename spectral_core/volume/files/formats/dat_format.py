@@ -10,6 +10,10 @@
     ByteOffset:     0                  (optional; bytes before the data)
     Endianness:     LittleEndian       (optional; or BigEndian)
     Origin:         0 0 0              (optional; center of the first voxel)
+
+Inviwo places the whole box of the voxels instead: ``Offset`` is its corner, ``BasisVector1`` to ``3`` are the rows of
+the matrix whose columns are its edges, ``WorldVector1`` to ``4`` the rows of a matrix that is applied after it. Without
+an offset a box with basis vectors is around the origin.
 """
 
 from __future__ import annotations
@@ -17,12 +21,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError
 from spectral_core.files.guarded import MOST_HEADER_BYTES, read_bytes
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.formats.raw_format import read_layout
+from spectral_core.volume.files.payload import affine
 from spectral_core.volume.files.request import RawLayout, ReadRequest
+
+Matrix = NDArray[np.float64]
 
 _TYPES = {
     "UCHAR": "u1",
@@ -37,6 +45,9 @@ _TYPES = {
 _TYPES |= {f"{kind}{8 * size}": f"{kind[0].lower()}{size}" for kind in ("UINT", "INT") for size in (1, 2, 4, 8)}
 _TYPES |= {"BYTE": "u1", "FLOAT32": "f4", "FLOAT64": "f8"}
 _SYNONYMS = {"rawfile": "objectfilename", "spacing": "slicethickness", "byteorder": "endianness"}
+_SYNONYMS |= dict.fromkeys(("dimension", "dimensions"), "resolution")
+_EDGES = ("BasisVector1", "BasisVector2", "BasisVector3")
+_WORLD = ("WorldVector1", "WorldVector2", "WorldVector3", "WorldVector4")
 
 
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
@@ -44,9 +55,9 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     fields: dict[str, str] = {}
     for line in read_bytes(path, MOST_HEADER_BYTES).decode("utf-8", "replace").splitlines():
         key, separator, value = line.partition(":")
-        if separator and not line.lstrip().startswith("#"):
+        if separator and not line.lstrip().startswith(("#", "//")):
             name = key.strip().lower().replace(" ", "")
-            fields[_SYNONYMS.get(name, name)] = value.strip()
+            fields[_SYNONYMS.get(name, name)] = value.partition(" #")[0].strip()
     missing = [key for key in ("objectfilename", "resolution", "format") if key not in fields]
     if missing:
         raise FileFormatError(f"the header {path.name} lacks {', '.join(missing)}")
@@ -64,15 +75,44 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         _TYPES[kind],
         "big" if fields.get("endianness", "little").lower().startswith("big") else "little",
         _whole(fields.get("byteoffset", "0"), path, "ByteOffset", 1)[0],
-        _triple(fields.get("slicethickness", "1 1 1"), path, "SliceThickness"),
-        _triple(fields.get("origin", "0 0 0"), path, "Origin"),
     )
-    return read_layout(data, layout, request.component)
+    with np.errstate(over="ignore", invalid="ignore"):  # the volume refuses what is not finite
+        matrix = _placed(fields, np.array([nx, ny, nz], dtype=np.float64), path)
+    read = read_layout(data, layout, request.component)
+    return ScalarVolume(read.name, read.data, matrix)
 
 
-def _triple(text: str, path: Path, key: str) -> tuple[float, float, float]:
-    x, y, z = _numbers(text, path, key)
-    return x, y, z
+def _placed(fields: dict[str, str], counts: Matrix, path: Path) -> Matrix:
+    """World from index, (4, 4), by the center of the first voxel or by the box of all of them."""
+    spacing = np.array(_numbers(fields.get("slicethickness", "1 1 1"), path, "SliceThickness"))
+    if "origin" in fields and any(key.lower() in fields for key in ("Offset", *_EDGES)):
+        raise FileFormatError(
+            f"{path.name} has Origin beside Offset or BasisVector1 to 3, which place the volume in other ways; keep "
+            "one of them"
+        )
+    edges = _matrix(fields, _EDGES, path)
+    box: Matrix = np.diag(spacing * counts) if edges is None else edges
+    if "offset" in fields:
+        corner = np.array(_numbers(fields["offset"], path, "Offset"))
+    elif edges is not None:
+        corner = -0.5 * box.sum(axis=1)
+    else:
+        corner = np.array(_numbers(fields.get("origin", "0 0 0"), path, "Origin")) - 0.5 * spacing
+    world = _matrix(fields, _WORLD, path)
+    matrix = affine(box / counts, np.asarray(corner + box @ (0.5 / counts), dtype=np.float64))
+    return matrix if world is None else world @ matrix
+
+
+def _matrix(fields: dict[str, str], keys: tuple[str, ...], path: Path) -> Matrix | None:
+    """The matrix with these rows; None if the header has none of them."""
+    missing = [key for key in keys if key.lower() not in fields]
+    if len(missing) == len(keys):
+        return None
+    if missing:
+        raise FileFormatError(
+            f"the header {path.name} lacks {', '.join(missing)}; expected {keys[0]} to {keys[-1][-1]}"
+        )
+    return np.array([_numbers(fields[key.lower()], path, key, len(keys)) for key in keys])
 
 
 def _whole(text: str, path: Path, key: str, count: int) -> list[int]:
