@@ -105,7 +105,7 @@ def _world(
         viewed = _camera_of_renders(translation.depsgraph, of_renders, viewed)
         film = translate_film(translation.scene, 1, 0)
         state += viewed.world_from_camera.tobytes(), viewed.window(film)
-    make = partial(_translated_world, translation, world, viewed, is_view=len(state) > 2)
+    make = partial(_translated_world, translation, world, viewed, is_view=len(state) > 2, is_seen=kept is None)
     key, makers = ("world", original.session_uid), frozenset((original.session_uid,))
     return kept_or_asked(kept, translation, key, makers, state, make)
 
@@ -123,11 +123,11 @@ def _apart(suns: tuple[SunLight, ...], taken: set[str]) -> list[SunLight]:
 
 
 def _translated_world(
-    translation: Translation, world: Any, viewed: Camera, *, is_view: bool
+    translation: Translation, world: Any, viewed: Camera, *, is_view: bool, is_seen: bool
 ) -> tuple[World, tuple[SunLight, ...]]:
     if is_view:
         translation.note(world.name, "its Window and Camera coordinates are those of the scene's camera in every view")
-    return translate_world(translation, world, viewed)
+    return translate_world(translation, world, viewed, is_seen=is_seen)
 
 
 def _camera_of_renders(depsgraph: Any, chosen: Any, viewed: Camera) -> Camera:

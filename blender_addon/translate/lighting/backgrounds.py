@@ -87,7 +87,7 @@ def joined(reader: Reader, terms: list[Term]) -> Term:
     total = np.broadcast_to(plain, directions.shape).copy()
     for term in images:
         assert isinstance(term.color, ImageTexture)
-        total += term.strength * _looked_up(term.color, directions @ term.turn[:3, :3])
+        total += term.strength * looked_up(term.color, directions @ term.turn[:3, :3])
     return Term(environment_of("environment", total))
 
 
@@ -95,7 +95,7 @@ def resampled(image: ImageTexture, mapping: NDArray[np.float64]) -> ImageTexture
     """An environment after an affine map (4, 4) of directions."""
     directions = directions_of(min(max(image.pixels.shape[0], 256), MOST_ROWS))
     mapped = directions @ mapping[:3, :3].T + mapping[:3, 3]
-    return environment_of(image.name, _looked_up(image, mapped))
+    return environment_of(image.name, looked_up(image, mapped))
 
 
 def environment_of(name: str, pixels: NDArray[np.float64]) -> ImageTexture:
@@ -113,7 +113,7 @@ def directions_of(rows: int, place: tuple[float, float] = (0.5, 0.5)) -> NDArray
     return np.stack([x, y, np.broadcast_to(upright, x.shape)], axis=-1)
 
 
-def _looked_up(image: ImageTexture, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+def looked_up(image: ImageTexture, directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Linear RGB (..., 3) of an environment along directions of any length, interpolated."""
     pixels = np.asarray(linear_pixels(image), dtype=np.float64)
     pixels = np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels[..., :3]

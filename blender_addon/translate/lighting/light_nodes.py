@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.scene import Color, Computed, Falloff, Paint, Photometry
 from spectral_core.spectra.catalogue import PLANCK, blackbody
@@ -178,7 +179,8 @@ def _strength(reader: LampReader, place: Input | None) -> Shine | None:
         return inner if reader.is_far else replace(inner, falloff=falloff)
     if source is not None and kind == "TEX_IES" and reader.lamp.type in ("POINT", "SPOT"):
         inner = _strength(reader, source.input("Strength"))
-        if inner is None or inner.photometry is not None or linked(source.input("Vector")) is not None:
+        is_turned = linked(source.input("Vector")) is not None or not _keeps_angles(reader.matrix)
+        if inner is None or inner.photometry is not None or is_turned:
             return None
         table = luminaire_of(reader, source.node)
         return replace(inner, factor=inner.factor * BROKEN) if table is None else replace(inner, photometry=table)
@@ -191,6 +193,13 @@ def _strength(reader: LampReader, place: Input | None) -> Shine | None:
     if place is not None and value is None:
         return None
     return Shine(WHITE, reader.number(place, 1.0))
+
+
+def _keeps_angles(matrix: NDArray[np.float64]) -> bool:
+    """True if a transform (4, 4) is a rotation and a scale that is equal along all axes."""
+    axes = matrix[:3, :3]
+    square = axes.T @ axes
+    return bool(np.linalg.det(axes) > 0 and np.allclose(square, square[0, 0] * np.eye(3), atol=1e-4 * square[0, 0]))
 
 
 def _varying(reader: LampReader, source: Output) -> Shine:

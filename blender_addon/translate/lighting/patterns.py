@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Color, SunLight
+from spectral_core.scene import Color, ImageTexture, SunLight
 
 from ..camera import translate_film
 from ..context import Translation
@@ -17,6 +17,7 @@ from ..shading.texture_nodes import is_moved_by_panel
 from ..shading.tree import Input, Output, linked
 from .backgrounds import Term, depends_on_ray_type, directions_of, environment_of, note_ray_type, ray_types_of
 from .directions import Array, Look, radiance
+from .fineness import MOST_DIFFERENCE, difference, everywhere, in_frame
 
 ROWS, MOST_ROWS = 512, 2048
 """Rows of a drawn environment, and of one with images."""
@@ -104,10 +105,10 @@ def follows_camera(tree: Any) -> bool:
 
 
 def world_light(
-    translation: Translation, world: Any, output: Any, camera: Any, own: dict[str, Any]
+    translation: Translation, world: Any, output: Any, camera: Any, own: dict[str, Any], *, is_seen: bool = False
 ) -> tuple[Term, Term, tuple[SunLight, ...]]:
     """The environment for the light in the scene, that for the camera, and the suns of the skies in a world, from its
-    ``output`` node.
+    ``output`` node. ``is_seen``: True if the camera is that of the picture, whose view of the world is judged, too.
     """
     reader = Reader(translation, world.name, on_surface=True, is_far=True, in_world=True)
     place = Input(output.inputs["Surface"])
@@ -134,12 +135,35 @@ def world_light(
     for name in sorted(ray_types_of(linked(place))):
         note_ray_type(reader, name)
     sees = drawn(Look(grids[0], view, camera=True, window=window)) if tells else lights
+    if not is_noise:
+        look = Look(grids[0], view, window=window)
+        _note_coarse(reader, place, (lights, look, everywhere()))
+        framed = in_frame(camera, look) if is_seen and not translation.scene.render.film_transparent else None
+        if framed is not None:
+            _note_coarse(reader, place, (sees, replace(look, camera=tells), framed))
     suns = tuple(
         sun
         for number, image_id in enumerate(reader.skies)
         if (sun := _sun(reader, place, view, image_id, f"{world.name} sun {number + 1}", own)) is not None
     )
     return lights, sees, suns
+
+
+def _note_coarse(reader: Reader, place: Input, drawn: tuple[Term, Look, Array]) -> None:
+    """Name a pattern that is finer than the environment drawn from it, along directions."""
+    term, look, directions = drawn
+    if not isinstance(term.color, ImageTexture):
+        return
+
+    def exact(along: Array) -> Array:
+        return radiance(reader, place, replace(look, directions=along))
+
+    if difference(term.color, directions, exact) > MOST_DIFFERENCE:
+        rows = term.color.pixels.shape[0]
+        reader.note(
+            f"its pattern is finer than the environment that is drawn from it ({2 * rows} x {rows} pixels): details "
+            "are blurred or lost; an Environment Texture of as many pixels as they need shows them"
+        )
 
 
 def _sun(reader: Reader, place: Input, view: Array, image_id: int, name: str, own: dict[str, Any]) -> SunLight | None:

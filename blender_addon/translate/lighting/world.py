@@ -31,10 +31,12 @@ from .directions import of_light_path
 from .patterns import needs_directions, world_light
 
 
-def translate_world(translation: Translation, world: Any, camera: Any = None) -> tuple[World, tuple[SunLight, ...]]:
+def translate_world(
+    translation: Translation, world: Any, camera: Any = None, *, is_seen: bool = False
+) -> tuple[World, tuple[SunLight, ...]]:
     """Environment of a ``bpy.types.World``, and the suns of its skies; None is black, as in Blender.
 
-    ``camera``: the scene's ``Camera``, whose space patterns may use.
+    ``camera``: the scene's ``Camera``, whose space patterns may use; ``is_seen``: True if the picture is seen from it.
     """
     if world is None:
         return World(), ()
@@ -60,7 +62,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     if tree is None:
         lights = sees = Term(Color(translation.linear_rgb(world.color)))
     elif needs_directions(output):
-        lights, sees, suns = world_light(translation, world, output, camera, own)
+        lights, sees, suns = world_light(translation, world, output, camera, own, is_seen=is_seen)
     else:
         reader = Reader(translation, world.name)
         lights, sees = (joined(reader, terms) for terms in _backgrounds(reader, tree))
