@@ -89,7 +89,7 @@ def _paint(
     _draw_selector(shape, dial)
     if not shares.any():
         blf.size(FONT, WARNING_POINTS * shape.scale)
-        write(ALL_OFF, *_below(shape), WARNING)
+        write(ALL_OFF, *_below(shape), WARNING, shadow=True)
     elif lines:
         _draw_tooltip(shape, lines, plate)
     gpu.state.blend_set("NONE")
@@ -176,7 +176,7 @@ def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float, label: Label
     draw_line(rim(at, BULB_RADIUS * scale), (*tint, 1.0) if bulb.is_on else FAINT, 1.5 * scale)
     if label[0]:
         blf.size(FONT, LABEL_POINTS * scale)
-        write(*label, TEXT if bulb.is_on else FAINT)
+        write(*label, TEXT if bulb.is_on else FAINT, shadow=True)
 
 
 def _draw_selector(shape: DialShape, dial: PropertyGroup) -> None:

@@ -126,6 +126,11 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
     def _dragging(self, context: Context, event: Event) -> set[str]:
         dial, drag = dial_in(context), self._drag
         assert drag is not None
+        if event.type.startswith("TIMER"):  # of an animation that is played, or of a recording
+            return {"PASS_THROUGH"}
+        if drag.target.index >= len(dial.bulbs):  # a recording that has ended brought fewer
+            self._drag = None
+            return {"RUNNING_MODAL"}
         pixel = (event.mouse_x - drag.region.x, event.mouse_y - drag.region.y)
         if event.type in ("MOUSEMOVE", "INBETWEEN_MOUSEMOVE"):
             drag.move(dial, pixel, snap=event.ctrl)

@@ -194,3 +194,24 @@ def test_each_part_of_a_quad_view_has_its_dial(hand, scene, context) -> None:
         assert tuple(dial.selector) == pytest.approx(tuple(at))
         assert drawn.hovered["region"] == 1000 * x + y
         hand.modal(context, event("LEFTMOUSE", "RELEASE", place=SHAPE.place(place)))
+
+
+def test_drags_leave_timers_to_animations_and_recordings(hand, scene, context) -> None:
+    """An animation that is played stood still while the selector or the divider was dragged."""
+    hand.modal(context, event("LEFTMOUSE", place=(0.3, 0.4)))
+    assert hand.modal(context, event("TIMER", "NOTHING", place=(0.9, 0.4))) == {"PASS_THROUGH"}
+    assert hand.modal(context, event("TIMER0", "NOTHING", place=(0.9, 0.4))) == {"PASS_THROUGH"}
+    assert tuple(scene.spectral.dial.selector) == pytest.approx((0.3, 0.4))
+    drag = Divider()
+    scene.spectral.viewport.divider = 0.25
+    drag.invoke(context, at("LEFTMOUSE", 150))
+    assert drag.modal(context, at("TIMER0", 300, "NOTHING")) == {"PASS_THROUGH"}
+    assert scene.spectral.viewport.divider == 0.25
+
+
+def test_a_dragged_bulb_that_a_recording_has_removed_is_released(hand, scene, context) -> None:
+    hand.modal(context, event("LEFTMOUSE", place=PLACES[2]))
+    scene.spectral.dial.bulbs.remove(2)
+    assert hand.modal(context, event("MOUSEMOVE", place=(0.1, 0.1))) == {"RUNNING_MODAL"}
+    assert hand.modal(context, event("MOUSEMOVE", place=(0.1, 0.1))) == {"PASS_THROUGH"}
+    assert [tuple(each.place) for each in scene.spectral.dial.bulbs] == [pytest.approx(each) for each in PLACES[:2]]
