@@ -14,12 +14,13 @@ from ..editing.dial.live import shares_of
 from .covered import covered, dial_beside
 from .dial_shape import DISC, LABEL_ROOM, DialShape, disc, fitting, rim, tooltip, without_overlaps
 from .kept import Box, Kept
-from .overlay import FONT, draw_line, draw_triangles, write
+from .overlay import FONT, Color, draw_line, draw_triangles, write
 from .text import told_apart
 
 DISC_COLOR = (0.07, 0.07, 0.08, 0.80)
 TOOLTIP_COLOR = (0.05, 0.05, 0.06, 0.97)
 """Nearly opaque: the tooltip lies over plots and names."""
+LABEL_COLOR = (0.05, 0.05, 0.06, 0.85)
 RIM_COLOR = (1.0, 1.0, 1.0, 0.25)
 SPOKE_COLOR = (1.0, 1.0, 1.0, 0.10)
 TEXT = (1.0, 1.0, 1.0, 0.85)
@@ -31,6 +32,8 @@ BORDER = 8.0
 """Unscaled pixels around the outermost points: half of a line, and what a letter exceeds its text by."""
 TOOLTIP_ROW = 17
 """Height of a line in unscaled pixels."""
+PAD = 4.0
+"""Unscaled pixels of a plate around the text of a bulb."""
 BULB_RADIUS = 8.0
 """Radius of a bulb in unscaled pixels."""
 ALL_OFF = "All bulbs are off"
@@ -89,7 +92,7 @@ def _paint(
     _draw_selector(shape, dial)
     if not shares.any():
         blf.size(FONT, WARNING_POINTS * shape.scale)
-        write(ALL_OFF, *_below(shape), WARNING, shadow=True)
+        _write_on_plate((ALL_OFF, *_below(shape)), WARNING, shape.scale)
     elif lines:
         _draw_tooltip(shape, lines, plate)
     gpu.state.blend_set("NONE")
@@ -176,7 +179,19 @@ def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float, label: Label
     draw_line(rim(at, BULB_RADIUS * scale), (*tint, 1.0) if bulb.is_on else FAINT, 1.5 * scale)
     if label[0]:
         blf.size(FONT, LABEL_POINTS * scale)
-        write(*label, TEXT if bulb.is_on else FAINT, shadow=True)
+        _write_on_plate(label, TEXT if bulb.is_on else FAINT, scale)
+
+
+def _write_on_plate(label: Label, color: Color, scale: float) -> None:
+    """A text in the present size on a dark plate: a picture below it may be as bright as the text."""
+    import blf
+
+    text, x, y = label
+    width, height = blf.dimensions(FONT, text)
+    left, right, low, high = x - PAD * scale, x + width + PAD * scale, y - PAD * scale, y + height + PAD * scale
+    corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
+    draw_triangles(np.array(corners), LABEL_COLOR)
+    write(text, x, y, color)
 
 
 def _draw_selector(shape: DialShape, dial: PropertyGroup) -> None:

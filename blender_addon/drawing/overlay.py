@@ -24,8 +24,6 @@ Curve = tuple[str, Array, Array]
 BACKGROUND = (0.06, 0.06, 0.07, 0.94)
 TICK = (1.0, 1.0, 1.0, 0.14)
 TEXT = (1.0, 1.0, 1.0, 0.75)
-SHADOW, SHADOW_BLUR = (0.0, 0.0, 0.0, 0.9), 5
-"""Color of a shadow around a text, and its width in pixels, of which Blender knows 3 and 5."""
 DISTINCT_COLORS = (
     (0.95, 0.95, 0.95), (0.90, 0.62, 0.00), (0.34, 0.71, 0.91), (0.00, 0.72, 0.52), (0.94, 0.89, 0.26),
     (0.25, 0.55, 0.95), (0.95, 0.45, 0.15), (0.90, 0.55, 0.75),
@@ -134,22 +132,13 @@ def _write_names(plot: Plot, curves: Sequence[Curve], scale: float) -> None:
         x += blf.dimensions(FONT, name)[0] + 12 * scale
 
 
-def write(text: str, x: float, y: float, color: Color, *, shadow: bool = False) -> None:
-    """Text with its lower left corner at a pixel, in the present size of ``blf``.
-
-    ``shadow``: True for a text that lies over a picture, which may be as bright as the text.
-    """
+def write(text: str, x: float, y: float, color: Color) -> None:
+    """Text with its lower left corner at a pixel, in the present size of ``blf``."""
     import blf
 
     blf.color(FONT, *color)
     blf.position(FONT, x, y, 0)
-    if shadow:
-        blf.enable(FONT, blf.SHADOW)
-        blf.shadow(FONT, SHADOW_BLUR, *SHADOW)
-        blf.shadow_offset(FONT, 0, 0)
     blf.draw(FONT, text)
-    if shadow:
-        blf.disable(FONT, blf.SHADOW)
 
 
 def draw_triangles(points: Array, color: Color) -> None:
