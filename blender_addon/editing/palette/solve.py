@@ -105,7 +105,7 @@ def known_solve(scene: Scene) -> Solve | None:
     palette = scene.spectral.palette
     if not len(palette.lights) or not len(palette.materials):
         return None
-    solve = _read(scene, lambda problem: Solve(problem, lambda: ""))
+    solve = _read(scene, lambda problem: Solve(problem, lambda: live_solution(scene.session_uid, problem)))
     return None if solve is None else _finished.get(_key(scene, solve))
 
 
