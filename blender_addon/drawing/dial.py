@@ -11,12 +11,16 @@ import numpy as np
 from bpy.types import Area, PropertyGroup, Region
 
 from ..editing.dial.live import shares_of
-from .dial_shape import DISC, LABEL_ROOM, DialShape, disc, rim, tooltip
+from .covered import covered, dial_beside
+from .dial_shape import DISC, LABEL_ROOM, DialShape, disc, fitting, rim, tooltip, without_overlaps
 from .kept import Box, Kept
-from .overlay import FONT, draw_line, draw_triangles, write
+from .overlay import FONT, Color, draw_line, draw_triangles, write
 from .text import told_apart
 
 DISC_COLOR = (0.07, 0.07, 0.08, 0.80)
+TOOLTIP_COLOR = (0.05, 0.05, 0.06, 0.97)
+"""Nearly opaque: the tooltip lies over plots and names."""
+LABEL_COLOR = (0.05, 0.05, 0.06, 0.85)
 RIM_COLOR = (1.0, 1.0, 1.0, 0.25)
 SPOKE_COLOR = (1.0, 1.0, 1.0, 0.10)
 TEXT = (1.0, 1.0, 1.0, 0.85)
@@ -28,9 +32,15 @@ BORDER = 8.0
 """Unscaled pixels around the outermost points: half of a line, and what a letter exceeds its text by."""
 TOOLTIP_ROW = 17
 """Height of a line in unscaled pixels."""
+PAD = 4.0
+"""Unscaled pixels of a plate around the text of a bulb."""
+BULB_RADIUS = 8.0
+"""Radius of a bulb in unscaled pixels."""
 ALL_OFF = "All bulbs are off"
 Label = tuple[str, float, float]
-"""Text, and the pixel of its lower left corner."""
+"""Text, and the pixel of its lower left corner; no text where it would lie over another one."""
+Rectangle = tuple[float, float, float, float]
+"""Left, bottom, width and height in pixels."""
 KEPT = Kept()
 
 MOST_FULL_NAMES = 6
@@ -38,16 +48,14 @@ MOST_FULL_NAMES = 6
 NAME_ROOM = 90.0
 """Unscaled pixels of a name beside one of more bulbs."""
 SPACES = (bpy.types.SpaceView3D, bpy.types.SpaceImageEditor)
-hovered = {"area": 0}
-"""``as_pointer`` of the area in which the mouse is over the dial; the tooltip is shown there."""
+hovered = {"region": 0}
+"""``as_pointer`` of the region in which the mouse is over the dial; the tooltip is shown there."""
 _handlers: list = []
 
 
 def shape_in(area: Area, region: Region) -> DialShape:
-    """Position and size of the dial in the main region of an area."""
-    tools = sum(each.width for each in area.regions if each.type == "TOOLS" and each.alignment == "LEFT")
-    scale = bpy.context.preferences.system.ui_scale
-    return DialShape.in_region(region.width, region.height, left=tools, scale=scale)
+    """Position and size of the dial in a region of an area."""
+    return dial_beside(area, region, bpy.context.preferences.system.ui_scale)
 
 
 def draw() -> None:
@@ -58,18 +66,23 @@ def draw() -> None:
     area, region = bpy.context.area, bpy.context.region
     shape = shape_in(area, region)
     shares = shares_of(dial)
-    names = [bulb.name for bulb in dial.bulbs]
-    lines = tooltip(names, shares, dial.intensity) if shares.any() and hovered["area"] == area.as_pointer() else []
     labels = _labels(shape, dial, shares)
+    lines: list[str] = []
+    plate = (0.0, 0.0, 0.0, 0.0)
+    if shares.any() and hovered["region"] == region.as_pointer():
+        lines = tooltip([bulb.name for bulb in dial.bulbs], shares, dial.intensity)
+        lines = fitting(lines, int(region.height / (TOOLTIP_ROW * shape.scale)) - 2)
+        plate = _tooltip_plate(shape, lines, labels, (region.width - covered(area, region).right, region.height))
     bulbs = [(bulb.is_on, tuple(bulb.color), tuple(bulb.place)) for bulb in dial.bulbs]
-    content = (shape, tuple(shares), tuple(dial.selector), tuple(bulbs), tuple(labels), tuple(lines))
-    box = Box.around(_reach(shape, labels, lines), BORDER * shape.scale, (region.width, region.height))
-    KEPT.draw(content, box, lambda: _paint(shape, dial, shares, labels, lines))
+    content = (shape, tuple(shares), tuple(dial.selector), tuple(bulbs), tuple(labels), tuple(lines), plate)
+    box = Box.around(_reach(shape, labels, plate), BORDER * shape.scale, (region.width, region.height))
+    KEPT.draw(content, box, lambda: _paint(shape, dial, shares, labels, lines, plate))
 
 
 def _paint(
-    shape: DialShape, dial: PropertyGroup, shares: np.ndarray, labels: Sequence[Label], lines: Sequence[str]
-) -> None:
+    shape: DialShape, dial: PropertyGroup, shares: np.ndarray, labels: Sequence[Label], lines: Sequence[str],
+    plate: Rectangle,
+) -> None:  # fmt: skip
     import blf
     import gpu
 
@@ -79,13 +92,13 @@ def _paint(
     _draw_selector(shape, dial)
     if not shares.any():
         blf.size(FONT, WARNING_POINTS * shape.scale)
-        write(ALL_OFF, *_below(shape), WARNING)
+        _write_on_plate((ALL_OFF, *_below(shape)), WARNING, shape.scale)
     elif lines:
-        _draw_tooltip(shape, lines)
+        _draw_tooltip(shape, lines, plate)
     gpu.state.blend_set("NONE")
 
 
-def _reach(shape: DialShape, labels: Sequence[Label], lines: Sequence[str]) -> list[tuple[float, float]]:
+def _reach(shape: DialShape, labels: Sequence[Label], plate: Rectangle) -> list[tuple[float, float]]:
     """Corners (n, 2) of all that is drawn."""
     import blf
 
@@ -95,8 +108,8 @@ def _reach(shape: DialShape, labels: Sequence[Label], lines: Sequence[str]) -> l
         blf.size(FONT, LABEL_POINTS * shape.scale)
         width, height = blf.dimensions(FONT, text)
         corners += [(x, y), (x + width, y + height)]
-    if lines:
-        left, low, width, height = _tooltip_plate(shape, lines)
+    left, low, width, height = plate
+    if width:
         corners += [(left, low), (left + width, low + height)]
     blf.size(FONT, WARNING_POINTS * shape.scale)
     x, y = _below(shape)
@@ -129,20 +142,28 @@ def _names(shape: DialShape, dial: PropertyGroup) -> list[str]:
 
 
 def _labels(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list[Label]:
-    """Name and share of each bulb, beyond it as seen from the middle."""
+    """Name and share of each bulb, beyond it as seen from the middle; of texts that overlap that of the larger share.
+
+    Beside more than a few bulbs, a text that would lie over another bulb is left out, too.
+    """
     import blf
 
     found, scale, is_crowded = [], shape.scale, len(shares) > MOST_FULL_NAMES
-    for bulb, name, share in zip(dial.bulbs, _names(shape, dial), shares, strict=True):
-        at = shape.pixels(tuple(bulb.place))
+    boxes = []
+    spots = [shape.pixels(tuple(bulb.place)) for bulb in dial.bulbs]
+    blf.size(FONT, LABEL_POINTS * scale)
+    for bulb, name, share, at in zip(dial.bulbs, _names(shape, dial), shares, spots, strict=True):
         text = f"{name}  {100 * share:.0f} %" if bulb.is_on else f"{name}  off"
-        blf.size(FONT, LABEL_POINTS * scale)
         width, height = blf.dimensions(FONT, text)
         above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
         start = shape.label_start(at[0], width) if is_crowded else at[0] - width / 2
         start = max(start, shape.left + BORDER * scale)  # the tools, or the end of the editor
         found.append((text, float(start), float(at[1] + above * LABEL_ROOM * scale - height / 2)))
-    return found
+        boxes.append((*found[-1][1:], width, height))
+    radius = BULB_RADIUS * scale
+    bulbs = [(x - radius, y - radius, 2 * radius, 2 * radius) for x, y in spots] if is_crowded else []
+    kept = without_overlaps(boxes, np.argsort(-shares, kind="stable"), bulbs)
+    return [label if number in kept else ("", *label[1:]) for number, label in enumerate(found)]
 
 
 def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float, label: Label) -> None:
@@ -154,10 +175,23 @@ def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float, label: Label
     if bulb.is_on:
         for size, strength in ((17.0, 0.18), (13.0, 0.30)):
             draw_triangles(disc(at, size * scale * (0.5 + share / 2)), (*tint, strength * min(1.0, share + 0.15)))
-        draw_triangles(disc(at, 8 * scale), (*(tint * (0.25 + 0.75 * min(share, 1.0) ** 0.5)), 1.0))
-    draw_line(rim(at, 8 * scale), (*tint, 1.0) if bulb.is_on else FAINT, 1.5 * scale)
-    blf.size(FONT, LABEL_POINTS * scale)
-    write(*label, TEXT if bulb.is_on else FAINT)
+        draw_triangles(disc(at, BULB_RADIUS * scale), (*(tint * (0.25 + 0.75 * min(share, 1.0) ** 0.5)), 1.0))
+    draw_line(rim(at, BULB_RADIUS * scale), (*tint, 1.0) if bulb.is_on else FAINT, 1.5 * scale)
+    if label[0]:
+        blf.size(FONT, LABEL_POINTS * scale)
+        _write_on_plate(label, TEXT if bulb.is_on else FAINT, scale)
+
+
+def _write_on_plate(label: Label, color: Color, scale: float) -> None:
+    """A text in the present size on a dark plate: a picture below it may be as bright as the text."""
+    import blf
+
+    text, x, y = label
+    width, height = blf.dimensions(FONT, text)
+    left, right, low, high = x - PAD * scale, x + width + PAD * scale, y - PAD * scale, y + height + PAD * scale
+    corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
+    draw_triangles(np.array(corners), LABEL_COLOR)
+    write(text, x, y, color)
 
 
 def _draw_selector(shape: DialShape, dial: PropertyGroup) -> None:
@@ -168,22 +202,35 @@ def _draw_selector(shape: DialShape, dial: PropertyGroup) -> None:
         draw_line(at + np.outer((5 * scale, 10 * scale), step), SELECTOR, 2 * scale)
 
 
-def _tooltip_plate(shape: DialShape, lines: Sequence[str]) -> tuple[float, float, float, float]:
-    """Left, bottom, width and height of the tooltip's plate, in pixels."""
+def _tooltip_plate(
+    shape: DialShape, lines: Sequence[str], labels: Sequence[Label], room: tuple[float, float]
+) -> Rectangle:
+    """The tooltip's plate: beyond the names at the right, else above them; within ``room`` (width, height)."""
     import blf
 
     scale = shape.scale
+    blf.size(FONT, LABEL_POINTS * scale)
+    ends = [x + blf.dimensions(FONT, text)[0] for text, x, _ in labels if text]
     blf.size(FONT, TOOLTIP_POINTS * scale)
-    height = TOOLTIP_ROW * scale * len(lines)
+    height = TOOLTIP_ROW * scale * len(lines) + 16 * scale
     width = max(blf.dimensions(FONT, line)[0] for line in lines) + 20 * scale
-    left = shape.x + DISC * shape.unit + 60 * scale
-    return left, shape.y - height / 2 - 8 * scale, width, height + 16 * scale
+    left = max(shape.x + DISC * shape.unit + 60 * scale, max(ends, default=0.0) + 12 * scale)
+    low, border = shape.y - height / 2, BORDER * scale
+    if left + width > room[0] - border:
+        tops = [y + (LABEL_POINTS + BORDER) * scale for text, _, y in labels if text]
+        left, low = shape.left + border, max((shape.y + DISC * shape.unit + border, *tops))
+    left = max(min(left, room[0] - border - width), border)
+    low = max(min(low, room[1] - border - height), border)
+    return left, low, width, height
 
 
-def _draw_tooltip(shape: DialShape, lines: Sequence[str]) -> None:
-    left, low, width, height = _tooltip_plate(shape, lines)
+def _draw_tooltip(shape: DialShape, lines: Sequence[str], plate: Rectangle) -> None:
+    import blf
+
+    left, low, width, height = plate
     corners = np.array([(left, low), (left + width, low), (left + width, low + height), (left, low + height)])
-    draw_triangles(corners[[0, 1, 2, 0, 2, 3]], DISC_COLOR)
+    draw_triangles(corners[[0, 1, 2, 0, 2, 3]], TOOLTIP_COLOR)
+    blf.size(FONT, TOOLTIP_POINTS * shape.scale)
     for number, line in enumerate(reversed(lines)):
         write(line, left + 10 * shape.scale, low + (12 + number * TOOLTIP_ROW) * shape.scale, TEXT)
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Box = tuple[float, float, float, float]
+"""Left, bottom, width and height in pixels."""
 
 MARGIN = 26.0
 LABEL_ROOM = 22.0
@@ -109,6 +111,30 @@ def tooltip(names: Sequence[str], shares: ArrayLike, intensity: float) -> list[s
         return ["All bulbs are off: nothing is lit. Click one to switch it on."]
     order = np.argsort(-parts, kind="stable")
     return [f"{names[k] or 'ungrouped'}: {100 * parts[k]:.1f} %, × {intensity * parts[k]:.3f}" for k in order]
+
+
+def fitting(lines: Sequence[str], most: int) -> list[str]:
+    """At most so many lines; the last one counts those that are left out."""
+    if len(lines) <= max(most, 1):
+        return list(lines)
+    kept = max(most - 1, 0)
+    return [*lines[:kept], f"and {len(lines) - kept} more"]
+
+
+def without_overlaps(boxes: Sequence[Box], order: Iterable[int], obstacles: Sequence[Box] = ()) -> set[int]:
+    """Indices of boxes that overlap no box before them in ``order``, and no obstacle."""
+    kept: set[int] = set()
+    for number in map(int, order):
+        box = boxes[number]
+        before = (boxes[other] for other in kept)
+        if not any(_overlap(box, other) for other in (*before, *obstacles)):
+            kept.add(number)
+    return kept
+
+
+def _overlap(one: Box, other: Box) -> bool:
+    across = min(one[0] + one[2], other[0] + other[2]) - max(one[0], other[0])
+    return across > 0 and min(one[1] + one[3], other[1] + other[3]) - max(one[1], other[1]) > 0
 
 
 def disc(middle: ArrayLike, radius: float, corners: int = 48) -> Array:

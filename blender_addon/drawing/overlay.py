@@ -10,9 +10,9 @@ import bpy
 import numpy as np
 
 from ..translate.spectra.stored import stored_samples
+from .covered import Covered, covered, dial_beside
 from .curve_image import value_range
 from .curve_plot import Array, Plot, side_by_side
-from .dial_shape import DialShape
 from .kept import Box, Kept
 
 MARGIN = 16.0
@@ -40,16 +40,15 @@ def draw() -> None:
     if not palette.show_curves or not len(palette.lights):
         return
     region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale
-    tools = next((each.width for each in bpy.context.area.regions if each.type == "TOOLS"), 0)
-    sidebar = next((each.width for each in bpy.context.area.regions if each.type == "UI"), 0)
+    known = covered(bpy.context.area, region)
     sides = [
         ("illuminant", palette.lights, palette.active_column),
         ("reflectance", palette.materials, palette.active_row),
     ]
     curves = [[(entry.name, *stored_samples(entry.result)) for entry in entries] for _, entries, _ in sides]
     ranges = [_range(known, kind) for known, (kind, _, _) in zip(curves, sides, strict=True)]
-    room = (region.width - sidebar, region.height)
-    plots = side_by_side(room, ranges, MARGIN * scale, _left(tools, scale))
+    room = (region.width - known.right, region.height)
+    plots = side_by_side(room, ranges, MARGIN * scale, _left(known, scale))
     if not plots:
         return
     box = Box.around(np.concatenate([plot.corners() for plot in plots]), 1.0, (region.width, region.height))
@@ -66,12 +65,12 @@ def _paint(plots: Sequence[Plot], curves: Sequence[Sequence[Curve]], active: Seq
     gpu.state.blend_set("NONE")
 
 
-def _left(tools: float, scale: float) -> float:
-    """Pixels on the left that tools cover, or the dial if it is shown."""
-    region, dial = bpy.context.region, bpy.context.scene.spectral.dial
+def _left(known: Covered, scale: float) -> float:
+    """Pixels on the left that tools, the panel of the last operation, or the dial cover."""
+    dial, covering = bpy.context.scene.spectral.dial, max(known.left, known.panel[0])
     if not dial.show or not len(dial.bulbs):
-        return tools
-    return DialShape.in_region(region.width, region.height, left=tools, scale=scale).right
+        return covering
+    return max(covering, dial_beside(bpy.context.area, bpy.context.region, scale).right)
 
 
 def _range(known: Sequence[Curve], kind: str) -> tuple[float, float]:

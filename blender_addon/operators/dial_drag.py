@@ -34,13 +34,14 @@ running: set[int] = set()
 
 
 def _under_mouse(context: Context, event: Event) -> Place | None:
-    """Area and main region below the mouse, None for another type of editor."""
+    """Area and region below the mouse, one of four in a quad view; None for another type of editor."""
     for area in context.window.screen.areas:
         inside = area.x <= event.mouse_x < area.x + area.width and area.y <= event.mouse_y < area.y + area.height
         if inside and area.type in AREAS:
-            covering = [r for r in area.regions if r.type != "WINDOW" and r.width > 1 and _holds(r, event)]
-            region = next(each for each in area.regions if each.type == "WINDOW")
-            return None if covering else (area, region)
+            below = [each for each in area.regions if each.width > 1 and _holds(each, event)]
+            if any(each.type != "WINDOW" for each in below):
+                return None
+            return (area, below[0]) if below else None
     return None
 
 
@@ -106,9 +107,9 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         return {"PASS_THROUGH"}
 
     def _hover(self, place: Place | None, is_over: bool) -> None:
-        now = place[0].as_pointer() if place is not None and is_over else 0
-        if now != drawn.hovered["area"]:
-            drawn.hovered["area"] = now
+        now = place[1].as_pointer() if place is not None and is_over else 0
+        if now != drawn.hovered["region"]:
+            drawn.hovered["region"] = now
             live.redraw_dial()
 
     def _press(self, context: Context, place: Place, shape: DialShape, pixel: Pixel) -> set[str]:
@@ -125,6 +126,11 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
     def _dragging(self, context: Context, event: Event) -> set[str]:
         dial, drag = dial_in(context), self._drag
         assert drag is not None
+        if event.type.startswith("TIMER"):  # of an animation that is played, or of a recording
+            return {"PASS_THROUGH"}
+        if drag.target.index >= len(dial.bulbs):  # a recording that has ended brought fewer
+            self._drag = None
+            return {"RUNNING_MODAL"}
         pixel = (event.mouse_x - drag.region.x, event.mouse_y - drag.region.y)
         if event.type in ("MOUSEMOVE", "INBETWEEN_MOUSEMOVE"):
             drag.move(dial, pixel, snap=event.ctrl)
@@ -141,7 +147,7 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
 
     def _end(self, context: Context) -> set[str]:
         running.discard(self._window)
-        drawn.hovered["area"] = 0
+        drawn.hovered["region"] = 0
         context.workspace.status_text_set(None)
         live.redraw_dial()
         return {"FINISHED"}

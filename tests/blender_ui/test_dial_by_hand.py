@@ -44,7 +44,7 @@ def scene(blender: Any, monkeypatch: Any) -> Any:
 @pytest.fixture
 def context(scene: Any) -> Any:
     """A window with one 3D view, which begins at (30, 20)."""
-    region = SimpleNamespace(type="WINDOW", x=30, y=20, width=600, height=400)
+    region = SimpleNamespace(type="WINDOW", x=30, y=20, width=600, height=400, as_pointer=lambda: 6)
     area = SimpleNamespace(
         type="VIEW_3D", x=30, y=20, width=600, height=400, regions=[region], as_pointer=lambda: 5, tag_redraw=lambda: 0
     )
@@ -174,3 +174,44 @@ def test_the_divider_is_gripped_moved_limited_and_put_back(scene, context) -> No
     drag.modal(context, at("MOUSEMOVE", 60))
     assert drag.modal(context, at("ESC", 60)) == {"CANCELLED"}
     assert settings.divider == pytest.approx(0.75)
+
+
+def test_each_part_of_a_quad_view_has_its_dial(hand, scene, context) -> None:
+    """Blender draws the dial in four regions of the area; the mouse turned only that of the first one."""
+    (area,) = context.window.screen.areas
+    corners = [(30, 20), (30, 220), (330, 20), (330, 220)]
+    area.regions[:] = [
+        SimpleNamespace(type="WINDOW", x=x, y=y, width=300, height=200, as_pointer=lambda x=x, y=y: 1000 * x + y)
+        for x, y in corners
+    ]
+    dial = scene.spectral.dial
+    for x, y in corners:
+        dial.selector = (0.0, 0.0)
+        place = np.subtract((x + 230, y + 170), (30, 20))
+        at = SHAPE.place((230, 170))
+        press = event("LEFTMOUSE", place=SHAPE.place(place))
+        assert hand.modal(context, press) == {"RUNNING_MODAL"}
+        assert tuple(dial.selector) == pytest.approx(tuple(at))
+        assert drawn.hovered["region"] == 1000 * x + y
+        hand.modal(context, event("LEFTMOUSE", "RELEASE", place=SHAPE.place(place)))
+
+
+def test_drags_leave_timers_to_animations_and_recordings(hand, scene, context) -> None:
+    """An animation that is played stood still while the selector or the divider was dragged."""
+    hand.modal(context, event("LEFTMOUSE", place=(0.3, 0.4)))
+    assert hand.modal(context, event("TIMER", "NOTHING", place=(0.9, 0.4))) == {"PASS_THROUGH"}
+    assert hand.modal(context, event("TIMER0", "NOTHING", place=(0.9, 0.4))) == {"PASS_THROUGH"}
+    assert tuple(scene.spectral.dial.selector) == pytest.approx((0.3, 0.4))
+    drag = Divider()
+    scene.spectral.viewport.divider = 0.25
+    drag.invoke(context, at("LEFTMOUSE", 150))
+    assert drag.modal(context, at("TIMER0", 300, "NOTHING")) == {"PASS_THROUGH"}
+    assert scene.spectral.viewport.divider == 0.25
+
+
+def test_a_dragged_bulb_that_a_recording_has_removed_is_released(hand, scene, context) -> None:
+    hand.modal(context, event("LEFTMOUSE", place=PLACES[2]))
+    scene.spectral.dial.bulbs.remove(2)
+    assert hand.modal(context, event("MOUSEMOVE", place=(0.1, 0.1))) == {"RUNNING_MODAL"}
+    assert hand.modal(context, event("MOUSEMOVE", place=(0.1, 0.1))) == {"PASS_THROUGH"}
+    assert [tuple(each.place) for each in scene.spectral.dial.bulbs] == [pytest.approx(each) for each in PLACES[:2]]

@@ -66,8 +66,8 @@ def test_boxes_stay_in_the_region() -> None:
 
 def contents(drawing: Any, monkeypatch: Any, scene: Any) -> Any:
     """A function that draws and gives the content of the drawing."""
-    region = SimpleNamespace(type="WINDOW", x=0, y=0, width=800, height=600, alignment="NONE")
-    area = SimpleNamespace(type="VIEW_3D", regions=[region], as_pointer=lambda: 5)
+    region = SimpleNamespace(type="WINDOW", x=0, y=0, width=800, height=600, as_pointer=lambda: 5)
+    area = SimpleNamespace(type="VIEW_3D", regions=[region])
     preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
     context = SimpleNamespace(scene=scene, area=area, region=region, preferences=preferences)
     monkeypatch.setattr(drawing, "bpy", SimpleNamespace(context=context))
@@ -88,7 +88,7 @@ def test_each_number_of_the_dial_paints_it_again(blender: Any, monkeypatch: Any)
         bulb.name, bulb.place = name, place
     scene.spectral.dial.show = True
     draw = contents(dial, monkeypatch, scene)
-    monkeypatch.setitem(dial.hovered, "area", 5)
+    monkeypatch.setitem(dial.hovered, "region", 5)
     bulbs, before = scene.spectral.dial.bulbs, draw()
     assert draw() == before
     changes = [
@@ -99,7 +99,7 @@ def test_each_number_of_the_dial_paints_it_again(blender: Any, monkeypatch: Any)
         lambda: setattr(bulbs[1], "color", (1.0, 0.5, 0.2)),
         lambda: setattr(bulbs[1], "is_on", False),
         lambda: setattr(bulbs[0], "is_on", False),
-        lambda: monkeypatch.setitem(dial.hovered, "area", 0),
+        lambda: monkeypatch.setitem(dial.hovered, "region", 0),
     ]
     for number, change in enumerate(changes[:-1]):
         change()

@@ -9,6 +9,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from blender_addon.translate.palette.problem import palette_problem
+from blender_addon.translate.spectra.stored import stored_samples
 from spectral_core.palette import solve_palette
 
 
@@ -106,3 +107,43 @@ def test_undo_restores_cell_and_result_together(blender, palette):
     undone = blender.context.scene.spectral.palette
     np.testing.assert_allclose(actual(undone), before, atol=1e-5)
     assert palette_problem(undone).cells[0][1].target[1] != pytest.approx(0.5, abs=1e-3)
+
+
+def spectra(palette) -> np.ndarray:
+    return np.concatenate([stored_samples(entry.result)[1] for entry in (*palette.lights, *palette.materials)])
+
+
+@pytest.fixture
+def joint(blender):
+    """Lights and materials that are designed together, for which many solutions have the wanted colors."""
+    blender.ops.spectral.palette_preset(preset="SPLIT_LIGHT")
+    return blender.context.scene.spectral.palette
+
+
+@pytest.mark.parametrize("is_outdated", [False, True], ids=["solved steps", "steps stored before the solve"])
+def test_undo_and_redo_bring_the_same_spectra_back(blender, joint, is_outdated):
+    """In a window Blender stores the step of an edit before the timer has solved it."""
+    first = spectra(joint)
+    joint.is_stale = is_outdated
+    blender.ops.ed.undo_push(message="first")
+    joint.materials[0].cells[0].target = (0.3, 0.6, 0.2)
+    second = spectra(joint)
+    joint.is_stale = is_outdated
+    blender.ops.ed.undo_push(message="second")
+    assert np.abs(second - first).max() > 0.01
+    for step, expected in (("undo", first), ("redo", second), ("undo", first), ("redo", second)):
+        getattr(blender.ops.ed, step)()
+        palette = blender.context.scene.spectral.palette
+        np.testing.assert_array_equal(spectra(palette), expected)
+        assert not palette.is_stale
+
+
+def test_an_opened_file_keeps_its_spectra_when_something_else_is_undone(blender, joint, tmp_path):
+    saved = spectra(joint)
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "saved.blend"))
+    blender.ops.ed.undo_push(message="opened")
+    blender.context.scene.frame_end = 99
+    blender.ops.ed.undo_push(message="else")
+    blender.ops.ed.undo()
+    np.testing.assert_array_equal(spectra(blender.context.scene.spectral.palette), saved)

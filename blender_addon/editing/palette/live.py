@@ -15,7 +15,7 @@ from ...translate.palette.table import fill_references, paused
 from ..behind import Behind
 from ..deferred import Deferred, redraw
 from . import names, picture, possible
-from .solve import Solve, finishing_solve, forget_solutions, keep, live_solve
+from .solve import Solve, finishing_solve, forget_solutions, keep, known_solve, live_solve, solve_now
 
 DELAY_SECONDS = 0.0
 """Time from an edit to its solution. Blender calls timers once in each round of events: edits of one round are solved
@@ -91,15 +91,22 @@ LIVE = Deferred(_follow, _finish, delay_seconds=DELAY_SECONDS, rest_seconds=REST
 def _after_undo(scene: bpy.types.Scene | None, *_rest: object) -> None:
     """Blender stores an undo step before the timer has solved, so a step may contain new targets with older results.
 
-    An alternative that the artist has taken stays, and so does a table that is not live; the picture shows them.
+    A step with its own results keeps them, and so does a table that is not live; the picture shows them.
     """
     if scene is None or not (len(scene.spectral.palette.materials) or picture.shown_in(scene)):
         return
     palette = scene.spectral.palette
-    if palette.live and not (palette.is_alternative and not palette.is_stale):
+    for solver in (SOLVES, FINISHES):
+        solver.drop(scene)  # it solves the table before the undo
+    if not (palette.live and palette.is_stale):
+        picture.follow(scene)
+        return
+    known = known_solve(scene)
+    if known is None:
         LIVE.request(scene)
     else:
-        picture.follow(scene)
+        solve_now(scene, known)
+        show()
 
 
 @bpy.app.handlers.persistent

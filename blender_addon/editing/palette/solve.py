@@ -2,8 +2,10 @@
 """Solving the palette of a scene: read the properties, solve, write the properties."""
 
 import traceback
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from bpy.types import PropertyGroup, Scene
 
@@ -15,7 +17,7 @@ from ...translate.palette.problem import palette_problem, takes_seconds
 from ...translate.palette.solution import store_solution
 from ...translate.palette.table import paused
 from . import picture
-from .session import forget_sessions, live_solution, same_problem, same_table
+from .session import fingerprint, forget_sessions, live_solution, same_problem, same_table
 
 NEEDS_BUTTON = "This table takes some seconds to solve: press Solve"
 """Message of a table that is not solved live; no error."""
@@ -45,6 +47,12 @@ class Solve:
         except Exception as error:  # neither a timer nor a thread can pass the error to a caller
             traceback.print_exc()
             return f"the solver failed unexpectedly ({type(error).__name__}: {error})"
+
+
+MOST_FINISHED = 64
+"""Finished solutions that are kept for undo and redo."""
+_finished: OrderedDict[tuple[Any, ...], Solve] = OrderedDict()
+"""The latest finished solutions, by scene, lasting numbers of the entries, and fingerprint of the problem."""
 
 
 def button_solve(scene: Scene) -> Solve | None:
@@ -88,6 +96,23 @@ def finishing_solve(scene: Scene) -> Solve | None:
     return _read(scene, lambda problem: Solve(problem, lambda: solve_palette(problem, warm=before)))
 
 
+def known_solve(scene: Scene) -> Solve | None:
+    """The finished solution that this table had before; None if there is none.
+
+    Where lights and materials are designed together, many solutions have the wanted colors, and a solve from the
+    present one would find another.
+    """
+    palette = scene.spectral.palette
+    if not len(palette.lights) or not len(palette.materials):
+        return None
+    solve = _read(scene, lambda problem: Solve(problem, lambda: live_solution(scene.session_uid, problem)))
+    return None if solve is None else _finished.get(_key(scene, solve))
+
+
+def _key(scene: Scene, solve: Solve) -> tuple[Any, ...]:
+    return scene.session_uid, solve.entries, fingerprint(solve.problem)
+
+
 def _read(scene: Scene, solve: Callable[[PaletteProblem], Solve]) -> Solve | None:
     palette = scene.spectral.palette
     try:
@@ -127,8 +152,18 @@ def keep(
         palette.message = ""
         palette.is_stale = not is_current
     _last[scene.session_uid] = answer
+    if solve.finished and is_current:
+        _remember(scene, solve, answer)
     picture.follow(scene)
     return answer
+
+
+def _remember(scene: Scene, solve: Solve, answer: PaletteSolution) -> None:
+    key = _key(scene, solve)
+    _finished[key] = replace(solve, compute=lambda: answer)
+    _finished.move_to_end(key)
+    while len(_finished) > MOST_FINISHED:
+        _finished.popitem(last=False)
 
 
 def solve_now(scene: Scene, solve: Solve | None) -> PaletteSolution | None:
@@ -149,4 +184,5 @@ def solve_live(scene: Scene) -> PaletteSolution | None:
 def forget_solutions() -> None:
     """Start without a solution at the next edit."""
     _last.clear()
+    _finished.clear()
     forget_sessions()

@@ -89,6 +89,8 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
 
     def modal(self, context: Context, event: Event) -> set[str]:
         """Follow the mouse until its button is released."""
+        if event.type.startswith("TIMER"):  # of an animation that is played, or of a recording
+            return {"PASS_THROUGH"}
         settings = context.scene.spectral.viewport
         if event.type == "MOUSEMOVE":
             settings.divider = min(max(event.mouse_region_x / max(context.region.width, 1), 0.0), 1.0)

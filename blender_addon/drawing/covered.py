@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Blender's own bars and panels cover of a part of an editor, so that drawings begin beside them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from .dial_shape import LABEL_ROOM, MARGIN, DialShape
+
+LEAST = 1
+"""Width or height in pixels of a part that is hidden."""
+
+
+@dataclass(frozen=True, slots=True)
+class Covered:
+    """Pixels of a region at its left and right end below the tools and the sidebar.
+
+    ``panel``: width and height, from its lower left corner, of the panel Adjust Last Operation; zero without it.
+    """
+
+    left: float = 0.0
+    right: float = 0.0
+    panel: tuple[float, float] = (0.0, 0.0)
+
+
+def covered(area: Any, region: Any) -> Covered:
+    """Find the bars and panels over a region. A quad view has four regions, and tools lie over those at the left."""
+    left, right, panel = 0.0, 0.0, (0.0, 0.0)
+    for each in area.regions:
+        if each.type == "WINDOW" or not _overlap(each, region):
+            continue
+        if each.type == "HUD":
+            panel = (each.x + each.width - region.x, each.y + each.height - region.y)
+        elif each.alignment == "LEFT":
+            left = max(left, each.x + each.width - region.x)
+        elif each.alignment == "RIGHT":
+            right = max(right, region.x + region.width - each.x)
+    return Covered(left, right, panel)
+
+
+def dial_beside(area: Any, region: Any, scale: float) -> DialShape:
+    """Position and size of the dial in a region of an area: beside the tools, and a panel that would cover it."""
+    known = covered(area, region)
+    width, height = known.panel
+    left = max(known.left, width) if height > (MARGIN + LABEL_ROOM) * scale else known.left
+    return DialShape.in_region(region.width, region.height, left=left, scale=scale)
+
+
+def _overlap(one: Any, other: Any) -> bool:
+    """True if a region that is not hidden lies over a part of another."""
+    across = min(one.x + one.width, other.x + other.width) - max(one.x, other.x)
+    up = min(one.y + one.height, other.y + other.height) - max(one.y, other.y)
+    return one.width > LEAST and one.height > LEAST and across > 0 and up > 0
