@@ -28,6 +28,7 @@ class Topic(Enum):
     BOARD = auto()
     BOARD_DEVICES = auto()
     VIEWPORT = auto()
+    PREVIEW_LAMP = auto()
 
 
 _listeners: dict[Topic, Callable[[Any], Any]] = {}

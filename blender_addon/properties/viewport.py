@@ -70,7 +70,8 @@ class SpectralViewport(bpy.types.PropertyGroup):
         description="Where the two sides of a split view meet",
     )  # fmt: skip
     preview_lamp: StringProperty(
-        name="Preview Lamp", search=offers(Topic.LAMP_NAMES), search_options={"SORT", "SUGGESTION"}, update=changed,
+        name="Preview Lamp", search=offers(Topic.LAMP_NAMES), search_options={"SORT", "SUGGESTION"},
+        update=lambda settings, _context: announce(Topic.PREVIEW_LAMP, settings),
         description="Lamp under which material previews and icons are shown; empty for white light",
     )  # fmt: skip
 

@@ -96,3 +96,30 @@ def test_a_preview_has_few_samples_and_no_notes(stage, scene):
     assert len(jobs.records) == before
     while jobs._previews:
         jobs._previews.pop().close()
+
+
+def test_another_lamp_for_previews_renews_those_that_exist(blender):
+    shown, other = bpy.data.materials.new("Shown"), bpy.data.materials.new("Other")
+    lamp, world = bpy.data.lights.new("Lamp", "POINT"), bpy.data.worlds.new("World")
+    for block in (shown, lamp, world):
+        block.preview_ensure()
+    tagged = []
+
+    def note(_scene, depsgraph):
+        tagged.extend(update.id.name for update in depsgraph.updates)
+
+    for block in (shown, other):
+        obj = bpy.data.objects.new(block.name, bpy.data.meshes.new(block.name))
+        obj.data.materials.append(block)
+        bpy.context.scene.collection.objects.link(obj)
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Lamp", lamp))
+    bpy.context.scene.world = world
+    bpy.context.view_layer.update()
+    bpy.app.handlers.depsgraph_update_post.append(note)
+    try:
+        bpy.context.scene.spectral.viewport.preview_lamp = "HP1"
+        bpy.context.view_layer.update()
+    finally:
+        bpy.app.handlers.depsgraph_update_post.remove(note)
+    assert {"Shown", "Lamp", "World"} <= set(tagged)
+    assert "Other" not in tagged

@@ -32,7 +32,7 @@ from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..palette.picture import shown_in
 from ..pauses import pause, paused_seconds
-from . import freed, stages
+from . import freed, previews, stages
 from .patience import Patience
 from .stages import Stage
 
@@ -271,6 +271,7 @@ def register() -> None:
     listen(Topic.VIEWPORT, redraw_all)
     stages.register()
     freed.register()
+    previews.register()
 
 
 def unregister() -> None:
@@ -278,6 +279,7 @@ def unregister() -> None:
     ignore(Topic.VIEWPORT)
     stages.unregister()
     freed.unregister()
+    previews.unregister()
     _stages.clear()
 
 
