@@ -80,3 +80,55 @@ def test_the_material_of_a_view_layer_is_that_of_hair_too(build, translate):
     layer.material_override = bpy.data.materials.new("All")
     scene = translate()
     assert {item.materials for item in scene.instances} == {("All",)}
+
+
+def geometry_output(build, name, shader="ShaderNodeEmission"):
+    """A material that shines with an output of the Geometry node."""
+    material = build.material(shader=shader)
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNodeNewGeometry")
+    tree.links.new(node.outputs[name], tree.nodes["shader"].inputs["Color"])
+    return material
+
+
+def test_the_tangent_of_the_geometry_node_is_the_direction_of_the_strand(build, tmp_path):
+    """Around the object's Z axis on meshes; Cycles has dPdu on hair."""
+    from tests.blender import cycles
+
+    cycles.settings()
+    camera = build.camera(location=(0, -5, 0.6), type="ORTHO", ortho_scale=2.5)
+    camera.rotation_euler = (np.pi / 2, 0, 0)
+    thing, _ = with_hair(build, radius_scale=0.2, root_radius=1.0, tip_radius=1.0)
+    thing.data.materials.append(geometry_output(build, "Tangent"))
+    theirs = cycles.cycles(tmp_path)
+    mine, notes = cycles.ours()
+    assert mine.mean((0, 1))[2] > 0.1 and not notes
+    np.testing.assert_allclose(mine.mean((0, 1)), theirs.mean((0, 1)), atol=0.02)
+
+
+def test_a_displacement_by_the_tangent_of_a_mesh_has_no_note_of_strands(build, translate):
+    material = geometry_output(build, "Tangent", "ShaderNodeBsdfDiffuse")
+    tree = material.node_tree
+    node = next(node for node in tree.nodes if node.type == "NEW_GEOMETRY")
+    move, output = tree.nodes.new("ShaderNodeVectorDisplacement"), tree.nodes["Material Output"]
+    tree.links.new(node.outputs["Tangent"], move.inputs["Vector"])
+    tree.links.new(move.outputs[0], output.inputs["Displacement"])
+    material.displacement_method = "DISPLACEMENT"
+    build.plane(material=material)
+    assert not [note for note in translate().notes if "strand" in note.message]
+
+
+@pytest.mark.parametrize(("weight", "count"), [(0.0, 0), (0.4, 1)])
+def test_subsurface_light_of_hair_has_a_note(build, translate, weight, count):
+    """Cycles renders it black there."""
+    thing, _ = with_hair(build)
+    thing.data.materials.append(build.material(shader="ShaderNodeBsdfPrincipled", **{"Subsurface Weight": weight}))
+    notes = translate().notes
+    assert sum("below the surface" in note.message for note in notes) == count == len(notes)
+
+
+def test_parametric_coordinates_of_hair_have_a_note(build, translate):
+    thing, _ = with_hair(build)
+    thing.data.materials.append(geometry_output(build, "Parametric"))
+    (note,) = translate().notes
+    assert "Parametric" in note.message and note.subject == thing.name

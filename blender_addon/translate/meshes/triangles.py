@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.scene.geometry import Attribute, Mesh
 
+from .edges import at_vertices
 from .measures import READ, corner_vertices, floats, measure, normals_of
 
 Array = NDArray[Any]
@@ -193,6 +194,12 @@ COMPONENTS = {
 
 def values_of(attribute: Any, kind: str) -> Array | None:
     """Values (n, 3) of an output for each element of an attribute's domain; None if its type has none."""
+    values = _stored(attribute)
+    return None if values is None else _output(attribute, values, kind)
+
+
+def _stored(attribute: Any) -> Array | None:
+    """The numbers (n, k) of an attribute; None if its type has none."""
     if attribute.data_type not in COMPONENTS:
         return None
     field, width = COMPONENTS[attribute.data_type]
@@ -203,7 +210,11 @@ def values_of(attribute: Any, kind: str) -> Array | None:
         raw[:] = whole
     else:
         attribute.data.foreach_get(field, raw)
-    values = np.nan_to_num(raw.reshape(-1, width))
+    return np.nan_to_num(raw.reshape(-1, width))
+
+
+def _output(attribute: Any, values: Array, kind: str) -> Array:
+    width = COMPONENTS[attribute.data_type][1]
     if width == 2:
         values = np.concatenate([values, np.zeros((len(values), 1), np.float32)], axis=1)
     return output_of(values, width, kind)
@@ -211,37 +222,21 @@ def values_of(attribute: Any, kind: str) -> Array | None:
 
 def _values(source: Any, attribute: Any, corners: Array, kind: str) -> Array | None:
     """Values (n, 3) of an output for a mesh attribute, per vertex or per corner."""
-    values = values_of(attribute, kind)
-    if values is None:
+    stored = _stored(attribute)
+    if stored is None:
         return None
+    if attribute.domain == "EDGE":
+        stored = at_vertices(source, stored, attribute.data_type)
+    values = _output(attribute, stored, kind)
     if attribute.domain == "FACE":
         face = np.empty(len(source.polygons), dtype=np.int32)
         source.polygons.foreach_get("loop_total", face)
         values = np.repeat(values, face, axis=0)
-    elif attribute.domain == "POINT":
+    elif attribute.domain in ("POINT", "EDGE"):
         values = _told_apart(values, corners)
-    elif attribute.domain == "EDGE":
-        values = _told_apart(_at_vertices(source, values, attribute.data_type), corners)
     elif attribute.domain != "CORNER":
         return None
     return np.ascontiguousarray(values, dtype=np.float32)
-
-
-def _at_vertices(source: Any, values: Array, data_type: str) -> Array:
-    """Values (v, 3) at the vertices of values (e, 3) of edges, as Blender gives them to Cycles: means, of whole numbers
-    rounded; true where an edge is.
-    """
-    ends = np.empty(2 * len(source.edges), dtype=np.int32)
-    source.edges.foreach_get("vertices", ends)
-    count = np.maximum(np.bincount(ends, minlength=len(source.vertices)), 1)
-    each = np.repeat(values, 2, axis=0)
-    sums = np.stack([np.bincount(ends, each[:, k], minlength=len(source.vertices)) for k in range(3)], axis=1)
-    if data_type == "BOOLEAN":
-        return (sums > 0).astype(np.float32)
-    means = sums / count[:, None]
-    if data_type in ("INT", "INT8"):
-        means = np.copysign(np.floor(np.abs(means) + 0.5), means)  # halves away from zero
-    return means.astype(np.float32)
 
 
 def _told_apart(values: Array, corners: Array) -> Array:

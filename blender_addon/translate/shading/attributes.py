@@ -110,6 +110,8 @@ def _first(owners: Any, name: str) -> tuple[float, ...]:
         if value is None:
             try:
                 value = owner.path_resolve(name)
+                if isinstance(owner.path_resolve(name, False), (bool, int, float)):  # a part, as of location.x
+                    continue
             except (ValueError, AttributeError, TypeError):
                 continue
         numbers = _numbers(value)
@@ -119,13 +121,18 @@ def _first(owners: Any, name: str) -> tuple[float, ...]:
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:
-    """A property as (r, g, b, alpha); None if it is no number."""
+    """A property as (r, g, b, alpha); None if it is no number; texts and lists of booleans are none, as in Cycles."""
     if isinstance(value, (bool, int, float)):
         flat = np.full(3, float(value))
+    elif isinstance(value, (str, bytes)):
+        return None
     else:
         try:
-            flat = np.asarray(list(value), dtype=np.float64).ravel()
+            parts = list(value)
+            flat = np.asarray(parts, dtype=np.float64).ravel()
         except (TypeError, ValueError):
+            return None
+        if any(isinstance(part, (str, bytes, bool)) for part in parts):
             return None
     if not 1 <= flat.size <= 4 or not np.isfinite(flat).all():
         return None

@@ -14,7 +14,7 @@ from ..questions import distance_of_world
 from .attributes import ALPHA, POINT_PLACE, POINT_SIZE, view_layer_attribute
 from .fields import Value
 from .reader import NEUTRAL, Reader, evaluator
-from .tangents.nodes import is_meshless, round_tangent
+from .tangents.nodes import is_meshless, tangent_of_geometry
 from .tree import Input, Output, linked
 
 MOST_PROBES = 16
@@ -69,7 +69,7 @@ def _geometry(reader: Reader, output: Output) -> Any:
     if name in ("Position", "Normal", "True Normal", "Incoming"):
         return reader.point(name.lower().replace(" ", "_"))
     if name == "Tangent":
-        return np.zeros(3) if is_meshless(reader) else round_tangent(reader)
+        return np.zeros(3) if is_meshless(reader) else tangent_of_geometry(reader)
     if name == "Backfacing":
         return reader.point("backfacing", 1)
     if name == "Parametric":

@@ -81,6 +81,9 @@ def principled(reader: Reader, output: Output) -> Surface:
     coat_weight = reader.factor(output.input("Coat Weight"), 0.0)
     coat_normal = _coat_normal(reader, output, normal) if coat_weight != 0 else None
     sheen = reader.factor(output.input("Sheen Weight"), 0.0)
+    asked = reader.as_value(reader.read(output, "Sheen Weight", 0.0)).constant
+    if asked is not None and float(np.max(asked)) > 1.0:  # a link alone can exceed 1
+        reader.note(f"{output.label!r}: its Sheen Weight of {float(np.max(asked)):.3g} is above 1; 1 was used")
     if coat_normal is not None and sheen != 0:
         reader.note(f"{output.label!r}: its sheen follows the normal of what lies below the coat")
     anisotropic = scalar("Anisotropic", 0.0)

@@ -189,6 +189,10 @@ def _white_noise(reader: Reader, output: Output) -> Any:
     )
 
 
+WITH_METRIC = ("F1", "F2", "SMOOTH_F1")
+"""Features of a Voronoi Texture that have a metric."""
+LEAST_EXPONENT = 0.02
+"""Minkowski exponent below which distances between cells exceed single precision: 4 to the power of 1 / exponent."""
 VORONOI_OUTPUTS = {"Distance": "voronoi_distance", "Color": "voronoi_color", "Position": "voronoi_position"}
 
 
@@ -198,6 +202,11 @@ def _voronoi(reader: Reader, output: Output) -> Any:
     names = (("W", 0), ("Scale", 5), ("Detail", 0), ("Roughness", 0.5), ("Lacunarity", 2), ("Smoothness", 1))
     more = (("Exponent", 0.5), ("Randomness", 1))
     values = [reader.read(output, name, float(value)) for name, value in (*names, *more)]
+    exponent = reader.as_value(values[6]).constant
+    has_exponent = node.distance == "MINKOWSKI" and node.voronoi_dimensions != "1D" and node.feature in WITH_METRIC
+    if has_exponent and exponent is not None and float(np.max(exponent)) < LEAST_EXPONENT:
+        words = f"distances of a Minkowski exponent of {float(np.max(exponent)):.3g} exceed the largest numbers"
+        reader.note(f"{output.label!r}: {words}, and differ from Cycles; use at least {LEAST_EXPONENT:g}")
     settings = (node.feature, node.distance, bool(getattr(node, "normalize", False)), node.voronoi_dimensions)
     if node.feature == "N_SPHERE_RADIUS":
         operation = "voronoi_radius"

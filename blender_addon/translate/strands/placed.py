@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import STRAND_AXIS, Instance, Mesh
+from spectral_core.scene import STRAND_AXIS, Instance, Mesh, Principled, Subsurface, leaves
 
 from ..context import stated
 from ..meshes.triangles import READS_UV
@@ -34,6 +34,7 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
     mesh = found.meshes[key]
     if mesh is not None:
         _note_unread(found, obj, reads, mesh)
+        _note_other_light(found, obj, materials)
         modes = obj.data.attributes.get("normal_mode")
         if STRAND_AXIS in reads and modes is not None and any(item.value for item in modes.data):
             found.translation.note(obj.name, "its cross-sections follow normals of least twist, not those of its modes")
@@ -70,6 +71,7 @@ def place_hair(found: Any, instance: Any, materials_of: Callable[[Any], list[Tra
         if settings.kink == "SPIRAL" and len(system.child_particles):
             translation.note(obj.name, "the spirals at the ends of its hair differ a little from those of Cycles")
         _note_unread(found, obj, material.reads, mesh)
+        _note_other_light(found, obj, [material])
         _enter(found, instance, name, mesh, [material])
         attributes = object_attributes(obj, instance, material.reads, found)
         found.instances[-1] = _with(found.instances[-1], random_of(obj, instance), attributes)
@@ -104,3 +106,14 @@ def _note_unread(found: Any, obj: Any, reads: frozenset[str], mesh: Mesh) -> Non
         if read in READS_UV or read.startswith(("generated", "attribute", PREFIX + OF_STRANDS)):
             what = read.partition(":")[2] or read
             found.translation.note(obj.name, f"{what!r} of its hair or points is not translated; its materials read 0")
+
+
+def _note_other_light(found: Any, obj: Any, materials: list[TranslatedMaterial]) -> None:
+    """Note what Cycles shades in another way on hair and points than on meshes."""
+    closures = [closure for item in materials for closure in leaves(item.material.surface)]
+    if any(isinstance(c, Subsurface) or (isinstance(c, Principled) and c.subsurface_weight != 0) for c in closures):
+        advice = "Cycles renders it black on hair and dim on points; give them a material without subsurface scattering"
+        found.translation.note(obj.name, f"its hair or points scatter light below the surface as a mesh does. {advice}")
+    if any("parametric" in item.reads for item in materials):
+        words = "the Parametric coordinates of its hair or points are those of their triangles; Cycles has others"
+        found.translation.note(obj.name, words)

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.scene import STRAND_PLACE, STRAND_TANGENT
+
 from ...questions import IsWhatRenders
 from ..fields import Value
 from ..reader import Reader, evaluator
@@ -25,6 +27,14 @@ def round_tangent(reader: Reader, axis: str = "Z") -> Value:
     place = reader.point("position" if is_meshless(reader) else "generated")
     around = reader.emit("around_axis", place, settings=(axis,))
     return _on_surface(reader, around)
+
+
+def tangent_of_geometry(reader: Reader) -> Value:
+    """Tangent of the Geometry node: that around the object's Z axis; on hair the direction of the strand."""
+    around, length = round_tangent(reader), reader.emit("component", reader.point(STRAND_PLACE), settings=(1,))
+    along = reader.emit("transformed", reader.point(STRAND_TANGENT), settings=("VECTOR", "OBJECT", "WORLD"))
+    is_strand = reader.emit("math", length, 0.0, 0.0, settings=("GREATER_THAN",))
+    return reader.emit("blend", is_strand, around, reader.emit("normalize", along), settings=("MIX",))
 
 
 def _on_surface(reader: Reader, along: Value) -> Value:
