@@ -89,7 +89,9 @@ def test_an_edit_of_something_else_draws_no_environment_again(seen, monkeypatch)
     updated(seen, lambda stage: by_coordinates(stage, "Window"))
     drawn = []
     translated = scenes.translate_world
-    monkeypatch.setattr(scenes, "translate_world", lambda *given: drawn.append(1) or translated(*given))
+    monkeypatch.setattr(
+        scenes, "translate_world", lambda *given, **settings: drawn.append(1) or translated(*given, **settings)
+    )
     updated(seen, lambda _stage: setattr(bpy.data.lights["Lamp"], "energy", 55))
     assert drawn == []
     updated(seen, lambda _stage: setattr(bpy.context.scene.camera, "location", (1, 1, 1)))
