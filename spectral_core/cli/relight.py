@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--frames", type=int, default=48, help="pictures along a dial path (48)")
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help=".png, .exr or .npy; of a path FILE_0001.png … (or FILE####.png), or .mp4"
+        "--out", type=Path, metavar="FILE", help=".png, .exr or .npy; of a path FILE_0001.png … (FILE####.png), or .mp4"
     )
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="one self-contained page with the dial")
 

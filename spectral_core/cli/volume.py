@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--report", action="store_true", help="measure the error against a reference, beside uniform steps"
     )
     parser.add_argument(
-        "--out", type=Path, help=".png, .exr or .npy; #### is a frame's number (default: the volume's name and .png, here)"
+        "--out", type=Path, help=".png, .exr or .npy; #### is a frame's number (default: the volume's name, .png)"
     )
     parser.add_argument(
         "--light", action="append", default=[], metavar="NAME", help="such as D65, A, HP1, or a file; repeatable"
