@@ -106,7 +106,8 @@ class GridReader:
         base = np.dtype(_TYPES[words[1]])
         self.shape = base.shape
         self.dtype = base.base if base.shape else base
-        self.stored = np.dtype("<f2") if tree.endswith("_HalfFloat") else self.dtype
+        # The mark is also on grids of integers, which OpenVDB stores whole.
+        self.stored = np.dtype("<f2") if tree.endswith("_HalfFloat") and self.dtype.kind == "f" else self.dtype
 
     def grid(self, name: str) -> PlainGrid:
         self.flags = read_word(self.stream)
@@ -202,7 +203,13 @@ class GridReader:
         values[active] = self._packed(int(active.sum()))
         return values
 
+    def holds(self, count: int) -> bool:
+        """False where a node has no values to store: of half floats OpenVDB then omits their number of bytes too."""
+        return count > 0 or self.stored == self.dtype
+
     def _packed(self, count: int) -> NDArray[Any]:
+        if not self.holds(count):
+            return np.empty((0, *self.shape), self.dtype)
         size = count * self.stored.itemsize * int(np.prod(self.shape, dtype=int))
         if self.flags & ZIP:
             held = struct.unpack("<q", self.take(8))[0]
