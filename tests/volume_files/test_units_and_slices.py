@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spectral_core.errors import FileFormatError
+from spectral_core.errors import FileFormatError, MissingDependencyError
 from spectral_core.volume.files import read_volume
 from tests.volume_files.test_header_fields import VALUES, nrrd_of, stored
 
@@ -93,3 +93,18 @@ def test_files_that_macos_puts_beside_slices_are_none(tmp_path: Path) -> None:
     folder = write_slices(tmp_path / "a", {})
     (folder / "._s0.tif").write_bytes(bytes.fromhex("0005160700020000") + b"Mac OS X        ")
     assert np.array_equal(read_volume(folder).data, VALUES)
+
+
+def test_a_compression_that_needs_a_package_is_named(tmp_path: Path) -> None:
+    """The message was that the file is no TIFF, or truncated."""
+    image = pytest.importorskip("PIL.Image")
+    pytest.importorskip("tifffile")
+    pages = [image.fromarray(page.astype(np.uint8)) for page in SLICES]
+    pages[0].save(tmp_path / "a.tif", save_all=True, append_images=pages[1:], compression="tiff_lzw")
+    try:
+        import imagecodecs  # noqa: F401
+    except ImportError:
+        with pytest.raises(MissingDependencyError, match="compressed as LZW, which needs .* imagecodecs.* Deflate"):
+            read_volume(tmp_path / "a.tif")
+    else:
+        assert read_volume(tmp_path / "a.tif").shape == VALUES.shape
