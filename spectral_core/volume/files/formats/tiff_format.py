@@ -114,8 +114,8 @@ def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray
         packing = re.search(r"COMPRESSION\.(\w+).*'imagecodecs'", str(error))
         if packing:
             raise MissingDependencyError(
-                f"{path.name} is compressed as {packing[1]}, which needs the Python package imagecodecs; install it, or "
-                "save the file without compression or with Deflate (ZIP)"
+                f"{path.name} is compressed as {packing[1]}, which needs the Python package imagecodecs; install it, "
+                "or save the file without compression or with Deflate (ZIP)"
             ) from error
         raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is truncated: {error}") from error
     others = [a for a in axes if a not in "YX" + _DEPTH]
