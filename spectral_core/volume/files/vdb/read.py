@@ -29,7 +29,7 @@ TILE_BYTES, MOST_TILE_BYTES = 41, 512 << 20
 FARTHEST = 1 << 29
 """Greatest index of a node of the root, of either sign."""
 LEAF_LIST = "file_delayed_load"
-"""Name of the metadata with the list of leaves, of which ``read_metadata`` keeps the number."""
+"""Metadata with the list of leaves, of which ``read_metadata`` keeps the number."""
 _NO_SIZES = 0xFFFFFFFF
 """In place of the number of bytes of sizes, where a list of leaves has none."""
 _TYPES = {
@@ -208,14 +208,10 @@ class GridReader:
         return count > 0 or self.stored == self.dtype
 
     def _packed(self, count: int) -> NDArray[Any]:
-        if not self.holds(count):
-            return np.empty((0, *self.shape), self.dtype)
         size = count * self.stored.itemsize * int(np.prod(self.shape, dtype=int))
-        if self.flags & ZIP:
-            held = struct.unpack("<q", self.take(8))[0]
-            plain = zlib.decompressobj().decompress(self.take(held), size + 1) if held > 0 else self.take(-held)
-        else:
-            plain = self.take(size)
+        is_zipped = self.flags & ZIP and self.holds(count)
+        held = struct.unpack("<q", self.take(8))[0] if is_zipped else -size
+        plain = zlib.decompressobj().decompress(self.take(held), size + 1) if held > 0 else self.take(-held)
         if len(plain) != size:
             raise FileFormatError(f"{self.path.name} is invalid: a node has {len(plain)} bytes where {size} are due")
         return np.frombuffer(plain, self.stored).reshape(-1, *self.shape).astype(self.dtype)
