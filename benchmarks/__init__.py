@@ -47,6 +47,17 @@ class Options:
             got = " ".join(given) or "none"
             raise SystemExit(f"{name} expects a number, as in {name} {usual:g}; got {got}") from None
 
+    def whole(self, name: str, usual: int) -> int:
+        """The whole number after the option ``name``, or ``usual``. Raises SystemExit for another word."""
+        if name not in self.extra:
+            return usual
+        given = self.extra[self.extra.index(name) + 1 :][:1]
+        try:
+            return int(given[0])
+        except (IndexError, ValueError):
+            got = " ".join(given) or "none"
+            raise SystemExit(f"{name} expects a whole number, as in {name} {usual}; got {got}") from None
+
     def counts(self, *meanings: str) -> list[int]:
         """The whole numbers among the words, at most one for each meaning.
 

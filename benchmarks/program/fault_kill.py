@@ -30,8 +30,8 @@ FULL_AT = (0.0, 0.3, 0.7, 0.97)
 
 def run(options: Options) -> dict[str, Any]:
     """Kill, fill, count."""
-    kills = _number(options, "--kills", 30 if options.quick else 200)
-    seed = _number(options, "--seed", int.from_bytes(os.urandom(4), "little"))
+    kills = options.whole("--kills", 30 if options.quick else 200)
+    seed = options.whole("--seed", int.from_bytes(os.urandom(4), "little"))
     print(f"seed {seed}, {kills} kills")
     rng, known = np.random.default_rng(seed), writers()
     with tempfile.TemporaryDirectory() as folder:
@@ -58,10 +58,6 @@ def run(options: Options) -> dict[str, Any]:
         "command": command,
         "holds": {"11.2": not any(killed) and not any(full) and not command},
     }
-
-
-def _number(options: Options, name: str, default: int) -> int:
-    return int(options.extra[options.extra.index(name) + 1]) if name in options.extra else default
 
 
 def _references(writer: Writer, folder: Path) -> list[bytes]:

@@ -7,6 +7,7 @@ it. Input ``i`` follows from the seed and ``i`` alone; ``--only i`` reads that o
 
 from __future__ import annotations
 
+import math
 import os
 import queue
 import subprocess
@@ -33,14 +34,14 @@ _HANG_SECONDS = 90.0
 
 def run(options: Options) -> dict[str, Any]:
     """Feed, watch, count."""
-    seed = int(_given(options, "--seed", str(int.from_bytes(os.urandom(4), "little"))))
-    inputs = int(_given(options, "--inputs", "300" if options.quick else "2000"))
-    seconds = float(_given(options, "--seconds", "inf"))
+    seed = options.whole("--seed", int.from_bytes(os.urandom(4), "little"))
+    inputs = options.whole("--inputs", 300 if options.quick else 2000)
+    seconds = options.number("--seconds", math.inf)[0]
     if "--seconds" in options.extra and "--inputs" not in options.extra:
         inputs = 10**9
     wanted = _given(options, "--source", "")
     if "--only" in options.extra:
-        return _show(seed, int(_given(options, "--only", "0")), wanted)
+        return _show(seed, options.whole("--only", 0), wanted)
     if "--child" in options.extra:
         first, last = map(int, _given(options, "--child", "0:0").split(":"))
         _child(seed, first, last, wanted)
@@ -63,7 +64,12 @@ def run(options: Options) -> dict[str, Any]:
 
 
 def _given(options: Options, name: str, default: str) -> str:
-    return options.extra[options.extra.index(name) + 1] if name in options.extra else default
+    if name not in options.extra:
+        return default
+    given = options.extra[options.extra.index(name) + 1 :][:1]
+    if not given:
+        raise SystemExit(f"{name} expects a word after it")
+    return given[0]
 
 
 def _chosen(folder: Path, wanted: str) -> tuple[Source, ...]:

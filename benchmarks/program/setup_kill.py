@@ -25,8 +25,8 @@ FEW_TESTS = ("tests/package/test_setup.py", "tests/test_commands.py", "tests/lat
 
 def run(options: Options) -> dict[str, Any]:
     """Interrupt set-up, then set up and test."""
-    kills = _number(options, "--kills", 3 if options.quick else 10)
-    seed = _number(options, "--seed", SEED)
+    kills = options.whole("--kills", 3 if options.quick else 10)
+    seed = options.whole("--seed", SEED)
     clone = options.out.resolve() / "clone"
     shutil.rmtree(clone, ignore_errors=True)
     subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
@@ -52,10 +52,6 @@ def run(options: Options) -> dict[str, Any]:
     for name, value in figures.items():
         print(f"{name:20} {value}")
     return figures
-
-
-def _number(options: Options, name: str, default: int) -> int:
-    return int(options.extra[options.extra.index(name) + 1]) if name in options.extra else default
 
 
 def _environment() -> dict[str, str]:

@@ -46,9 +46,8 @@ def run(options: Options) -> dict[str, Any]:
     from benchmarks.render.render_features import quiet
 
     blender_addon.register_once()
-    words = options.extra
-    seed = int(words[words.index("--seed") + 1]) if "--seed" in words else random.SystemRandom().randrange(10**6)
-    draws = int(words[words.index("--draws") + 1]) if "--draws" in words else 1 if options.quick else 8
+    seed = options.whole("--seed", random.SystemRandom().randrange(10**6))
+    draws = options.whole("--draws", 1 if options.quick else 8)
     print(f"seed {seed}, {draws} random settings of each of {len(NODES)} nodes, {SIDE**2} points each")
     rows: dict[str, Any] = {}
     for kind in NODES:

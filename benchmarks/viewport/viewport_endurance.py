@@ -47,15 +47,15 @@ def run(options: Options) -> dict[str, Any]:
     blender_addon.register_once()
     from blender_addon import jobs
 
-    changes = _number(options, "--changes", 12 if options.quick else 1000)
-    kills = _number(options, "--kills", 2 if options.quick else 30)
-    seed, each = _number(options, "--seed", int.from_bytes(os.urandom(3), "little")), _number(options, "--kill-each", 0)
-    end = time.monotonic() + 60 * _number(options, "--minutes", 10_000)
+    changes = options.whole("--changes", 12 if options.quick else 1000)
+    kills = options.whole("--kills", 2 if options.quick else 30)
+    seed, each = options.whole("--seed", int.from_bytes(os.urandom(3), "little")), options.whole("--kill-each", 0)
+    end = time.monotonic() + 60 * options.whole("--minutes", 10_000)
     print(f"seed {seed}, {changes} changes, {kills} kills" if not each else f"seed {seed}, {each} kills of each kind")
     with tempfile.TemporaryDirectory() as folder:
         trial = Trial(np.random.default_rng(seed), Path(folder), options.out / "viewport-endurance")
         try:
-            trial.every = _number(options, "--every", COMPARED_EVERY)
+            trial.every = options.whole("--every", COMPARED_EVERY)
             trial.chosen = _only(options, trial.kinds)
             killed = set(np.linspace(1, changes - 1, kills).astype(int).tolist())
             planned: list[tuple[str, bool]] = [("", number in killed) for number in range(changes)]
@@ -210,7 +210,3 @@ def _only(options: Options, usual: Iterable[str]) -> tuple[str, ...]:
     if "--only" not in options.extra:
         return tuple(usual)
     return tuple(options.extra[options.extra.index("--only") + 1].split(","))
-
-
-def _number(options: Options, name: str, usual: int) -> int:
-    return int(options.extra[options.extra.index(name) + 1]) if name in options.extra else usual

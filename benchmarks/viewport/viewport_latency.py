@@ -57,9 +57,7 @@ def run(options: Options) -> dict[str, Any]:
 
 def _count(options: Options) -> int:
     """How often each kind is tried."""
-    if "--count" in options.extra:
-        return int(options.extra[options.extra.index("--count") + 1])
-    return 3 if options.quick else 200
+    return options.whole("--count", 3 if options.quick else 200)
 
 
 def _chosen(options: Options, option: str, names: Sequence[str]) -> list[str]:

@@ -29,8 +29,7 @@ def run(options: Options) -> dict[str, Any]:
     if not launch.has_window():
         print(f"nothing is measured: {launch.MISSING}", file=sys.stderr)
         return {"holds": {}}
-    given = dict(zip(options.extra[::2], options.extra[1::2], strict=False))
-    minutes, seed = float(given.get("--minutes", 2 if options.quick else 60)), int(given.get("--seed", 1))
+    minutes, seed = options.number("--minutes", 2 if options.quick else 60)[0], options.whole("--seed", 1)
     told = launch.told_by("stalls.py", {"minutes": minutes, "seed": seed}, options, (1500, 900))
     for text in told["errors"]:
         print(text, file=sys.stderr)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -113,6 +114,8 @@ def run(arguments: argparse.Namespace) -> int:
             _figures(arguments, dict(table.columns))
             if arguments.serve:
                 return _serve(arguments, store)
+    if arguments.out is None and not os.access(folder, os.W_OK):
+        raise InvalidInputError(f"{folder} is read-only; name a file for the page elsewhere with --out PAGE.html")
     target = arguments.out or folder / "explore.html"
     write_page(target, table, thumbnails=not arguments.no_thumbnails)
     print(f"{len(table.keys)} points: {target}")
@@ -161,7 +164,8 @@ def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
     if arguments.region:
         result["region"] = steps.region_of_label(store, *arguments.region)
         print(json.dumps(result["region"]))
-    store.write_table()
+    if not store.ledger.is_read_only:
+        store.write_table()
     for name, reason in store.not_computed.items():
         print(f"note: the column {name!r} is not computed: {reason}", file=sys.stderr)
     return result

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.cli.shared.outputs import numbered
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
@@ -38,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--frames", type=int, default=48, help="pictures along a dial path (48)")
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help=".png, .exr or .npy; of a path FILE_0001.png …, or .mp4"
+        "--out", type=Path, metavar="FILE", help=".png, .exr or .npy; of a path FILE_0001.png … (FILE####.png), or .mp4"
     )
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="one self-contained page with the dial")
 
@@ -168,7 +169,7 @@ def _pictures(out: Path, frames: int) -> list[Path]:
     """The file of each frame; a single one, and a video, have the name as given."""
     if frames == 1 or out.suffix.lower() == VIDEO:
         return [out]
-    return [out.with_name(f"{out.stem}_{number:04d}{out.suffix}") for number in range(1, frames + 1)]
+    return [numbered(out, number) for number in range(1, frames + 1)]
 
 
 def _write(arguments: argparse.Namespace, live: Any, mixes: list[Any]) -> list[str]:

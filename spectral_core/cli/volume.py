@@ -53,7 +53,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--report", action="store_true", help="measure the error against a reference, beside uniform steps"
     )
-    parser.add_argument("--out", type=Path, help=".png, .exr or .npy (default: the volume's name and .png, here)")
+    parser.add_argument(
+        "--out", type=Path, help=".png, .exr or .npy; #### is a frame's number (default: the volume's name, .png)"
+    )
     parser.add_argument(
         "--light", action="append", default=[], metavar="NAME", help="such as D65, A, HP1, or a file; repeatable"
     )
@@ -91,17 +93,21 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from spectral_core.cli.shared.outputs import require_apart
+    from spectral_core.cli.shared.outputs import numbered, require_apart
     from spectral_core.cli.shared.spectra import illuminant_named
+    from spectral_core.files.whole import require_writable
     from spectral_core.spectra.pictures import require_ending
     from spectral_core.spectra.spectrum import told_apart
 
     out = require_ending(arguments.out or Path(f"{_stem(arguments.volume)}.png"))
     lights = told_apart([illuminant_named(name) for name in arguments.light])  # an unknown name ends the command here
     files = _frames(arguments)
-    outs = [out if frame.number is None else out.with_stem(f"{out.stem}_{frame.number:04d}") for frame in files]
-    require_apart([path for each in outs for path in _targets(each, lights)], [frame.path for frame in files])
+    outs = [out if frame.number is None else numbered(out, frame.number) for frame in files]
+    targets = [path for each in outs for path in _targets(each, lights)]
+    require_apart(targets, [frame.path for frame in files])
     transfer = _transfer(arguments.transfer, files)
+    for path in targets:
+        require_writable(path)  # the march takes minutes
     frames = []
     for frame, path in zip(files, outs, strict=True):
         volume = frame.read()

@@ -39,3 +39,16 @@ def test_words_that_a_benchmark_does_not_know_are_refused(line: list[str], capsy
     assert main([*line, "--out", str(tmp_path)]) == 2
     said = capsys.readouterr().err
     assert "expected" in said or "nown:" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "expected"),
+    [("fuzz", ["--inputs", "many"], "--inputs expects a whole number, as in --inputs 2000; got many"),
+     ("fuzz", ["--seconds", "long"], "--seconds expects a number"), ("fuzz", ["--source"], "--source expects a word"),
+     ("fault-kill", ["--kills"], "--kills expects a whole number, as in --kills 200; got none"),
+     ("setup-kill", ["--seed", "1.5"], "--seed expects a whole number")],
+)  # fmt: skip
+def test_a_word_in_place_of_a_number_is_named(name: str, line: list[str], expected: str) -> None:
+    """It ended in a traceback."""
+    with pytest.raises(SystemExit, match=expected):
+        main([name, *line])

@@ -41,6 +41,20 @@ def test_relight_keeps_the_recording(tmp_path: Path, capsys: Any) -> None:
     assert main(["relight", str(path), "--out", str(tmp_path / "other.exr")]) == 0
 
 
+@pytest.mark.parametrize(
+    ("given", "number", "expected"),
+    [("x_####.png", 7, "x_0007.png"), ("x.exr", 7, "x_0007.exr"), ("a#b###.png", 12345, "a#b12345.png"),
+     ("x.####.png", 3, "x.0003.png")],
+)  # fmt: skip
+def test_names_of_frames(given: str, number: int, expected: str) -> None:
+    """``x_####.png`` of a dial's path became ``x_####_0007.png``."""
+    from spectral_core.cli.relight import _pictures
+    from spectral_core.cli.shared.outputs import numbered
+
+    assert numbered(Path(given), number) == Path(expected)
+    assert _pictures(Path("x_##.png"), 2) == [Path("x_01.png"), Path("x_02.png")]
+
+
 def test_volume_keeps_every_frame(tmp_path: Path, capsys: Any) -> None:
     """The picture of a frame got the name of the frame itself."""
     for number in (1, 2):

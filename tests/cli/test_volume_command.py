@@ -85,6 +85,26 @@ def test_a_pattern_renders_each_frame(blob, capsys, tmp_path):
 
 
 @needs_drjit
+def test_marks_in_the_picture_name_are_the_frame_number(blob, capsys, tmp_path):
+    """They stayed in the name, with a second number behind them: ``v_####_0001.png``."""
+    arguments = ("--transfer", EXAMPLES / "solid.toml", "--size", 8, 8, "--quality", "draft", "--rule", "uniform")
+    status, _ = call(capsys, blob / "t_####.npy", *arguments, "--out", tmp_path / "v##.b.png")
+    assert status == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["v01.b.png", "v03.b.png"]
+
+
+def test_a_picture_that_cannot_be_written_ends_the_command_before_the_march(tmp_path, capsys, monkeypatch):
+    """The folder was found to be closed only after the picture was rendered."""
+    from spectral_core.volume.renderer import VolumeRenderer
+
+    monkeypatch.setattr(VolumeRenderer, "__init__", lambda *_: pytest.fail("the march was prepared"))
+    (tmp_path / "file").write_text("")
+    arguments = ["volume", "sample:gaussians:8", "--transfer", "wide", "--out", str(tmp_path / "file" / "a.png")]
+    assert main(arguments) == 1
+    assert "cannot be made" in capsys.readouterr().err
+
+
+@needs_drjit
 def test_a_sample_needs_no_file(capsys, tmp_path):
     arguments = ("--transfer", "opaque", "--size", 48, 48, "--quality", "draft", "--out", tmp_path / "s.npy")
     status, figures = call(capsys, "sample:gaussians:24", *arguments)

@@ -267,3 +267,10 @@ def test_a_written_material_has_no_empty_curves():
     first, second = document["materials"]
     assert ("extinction" in first, "emission" in first) == (True, False)
     assert ("extinction" in second, "emission" in second) == (False, True)
+
+
+def test_an_invisible_material_is_read_back(tmp_path: Path) -> None:
+    """Its file had neither extinction nor emission, and was refused."""
+    off = Material("off", [0, 1], [0.0, 0.0], [1.0, 0.5, 0.0], emission=[0.0, 0.0])
+    write_transfer(tmp_path / "t.toml", TransferFunction((off,)))
+    assert read_transfer(tmp_path / "t.toml").transfer.names == ("off",)

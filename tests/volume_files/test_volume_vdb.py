@@ -221,3 +221,56 @@ def test_voxels_at_the_ends_of_32_bits_are_refused(tmp_path, openvdb, far):
     else:
         with pytest.raises(FileFormatError, match=r"expected multiples of 4096 within 536,870,912 of 0"):
             read_volume(path)
+
+
+@pytest.mark.parametrize("background", [0.0, -2.0])
+@pytest.mark.parametrize("kind", ["FloatGrid", "DoubleGrid", "Vec3SGrid", "Int64Grid"])
+def test_grids_of_half_floats_are_read(tmp_path, openvdb, kind, background):
+    """Fluid caches and exports of other programs hold them; they were refused as invalid.
+
+    A node without tiles has no number of bytes in them, and grids of integers have the mark but are stored whole.
+    """
+    values = np.random.default_rng(3).integers(-50, 50, (9, 20, 6))
+    vector = kind.startswith("Vec")
+    grid = getattr(openvdb, kind)((background,) * 3 if vector else int(background) if "Int" in kind else background)
+    stored = np.stack([values, values + 1, values + 2], axis=-1) if vector else values
+    grid.copyFromArray(
+        stored.astype("i8" if "Int" in kind else "f8" if kind == "DoubleGrid" else "f4"), ijk=(-3, 0, 130)
+    )
+    grid.name, grid.saveFloatAsHalf = "density", True
+    openvdb.write(str(tmp_path / "h.vdb"), grids=[grid])
+    volume = read_volume(tmp_path / "h.vdb", component=1 if vector else None)
+    low, high = grid.evalActiveVoxelBoundingBox()
+    box = tuple(slice(a - o, b - o + 1) for a, b, o in zip(low, high, (-3, 0, 130), strict=True))
+    assert np.array_equal(volume.data, (values + vector)[box])
+
+
+def test_half_floats_without_openvdb(tmp_path, monkeypatch):
+    """As above, by Spectral's own reader."""
+    import struct
+    import zlib
+
+    from spectral_core.volume.files.vdb import write as vdb_write
+    from spectral_core.volume.files.vdb.read import read_grid
+
+    def packed(values):
+        data = zlib.compress(values[values != 0].astype("<f2").tobytes()) if len(values) == 512 else b""
+        return b"\0" + (struct.pack("<q", len(data)) + data if data else b"")
+
+    monkeypatch.setattr(vdb_write, "_packed", packed)
+    monkeypatch.setattr(vdb_write, "ZIP", 3)  # compressed, without inactive values
+    values = np.random.default_rng(4).integers(0, 9, (20, 9, 8)).astype(np.float32)
+    path = tmp_path / "m.vdb"
+    vdb_write.write_grid(path, values, np.eye(4), "density", {})
+    name, half = b"Tree_float_5_4_3", b"Tree_float_5_4_3_HalfFloat"
+    data = path.read_bytes()
+    at = data.index(name)
+    places = at + len(name) + 4  # an empty text, then the places of the grid, which move
+    moved = [each + len(half) - len(name) for each in struct.unpack_from("<3q", data, places)]
+    path.write_bytes(
+        data[: at - 4] + struct.pack("<I", len(half)) + half + data[places - 4 : places]
+        + struct.pack("<3q", *moved) + data[places + 24 :]
+    )  # fmt: skip
+    filled = np.full(values.shape, np.nan, np.float32)
+    read_grid(path, "density").fill(filled, (0, 0, 0))
+    assert np.array_equal(filled, values)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that a command writes must not be files that it reads."""
+"""Files that a command writes: the names of frames, and that none is a file that it reads."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,15 @@ def require_apart(outputs: Iterable[Path], inputs: Iterable[str | Path]) -> None
     for path in outputs:
         if path.resolve() in read:
             raise InvalidInputError(f"{path} is read by this command and would be lost; write to another file")
+
+
+def numbered(path: Path, number: int) -> Path:
+    """The file of a frame: ``####`` in the name is the number, as in Blender; without it ``_0001`` ends the stem."""
+    holes = list(re.finditer("#+", path.stem))
+    if not holes:
+        return path.with_name(f"{path.stem}_{number:04d}{path.suffix}")
+    start, end = holes[-1].span()
+    return path.with_name(f"{path.stem[:start]}{number:0{end - start}d}{path.stem[end:]}{path.suffix}")
 
 
 def files_of_document(path: Path) -> list[Path]:

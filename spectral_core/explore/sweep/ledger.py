@@ -5,7 +5,10 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
+import shutil
 import sqlite3
+import tempfile
 import threading
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -50,13 +53,19 @@ class Row:
 
 
 class Ledger:
-    """An open ledger. Use it from any thread; several processes may hold it open."""
+    """An open ledger. Use it from any thread; several processes may hold it open.
+
+    Of a ledger that this user may not write, a private copy is read: SQLite itself writes beside the file even to read.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.is_read_only = path.is_file() and not all(os.access(each, os.W_OK) for each in (path, path.parent))
         self._lock = threading.RLock()
+        self._copy = tempfile.TemporaryDirectory(prefix="ledger-") if self.is_read_only else None
+        place = path if self._copy is None else _copied(path, Path(self._copy.name))
         try:
-            self._connection = sqlite3.connect(path, timeout=60.0, check_same_thread=False, isolation_level=None)
+            self._connection = sqlite3.connect(place, timeout=60.0, check_same_thread=False, isolation_level=None)
             self._connection.execute("PRAGMA journal_mode=WAL")
             self._connection.execute("PRAGMA synchronous=NORMAL")
             found = self._connection.execute("PRAGMA user_version").fetchone()[0]
@@ -73,6 +82,8 @@ class Ledger:
         """Close the file."""
         with self._lock:
             self._connection.close()
+        if self._copy is not None:
+            self._copy.cleanup()
 
     def copy_to(self, path: Path) -> None:
         """Write a consistent copy, also while the ledger is in use. Raises FileFormatError if it is damaged."""
@@ -104,6 +115,10 @@ class Ledger:
     @contextmanager
     def transaction(self) -> Iterator[sqlite3.Connection]:
         """All changes within, or none. Raises FileWriteError if the disk is full or the file cannot be written."""
+        if self.is_read_only:
+            raise FileWriteError(
+                f"{self.path} is read-only, so the sweep can be shown, but not changed; copy its folder elsewhere"
+            )
         with self._lock:
             try:
                 self._connection.execute("BEGIN IMMEDIATE")
@@ -246,3 +261,14 @@ class Ledger:
             except (TypeError, ValueError) as error:
                 raise self._damaged(error) from error
         return found
+
+
+def _copied(path: Path, folder: Path) -> Path:
+    """A copy of a ledger, with the changes that SQLite has not yet moved into its file. Raises FileFormatError."""
+    try:
+        for each in (path, path.with_name(f"{path.name}-wal")):
+            if each.is_file():
+                shutil.copyfile(each, folder / each.name)
+    except OSError as error:
+        raise FileFormatError(f"{path} cannot be read: {error.strerror or error}") from error
+    return folder / path.name

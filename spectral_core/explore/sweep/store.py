@@ -176,9 +176,9 @@ class Store:
         (self.folder / "lease" / key).unlink(missing_ok=True)
 
     def recover(self) -> int:
-        """Store outcomes that workers committed but no driver stored; returns their number."""
+        """Store outcomes that workers committed but no driver stored; returns their number, 0 if it is read-only."""
         found = 0
-        known = self.ledger.states()
+        known = {} if self.ledger.is_read_only else self.ledger.states()
         for path in sorted((self.folder / "outcome").glob("*.json")):
             record = spooled_record(path) if path.stem in known else None
             if record is not None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import shutil
+import stat
 import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
@@ -212,6 +213,8 @@ def planned_apart(document: SweepDocument, folder: Path) -> Iterator[Sweep]:
         if (place / "project.json").is_file():
             left = shutil.ignore_patterns("image", "lease", "driver.lock", "ledger.sqlite*", "*.html", "data.csv")
             shutil.copytree(place, apart, ignore=left)
+            for each in (apart, *apart.rglob("*")):  # a copy of a read-only folder is read-only
+                each.chmod(each.stat().st_mode | stat.S_IWUSR)
             with Store.open(place) as store:
                 store.ledger.copy_to(apart / "ledger.sqlite")
         else:

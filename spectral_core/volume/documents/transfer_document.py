@@ -137,9 +137,10 @@ def _grid_of(document: dict[str, Any]) -> SpectralGrid | None:
 
 def _encoded_material(material: Material, spectral: bool) -> dict[str, Any]:
     table: dict[str, Any] = {"name": material.name, "values": material.values.tolist()}
-    if np.any(material.extinction):
+    emits = material.emission is not None and bool(np.any(material.emission))
+    if np.any(material.extinction) or not emits:  # a document states one of them, also of an invisible material
         table["extinction"] = material.extinction.tolist()
-    if material.emission is not None and np.any(material.emission):
+    if material.emission is not None and emits:
         table["emission"] = material.emission.tolist()
     table["color"] = {"values": material.color.tolist()} if spectral else material.color.tolist()
     if not material.lit:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -31,6 +31,7 @@ from spectral_core.volume.files.payload import (
     x_first,
 )
 from spectral_core.volume.files.request import ReadRequest
+from spectral_core.volume.files.units import unit_factors
 
 _ENCODINGS = {
     "raw": "raw",
@@ -59,6 +60,8 @@ _TYPES = {
 """Every spelling of the NRRD format's definition, http://teem.sourceforge.net/nrrd/format.html."""
 MOST_LINE, MOST_LINES_SKIPPED = 1 << 16, 100_000
 _SPACE_KINDS = {"domain", "space"}
+_KINDS_OF_PARTS = ("color", "vector", "matrix", "complex", "normal", "gradient", "quaternion")
+"""Words in the kinds of axes that hold the parts of one value."""
 
 
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
@@ -212,6 +215,9 @@ def _space_axes(header: Mapping[str, Any], path: Path) -> list[int]:
         axes = [axis for axis in range(dimension) if np.isfinite(directions[axis]).all()]
     elif "kinds" in header and dimension > 3:
         axes = [axis for axis, kind in enumerate(header["kinds"]) if kind.lower() in _SPACE_KINDS]
+    elif "kinds" in header:
+        parts = [any(word in kind.lower() for word in _KINDS_OF_PARTS) for kind in header["kinds"]]
+        axes = [axis for axis, is_parts in enumerate(parts) if not is_parts]
     if len(axes) != 3:
         raise FileFormatError(
             f"{path.name} has {dimension} axes of sizes {[int(n) for n in header['sizes']]}, of which {len(axes)} are "
@@ -231,7 +237,8 @@ def _world_from_index(header: Mapping[str, Any], space: list[int], path: Path) -
         directions = _directions(header)[space].T
         if directions.shape != (3, 3):
             raise FileFormatError(f"{path.name} has space directions of {directions.shape[0]} numbers; expected 3")
-        return affine(directions, np.asarray(header.get("space origin", np.zeros(3)), float))
+        directions = directions * _factors(header, "space units", range(3), path)[:, None]
+        return affine(directions, _space_origin(header, path))
 
     def per_axis(key: str, default: float) -> NDArray[np.float64]:
         values = np.asarray(
@@ -240,7 +247,8 @@ def _world_from_index(header: Mapping[str, Any], space: list[int], path: Path) -
         return np.nan_to_num(values[space], nan=default)
 
     low, high = per_axis("axis mins", math.nan), per_axis("axis maxs", math.nan)
-    centerings = header.get("centerings", [""] * int(header["dimension"]))
+    centerings = header.get("centerings", header.get("centers", [""] * int(header["dimension"])))
+    centerings = centerings.split() if isinstance(centerings, str) else centerings  # pynrrd knows one of both names
     # For cell-centered axes the minimum is the outer face of the first voxel, not its center.
     cell = np.array([centerings[axis] == "cell" for axis in space])
     sizes = np.array([int(header["sizes"][axis]) for axis in space])
@@ -248,5 +256,25 @@ def _world_from_index(header: Mapping[str, Any], space: list[int], path: Path) -
     stated = (high - low) / np.where(steps > 0, steps, math.nan)
     spacing = per_axis("spacings", math.nan)
     spacing = np.where(np.isfinite(spacing), spacing, np.where(np.isfinite(stated), stated, 1.0))
-    origin = np.where(np.isfinite(low), low + np.where(cell, spacing / 2, 0.0), 0.0)
-    return affine(np.diag(spacing), origin)
+    stated = np.isfinite(low)
+    origin = np.where(stated, low + np.where(cell, spacing / 2, 0.0), 0.0)
+    factors = _factors(header, "units", space, path)
+    if "space origin" in header and not stated.any():
+        return affine(np.diag(spacing * factors), _space_origin(header, path))
+    return affine(np.diag(spacing * factors), origin * factors)
+
+
+def _space_origin(header: Mapping[str, Any], path: Path) -> NDArray[np.float64]:
+    """World position of the center of the first voxel, in the first of the space's units; by default 0."""
+    origin = np.asarray(header.get("space origin", np.zeros(3)), float)
+    if origin.shape != (3,):
+        raise FileFormatError(f"{path.name} has a space origin of {origin.size} numbers; expected 3")
+    return origin * _factors(header, "space units", range(3), path)
+
+
+def _factors(header: Mapping[str, Any], key: str, axes: Sequence[int], path: Path) -> NDArray[np.float64]:
+    """Factors of lengths along ``axes`` to the unit of the first one; 1 where no units are stated."""
+    units = header.get(key)
+    if units is None or len(units) <= max(axes):
+        return np.ones(len(axes))
+    return unit_factors([str(units[axis]) for axis in axes], f"{path.name} states")

@@ -26,10 +26,10 @@ from spectral_core.files.guarded import open_regular, require_regular, require_r
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, pick_component, require_choice
 from spectral_core.volume.files.request import ReadRequest
+from spectral_core.volume.files.units import unit_factors
 
 _DEFLATE, _DEFLATE_RATIO, _SLACK_BYTES = (8, 32946), 1040, 16 << 20
 _MOST_PAGES = 1_000_000
-_METERS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12, "Å": 1e-10}
 _DEPTH = "ZIQ"
 """tifffile's axis letters for depth: Z stated, I a page sequence, Q unknown."""
 
@@ -41,7 +41,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         return _read_folder(tifffile, path, request)
     pages, spacing = _read_file(tifffile, path, request)
     if pages.shape[0] == 1 and path.is_file():
-        neighbors = len(list(path.parent.glob(f"*{path.suffix}")))
+        neighbors = sum(not each.name.startswith("._") for each in path.parent.glob(f"*{path.suffix}"))
         if neighbors > 1:
             raise InvalidInputError(
                 f"{path.name} holds one page; to read the {neighbors} files as a stack open {path.parent}"
@@ -58,13 +58,22 @@ def _tifffile() -> Any:
 
 
 def _read_folder(tifffile: Any, folder: Path, request: ReadRequest) -> ScalarVolume:
-    files = sorted((f for f in folder.iterdir() if f.suffix.lower() in (".tif", ".tiff")), key=_by_number)
+    # macOS keeps a file "._a.tif" with the properties of "a.tif" beside it on other file systems.
+    images = (f for f in folder.iterdir() if f.suffix.lower() in (".tif", ".tiff") and not f.name.startswith("._"))
+    files = sorted(images, key=_by_number)
     if not files:
         raise FileFormatError(f"{folder} holds no .tif or .tiff files; a folder is read as a stack of them")
     slices: list[NDArray[Any]] = []
+    spacing = np.ones(3)
     for file in files:
         require_regular(file)
-        pages, _ = _read_file(tifffile, file, request)
+        pages, own = _read_file(tifffile, file, request)
+        spacing = spacing if slices else own
+        if not np.allclose(own, spacing, rtol=1e-4):
+            raise FileFormatError(
+                f"{file.name} in {folder} has voxels of {own.tolist()}, {files[0].name} has voxels of "
+                f"{spacing.tolist()}; the slices of a stack must be alike"
+            )
         if pages.shape[0] != 1:
             raise FileFormatError(
                 f"{file.name} in {folder} holds {pages.shape[0]} pages; expected one page per file in a stack"
@@ -76,7 +85,7 @@ def _read_folder(tifffile: Any, folder: Path, request: ReadRequest) -> ScalarVol
                 f"{first.shape[::-1]} of {first.dtype}; the slices of a stack must be alike"
             )
         slices.append(pages[0])
-    return make_volume(folder.name, np.stack(slices).transpose(2, 1, 0), np.eye(4), folder)
+    return make_volume(folder.name, np.stack(slices).transpose(2, 1, 0), affine(np.diag(spacing), np.zeros(3)), folder)
 
 
 def _by_number(file: Path) -> list[Any]:
@@ -102,6 +111,12 @@ def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray
     except Exception as error:
         if isinstance(error, SpectralError):
             raise
+        packing = re.search(r"COMPRESSION\.(\w+).*'imagecodecs'", str(error))
+        if packing:
+            raise MissingDependencyError(
+                f"{path.name} is compressed as {packing[1]}, which needs the Python package imagecodecs; install it, "
+                "or save the file without compression or with Deflate (ZIP)"
+            ) from error
         raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is truncated: {error}") from error
     others = [a for a in axes if a not in "YX" + _DEPTH]
     require_choice(request.component, [array.shape[axes.index(letter)] for letter in others], path)
@@ -206,25 +221,21 @@ def _spacing(file: Any, series: Any) -> NDArray[np.float64]:
             if element.tag.endswith("}Pixels"):
                 return _ome_spacing(element)
     if file.is_imagej:
-        tags = series.pages[0].aspage().tags
-        depth = float((file.imagej_metadata or {}).get("spacing", 1.0))
-        return np.array([*(_pixel_size(tags, key) for key in ("XResolution", "YResolution")), abs(depth)])
+        tags, metadata = series.pages[0].aspage().tags, file.imagej_metadata or {}
+        sizes = [_pixel_size(tags, key) for key in ("XResolution", "YResolution")]
+        # A slice of its own has no depth: cubes, as ImageJ makes of a folder.
+        sizes.append(abs(metadata.get("spacing", 1.0 if metadata.get("images", 1) > 1 else sizes[0])))
+        unit = str(metadata.get("unit", ""))  # of all axes, where those of y and z are not stated
+        units = [unit, *(str(metadata.get(key, unit)) for key in ("yunit", "zunit"))]
+        return np.array(sizes, float) * unit_factors(units, "the ImageJ metadata state")
     return np.ones(3)
 
 
 def _ome_spacing(pixels: Any) -> NDArray[np.float64]:
     """Voxel sizes of OME metadata, in the unit of x; each axis may have a unit of its own, by default micrometers."""
     sizes = np.array([float(pixels.get(f"PhysicalSize{axis}", 1.0)) for axis in "XYZ"])
-    units = [pixels.get(f"PhysicalSize{axis}Unit", "µm").replace("\u03bc", "µ") for axis in "XYZ"]
-    if len(set(units)) == 1:
-        return sizes
-    unknown = [unit for unit in units if unit not in _METERS]
-    if unknown:
-        raise FileFormatError(
-            f"the OME metadata state voxel sizes in the units {', '.join(units)}; expected one unit for all axes, or "
-            f"lengths among {', '.join(_METERS)}"
-        )
-    return sizes * np.array([_METERS[unit] / _METERS[units[0]] for unit in units])
+    units = [pixels.get(f"PhysicalSize{axis}Unit", "µm") for axis in "XYZ"]
+    return sizes * unit_factors(units, "the OME metadata state")
 
 
 def _pixel_size(tags: Any, key: str) -> float:

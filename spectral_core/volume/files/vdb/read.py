@@ -29,7 +29,7 @@ TILE_BYTES, MOST_TILE_BYTES = 41, 512 << 20
 FARTHEST = 1 << 29
 """Greatest index of a node of the root, of either sign."""
 LEAF_LIST = "file_delayed_load"
-"""Name of the metadata with the list of leaves, of which ``read_metadata`` keeps the number."""
+"""Metadata with the list of leaves, of which ``read_metadata`` keeps the number."""
 _NO_SIZES = 0xFFFFFFFF
 """In place of the number of bytes of sizes, where a list of leaves has none."""
 _TYPES = {
@@ -106,7 +106,8 @@ class GridReader:
         base = np.dtype(_TYPES[words[1]])
         self.shape = base.shape
         self.dtype = base.base if base.shape else base
-        self.stored = np.dtype("<f2") if tree.endswith("_HalfFloat") else self.dtype
+        # The mark is also on grids of integers, which OpenVDB stores whole.
+        self.stored = np.dtype("<f2") if tree.endswith("_HalfFloat") and self.dtype.kind == "f" else self.dtype
 
     def grid(self, name: str) -> PlainGrid:
         self.flags = read_word(self.stream)
@@ -202,13 +203,15 @@ class GridReader:
         values[active] = self._packed(int(active.sum()))
         return values
 
+    def holds(self, count: int) -> bool:
+        """False where a node has no values to store: of half floats OpenVDB then omits their number of bytes too."""
+        return count > 0 or self.stored == self.dtype
+
     def _packed(self, count: int) -> NDArray[Any]:
         size = count * self.stored.itemsize * int(np.prod(self.shape, dtype=int))
-        if self.flags & ZIP:
-            held = struct.unpack("<q", self.take(8))[0]
-            plain = zlib.decompressobj().decompress(self.take(held), size + 1) if held > 0 else self.take(-held)
-        else:
-            plain = self.take(size)
+        is_zipped = self.flags & ZIP and self.holds(count)
+        held = struct.unpack("<q", self.take(8))[0] if is_zipped else -size
+        plain = zlib.decompressobj().decompress(self.take(held), size + 1) if held > 0 else self.take(-held)
         if len(plain) != size:
             raise FileFormatError(f"{self.path.name} is invalid: a node has {len(plain)} bytes where {size} are due")
         return np.frombuffer(plain, self.stored).reshape(-1, *self.shape).astype(self.dtype)

@@ -90,7 +90,7 @@ class _Walk(GridReader):
         if self.flags & ACTIVE_MASK and mark != ALL_VALUES:
             count = int.from_bytes(active, "little").bit_count()
         size = count * self.stored.itemsize * (self._width // self.dtype.itemsize)
-        if self.flags & (ZIP | BLOSC):
+        if self.flags & (ZIP | BLOSC) and self.holds(count):
             held = struct.unpack("<q", self.take(8))[0]
             if abs(held) > size + 64:  # Blosc adds a header of 16 bytes to data that it cannot compress
                 raise FileFormatError(f"{self.path.name} is invalid: {abs(held)} packed bytes for {size} plain ones")
