@@ -17,9 +17,11 @@ PAGE = Path(__file__).parents[2] / "docs" / "relight.md"
 BULBS = [(0.0, 1.0), (0.9, -0.5), (-0.9, -0.5)]
 
 
-def test_the_example_of_the_page_runs(stage):
+def test_the_examples_for_blender_run(stage):
     pytest.importorskip("mitsuba")
-    code = "\n".join(re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), flags=re.S))
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), flags=re.S)
+    code = "\n".join(block for block in blocks if "record_transport" not in block)  # that one needs no Blender
+    assert "bpy" in code
     exec(code, {})
     assert (Path(__import__("bpy").data.filepath).parent / "first_light.png").is_file()
 
