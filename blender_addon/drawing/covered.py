@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from .dial_shape import LABEL_ROOM, MARGIN, DialShape
+from .dial_shape import LABEL_ROOM, MARGIN, DialShape, Rectangle, overlap
 
 LEAST = 1
 """Width or height in pixels of a part that is hidden."""
@@ -28,7 +28,9 @@ def covered(area: Any, region: Any) -> Covered:
     """Find the bars and panels over a region. A quad view has four regions, and tools lie over those at the left."""
     left, right, panel = 0.0, 0.0, (0.0, 0.0)
     for each in area.regions:
-        if each.type == "WINDOW" or not _overlap(each, region):
+        if each.type == "WINDOW" or min(each.width, each.height) <= LEAST:
+            continue
+        if not overlap(_rectangle(each), _rectangle(region)):
             continue
         if each.type == "HUD":
             panel = (each.x + each.width - region.x, each.y + each.height - region.y)
@@ -47,8 +49,5 @@ def dial_beside(area: Any, region: Any, scale: float) -> DialShape:
     return DialShape.in_region(region.width, region.height, left=left, scale=scale)
 
 
-def _overlap(one: Any, other: Any) -> bool:
-    """True if a region that is not hidden lies over a part of another."""
-    across = min(one.x + one.width, other.x + other.width) - max(one.x, other.x)
-    up = min(one.y + one.height, other.y + other.height) - max(one.y, other.y)
-    return one.width > LEAST and one.height > LEAST and across > 0 and up > 0
+def _rectangle(region: Any) -> Rectangle:
+    return region.x, region.y, region.width, region.height

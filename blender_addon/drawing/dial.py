@@ -12,7 +12,7 @@ from bpy.types import Area, PropertyGroup, Region
 
 from ..editing.dial.live import shares_of
 from .covered import covered, dial_beside
-from .dial_shape import DISC, LABEL_ROOM, DialShape, disc, fitting, rim, tooltip, without_overlaps
+from .dial_shape import DISC, LABEL_ROOM, DialShape, Rectangle, disc, fitting, rim, tooltip, without_overlaps
 from .kept import Box, Kept
 from .overlay import FONT, Color, draw_line, draw_triangles, write
 from .text import told_apart
@@ -39,8 +39,6 @@ BULB_RADIUS = 8.0
 ALL_OFF = "All bulbs are off"
 Label = tuple[str, float, float]
 """Text, and the pixel of its lower left corner; no text where it would lie over another one."""
-Rectangle = tuple[float, float, float, float]
-"""Left, bottom, width and height in pixels."""
 KEPT = Kept()
 
 MOST_FULL_NAMES = 6

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-Box = tuple[float, float, float, float]
+Rectangle = tuple[float, float, float, float]
 """Left, bottom, width and height in pixels."""
 
 MARGIN = 26.0
@@ -121,18 +121,19 @@ def fitting(lines: Sequence[str], most: int) -> list[str]:
     return [*lines[:kept], f"and {len(lines) - kept} more"]
 
 
-def without_overlaps(boxes: Sequence[Box], order: Iterable[int], obstacles: Sequence[Box] = ()) -> set[int]:
+def without_overlaps(boxes: Sequence[Rectangle], order: Iterable[int], obstacles: Sequence[Rectangle] = ()) -> set[int]:
     """Indices of boxes that overlap no box before them in ``order``, and no obstacle."""
     kept: set[int] = set()
     for number in map(int, order):
         box = boxes[number]
         before = (boxes[other] for other in kept)
-        if not any(_overlap(box, other) for other in (*before, *obstacles)):
+        if not any(overlap(box, other) for other in (*before, *obstacles)):
             kept.add(number)
     return kept
 
 
-def _overlap(one: Box, other: Box) -> bool:
+def overlap(one: Rectangle, other: Rectangle) -> bool:
+    """True if two rectangles share a part of their areas."""
     across = min(one[0] + one[2], other[0] + other[2]) - max(one[0], other[0])
     return across > 0 and min(one[1] + one[3], other[1] + other[3]) - max(one[1], other[1]) > 0
 

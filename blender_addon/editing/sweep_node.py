@@ -20,7 +20,7 @@ import numpy as np
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.sweep.compute.paths import require_set_once
-from spectral_core.explore.sweep.compute.rendering import Relighter, is_clamped, rendered
+from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -83,7 +83,7 @@ class BlendNode:
                 setting_at(parameter.target).checked(choice)
         start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
         scene = node.scene(start, 0)
-        print_, node = scene_hash(scene), replace(node, clamped=is_clamped(scene.settings))
+        print_, node = scene_hash(scene), replace(node, clamped=scene.settings.light_paths.clamps)
         view = view_name(bpy.context.scene)
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}"
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())

@@ -72,7 +72,7 @@ class SpectralViewport(bpy.types.PropertyGroup):
     preview_lamp: StringProperty(
         name="Preview Lamp", search=offers(Topic.LAMP_NAMES), search_options={"SORT", "SUGGESTION"},
         update=lambda settings, _context: announce(Topic.PREVIEW_LAMP, settings),
-        description="Lamp under which material previews and icons are shown; empty for white light",
+        description="Lamp under which material, light and world previews and icons are shown; empty for white light",
     )  # fmt: skip
 
 

@@ -27,9 +27,6 @@ from .settings import sampling_of, settings_of
 from .viewport.answers import forget_outdated, kept_or_asked
 from .viewport.kept import Kept
 
-USUAL_CLAMP = 10.0
-"""Blender's default clamp on indirect light, which removes only fireflies."""
-
 
 def translate_scene(
     depsgraph: Any,
@@ -141,5 +138,5 @@ def _camera_of_renders(depsgraph: Any, chosen: Any, viewed: Camera) -> Camera:
 def _note_limits(translation: Translation, limits: LightPaths) -> None:
     """Note limits that depend on the sampling of light, so that two renderers never limit the same paths."""
     name = translation.scene.name
-    if limits.clamp_direct > 0 or 0 < limits.clamp_indirect < USUAL_CLAMP:
+    if limits.clamps:
         translation.note(name, "samples are clamped by the scene's Light Paths settings, so the picture loses light")

@@ -27,6 +27,10 @@ class Rays(IntFlag):
 UNLIMITED = 1 << 20
 
 
+FIREFLY_CLAMP = 10.0
+"""Blender's default limit of a sample's indirect light; from it on a limit removes only single bright pixels."""
+
+
 @dataclass(frozen=True, slots=True)
 class LightPaths:
     """Limits of paths beside the plan's number of bounces, as in Cycles' settings of the same names.
@@ -54,6 +58,11 @@ class LightPaths:
             require_range(f"bounces ({name})", getattr(self, name), 0, UNLIMITED)
         for name in ("clamp_direct", "clamp_indirect", "filter_glossy"):
             require_range(name, getattr(self, name), 0.0, 1e30)
+
+    @property
+    def clamps(self) -> bool:
+        """True if limits on a sample's light remove more than fireflies."""
+        return self.clamp_direct > 0 or 0 < self.clamp_indirect < FIREFLY_CLAMP
 
 
 UNLIMITED_PATHS = LightPaths()

@@ -95,10 +95,12 @@ def drive():
     changes.compare(scene)
     told["changes"] = dial().changes
     facts, dial().facts = dial().facts, "unchanged"
+    scene.spectral.render.samples = 1 << 14  # a recording that is over before Esc comes cannot be stopped
     pressed("dial_record")
-    yield 0.01
+    yield 0.3
     _esc()
     yield from inside.until(lambda: not running(), 120, "the end after Esc")
+    scene.spectral.render.samples = 2
     yield 0.3
     told["stopped"] = [dial().facts, left()]
     dial().facts = facts

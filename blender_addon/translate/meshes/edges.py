@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
+
 Array = NDArray[Any]
 
 SMALL_SINE = 0.0005
@@ -41,16 +43,12 @@ def _means(source: Any, values: Array) -> Array:
 
 def _encoded(color: Array) -> Array:
     """Linear colors (n, 4) as sRGB; alpha stays."""
-    rgb = color[:, :3].astype(np.float64)
-    curved = 1.055 * np.maximum(rgb, 0.0) ** (1 / 2.4) - 0.055
-    return np.concatenate([np.where(rgb <= 0.0031308, 12.92 * rgb, curved), color[:, 3:]], axis=1)
+    return np.concatenate([display_rgb_from_linear(color[:, :3]), color[:, 3:]], axis=1)
 
 
 def _linear(color: Array) -> Array:
     """Colors (n, 4) in sRGB as linear ones; alpha stays."""
-    rgb = color[:, :3]
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    return np.concatenate([linear, color[:, 3:]], axis=1).astype(np.float32)
+    return np.concatenate([linear_from_display_rgb(color[:, :3]), color[:, 3:]], axis=1).astype(np.float32)
 
 
 def _turns(rotation: Array) -> Array:

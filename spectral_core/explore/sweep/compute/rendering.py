@@ -14,11 +14,9 @@ from spectral_core.errors import RenderError
 from spectral_core.explore.features.images import image_features
 from spectral_core.explore.sweep.cinema import is_file_column
 from spectral_core.explore.sweep.outcome import Outcome
-from spectral_core.scene import RenderSettings, Scene, SunLight, scene_hash
+from spectral_core.scene import Scene, SunLight, scene_hash
 
 LIGHT_PROPERTIES = ("power_w", "irradiance")
-FIREFLY_CLAMP = 10.0
-"""Blender's default limit of a sample's indirect light; from it on a limit removes only single bright pixels."""
 
 
 def rendered(scene: Scene, *, per_light: bool = False) -> Outcome:
@@ -80,7 +78,7 @@ class Relighter:
         """
         from spectral_core.render.cost.asked import is_asked
 
-        if is_asked(scene.settings) or is_clamped(scene.settings):
+        if is_asked(scene.settings) or scene.settings.light_paths.clamps:
             return rendered(scene)
         neutral = with_unit_lights(scene)
         found = scene_hash(neutral)
@@ -99,12 +97,6 @@ class Relighter:
         from spectral_core.render.relight.transport import record_transport
 
         self._mix = LiveMix(record_transport(scene, MixtureStorage(), one_per_light=True))
-
-
-def is_clamped(settings: RenderSettings) -> bool:
-    """True if limits on a sample's light remove more than fireflies."""
-    limits = settings.light_paths
-    return limits.clamp_direct > 0 or 0 < limits.clamp_indirect < FIREFLY_CLAMP
 
 
 def with_unit_lights(scene: Scene) -> Scene:

@@ -12,7 +12,7 @@ from typing import Any
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.compute.function import load_function
 from spectral_core.explore.sweep.compute.paths import parse_path, place_of, require_set_once, set_path
-from spectral_core.explore.sweep.compute.rendering import Relighter, is_clamped, rendered, swept_lights_only
+from spectral_core.explore.sweep.compute.rendering import Relighter, rendered, swept_lights_only
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -82,7 +82,7 @@ class SceneNode:
 
         lights_only = self.relight and not self.per_light and swept_lights_only(dict(self.paths))
         settings = self._base().settings
-        return lights_only and not is_asked(settings) and not is_clamped(settings)
+        return lights_only and not is_asked(settings) and not settings.light_paths.clamps
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
         base: Scene = self._base()
@@ -120,7 +120,9 @@ class SceneNode:
             lines.append("only powers of lights are swept: a worker records them once and re-lights each point")
         elif swept_lights_only(dict(self.paths)):
             asked = (
-                "samples are clamped" if is_clamped(self._base().settings) else "the scene asks for an error or a time"
+                "samples are clamped"
+                if self._base().settings.light_paths.clamps
+                else "the scene asks for an error or a time"
             )
             why = "each light is measured by itself" if self.per_light else asked
             lines.append(f"every point is rendered: {why if self.relight else 'relight is false'}")
