@@ -80,7 +80,7 @@ class SpectralLightDial(bpy.types.PropertyGroup):
         "n gives the light as recorded",
     )  # fmt: skip
     bulbs: CollectionProperty(type=SpectralDialBulb)
-    active: IntProperty(name="Bulb", min=0)
+    active: IntProperty(name="Bulb", min=0, description="The selected bulb")
     show: BoolProperty(
         name="Dial in the View", default=True, description="Draw the dial over the 3D view and the image editor"
     )
