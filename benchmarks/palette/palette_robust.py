@@ -34,6 +34,12 @@ def run(options: Options) -> dict:
     figures["worst case"] = _redesigned("4 observers, worst case", replace(four, robustness="worst_case"))
     rendered = replace(split_light(), cells=metamer_cells(), observers=OBSERVER_NAMES)
     figures["soft, as rendered"] = _redesigned("the same on the preset's grid", rendered)
+    worst = {name: max(row["pair_delta_e_2000"].values()) for name, row in figures.items()}
+    figures["holds"] = {
+        "metamers for one observer differ by ΔE2000 10 for another": worst["one observer"] > 10,
+        "metamers for four observers, softly, match within ΔE2000 0.01": worst["soft"] < 0.01,
+        "metamers for four observers, as a worst case, match within ΔE2000 1": worst["worst case"] < 1,
+    }
     return figures
 
 

@@ -48,6 +48,22 @@ def run(options: Options) -> dict[str, Any]:
         figures[str(count)]["rendered"] = _rendered(count, options.quick)
         figures[str(count)]["stated"] = list(BAND_ERRORS[count])
         print(f"{count:4} bands: {_in_words(figures[str(count)])}")
+    figures["holds"] = {
+        f"{count} bands: no error is above the one that the panel states": all(
+            found <= stated
+            for found, stated in zip(
+                (
+                    row["smooth"]["worst_mean"],
+                    row["lines"]["worst_mean"],
+                    max(row["laser"]["worst_mean"], row["any_laser"]),
+                ),
+                row["stated"],
+                strict=True,
+            )
+        )
+        for count in BAND_COUNTS
+        if (row := figures[str(count)])
+    }
     return figures
 
 

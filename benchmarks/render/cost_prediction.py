@@ -95,8 +95,6 @@ def run(options: Options) -> dict[str, Any]:
         if "finer" in row:
             print(_finer(name, row))
     figures: dict[str, Any] = {"scenes": rows, "holds": holds(rows)}
-    for claim, true in figures["holds"].items():
-        print(f"{'holds' if true else 'FAILS':6} {claim}")
     return figures
 
 
