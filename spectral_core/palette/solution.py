@@ -116,6 +116,11 @@ class PaletteSolution:
     state: Any = field(default=None, repr=False)
     """Warm start of the next solve; not part of the answer."""
 
+    def __repr__(self) -> str:
+        rows, columns = self.delta_e_2000.shape
+        size = f"{rows} reflectances, {columns} lights"
+        return f"PaletteSolution({self.status}, {size}, ΔE2000 {self.max_delta_e_2000:.3g} at most)"
+
     @property
     def max_delta_e_2000(self) -> float:
         """Largest error of any cell, and of any pair of cells with equal requested colors; 0 without requests."""

@@ -128,6 +128,9 @@ class SpectralGrid:
         spacing = f"{steps[0]:g} nm" if np.ptp(steps) < 1e-9 * last else f"{steps.min():g} to {steps.max():g} nm"
         return f"{first:g}–{last:g} nm / {spacing} ({self.size} samples)"
 
+    def __repr__(self) -> str:
+        return f"SpectralGrid({self}, {self.interpolation})"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spectrum:
@@ -151,6 +154,9 @@ class Spectrum:
                 f"spectrum {self.name!r} has {self.values.size} values, its grid {self.grid} has {self.grid.size}; "
                 "give one value per wavelength"
             )
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.name!r}, {self.grid})"
 
     def at(self, wavelengths_nm: ArrayLike) -> NDArray[np.float64]:
         """Values at any wavelengths (nm), linear between knots and zero outside; same shape as the input."""

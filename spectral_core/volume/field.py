@@ -41,6 +41,11 @@ class ScalarVolume:
         object.__setattr__(self, "data", _frozen_data(self.name, self.data))
         object.__setattr__(self, "world_from_index", _frozen_affine(self.name, self.world_from_index))
 
+    def __repr__(self) -> str:
+        size = "×".join(map(str, self.shape))
+        low, high = self.value_range
+        return f"ScalarVolume({self.name!r}, {size} {self.data.dtype}, values {low:g} to {high:g})"
+
     @classmethod
     def from_spacing(
         cls, name: str, data: ArrayLike, spacing: ArrayLike = (1.0, 1.0, 1.0), origin: ArrayLike = (0.0, 0.0, 0.0)
