@@ -20,7 +20,7 @@ from spectral_core.errors import InvalidInputError
 Array = NDArray[np.float64]
 
 TABLE_SIZE = 33
-"""Nodes per axis, half a stop apart: error of a quarter of a level of 255 for AgX in the mean, seven at most at its
+"""Nodes per axis, half a stop apart: error of a quarter of a level of 255 for AgX in the mean, twelve at most at its
 sharp bends.
 """
 _STEEPNESS = 1024.0
