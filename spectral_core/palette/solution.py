@@ -41,6 +41,10 @@ class PaletteStatus(StrEnum):
 
 
 UNRELIABLE = "No solver's solution passed the check; the best one is shown, but it is not reliable."
+ROUGH = (
+    "All exact cells hold, but the spectra may be rougher than they must be: beside these cells the smoothness is lost "
+    "in rounding. Raise the smoothness, or make one of the cells not exact."
+)
 REMEDIES = {
     PaletteStatus.SOLVED: "",
     PaletteStatus.COMPROMISE: (
