@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, require_choices, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.geometry import affine
-from spectral_core.scene.paint import Color, ImageTexture, Paint, gray
+from spectral_core.scene.paint import Color, ImageTexture, Paint, gray, require_paint
 from spectral_core.scene.rays import Rays
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.surface import ScatteringMedium
@@ -93,6 +93,7 @@ class _Light:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_light", affine(f"light {self.name!r}", self.world_from_light))
+        require_paint(f"the color of light {self.name!r}", self.color)
         require_choices(self)
         require_range(f"light {self.name!r}: max_bounces", self.max_bounces, 0, 1 << 20)
         for name, low, high in _RANGES:

@@ -32,6 +32,20 @@ _THREE = "tuple[float, float, float]"
 """Beginning of the type of a field with a number for each of red, green and blue."""
 
 
+def require_paint(name: str, value: object) -> None:
+    """Raise InvalidInputError for numbers or a name in place of a color, a spectrum or an image."""
+    if isinstance(value, (int, float, np.number)):
+        raise InvalidInputError(
+            f"{name} is the number {value}; expected a color, a spectrum or an image: gray({value}) is a color of "
+            "equal channels"
+        )
+    if isinstance(value, (str, tuple, list, np.ndarray)):
+        raise InvalidInputError(
+            f"{name} is {str(value)[:40]}, of type {type(value).__name__}; expected a color, a spectrum or an image, "
+            "such as Color((0.8, 0.2, 0.2))"
+        )
+
+
 class Numbers:
     """Closures and media: plain numbers in them are finite, no number stands for a color, and names are known."""
 
@@ -46,12 +60,9 @@ class Numbers:
         fields: dict[str, str] = type(self).__annotations__
         for name in names:
             value = getattr(self, name)
+            if str(fields.get(name, "")).startswith("Paint"):
+                require_paint(f"{type(self).__name__} {name.replace('_', ' ')}", value)
             if isinstance(value, (int, float, np.number)):
-                if str(fields.get(name, "")).startswith("Paint"):
-                    raise InvalidInputError(
-                        f"{type(self).__name__} {name.replace('_', ' ')} is the number {value}; expected a color, a "
-                        f"spectrum or an image: gray({value}) is a color of equal channels"
-                    )
                 least, most = _LIMITS.get(name, (-LARGEST, LARGEST))
                 require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
             elif isinstance(value, Spectrum) and name in _LIMITS:

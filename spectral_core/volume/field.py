@@ -20,6 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import frozen_array, require_finite, require_unmasked
 from spectral_core.errors import InvalidInputError
 
+VOLUME_SOURCES = "read_volume of spectral_core.volume.files reads a file, sample_volume makes a sample"
+"""Hint for a name or a path in place of a volume."""
+
 
 @dataclass(frozen=True, eq=False)
 class ScalarVolume:

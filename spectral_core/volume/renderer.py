@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.llvm_library import find_llvm, llvm_remedy, use_newest_llvm
-from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
 from spectral_core.volume.march.device import DeviceVolume, opaque_vector
@@ -42,6 +42,7 @@ class VolumeRenderer:
     """
 
     def __init__(self, volume: ScalarVolume, backend: Any = "llvm") -> None:
+        require_kind("the volume", volume, ScalarVolume, VOLUME_SOURCES)
         for edge in volume.voxel_size:
             require_range(f"the edge of a voxel of volume {volume.name!r}", float(edge), LEAST_VOXEL, GREATEST_VOXEL)
         self.volume = volume
