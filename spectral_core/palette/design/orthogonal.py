@@ -63,7 +63,7 @@ def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH, most: i
     x = problem.joined(answer.colors, answer.values)
     start = _nearer(problem, x) if samples > MANY else x
     changes = min(changes, int(WORK / max(samples, 1) ** 3))
-    found, multipliers = (_descended if problem.color_lower.size else _each)(problem, start, changes)
+    found, multipliers = (descended if problem.color_lower.size else _each)(problem, start, changes)
     if not problem.objective(found) < problem.objective(x):
         return answer
     better = answer_at(problem, found, problem.forces(found, multipliers), answer.engines[0])
@@ -94,13 +94,13 @@ def _each(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array
     """Without free colors, one spectrum after the other."""
     found, multipliers = [], []
     for block, value in zip(problem.blocks, problem.split(x)[1], strict=True):
-        own, forces = _descended(Quadratic((block,), problem.color_lower, problem.color_upper), value, changes)
+        own, forces = descended(Quadratic((block,), problem.color_lower, problem.color_upper), value, changes)
         found.append(own)
         multipliers += forces
     return np.concatenate(found), multipliers
 
 
-def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
+def descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
     """Primal active-set steps for ½ ||rows · x − right||² within bounds, from a point within them.
 
     ``exact`` · x = ``wanted`` holds throughout. Also the multipliers of these rows, by block. Many bounds change at

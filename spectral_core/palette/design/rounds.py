@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.design.decided import decided
 from spectral_core.palette.design.orthogonal import CHANGES, LIVE, THOROUGH, refined
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import RowKey
@@ -122,6 +123,8 @@ class Rounds:
         sides: tuple[Side, ...] = ("reflectances", "lights")
         self.sides: list[Side] = [side for side in sides if assembler.free_items(side)]
         self.engines: dict[Side, Engine] = {side: Engine() for side in self.sides}
+        self._decided: dict[Side, Answer] = {}
+        """The last answer of each side."""
         self._moves: dict[Side, tuple[float, float]] = {}
         """Decrease of each side's objective in the last round, and its value."""
 
@@ -156,7 +159,8 @@ class Rounds:
         """The engine's answer with its last digits, which hold the smoothness of spectra that meet all targets."""
         assembled = self.assembler.assembled(side, state, perceptual=perceptual)
         changes = THOROUGH if returned or len(self.sides) == 1 else CHANGES
-        answer = self.engines[side].solve(assembled.quadratic)
+        found = self.engines[side].solve(assembled.quadratic)
+        answer = self._decided[side] = decided(assembled.quadratic, found, self._decided.get(side))
         return assembled, refined(assembled.quadratic, answer, changes, None if returned else self._most)
 
     def round(self, state: PaletteState, *, perceptual: bool = False) -> PaletteState:
