@@ -10,13 +10,13 @@ set of the rows, so that these hold throughout. Multipliers that show the optimu
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.design.linear_programs import ExactRows, least_miss, multipliers, nearest_point
-from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended
+from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended, on_bounds
 from spectral_core.palette.qp.answer import Answer, answer_at
 from spectral_core.palette.qp.backends import change_on_rows
 from spectral_core.palette.qp.elastic import softened
@@ -30,43 +30,86 @@ HELD = 5e-10
 """Miss of the worst exact row, in linear RGB, up to which exact rows hold together: half of what the check allows."""
 LARGEST = 12000
 """Most unknowns of a side for which linear programs decide: they take a second or two at that size."""
+BLACK = 30.0
+"""Factor for the weights of exact cells that hold in black alone."""
 SNAP = 1e-12
-"""Distance to a bound that is rounding."""
+"""Distance to a bound that is rounding: a direction of descent must not end there."""
 DESCENTS = 12
 """Most directions of descent from linear programs; one or two are usual."""
 NAME = "linear program"
 """Engine of these answers, as a solution names it."""
 
 
-def decided(problem: Quadratic, answer: Answer, before: Answer | None = None) -> Answer:
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """A problem, its answer, and True if a linear program has decided about it."""
+
+    problem: Quadratic
+    answer: Answer
+    is_new: bool = False
+
+
+def decided(problem: Quadratic, answer: Answer, before: Decision | None = None) -> Decision:
     """The answer of the engine, or a better one where it failed, or where it calls a conflict that it cannot prove.
 
-    ``before``: the last such answer, which is taken where it answers this problem as well.
+    ``before``: the last decision, which is taken where it holds for this problem as well.
     """
+    found = Decision(problem, answer)
     if answer.check.passed and not answer.infeasible:
-        return answer
+        return found
     if not problem.has_equalities or not answer.values or problem.size > LARGEST:
-        return answer
+        return found
     if answer.infeasible and answer.check.passed and least_miss(problem, answer) > HELD:
-        return answer
-    if before is not None and before.engines == (NAME,) and len(before.values) == len(problem.blocks):
-        x = problem.joined(before.colors, before.values)
-        if x.size == problem.size and len(before.forces) == len(problem.blocks):
-            again = answer_at(problem, x, list(before.forces), NAME)
-            if again.check.passed:
-                return again
+        return found
+    again = None if before is None or not before.is_new else _again(problem, answer, before)
+    return Decision(problem, again or _decided(problem, answer), is_new=True)
+
+
+def _again(problem: Quadratic, answer: Answer, before: Decision) -> Answer | None:
+    """The answer that the last decision leaves, if it is about the same exact rows."""
+    old = before.problem
+    if len(old.blocks) != len(problem.blocks) or old.size != problem.size or not _same_rows(problem, old):
+        return None
+    if before.answer.infeasible:
+        return answer if answer.infeasible else None
+    x = problem.joined(before.answer.colors, before.answer.values)
+    found = answer_at(problem, x, list(before.answer.forces), NAME)
+    return found if found.check.passed else None
+
+
+def _same_rows(problem: Quadratic, other: Quadratic) -> bool:
+    bounds = zip((problem.lower, problem.upper), (other.lower, other.upper), strict=True)
+    return all(np.array_equal(*pair) for pair in bounds) and all(
+        np.array_equal(one.exact, two.exact)
+        and all(
+            np.array_equal(getattr(one, name)[one.exact], getattr(two, name)[two.exact])
+            for name in ("rows", "ties", "targets")
+        )
+        for one, two in zip(problem.blocks, other.blocks, strict=True)
+    )
+
+
+def _decided(problem: Quadratic, answer: Answer) -> Answer:
     point, miss = nearest_point(problem)
-    # That cells can share no color but black is reported as a conflict: the compromise has the colors that were wanted.
-    if miss > HELD or forced_black(problem):
+    if miss > HELD:
         return answer if answer.infeasible else _compromise(problem, answer)
+    if forced_black(problem):
+        # Reported as a conflict: near black are the colors that were wanted, with small errors.
+        return answer if answer.infeasible else _compromise(problem, answer, BLACK)
     found = _on_the_rows(problem, point)
     if found.check.passed or answer.infeasible:  # the point shows that they do not conflict
         return found
     return found if found.check.worst < answer.check.worst else answer
 
 
-def _compromise(problem: Quadratic, answer: Answer) -> Answer:
-    found = replace(Engine().solve(softened(problem)), infeasible=True)
+def _compromise(problem: Quadratic, answer: Answer, factor: float = 1.0) -> Answer:
+    """The nearest compromise, with a factor for the squared weights of exact rows."""
+    blocks = tuple(
+        block if block.own_weights is None else block.with_weights(block.targets, block.weights, own)
+        for block in problem.blocks
+        for own in [None if block.own_weights is None else factor * block.own_weights]
+    )
+    found = replace(Engine().solve(softened(replace(problem, blocks=blocks))), infeasible=True)
     return found if found.check.passed else answer
 
 
@@ -77,7 +120,7 @@ def _on_the_rows(problem: Quadratic, point: Array) -> Answer:
     x, best = _near(held, point, rows), None
     for _ in range(DESCENTS):
         x, forces = descended(held, x, THOROUGH)
-        x = _snapped(problem, x)
+        x = on_bounds(problem, x, SNAP)
         found = answer_at(problem, x, problem.forces(x, forces), NAME)
         direction = None
         if not found.check.passed:
@@ -93,12 +136,6 @@ def _on_the_rows(problem: Quadratic, point: Array) -> Answer:
         x = moved
     assert best is not None
     return best
-
-
-def _snapped(problem: Quadratic, x: Array) -> Array:
-    """Unknowns that lie on a bound to rounding, on it: a direction of descent must not end at them."""
-    x = np.where(x - problem.lower < SNAP, problem.lower, x)
-    return np.where(problem.upper - x < SNAP, problem.upper, x)
 
 
 def _near(problem: Quadratic, point: Array, rows: ExactRows) -> Array:

@@ -19,7 +19,7 @@ from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.cell_errors import CellErrors
-from spectral_core.palette.design.decided import decided
+from spectral_core.palette.design.decided import Decision, decided
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
@@ -81,6 +81,7 @@ class PaletteSession:
         self._state: PaletteState = self._solution.state
         self._answered: tuple[Side, Assembled, Answer] | None = None
         """The side of a palette with one side, and the answer that ``state`` holds."""
+        self._decision: Decision | None = None
         self._problem = problem
         self._adopt(problem)
         self._resolve(1, perf_counter())
@@ -202,7 +203,8 @@ class PaletteSession:
                 self._assembled, changed = self._rounds.assembler.assembled(side, self._state), None
             quadratic = self._assembled.quadratic
             answer = self._rounds.engines[side].solve(quadratic, None if changed is None else [changed])
-            answer = decided(quadratic, answer)
+            decision = self._decision = decided(quadratic, answer, self._decision)
+            answer = decision.answer
             values = dict(zip(self._assembled.items, answer.values, strict=True))
             self._state = self._state.with_values(side, values)
             trace.add(side, answer, perf_counter() - started)
