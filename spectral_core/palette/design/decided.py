@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.design.linear_programs import ExactRows, least_miss, multipliers, nearest_point
-from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended, on_bounds
+from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended, on_bounds, worst_miss
 from spectral_core.palette.qp.answer import Answer, answer_at
 from spectral_core.palette.qp.backends import change_on_rows
 from spectral_core.palette.qp.elastic import softened
@@ -36,6 +36,8 @@ SNAP = 1e-12
 """Distance to a bound that is rounding: a direction of descent must not end there."""
 DESCENTS = 12
 """Most directions of descent from linear programs; one or two are usual."""
+ALONG = 1e-7
+"""Share of a direction by which it may leave the exact rows."""
 NAME = "linear program"
 """Engine of these answers, as a solution names it."""
 
@@ -130,6 +132,9 @@ def _on_the_rows(problem: Quadratic, point: Array) -> Answer:
         best = found if best is None or found.check.worst < best.check.worst else best
         if direction is None or best.check.passed:
             break
+        # Below the tolerance of the program, its direction leaves the rows.
+        if np.abs(rows.matrix @ direction).max(initial=0.0) > ALONG * np.abs(direction).max():
+            break
         moved = _along(held, x, direction)
         if not held.objective(moved) < held.objective(x):
             break
@@ -143,7 +148,7 @@ def _near(problem: Quadratic, point: Array, rows: ExactRows) -> Array:
     best, least = point, problem.objective(point)
     for unit in (1.0, *UNITS):
         found = change_on_rows(problem, best, rows.matrix, unit)
-        if found is not None and problem.objective(found) < least:
+        if found is not None and worst_miss(problem, found) <= HELD and problem.objective(found) < least:
             best, least = found, problem.objective(found)
     return best
 

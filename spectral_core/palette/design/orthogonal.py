@@ -91,7 +91,7 @@ def _better_start(problem: Quadratic, x: Array, before: Answer | None) -> Array:
     if before is None or sum(each.size for each in before.values) + before.colors.size != problem.size:
         return x
     old = problem.joined(before.colors, before.values)
-    fits = bool(((old >= problem.lower) & (old <= problem.upper)).all()) and _off(problem, old) <= HELD
+    fits = bool(((old >= problem.lower) & (old <= problem.upper)).all()) and worst_miss(problem, old) <= HELD
     return old if fits and problem.objective(old) < problem.objective(x) else x
 
 
@@ -104,15 +104,15 @@ def on_bounds(problem: Quadratic, x: Array, near: float) -> Array:
 def _nearer(problem: Quadratic, x: Array) -> Array:
     """A lower point by piqp, whose time grows with the samples and not with their cube; ``x`` if there is none."""
     best, least = x, problem.objective(x)
-    allowed = max(_off(problem, x), HELD)
+    allowed = max(worst_miss(problem, x), HELD)
     for unit in UNITS:
         found = change_by_piqp(problem, x, unit)
-        if found is not None and problem.objective(found) < least and _off(problem, found) <= allowed:
+        if found is not None and problem.objective(found) < least and worst_miss(problem, found) <= allowed:
             best, least = found, problem.objective(found)
     return best
 
 
-def _off(problem: Quadratic, x: Array) -> float:
+def worst_miss(problem: Quadratic, x: Array) -> float:
     """Largest error of an exact row."""
     misses = zip(problem.blocks, problem.all_misses(x), strict=True)
     return max((float(np.abs(left[block.exact]).max(initial=0.0)) for block, left in misses), default=0.0)

@@ -18,7 +18,7 @@ from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
 
-ROUNDING = 16 * float(np.finfo(float).eps)
+ROUNDING = 64 * float(np.finfo(float).eps)
 """Share of the terms of a gradient that is rounding."""
 
 
