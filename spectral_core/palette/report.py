@@ -87,8 +87,8 @@ def _named_cause(
     if excluded:
         return PaletteStatus.EXACT_CONFLICT, f"{excluded} The closest compromise is shown."
     if status is PaletteStatus.EXACT_CONFLICT:
-        side = trace.sides.get("reflectances")
-        black = only_black(problem, side and side[0], exact_error(builder.requests, state.colors())[0])
+        worst = exact_error(builder.requests, state.colors())[0]
+        black = only_black(problem, trace.sides.get("reflectances"), worst)
         if black:
             return status, black
     if status is PaletteStatus.IMPROVING and not _is_exact_optimum(trace):
