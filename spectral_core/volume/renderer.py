@@ -22,7 +22,7 @@ from spectral_core.volume.march.device_grid import DeviceGrid
 from spectral_core.volume.march.gradient import gradient_magnitude
 from spectral_core.volume.march.loop import Marched, march
 from spectral_core.volume.march.march_input import USUAL, Limits, Rays, clip_to_box
-from spectral_core.volume.march.path import FieldPath, Path
+from spectral_core.volume.march.path import FieldPath, Path, phase_at
 from spectral_core.volume.march.rules import Rule
 from spectral_core.volume.plan import plan
 from spectral_core.volume.prepared import PreparedTransfer
@@ -147,7 +147,8 @@ class VolumeRenderer:
     ) -> Marched:
         data = self.prepare(transfer).march_input(stepping, limits)
         rays = self._rays(view, pixels, data.grid)
-        return march(Path((FieldPath(data, rays),), rays.length, rays.world), counts=counts)
+        path = Path((FieldPath(data, rays),), rays.length, rays.world, phase=phase_at(*pixels))
+        return march(path, counts=counts)
 
     def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
         import drjit as dr
