@@ -113,9 +113,9 @@ class FieldPath:
 class Path:
     """The path of a march: ``fields``, the ``length`` in units of t, and the ``world`` length of one unit.
 
-    ``start`` is the world distance along the ray at t = 0, for callers that need world distances. ``phase``: share of a
-    step, in (0, 1], that the first midpoint step in a visible part takes, None for 1. Neighboring rays of different
-    phases have different errors, which then look like grain, not like bands.
+    ``start`` is the world distance along the ray at t = 0, for callers that need world distances. ``phase``: share, in
+    (0, 1], of a step that the first midpoint step in each visible part takes; None for 1. Neighboring rays of different
+    phases have different errors, which look like grain, not like bands.
     """
 
     fields: tuple[FieldPath, ...]
@@ -139,17 +139,6 @@ class Path:
         import drjit as dr
 
         return dr.fma(t, self.world, self.start)
-
-
-def phase_at(x: Any, y: Any) -> Any:
-    """Phase of the ray through a place in the picture, in pixels: those of neighbors are spread evenly.
-
-    A two-dimensional sequence of low discrepancy (M. Roberts, 2018) as a dither pattern.
-    """
-    import drjit as dr
-
-    place = x * 0.7548776662466927 + y * 0.5698402909980532
-    return 1.0 - (place - dr.floor(place))
 
 
 def path_through(fields: list[Placed], ray: WorldRay, phase: Any = None) -> Path:
