@@ -117,6 +117,18 @@ class ImageTexture:
         return "image", self.color_space, self.extension, self.interpolation
 
 
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class DrawnPattern(ImageTexture):
+    """An environment drawn from a pattern. Rays from the camera, from mirrors and through glass show the pattern
+    itself, which may be finer than the pixels; all other light comes from the pixels.
+
+    ``pattern``: radiance as linear sRGB; its program may read the direction in the environment's axes as ``position``,
+    and the opposite direction as ``incoming`` and ``normal``.
+    """
+
+    pattern: Computed
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class MixedPaint:
     """``(1 - factor) · first + factor · second``, the factor a number in [0, 1] or an image."""

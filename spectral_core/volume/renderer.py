@@ -19,6 +19,7 @@ from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
 from spectral_core.volume.march.device import DeviceVolume, opaque_vector
 from spectral_core.volume.march.device_grid import DeviceGrid
+from spectral_core.volume.march.dither import phase_at
 from spectral_core.volume.march.gradient import gradient_magnitude
 from spectral_core.volume.march.loop import Marched, march
 from spectral_core.volume.march.march_input import USUAL, Limits, Rays, clip_to_box
@@ -148,7 +149,8 @@ class VolumeRenderer:
     ) -> Marched:
         data = self.prepare(transfer).march_input(stepping, limits)
         rays = self._rays(view, pixels, data.grid)
-        return march(Path((FieldPath(data, rays),), rays.length, rays.world), counts=counts)
+        path = Path((FieldPath(data, rays),), rays.length, rays.world, phase=phase_at(self.types, *pixels))
+        return march(path, counts=counts)
 
     def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
         import drjit as dr

@@ -14,6 +14,7 @@ from spectral_core.scene import (
     Color,
     Computed,
     Diffuse,
+    DrawnPattern,
     EllipseHair,
     Emission,
     Fluorescent,
@@ -239,7 +240,8 @@ def largest_size(paint: Any) -> float:
     if isinstance(paint, Spectrum):
         return float(paint.values.max())
     if isinstance(paint, ImageTexture) and paint.pixels.dtype != np.uint8:
-        return float(np.max(np.abs(paint.pixels[..., :3]), initial=0.0))
+        least = 1.0 if isinstance(paint, DrawnPattern) else 0.0  # its details may be brighter than its pixels
+        return float(np.max(np.abs(paint.pixels[..., :3]), initial=least))
     return 1.0 if isinstance(paint, _IMAGES) else 0.0
 
 

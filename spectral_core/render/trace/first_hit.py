@@ -117,6 +117,7 @@ class FirstHit:
             return passed + hole, mi.Spectrum(0.0)
         miss = dr.zeros(mi.SurfaceInteraction3f)
         miss.wi, miss.wavelengths, miss.t = -ray.d, ray.wavelengths, mi.Float(dr.inf)
+        miss.dn_dv = camera_marks(mi)
         return passed + hole, passed * environment.eval(miss)
 
     def intersect(self, ray: Any, active: Any) -> Any:
