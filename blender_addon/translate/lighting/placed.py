@@ -23,7 +23,7 @@ def place_light(found: Collected, obj: Any, instance: Any) -> None:
     if light is not None:
         original = obj.original
         found.trace.lights[original.session_uid] = len(found.lights)
-        found.trace.lamps.setdefault(original.data.session_uid, set()).add(original.session_uid)
+        found.trace.lamps[original.data.session_uid] = original.session_uid
         found.lights.append(light)
         found.linking.add(light.name, original)
 

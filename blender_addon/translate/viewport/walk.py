@@ -48,15 +48,14 @@ class Trace:
     """Where a walk has found what; all by session numbers.
 
     ``sources``: those of materials, by their key in ``Collected.translated``. ``lights``, ``places``: index of an
-    object in ``Collected.lights`` and ``Collected.instances``. ``lamps``: lamp objects by their data, which they may
-    share. ``repeated``: objects with instances or with several parts, as a mesh and points of geometry nodes.
-    ``facts``, ``names``: of all objects.
+    object in ``Collected.lights`` and ``Collected.instances``. ``lamps``: lamp objects by their data. ``repeated``:
+    objects with instances. ``facts``, ``names``: of all objects.
     """
 
     sources: dict[Any, int] = field(default_factory=dict)
     lights: dict[int, int] = field(default_factory=dict)
     places: dict[int, int] = field(default_factory=dict)
-    lamps: dict[int, set[int]] = field(default_factory=dict)
+    lamps: dict[int, int] = field(default_factory=dict)
     repeated: set[int] = field(default_factory=set)
     facts: dict[int, tuple[Any, ...]] = field(default_factory=dict)
     names: dict[int, str] = field(default_factory=dict)
@@ -84,7 +83,7 @@ class Walk:
     materials: dict[int, Any]
     lights: dict[int, int]
     places: dict[int, int]
-    lamps: dict[int, set[int]]
+    lamps: dict[int, int]
     part_notes: dict[tuple[str, int], tuple[Note, ...]]
     unreported: Any
     """See ``unreported_of``."""
@@ -107,7 +106,7 @@ class Walk:
             self.edited.add(uid)
             return uid in self.materials
         if uid in self.lamps:
-            self.edited |= self.lamps[uid]
+            self.edited.add(self.lamps[uid])
             return True
         return kind in SETTLED or (kind == "ShaderNodeTree" and bool(block.is_embedded_data))
 
@@ -132,7 +131,7 @@ class Walk:
             if uid in self.materials or uid in self.lights:
                 self.edited.add(uid)
             elif uid in self.lamps:
-                self.edited |= self.lamps[uid]
+                self.edited.add(self.lamps[uid])
             elif all(world.session_uid != uid for world in bpy.data.worlds):
                 return False
         return True
@@ -173,9 +172,7 @@ class Walk:
         key = self.materials[uid]
         old = found.translated[key]
         new = remade(found, source.evaluated_get(found.translation.depsgraph))
-        is_other = (new.material.name, new.reads) != (old.material.name, old.reads)
-        has_changed_kind = (new.material.surface is None) != (old.material.surface is None)  # no volume is a holdout
-        if is_other or has_changed_kind or _depends_on_objects(new):
+        if (new.material.name, new.reads) != (old.material.name, old.reads) or _depends_on_objects(new):
             raise RepeatWalk
         found.translated[key] = new
 
@@ -222,7 +219,7 @@ def walk_of(found: Collected, notes: tuple[Note, ...], kept: Kept) -> Walk | Non
         return None
     lights = {uid: place for uid, place in trace.lights.items() if uid not in trace.repeated}
     places = {uid: place for uid, place in trace.places.items() if uid not in trace.repeated}
-    lamps = {data: uids for data, uids in trace.lamps.items() if uids <= lights.keys()}
+    lamps = {data: uid for data, uid in trace.lamps.items() if uid in lights}
     parts = {key: kept.parts[key].notes for key in made}
     return Walk(found, notes, materials, lights, places, lamps, parts, unreported_of(found.translation.depsgraph))
 
