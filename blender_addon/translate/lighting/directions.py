@@ -36,11 +36,15 @@ class Look:
     swaps: dict[int, ImageTexture] | None = None
     window: tuple[float, ...] = (1.0, 1.0, 0.0, 0.0, 1.0)
     """Frame of the camera, as ``Camera.window`` gives it."""
+    heard: list[Any] | None = None
+    """Takes note of the shaders, programs and spectra that are evaluated: equal ones give equal radiances."""
 
     def value(self, field: Field, width: int) -> Array:
         """A field along every direction, (n, width)."""
         value = value_of(field)
         program = value.program(width)
+        if self.heard is not None:
+            self.heard.append(program)
         if self.swaps:
             program = Program(tuple(replace(i, data=self.swaps.get(id(i.data), i.data)) for i in program.instructions))
         parts = [
@@ -103,9 +107,13 @@ def radiance(reader: Reader, place: Input, look: Look) -> Array:
     if source is None:
         return np.zeros((len(look.directions), 3))
     kind = source.node.type
+    if look.heard is not None:
+        look.heard.append(kind)
     field: Callable[[Any, float], Field] = lambda of, other: reader.literal(other) if of is None else reader.field(of)  # noqa: E731
     if kind in ("BACKGROUND", "EMISSION"):
         own = color_of_own_spectrum(reader, source)
+        if look.heard is not None:
+            look.heard.append(own)
         color = look.value(field(source.input("Color"), 1.0), 3) if own is None else own
         return np.asarray(color * look.value(field(source.input("Strength"), 1.0), 1))
     places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]

@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Color, ImageTexture, SunLight
+from spectral_core.render.same import equal
+from spectral_core.scene import Color, ImageTexture, Note, SunLight
 
 from ..camera import translate_film
 from ..context import Translation
@@ -106,7 +110,7 @@ def follows_camera(tree: Any) -> bool:
 
 def world_light(
     translation: Translation, world: Any, output: Any, camera: Any, own: dict[str, Any], *, is_seen: bool = False
-) -> tuple[Term, Term, tuple[SunLight, ...]]:
+) -> WorldLight:
     """The environment for the light in the scene, that for the camera, and the suns of the skies in a world, from its
     ``output`` node. ``is_seen``: True if the camera is that of the picture, whose view of the world is judged, too.
     """
@@ -114,11 +118,49 @@ def world_light(
     place = Input(output.inputs["Surface"])
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
-    radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree, after which its images are known
+    window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
+    heard: list[Any] = []
+    # reads the tree, after which its images are known
+    radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view, window=window, heard=heard))
     heights = [image.pixels.shape[0] for image in reader.builder.images if id(image) not in reader.skies]
     rows = min(max([ROWS, *heights]), MOST_ROWS)
     # every ray meets another value of white noise, so that a pixel of the environment shows a mean
     is_noise = any(name.startswith("white_noise") for name in reader.builder.operations)
+    make = partial(_world_light, reader, place, Look(np.zeros((0, 3)), view, window=window), own, rows, is_noise)
+    if is_seen:
+        return make(camera)
+    skies = [sky[1:] for sky in reader.skies.values()]
+    return _kept_or_drawn(translation, (world.name, heard, skies, view, window, own, rows, is_noise), make)
+
+
+WorldLight = tuple[Term, Term, tuple[SunLight, ...]]
+_drawn: deque[tuple[Any, WorldLight, tuple[Note, ...]]] = deque(maxlen=2)
+"""The latest worlds of views: what each was drawn from, the result and the notes."""
+
+
+def _kept_or_drawn(translation: Translation, state: Any, make: Callable[[], WorldLight]) -> WorldLight:
+    """The result of ``make``, or that of an earlier translation of an equal world.
+
+    A view translates a world again for each frame and after each undo; to draw one takes up to a second.
+    """
+    for before, result, notes in list(_drawn):
+        if equal(before, state):
+            for note in notes:
+                translation.note(note.subject, note.message)
+            return result
+    with translation.listening() as noted:
+        result = make()
+    _drawn.append((state, result, noted.notes))
+    return result
+
+
+def _world_light(
+    reader: Reader, place: Input, seen: Look, own: dict[str, Any], rows: int, is_noise: bool, camera: Any = None
+) -> WorldLight:
+    """``world_light`` of a tree that was read. ``seen``: a look without directions; ``camera``: that of the picture,
+    whose view is judged; None in views.
+    """
+    name = reader.owner
     places = [tuple((0.5 + k * R2) % 1.0) for k in range(NOISE_SAMPLES if is_noise else 1)]
     grids = [directions_of(rows, at).reshape(-1, 3) for at in places]
 
@@ -127,24 +169,23 @@ def world_light(
         found = np.asarray(seen / len(grids)).reshape(rows, 2 * rows, 3)
         if found.min() >= 0 and np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
             return Term(Color(found[0, 0]))
-        return Term(environment_of(world.name, found))
+        return Term(environment_of(name, found))
 
-    window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
-    lights = drawn(Look(grids[0], view, window=window))
+    lights = drawn(seen)
     tells = depends_on_ray_type(linked(place))
-    for name in sorted(ray_types_of(linked(place))):
-        note_ray_type(reader, name)
-    sees = drawn(Look(grids[0], view, camera=True, window=window)) if tells else lights
+    for ray in sorted(ray_types_of(linked(place))):
+        note_ray_type(reader, ray)
+    sees = drawn(replace(seen, camera=True)) if tells else lights
     if not is_noise:
-        look = Look(grids[0], view, window=window)
-        _note_coarse(reader, place, (lights, look, everywhere()))
-        framed = in_frame(camera, look) if is_seen and not translation.scene.render.film_transparent else None
+        _note_coarse(reader, place, (lights, seen, everywhere()))
+        transparent = reader.translation.scene.render.film_transparent
+        framed = None if camera is None or transparent else in_frame(camera, seen)
         if framed is not None:
-            _note_coarse(reader, place, (sees, replace(look, camera=tells), framed))
+            _note_coarse(reader, place, (sees, replace(seen, camera=tells), framed))
     suns = tuple(
         sun
         for number, image_id in enumerate(reader.skies)
-        if (sun := _sun(reader, place, view, image_id, f"{world.name} sun {number + 1}", own)) is not None
+        if (sun := _sun(reader, place, seen.camera_from_world, image_id, f"{name} sun {number + 1}", own)) is not None
     )
     return lights, sees, suns
 
