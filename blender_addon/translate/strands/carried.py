@@ -33,11 +33,11 @@ def content_of(data: Any, reads: frozenset[str]) -> bytes:
         values = stored_in(attribute) if attribute.name in names else None
         if values is not None:
             found.update(f"{attribute.name}:{attribute.domain}:{attribute.data_type}:{len(values)}:".encode())
-            found.update(values)
+            found.update(values.tobytes())
     if hasattr(data, "curves"):
         lengths = np.empty(len(data.curves), np.int32)
         data.curves.foreach_get("points_length", lengths)
-        found.update(lengths)
+        found.update(lengths.tobytes())
     return found.digest()
 
 
