@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Color, Computed, DrawnPattern, SunLight
+from spectral_core.render.same import equal
+from spectral_core.scene import Color, Computed, DrawnPattern, Note, SunLight
 from spectral_core.scene.shading import Program
 
 from ..camera import translate_film
@@ -111,7 +114,7 @@ def follows_camera(tree: Any) -> bool:
 
 def world_light(
     translation: Translation, world: Any, output: Any, camera: Any, own: dict[str, Any], *, is_seen: bool = False
-) -> tuple[Term, Term, tuple[SunLight, ...]]:
+) -> WorldLight:
     """The environment for the light in the scene, that for the camera, and the suns of the skies in a world, from its
     ``output`` node. ``is_seen``: True if the camera is that of the picture, whose view of the world is judged, too.
     """
@@ -129,17 +132,45 @@ def world_light(
     looks = [Look(view, camera=is_camera, window=window) for is_camera in ((False, True) if tells else (False,))]
     is_shown = is_seen and not translation.scene.render.film_transparent
     framed = in_frame(camera, looks[0]) if is_shown else None
-    terms = []
-    for look in looks:
-        judged = [everywhere(), *([] if framed is None or (tells and not look.camera) else [framed])]
-        terms.append(_drawn(reader, along_rays(radiance, look), rows, judged))
-    program = along_rays(radiance, looks[0])
-    suns = tuple(
-        sun
-        for number, image_id in enumerate(reader.skies)
-        if (sun := _sun(reader, program, image_id, f"{world.name} sun {number + 1}", own)) is not None
-    )
-    return terms[0], terms[-1], suns
+    programs = [along_rays(radiance, look) for look in looks]
+
+    def make() -> WorldLight:
+        terms = []
+        for look, program in zip(looks, programs, strict=True):
+            judged = [everywhere(), *([] if framed is None or (tells and not look.camera) else [framed])]
+            terms.append(_drawn(reader, program, rows, judged))
+        suns = tuple(
+            sun
+            for number, image_id in enumerate(reader.skies)
+            if (sun := _sun(reader, programs[0], image_id, f"{world.name} sun {number + 1}", own)) is not None
+        )
+        return terms[0], terms[-1], suns
+
+    if is_seen:
+        return make()
+    skies = [sky[1:] for sky in reader.skies.values()]
+    return _kept_or_made(translation, (world.name, programs, skies, own, rows), make)
+
+
+WorldLight = tuple[Term, Term, tuple[SunLight, ...]]
+_latest: deque[tuple[Any, WorldLight, tuple[Note, ...]]] = deque(maxlen=2)
+"""The latest worlds of views: what each was drawn from, the result and the notes."""
+
+
+def _kept_or_made(translation: Translation, state: Any, make: Callable[[], WorldLight]) -> WorldLight:
+    """The result of ``make``, or that of an earlier translation of an equal world.
+
+    A view translates a world again for each frame and after each undo; to draw one takes up to a second.
+    """
+    for before, result, notes in list(_latest):
+        if equal(before, state):
+            for note in notes:
+                translation.note(note.subject, note.message)
+            return result
+    with translation.listening() as noted:
+        result = make()
+    _latest.append((state, result, noted.notes))
+    return result
 
 
 def _drawn(reader: Reader, program: Program, rows: int, judged: list[Array]) -> Term:
