@@ -13,7 +13,8 @@ from bpy.types import ID, Context, PropertyGroup
 from spectral_core.errors import InvalidInputError
 
 from ..editing.dial import changes, kept_mix, live
-from ..editing.dial.members import apply_weights, block_of
+from ..editing.dial.members import apply_weights, block_of, light_dark_lamps, require_writable
+from ..editing.dial.names import name_of
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting
 from .dial import dial_in
@@ -44,8 +45,12 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
             self.report({"WARNING"}, "all bulbs are off: the lights are dark now. Ctrl Z, or Restore, brings them back")
         if not self.restore:
             _require_lamps(dial)
+        require_writable(dial.bulbs, weights)
+        light_dark_lamps(dial.bulbs)
         before = changes.parts_of(context.scene)
-        count = apply_weights(dial.bulbs, weights)
+        for bulb, weight in zip(dial.bulbs, weights.tolist(), strict=True):
+            bulb.is_dark, bulb.lit = weight == 0, weight or bulb.lit
+        count = apply_weights(dial.bulbs, [0.0 if bulb.is_dark else bulb.lit for bulb in dial.bulbs])
         if not self.restore:
             _apply_lamps(dial)
         changes.accept(context.scene, before)
@@ -186,8 +191,8 @@ def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndar
         spectrum = catalogue.named("illuminant", bulb.lamp) if bulb.lamp else light
         if spectrum is None:
             raise InvalidInputError(
-                f"the lights of {bulb.name!r} have no common spectrum (or they are emissive objects); give the bulb a "
-                "lamp, or record with One per Light"
+                f"the lights of {name_of(bulb)!r} have no common spectrum (or they are emissive objects); give the "
+                "bulb a lamp, or record with One per Light"
             )
         total += share * _unit(spectrum).resampled(grid, average=True).values  # a line between two knots counts, too
     return Illuminant("dial mixture", grid, total / total.max(), source="mixed on the light dial")
