@@ -125,7 +125,9 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         dial = dial_in(context)
         mixing = kept_mix.live_mix(context.scene)
         weights = live.weights_of(dial)
-        shares = weights * _luminances(mixing)
+        luminances = _luminances(mixing)
+        shares = weights * np.maximum(luminances, 0.0)
+        removing = [name_of(bulb) for bulb, share in zip(dial.bulbs, weights * luminances, strict=True) if share < 0]
         lamps = [_lamps(bulb) for bulb in dial.bulbs]
         strongest = max(range(len(shares)), key=lambda k: (bool(lamps[k]), shares[k]))
         if not lamps[strongest] or not shares[strongest]:
@@ -148,6 +150,8 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         if self.hide:
             for kept in (each for found in lamps for each in found):
                 kept.owner.hide_render = True
+        if removing:
+            self.report({"WARNING"}, f"one lamp cannot remove light, so it is made without {', '.join(removing)}")
         self.report({"INFO"}, f"{made.name}: {made.data.energy:.4g} W")
 
 
@@ -168,13 +172,13 @@ def _own_luminance(bulb: PropertyGroup, recorded: "Spectrum | None") -> float:
 
 
 def _luminances(mixing: "LiveMix") -> np.ndarray:
-    """Mean luminance (n,) of each group in the recorded picture."""
+    """Mean luminance (n,) of each group in the recorded picture, below 0 for lamps that remove light."""
     count = len(mixing.transport.groups)
     from spectral_core.spectra.color import RGB_FROM_XYZ
 
     luminance = np.linalg.inv(RGB_FROM_XYZ)[1]
     luminances = [mixing.picture(row)[..., :3].reshape(-1, 3).mean(axis=0) @ luminance for row in np.eye(count)]
-    return np.maximum(luminances, 0.0)
+    return np.array(luminances)
 
 
 def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndarray) -> "Illuminant":

@@ -158,3 +158,9 @@ def test_a_lamp_of_negative_power_is_mixed_and_applied(stage):
     assert changes(dial) == ""
     assert bpy.ops.spectral.dial_apply(restore=True) == {"FINISHED"}
     assert bpy.data.objects["Fill"].data.energy == pytest.approx(-30.0)
+    for bulb in dial.bulbs:
+        bulb.is_on = bulb.name in ("Key", "Fill")
+    made = set(bpy.data.objects)
+    bpy.ops.spectral.dial_bake()
+    (lamp,) = set(bpy.data.objects) - made
+    assert lamp.data.energy > 0
