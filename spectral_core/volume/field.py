@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_finite, require_unmasked
+from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_unmasked
 from spectral_core.errors import InvalidInputError
 
 
+@read_only_when_copied
 @dataclass(frozen=True, eq=False)
 class ScalarVolume:
     """A scalar field on a regular grid and its position in the world.
