@@ -110,7 +110,8 @@ def _cinema(out: Path) -> dict[str, Any]:
     from spectral_core.explore.sweep.parameters import Parameter, Space
     from spectral_core.explore.sweep.region import RegionOfInterest
     from spectral_core.explore.sweep.runner import run_sweep
-    from spectral_core.explore.sweep.store import Project, Store
+    from spectral_core.explore.sweep.project import Project
+    from spectral_core.explore.sweep.store import Store
 
     shutil.rmtree(out / "cinema.cdb", ignore_errors=True)
     node = FunctionNode.of("benchmarks.explore.cases.kill:work", log=str(out / "log"), pause=0.0)

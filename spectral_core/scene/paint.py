@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_choices, require_finite, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_choices, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.spectral_image import SpectralImage
@@ -72,6 +72,7 @@ class Numbers:
                 frozen_array(f"{type(self).__name__} {name.replace('_', ' ')}", value, (3,))
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Color:
     """Linear sRGB, shape (3,). As a reflectance it is upsampled to a smooth spectrum; as a light it tints D65."""
@@ -82,6 +83,7 @@ class Color:
         object.__setattr__(self, "linear_rgb", frozen_array("linear_rgb", self.linear_rgb, (3,)))
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class ImageTexture:
     """Pixels over a mesh's UV square, row 0 at v = 0 (bottom, as in Blender).

@@ -14,7 +14,7 @@ from typing import Literal, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, require_text
 from spectral_core.errors import GridMismatchError, InvalidInputError
 
 Interpolation = Literal["linear", "sampled"]
@@ -22,6 +22,7 @@ MOST_KNOTS = 1_000_000
 """Largest grid, more than any instrument resolves; a larger one is a mistake in the unit."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectralGrid:
     """Wavelengths at which spectra are known, and the interpolation between them.
@@ -132,6 +133,7 @@ class SpectralGrid:
         return f"SpectralGrid({self}, {self.interpolation})"
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Spectrum:
     """Values on a grid. ``values``: shape (grid.size,); ``source``: text on their origin."""

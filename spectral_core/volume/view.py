@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_kind, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 
@@ -18,6 +18,7 @@ LEAST_FOV, GREATEST_FOV = 1e-6, 179.999
 """Degrees: those of every camera of a scene, a narrow part of its picture included."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, eq=False)
 class View:
     """A camera and the size of its picture.

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
-from spectral_core.checks import frozen_array, require_range, require_whole
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.paint.mixtures import halftone_shares, paint_mixture
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
@@ -34,6 +34,7 @@ MOST_COLORANTS = 8
 """Most colorants in one recipe."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Colorants:
     """Measured colorants on one grid. ``spectra``: (k, n).
