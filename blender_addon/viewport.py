@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 from . import compat
+from .drawing.covered import covered
 from .drawing.viewport import Canvas, draw_divider, draw_message
 from .editing.viewport.session import Picture, ViewSession
 from .translate.shading.image_files.permitted import drawing
@@ -76,7 +77,7 @@ class Viewport:
         engine.update_stats(*words(pictures, settings))
         trouble = next((picture.trouble for picture in pictures if picture.trouble), "")
         if trouble:
-            draw_message(trouble, region, scale)
+            draw_message(trouble, region, covered(context.area, region), scale)
         if is_new:  # a picture that is there already takes a part of the time
             self._session.drawings.append(time.monotonic() - began)
 
