@@ -40,6 +40,6 @@ def test_a_message_is_beside_the_tools_and_the_sidebar(monkeypatch):
     text = "the render process was killed by signal 9; " * 5
     draw_message(text, SimpleNamespace(width=1100, height=700), Covered(left=60, right=280), 1.0)
     assert " ".join(line for line, _ in texts).split() == ["The", *text.split()[1:]]
-    assert all(60 <= x and x + 7 * len(line) <= 820 for line, x in texts)
+    assert all(x >= 60 and x + 7 * len(line) <= 820 for line, x in texts)
     assert plates[0][:, 0].min() >= 60
     assert plates[0][:, 0].max() <= 820
