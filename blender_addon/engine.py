@@ -249,42 +249,11 @@ def _clock(seconds: float) -> str:
     return f"{int(minutes)}:{rest:04.1f} min" if minutes else f"{rest:.1f} s"
 
 
-# Panels of EEVEE that show nothing of EEVEE's own: what every camera, light, material and world has.
-EEVEE_PANELS = (
-    "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "DATA_PT_EEVEE_light", "EEVEE_MATERIAL_PT_context_material",
-    "EEVEE_MATERIAL_PT_surface", "EEVEE_MATERIAL_PT_volume", "EEVEE_WORLD_PT_surface", "NODE_DATA_PT_EEVEE_light",
-    "RENDER_PT_eevee_film", "VIEWLAYER_PT_layer_passes", "VIEWLAYER_PT_layer_passes_aov",
-    "VIEWLAYER_PT_layer_passes_cryptomatte", "VIEWLAYER_PT_layer_passes_lightgroups",
-)  # fmt: skip
-
-
-# Panels that EEVEE replaces by larger ones, and panels of features that this engine does not render.
-TWINS = {"DATA_PT_light": "DATA_PT_EEVEE_light", "NODE_DATA_PT_light": "NODE_DATA_PT_EEVEE_light"}
-NOT_DRAWN = ("freestyle", "gpencil", "grease_pencil", "greasepencil")
-
-
-def _shared_panels() -> list[Any]:
-    """Blender's own panels that apply to this engine; each has a set of compatible engines."""
-    panels = [panel for panel in bpy.types.Panel.__subclasses__() if "COMPAT_ENGINES" in vars(panel)]
-    names = {panel.__name__ for panel in panels}
-    return [
-        panel
-        for panel in panels
-        if ("BLENDER_RENDER" in panel.COMPAT_ENGINES or panel.__name__ in EEVEE_PANELS)
-        and TWINS.get(panel.__name__) not in names
-        and not any(word in panel.__name__.lower() for word in NOT_DRAWN)
-    ]
-
-
 def register() -> None:
-    """Register the engine and show Blender's own panels for it."""
+    """Register the engine."""
     bpy.utils.register_class(SpectralRenderEngine)
-    for panel in _shared_panels():
-        panel.COMPAT_ENGINES.add(BL_IDNAME)
 
 
 def unregister() -> None:
-    """Remove the engine, and its name from the panels."""
-    for panel in _shared_panels():
-        panel.COMPAT_ENGINES.discard(BL_IDNAME)
+    """Remove the engine."""
     bpy.utils.unregister_class(SpectralRenderEngine)

@@ -25,7 +25,8 @@ FEATURES = {
     ),
     "drawing": ("icons", "overlay", "dial"),
     "panels": (
-        "viewport", "spectrum", "palette", "texture", "recipe", "render", "volume", "dial", "board", "sweep",
+        "shared", "settings", "viewport", "spectrum", "palette", "texture", "recipe", "render", "volume", "dial",
+        "board", "sweep",
     ),
 }  # fmt: skip
 """Folder to its modules with registration."""

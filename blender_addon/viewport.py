@@ -78,7 +78,7 @@ class Viewport:
         engine.update_stats(*words(pictures, settings))
         trouble = next((picture.trouble for picture in pictures if picture.trouble), "")
         if trouble:
-            draw_message(trouble, region, scale)
+            draw_message(trouble, region, covered(context.area, region), scale)
         if is_new:  # a picture that is there already takes a part of the time
             self._session.drawings.append(time.monotonic() - began)
 
@@ -87,7 +87,8 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
     """Statistics for the corner of the view, and its present activity."""
     frames = [picture.shown.frame for picture in pictures if picture.shown is not None]
     if not frames:
-        return "", "Paused" if settings.is_paused else "Loading the scene"
+        is_loading = not any(picture.trouble for picture in pictures)
+        return "", "Paused" if settings.is_paused else "Loading the scene" if is_loading else ""
     kind = "Spectral" if frames[0].is_spectral else "RGB"
     samples, seconds = min(frame.samples for frame in frames), max(frame.seconds for frame in frames)
     left = f" | {left_s:.0f} s left" if (left_s := time_left(samples, settings.samples, seconds)) >= 1 else ""

@@ -121,16 +121,17 @@ def name_spots(
     return [(starts[0], base), (starts[1], base + 26 * scale if overlaps else base)]
 
 
-def draw_message(text: str, region: Any, scale: float) -> None:
-    """A line or two of text on a plate in the middle of the view."""
+def draw_message(text: str, region: Any, known: Covered, scale: float) -> None:
+    """A line or two of text on a plate in the middle of what the tools and the sidebar leave of the view."""
     import blf
 
     from .overlay import FONT, draw_triangles, write
 
     blf.size(FONT, 13 * scale)
-    lines = wrapped_words(text, max(12, int(region.width / (8 * scale))))
+    room = region.width - known.left - known.right
+    lines = wrapped_words(f"{text[:1].upper()}{text[1:]}", max(12, int(room / (8 * scale))))
     height = 20 * scale
-    middle, top = region.width / 2, region.height / 2 + height * len(lines) / 2
+    middle, top = known.left + room / 2, region.height / 2 + height * len(lines) / 2
     wide = max(blf.dimensions(FONT, line)[0] for line in lines) / 2 + 12 * scale
     left, right, low, high = middle - wide, middle + wide, top - height * len(lines) - 8 * scale, top + 8 * scale
     corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]

@@ -6,7 +6,10 @@ import re
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
+from spectral_core.errors import InvalidInputError
+
 from ..editing.board import live
+from ..editing.board.paths import number_at
 from .parts import wrapped
 
 
@@ -35,7 +38,7 @@ class SPECTRAL_PT_board(bpy.types.Panel):
             wrapped(layout, context, f"Move a fader for {running.board.learning}", icon="ARROW_LEFTRIGHT")
         else:
             layout.operator("spectral.board_learn", icon="ARROW_LEFTRIGHT").target = ""
-        _draw_bindings(layout, settings)
+        _draw_bindings(layout, context, settings)
         if not len(settings.bindings):
             wrapped(layout, context, "Right-click any number, choose Learn Fader, and move a fader.", icon="INFO")
         layout.operator("spectral.board_order", icon="SORT_ASC")
@@ -66,12 +69,16 @@ def _draw_connection(layout: UILayout, settings: PropertyGroup) -> None:
             column.prop(settings, "feedback_port")
 
 
-def _draw_bindings(layout: UILayout, settings: PropertyGroup) -> None:
+def _draw_bindings(layout: UILayout, context: Context, settings: PropertyGroup) -> None:
     for number, entry in enumerate(settings.bindings):
         box = layout.box()
         row = box.row()
         row.label(text=_short(entry.name))
         row.operator("spectral.board_unbind", text="", icon="X", emboss=False).index = number
+        if fault := _fault(entry.name):
+            warning = box.column()
+            warning.alert = True
+            wrapped(warning, context, fault, icon="ERROR", indent=60.0)
         column = box.column(align=True)
         row = column.row(align=True)
         row.prop(entry, "control", text="")
@@ -83,6 +90,15 @@ def _draw_bindings(layout: UILayout, settings: PropertyGroup) -> None:
         row = layout.row()
         row.label(text=f"{_short(order.lower)} ≤ {_short(order.upper)}", icon="SORT_ASC")
         row.operator("spectral.board_disorder", text="", icon="X", emboss=False).index = number
+
+
+def _fault(path: str) -> str:
+    """The reason why a fader moves nothing, such as a deleted light; "" if its number is there."""
+    try:
+        number_at(path)
+    except InvalidInputError as error:
+        return f"Its fader moves nothing: {error}"
+    return ""
 
 
 def _short(path: str) -> str:

@@ -60,9 +60,9 @@ def require_denoiser() -> Any:
     """The package ``pyoidn``. Raises MissingDependencyError if it is absent or cannot be loaded."""
     try:
         return importlib.import_module(PACKAGE)
-    except ImportError as error:
-        raise MissingDependencyError(how_to_install()) from error
-    except (OSError, RuntimeError) as error:  # the shared library of the package
+    except (ImportError, OSError, RuntimeError) as error:  # the last two: of the shared library of the package
+        if isinstance(error, ModuleNotFoundError) and error.name == PACKAGE:
+            raise MissingDependencyError(how_to_install()) from error
         raise MissingDependencyError(f"the package {PACKAGE!r} is installed and does not load: {error}") from error
 
 

@@ -44,11 +44,13 @@ def groups(registered):
     return [cls.bl_rna for module in interface.modules_of("properties") for cls in module.CLASSES]
 
 
-def ticks_of_passes():
-    """Check boxes of Blender and Cycles in the panels of passes."""
+def settings_of_blender():
+    """Settings of Blender and Cycles in the panels of passes, objects and lamps."""
     import bpy
 
-    return [bpy.types.ViewLayer.bl_rna, type(bpy.context.view_layer.cycles).bl_rna]
+    lamp = bpy.data.lights.new("Any", "AREA")
+    owners = (bpy.context.view_layer, bpy.context.view_layer.cycles, lamp, lamp.cycles)
+    return [bpy.types.Object.bl_rna, *(type(each).bl_rna for each in owners)]
 
 
 @cache
@@ -64,7 +66,7 @@ def test_the_panels_were_read():
 
 @pytest.mark.parametrize("name", SHOWN_PROPERTIES)
 def test_each_property_exists_has_a_label_and_is_tested(groups, name):
-    found = [rna.properties[name] for rna in (*groups, *ticks_of_passes()) if name in rna.properties]
+    found = [rna.properties[name] for rna in (*groups, *settings_of_blender()) if name in rna.properties]
     assert found, f"no property group has {name!r}"
     assert all(prop.name for prop in found)
     assert re.search(rf"\b{name}\b", text_of_tests()), f"no test drives {name!r}"

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import sys
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -28,6 +30,65 @@ def test_a_light_has_one_panel_named_light(registered, space):
 def test_panels_of_features_that_are_not_rendered_are_hidden(registered):
     assert not [each.__name__ for each in shown() if "freestyle" in each.__name__.lower()]
     assert not [each.__name__ for each in shown() if "pencil" in each.__name__.lower()]
+
+
+@pytest.mark.parametrize(
+    "name", ["MATERIAL_PT_preview", "EEVEE_WORLD_PT_volume", "CYCLES_OBJECT_PT_lightgroup", "CYCLES_RENDER_PT_film",
+             "CYCLES_RENDER_PT_light_paths_clamping", "CYCLES_RENDER_PT_motion_blur"],
+)  # fmt: skip
+def test_panels_of_settings_that_are_read_are_shown(registered, name):
+    panels = {each.__name__: each for each in bpy.types.Panel.__subclasses__()}
+    if name not in panels:
+        pytest.skip("this Blender has no such panel, or Cycles is disabled")
+    context = SimpleNamespace(engine=BL_IDNAME, world=True, material=MagicMock(grease_pencil=False))
+    assert panels[name].poll(context)
+
+
+def test_other_panels_of_cycles_stay_hidden_and_nothing_is_left(registered):
+    """All panels of Cycles share one set of engines."""
+    from blender_addon.panels import shared
+
+    panels = {each.__name__: each for each in bpy.types.Panel.__subclasses__()}
+    borrowed = panels.get("CYCLES_RENDER_PT_film")
+    if borrowed is None:
+        pytest.skip("Cycles is disabled")
+    assert not panels["CYCLES_RENDER_PT_performance"].poll(SimpleNamespace(engine=BL_IDNAME))
+    before = shown()
+    shared.show()  # as after a file
+    assert shown() == before
+    shared.unregister()
+    try:
+        assert {each.__name__ for each in shown() if not each.__name__.startswith("SPECTRAL")} == set()
+        assert "COMPAT_ENGINES" not in vars(borrowed)
+        assert not borrowed.poll(SimpleNamespace(engine=BL_IDNAME))
+    finally:
+        shared.register()
+    assert shown() == before
+
+
+def names_drawn(panel: type, **context: object) -> list[str]:
+    """Names of the settings that a panel draws."""
+    layout = MagicMock()
+    layout.column.return_value = layout
+    drawing = SimpleNamespace(layout=layout, column=lambda heading="": layout)
+    panel.draw(drawing, SimpleNamespace(view_layer=bpy.context.view_layer, **context))
+    return [call.args[1] for call in layout.mock_calls if call[0].startswith("prop")]
+
+
+def test_settings_that_only_panels_of_cycles_show_have_panels_here(blender):
+    from blender_addon.panels import settings
+
+    material, world = bpy.data.materials.new("Plaster"), bpy.data.worlds.new("Dusk")
+    lamp = bpy.data.lights.new("Sky", "AREA")
+    cube = bpy.data.objects.new("Cube", bpy.data.meshes.new("Cube"))
+    assert {"visible_camera", "visible_shadow", "is_shadow_catcher"} <= set(
+        names_drawn(settings.SPECTRAL_PT_ray_visibility, object=cube)
+    )
+    assert "displacement_method" in names_drawn(settings.SPECTRAL_PT_material_settings, material=material)
+    drawn = set(names_drawn(settings.SPECTRAL_PT_light_settings, light=lamp))
+    assert {"use_shadow", "spread"} <= drawn
+    assert not hasattr(lamp, "cycles") or {"max_bounces", "is_portal"} <= drawn
+    assert "lightgroup" in names_drawn(settings.SPECTRAL_PT_world_settings, world=world)
 
 
 def test_denoising_is_off_by_default_and_independent_of_the_switch_of_cycles(blender, monkeypatch):

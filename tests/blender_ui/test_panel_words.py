@@ -111,3 +111,20 @@ def test_the_weight_of_a_range_of_colors_is_shown_where_it_counts(blender, is_li
     names: list[str] = []
     draw_cell(Properties(names), SimpleNamespace(scene=blender.context.scene, preferences=None, region=None), palette)
     assert ("weight" in names, "exact" in names) == (is_limited, is_limited)
+
+
+def test_a_binding_whose_light_was_deleted_says_so(blender) -> None:
+    from blender_addon.panels.board import _draw_bindings
+
+    settings = bpy.context.scene.spectral.board
+    lamp = bpy.data.lights.new("Sconce", "POINT")
+    settings.bindings.add().name = 'bpy.data.lights["Sconce"].energy'
+
+    def drawn() -> list[str]:
+        layout = MagicMock()
+        _draw_bindings(layout, SimpleNamespace(preferences=None, region=None), settings)
+        return [call.kwargs["text"] for call in layout.mock_calls if call[0].endswith("label")]
+
+    assert drawn() == ["Sconce: energy"]
+    bpy.data.lights.remove(lamp)
+    assert "no lights named 'Sconce'" in " ".join(drawn())

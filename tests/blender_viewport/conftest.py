@@ -80,6 +80,7 @@ def stage(blender, monkeypatch):
     own = {"local_view": None, "use_local_collections": False, "camera": None, "use_local_camera": False}
     own["use_render_border"] = False
     space = SimpleNamespace(**own, clip_start=0.1, clip_end=100.0)
-    context = SimpleNamespace(space_data=space, region=SimpleNamespace(width=90, height=60), region_data=region_data)
+    region, area = SimpleNamespace(width=90, height=60), SimpleNamespace(regions=())
+    context = SimpleNamespace(space_data=space, area=area, region=region, region_data=region_data)
     session = ViewSession(lambda: None)
     return SimpleNamespace(session=session, context=context, link=link, scene=scene, material=material)

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pixels of a view as the graphics card gets them."""
+"""Pixels of a view as the graphics card gets them, and texts over it."""
 
 from __future__ import annotations
+
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from blender_addon.drawing.viewport import LARGEST_HALF, half_pixels
+from blender_addon.drawing.covered import Covered
+from blender_addon.drawing.viewport import LARGEST_HALF, draw_message, half_pixels
 
 MATRIX = np.array([[0.6, 0.3, 0.1], [0.1, 0.8, 0.1], [0.0, 0.1, 0.9]])
 
@@ -23,3 +27,19 @@ def test_pixels_are_converted_and_stay_finite(matrix):
     np.testing.assert_allclose(out, wanted, rtol=1e-6)
     assert np.isfinite(out.astype(np.float16)).all()
     np.testing.assert_array_equal(pixels, given)
+
+
+def test_a_message_is_beside_the_tools_and_the_sidebar(monkeypatch):
+    from blender_addon.drawing import overlay
+
+    plates, texts = [], []
+    pen = SimpleNamespace(size=lambda *_: None, dimensions=lambda _font, text: (7.0 * len(text), 12.0))
+    monkeypatch.setitem(sys.modules, "blf", pen)
+    monkeypatch.setattr(overlay, "draw_triangles", lambda corners, _color: plates.append(corners))
+    monkeypatch.setattr(overlay, "write", lambda text, x, *_: texts.append((text, x)))
+    text = "the render process was killed by signal 9; " * 5
+    draw_message(text, SimpleNamespace(width=1100, height=700), Covered(left=60, right=280), 1.0)
+    assert " ".join(line for line, _ in texts).split() == ["The", *text.split()[1:]]
+    assert all(x >= 60 and x + 7 * len(line) <= 820 for line, x in texts)
+    assert plates[0][:, 0].min() >= 60
+    assert plates[0][:, 0].max() <= 820

@@ -135,7 +135,8 @@ def test_a_light_group_that_was_renamed_is_reported(stage):
     assert not updated(stage)[0].trouble
     layer.lightgroups[0].name = "Kicker"
     settings.id_data.update_tag()
-    assert updated(stage)[0].trouble == "the scene has no light group 'Rim' to look under; it has Kicker"
+    told = "the scene has no light group 'Rim' to look under; it has Kicker; choose another one, or look at it As It Is"
+    assert updated(stage)[0].trouble == told
     settings.look.group = "Kicker"
     assert not updated(stage)[0].trouble
 

@@ -184,3 +184,5 @@ def test_a_view_that_is_opened_while_paused_says_so():
     empty = [sessions.Picture(None, is_current=False)]
     assert words(empty, SimpleNamespace(is_paused=True, samples=4)) == ("", "Paused")
     assert words(empty, SimpleNamespace(is_paused=False, samples=4)) == ("", "Loading the scene")
+    troubled = [sessions.Picture(None, is_current=False, trouble="the palette has no light 'Warm' to look under")]
+    assert words(troubled, SimpleNamespace(is_paused=False, samples=4)) == ("", "")

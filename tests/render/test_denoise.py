@@ -117,6 +117,15 @@ def test_without_the_package_one_sentence_names_the_remedy(monkeypatch):
     assert "\n" not in how_to_install()
 
 
+def test_a_package_without_its_own_packages_is_named_as_installed(monkeypatch, tmp_path):
+    """As after ``pip install --no-deps``."""
+    (tmp_path / f"{PACKAGE}.py").write_text("import a_package_that_nobody_has\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, PACKAGE, raising=False)
+    with pytest.raises(MissingDependencyError, match="is installed and does not load.*a_package_that_nobody_has"):
+        denoise(np.ones((4, 4, 3), np.float32))
+
+
 def test_a_filter_that_fails_is_an_error_of_the_render(monkeypatch):
     def fail(*_, **__):
         raise RuntimeError("out of memory")

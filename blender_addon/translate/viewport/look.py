@@ -32,7 +32,7 @@ def look_of(settings: Any, scene: Any, layer: Any = None) -> Look:
         if settings.group not in known:
             raise InvalidInputError(
                 f"the scene has no light group {settings.group!r} to look under; "
-                f"it has {', '.join(sorted(known)) or 'none'}"
+                f"it has {', '.join(sorted(known)) or 'none'}; choose another one, or look at it As It Is"
             )
         return replace(look, group=settings.group)
     if settings.kind == "COLUMN":
@@ -46,7 +46,10 @@ def _under_column(look: Look, name: str, scene: Any, world: Any) -> Look:
     column = columns.get(name)
     if column is None:
         known = ", ".join(columns.keys()) or "none"
-        raise InvalidInputError(f"the palette has no light {name!r} to look under; it has {known}")
+        raise InvalidInputError(
+            f"the palette has no light {name!r} to look under; it has {known}; choose another one, or look at it "
+            "As It Is"
+        )
     lamps, others = _lamps_of(column, scene)
     with_world = column.world is not None and column.world == world
     shown = lamps if lamps or with_world else None
