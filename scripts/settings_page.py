@@ -136,9 +136,18 @@ def page() -> str:
     return "\n".join(lines) + "\n"
 
 
-if __name__ == "__main__":
-    sys.path.insert(0, str(ROOT))
+def main() -> int:
+    """Write the page."""
     import blender_addon
 
     blender_addon.register()
     PAGE.write_text(page(), "utf-8")
+    print(f"wrote {PAGE}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(ROOT))
+    from spectral_core.cli.shared.terminal import completed
+
+    sys.exit(completed(main))

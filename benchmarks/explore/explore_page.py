@@ -108,9 +108,9 @@ def _cinema(out: Path) -> dict[str, Any]:
     from spectral_core.explore.sweep.compute.function import FunctionNode
     from spectral_core.explore.sweep.designs import Design, design_points
     from spectral_core.explore.sweep.parameters import Parameter, Space
+    from spectral_core.explore.sweep.project import Project
     from spectral_core.explore.sweep.region import RegionOfInterest
     from spectral_core.explore.sweep.runner import run_sweep
-    from spectral_core.explore.sweep.project import Project
     from spectral_core.explore.sweep.store import Store
 
     shutil.rmtree(out / "cinema.cdb", ignore_errors=True)

@@ -45,7 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--spectra", type=int, metavar="K", help="basis spectra, 6 to 8 (6 for designed lights, else 8)"
     )
-    parser.add_argument("--importance", type=float, default=1.0, metavar="W", help="weight of picture 1 over picture 2 (1)")
+    parser.add_argument(
+        "--importance", type=float, default=1.0, metavar="W", help="weight of picture 1 over picture 2 (1)"
+    )
     parser.add_argument(
         "--daylight-share", type=float, default=0.0, metavar="F", help="share of daylight mixed into both lights (0)"
     )

@@ -110,7 +110,7 @@ def take_inventory(scene: Scene) -> Inventory:
         scattering=which(lambda m: m.medium is not None and _adds_light(m.medium))
         + (("World",) if scene.world.medium is not None and _adds_light(scene.world.medium) else ()),
         emissive=emissive,
-        transparent=which(lambda m: m.name not in borders and _is_transparent(m)),
+        transparent=which(lambda m: m.name not in borders and is_transparent(m)),
         refractive=which(lambda m: any(_refracts(c) for c in leaves(m.surface))),
         glossy=which(lambda m: any(isinstance(c, (Glossy, Metal, Principled)) for c in leaves(m.surface))),
         strands=which(lambda m: any(isinstance(c, (EllipseHair, Hair, HairLobe)) for c in leaves(m.surface))),
@@ -215,7 +215,8 @@ def _emits(closure: Any) -> bool:
     return closure.emission_strength != 0 and not dark
 
 
-def _is_transparent(material: Material) -> bool:
+def is_transparent(material: Material) -> bool:
+    """True if light passes a material straight, all or a part of it."""
     if material.surface is None:
         return True
     return any(
