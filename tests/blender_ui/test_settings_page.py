@@ -13,8 +13,6 @@ import pytest
 pytest.importorskip("bpy")
 
 ROOT = Path(__file__).parents[2]
-BLENDERS_OWN = {"denoising_store_passes", "pass_debug_sample_count", "pass_alpha_threshold", "use_pass_emit",
-                "use_pass_environment", "use_pass_volume_direct", "use_pass_volume_indirect"}  # fmt: skip
 
 
 @pytest.fixture
@@ -56,5 +54,6 @@ def test_every_setting_that_a_panel_draws_is_on_the_page(writer: ModuleType) -> 
     for kind in bpy.types.PropertyGroup.__subclasses__():
         for prop in kind.bl_rna.properties if kind.__name__.startswith("Spectral") else ():
             told.setdefault(prop.identifier, set()).add(prop.description)
-    assert len(drawn) > 100
-    assert [name for name in drawn - BLENDERS_OWN if not any(text in page for text in told[name])] == []
+    ours = drawn & told.keys()  # the others are settings of Blender or Cycles, which the panels show as well
+    assert len(ours) > 100
+    assert [name for name in ours if not any(text in page for text in told[name])] == []
