@@ -4,8 +4,9 @@
 A benchmark is a module in one of this package's folders (``palette/palette_speed.py``); what it measures and what it
 checks with are in folders below that. It is called by its name with dashes (``palette-speed``), the first line of its
 docstring is its description, and its ``run(options)`` prints a readable report and returns the figures as one flat or
-nested dict of plain numbers, strings and lists. ``options`` is an ``Options``; a module reads further arguments from
-``options.extra``.
+nested dict of plain numbers, strings and lists. Its entry ``holds`` maps each claim to True or False; the claims are
+printed after the report. Nothing is claimed that was not measured in this run. ``options`` is an ``Options``; a module
+reads further arguments from ``options.extra``.
 """
 
 from __future__ import annotations

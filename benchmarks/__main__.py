@@ -65,6 +65,8 @@ def main(arguments: list[str] | None = None) -> int:
     except (UnknownNameError, MissingDependencyError) as error:
         print(error, file=sys.stderr)
         return 2
+    for claim, held in figures.get("holds", {}).items():
+        print(f"{'holds' if held else 'FAILS'}  {claim}")
     if given.json:
         print(json.dumps(figures, default=_plain))
     return 0

@@ -73,7 +73,8 @@ class Viewport:
                 is_new |= canvas.show(picture.shown, shown_from_rgb(picture.matrix), transparent=transparent)
                 canvas.draw(engine, scene, clip if len(pictures) > 1 else None)
         if len(pictures) > 1:
-            draw_divider(middle, region, (look_words(settings.look), look_words(settings.other)), scale)
+            names = look_words(settings.look), look_words(settings.other)
+            draw_divider(middle, region, names, scale, covered(context.area, region))
         engine.update_stats(*words(pictures, settings))
         trouble = next((picture.trouble for picture in pictures if picture.trouble), "")
         if trouble:

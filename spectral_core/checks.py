@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 from functools import cache
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -33,6 +34,32 @@ def frozen_array(
     require_finite(name, array)
     array.setflags(write=False)
     return array
+
+
+Frozen = TypeVar("Frozen")
+
+
+def read_only_when_copied(kind: type[Frozen]) -> type[Frozen]:
+    """Decorator of frozen dataclasses: arrays that are read-only stay so in deep copies and in other processes.
+
+    NumPy restores an array as one that can be written.
+    """
+
+    def state(item: Any) -> tuple[dict[str, Any], list[str]]:
+        values = (
+            vars(item) if hasattr(item, "__dict__") else {each.name: getattr(item, each.name) for each in fields(item)}
+        )
+        arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+        return dict(values), [name for name, array in arrays.items() if not array.flags.writeable]
+
+    def restore(item: Any, stored: tuple[dict[str, Any], list[str]]) -> None:
+        for name, value in stored[0].items():
+            object.__setattr__(item, name, value)
+        for name in stored[1]:
+            stored[0][name].setflags(write=False)
+
+    kind.__getstate__, kind.__setstate__ = state, restore  # type: ignore[attr-defined,method-assign]
+    return kind
 
 
 def require_unmasked(name: str, values: ArrayLike) -> None:

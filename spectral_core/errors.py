@@ -41,7 +41,8 @@ class UnknownNameError(InvalidInputError):
         """Build the message that lists the known names, the most similar first."""
         names = sorted(known)
         near = difflib.get_close_matches(given, names, n=3, cutoff=0.4)
-        listed = ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
+        shown = [name or "'' (without a name)" for name in names[:20]]
+        listed = ", ".join(shown) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
         hint = f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {listed}"
         if near and len(names) <= 8:  # few enough to list all of them
             hint += f" Known: {listed}"

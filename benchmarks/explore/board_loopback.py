@@ -28,9 +28,9 @@ def run(options: Options) -> dict[str, Any]:
               f"motor messages while moving: {f['motor_messages_while_moving']}")  # fmt: skip
     wires = [figures["midi"], figures["osc"]]
     figures["holds"] = {
-        "board: every last value arrives": all(f["last_values_right"] for f in wires),
-        "board: backlog under 50 ms in 99 %": all(f["p99_backlog_ms"] < 50 for f in wires),
-        "board: no motor is moved while its fader is moved by hand": all(
+        "every last value arrives": all(f["last_values_right"] for f in wires),
+        "backlog under 50 ms in 99 %": all(f["p99_backlog_ms"] < 50 for f in wires),
+        "no motor is moved while its fader is moved by hand": all(
             f["motor_messages_while_moving"] <= FADERS
             for f in wires  # each once, to the initial position of its number
         ),

@@ -55,9 +55,9 @@ def run(options: Options) -> dict[str, Any]:
         "completed_twice": sum(c > 1 for c in ends), "set_aside": aside,
     }  # fmt: skip
     figures["holds"] = {
-        "2 the table equals the uninterrupted one": bool(first == second and len(first) == points),
-        "2 no file half-written": not torn,
-        "2 no point rendered more than twice": max(ends) <= 2,
+        "the table equals the uninterrupted one": bool(first == second and len(first) == points),
+        "no file half-written": not torn,
+        "no point rendered more than twice": max(ends) <= 2,
     }
     for name, value in figures.items():
         print(f"{name:24} {value}")

@@ -81,4 +81,12 @@ def run(options: Options) -> dict[str, Any]:
         rows.append(figures)
         if not rows[1:]:
             draw_palette(solution, options.out / "most_distinct.png")
-    return {"rows": rows, "least_delta_e_2000": rows[0]["least_delta_e_2000"], "daylight_max": rows[0]["daylight_max"]}
+    preset = rows[0]
+    return {
+        "rows": rows, "least_delta_e_2000": preset["least_delta_e_2000"], "daylight_max": preset["daylight_max"],
+        "holds": {
+            "every answer passed its check": all(row["trusted"] for row in rows),
+            "all materials are equal in daylight within ΔE2000 1e-9": all(row["daylight_max"] < 1e-9 for row in rows),
+            "the preset's materials differ by ΔE2000 30 under sodium light": preset["least_delta_e_2000"] >= 30,
+        },
+    }  # fmt: skip

@@ -4,7 +4,8 @@
 2,400 generated problems (60 with ``--quick``; extra numbers set another first seed and another count). Every solution
 that is called solved or a compromise is checked by a statement of its own (``checks/optimality.py``): bounds, exact
 cells, and whether solving either side again by Clarabel lowers the objective. ``--odd``: palettes with one oddity
-each, of sixteen (``cases/odd.py``).
+each, of sixteen (``cases/odd.py``). ``--limits``: ill-conditioned exact cells (``cases/exact_limits.py``), which a
+linear program decides (``checks/linear_program.py``).
 """
 
 from __future__ import annotations
@@ -13,14 +14,18 @@ from collections import Counter, defaultdict
 from time import perf_counter
 
 from benchmarks import Options
+from benchmarks.palette.cases.exact_limits import limiting_problem
 from benchmarks.palette.cases.hard import hard_problem
 from benchmarks.palette.cases.odd import odd_problem
+from benchmarks.palette.checks.linear_program import exact_miss, least_miss
 from benchmarks.palette.checks.optimality import EXACT_LIMIT, side_gains
 from spectral_core.palette import solve_palette
 
-OPTIONS = ("--odd",)
+OPTIONS = ("--odd", "--limits")
 LIMIT = 1e-6
 """Of the scaled KKT residual, and of the relative gain of solving a side again."""
+HOLD, CANNOT = 1e-10, 1e-7
+"""Least possible miss of the worst exact cell, in linear RGB, below which cells hold, and above which they cannot."""
 
 
 def run(options: Options) -> dict:
@@ -28,6 +33,8 @@ def run(options: Options) -> dict:
     numbers = options.counts("first seed", "palettes")
     first = numbers[0] if numbers else 0
     count = numbers[1] if len(numbers) > 1 else 60 if options.quick else 2400
+    if "--limits" in options.extra:
+        return _limits(range(first, first + (numbers[1] if len(numbers) > 1 else 60 if options.quick else 500)))
     stated = odd_problem if "--odd" in options.extra else hard_problem
     statuses: Counter[str] = Counter()
     by_trap: dict[str, Counter[str]] = defaultdict(Counter)
@@ -87,3 +94,40 @@ def _report(statuses: Counter[str], by_trap: dict[str, Counter[str]], figures: d
     }
     traps = {trap: dict(each) for trap, each in by_trap.items()}
     return {**figures, "statuses": dict(statuses), "by_trap": traps, "holds": holds}
+
+
+def _limits(seeds: range) -> dict:
+    """Statuses of palettes whose exact cells a linear program decides.
+
+    Those that hold in black alone are reported as a conflict, with that message.
+    """
+    statuses: Counter[str] = Counter()
+    refused, accepted, worst, started = [], [], 0.0, perf_counter()
+    for seed in seeds:
+        problem, traps = limiting_problem(seed)
+        solution = solve_palette(problem, explain=False)
+        least = least_miss(problem)
+        statuses[solution.status.value] += 1
+        if solution.status.trusted:
+            worst = max(worst, exact_miss(problem, solution))
+        if least < HOLD and not solution.status.trusted and "only in black" not in solution.remedy:
+            refused.append(seed)
+            print(f"seed {seed} holds, and is called {solution.status}: {traps}")
+        elif least > CANNOT and solution.status.trusted:
+            accepted.append(seed)
+            print(f"seed {seed} misses by {least:.1e}, and is called {solution.status}: {traps}")
+    print(
+        f"{len(seeds)} palettes in {perf_counter() - started:.0f} s: {dict(statuses)}; {len(refused)} of those that "
+        f"hold refused, {len(accepted)} of those that cannot accepted; exact cells off by {worst:.1e} at most"
+    )
+    return {
+        "problems": len(seeds),
+        "statuses": dict(statuses),
+        "held_but_refused": len(refused),
+        "impossible_but_accepted": len(accepted),
+        "worst_exact_miss": worst,
+        "holds": {
+            "none that cannot hold is accepted, by a linear program": not accepted,
+            "all but one in a hundred of those that hold are solved": len(refused) <= 0.01 * len(seeds),
+        },
+    }

@@ -145,13 +145,34 @@ def run(options: Options) -> dict[str, Any]:
     smooth_rows = table(smooth, (8,) if options.quick else (5, 6, 7, 8, 9), pixels)
     exact = Catalogue(fine, lights, reflectances, checkers)
     draw_errors({"all lights": rows, "smooth lights": smooth_rows}, options.out / "light_models.png")
-    return {
+    figures = {
         "rows": rows,
         "smooth_rows": smooth_rows,
         "designed_rows": designed_table(pixels),
         **node_figures(exact),
         **scene_figures(exact),
     }
+    return figures | {"holds": holds(figures)}
+
+
+def holds(figures: dict[str, Any]) -> dict[str, bool]:
+    """Claims of docs/light_models.md."""
+    mean = {(row["model"], row["m"]): row["mean"] for row in figures["rows"]}
+    eight = mean["nodes, natural", 8]
+    return {
+        "eight nodes have a mean ΔE2000 of at most 0.35": max(eight, figures["node_8_mean"]) <= 0.35,
+        "eight nodes have a fifth of the error of the other models of eight numbers": all(
+            5 * eight < each for (model, size), each in mean.items() if size == 8 and not model.startswith("nodes")
+        ),
+        "as many nodes as surfaces of a scene are exact": all(
+            error < 1e-9
+            for error in (
+                figures["scene_checker_24_nodes_24_max"],
+                figures["scene_noise_5_nodes_5_max"],
+                figures["designed_rows"][-1]["max"],
+            )
+        ),
+    }  # fmt: skip
 
 
 def designed_table(pixels: int) -> list[dict[str, Any]]:

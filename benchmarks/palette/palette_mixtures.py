@@ -30,7 +30,20 @@ LEVELS = (0.75, 0.5, 0.25)
 
 
 def run(options: Options) -> dict[str, Any]:
-    return {"tints": _tints(options), "additive": _additive(), "fluorescence": _fluorescence()}
+    figures = {"tints": _tints(options), "additive": _additive(), "fluorescence": _fluorescence()}
+    dyed = figures["fluorescence"]
+    return figures | {
+        "holds": {
+            "additive mixtures of metamers match to 1e-14": figures["additive"]["largest_spread"] < 1e-14,
+            "tints designed to match differ by ΔE2000 0.5 at most": all(
+                max(row["with"]) <= 0.5 for row in figures["tints"]
+            ),
+            "no more photons return than arrive": dyed["largest_returned_share"] <= 1 + 1e-9,
+            "the fluorescent pair is equal under D65 and differs by ΔE2000 60 under 405 nm": dyed["trusted"]
+            and dyed["differences"]["D65"] < 1e-3
+            and dyed["differences"]["405 nm LED"] > 60,
+        }
+    }
 
 
 def _tints(options: Options) -> list[dict[str, Any]]:

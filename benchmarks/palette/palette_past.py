@@ -38,6 +38,12 @@ def run(options: Options) -> dict:
     figures["random_9x9_mean_delta_e_1976"] = {"mean": float(np.mean(errors)), "worst": float(np.max(errors))}
     print(f"random 9×9, {seeds} seeds: mean ΔE76 {np.mean(errors):.3f}, worst palette {np.max(errors):.3f}")
     figures["perceptual_match"] = _perceptual(2 if options.quick else 6)
+    figures["holds"] = {
+        "every cell of Figure 5.2 is met within ΔE2000 0.001": (
+            max(figures["split_light_max_delta_e_2000"].values()) < 0.001
+        ),
+        "the mean ΔE76 of random 9×9 palettes is below 2": float(np.mean(errors)) < 2,
+    }
     return figures
 
 

@@ -30,6 +30,15 @@ def run(options: Options) -> dict:
         "figure_5_4": _distances(options),
     }
     print(f"pictures in {options.out}")
+    printed, sizes = figures["figure_5_2"], figures["figure_5_3"]
+    figures["holds"] = {
+        "the printed spectra give the printed colors to 0.5/255": printed["printed_colors_largest_difference_255"]
+        <= 0.5,
+        "the second phase returns the printed lights within 3e-4": max(printed["phase_2_lights_rms"]) < 3e-4,
+        "100 positive samples and 31 unbounded ones meet 7×7 colors": (
+            max(sizes["100 positive"]["7"], sizes["31 unbounded"]["7"]) < 0.05
+        ),
+    }
     return figures
 
 

@@ -18,7 +18,7 @@ LAMPS = ("D65", "A", "HP1", "FL11", "LED-B5")
 
 
 def run(options: Options) -> dict[str, Any]:
-    """Every figure of acceptance line 5 of the spectral textures."""
+    """Print and return the figures."""
     rng = np.random.default_rng(3)
     grid = SpectralGrid.uniform(400, 700, 10)
     worst, clicks, named = 0.0, [], []
@@ -34,9 +34,9 @@ def run(options: Options) -> dict[str, Any]:
         answer = linprog(-direction @ reach.matrix, A_eq=held, b_eq=colors, bounds=(0, 1), method="highs-ipm")
         worst = max(worst, abs(reach.extent(direction)[0] + answer.fun))
         wanted = rng.random(3)
-        started = time.process_time()
+        started = time.thread_time()
         found = reach.nearest(wanted)
-        clicks.append(1e3 * (time.process_time() - started))
+        clicks.append(1e3 * (time.thread_time() - started))
         if len(exact) == 2 and not found.reachable:
             released = [CellReach(lights[0], grid, [exact[1 - k]]).nearest(wanted).delta_e_2000 for k in range(2)]
             if abs(released[0] - released[1]) > 1:
@@ -46,9 +46,9 @@ def run(options: Options) -> dict[str, Any]:
     print(f"a click takes {median:.2f} ms in the median, {p99:.2f} ms at the 99th percentile (processor time)")
     print(f"the multipliers name the color whose release helps more in {np.mean(named):.0%} of {len(named)} cells")
     holds = {
-        "5: reachable sets agree with linear programs to 1e-6": worst < 1e-6,
-        "5: a click answers within 5 ms (99th percentile)": p99 < 5,
-        "5: multipliers name the conflict": bool(np.mean(named) > 0.75),
+        "reachable sets agree with linear programs to 1e-6": worst < 1e-6,
+        "a click answers within 5 ms (99th percentile)": p99 < 5,
+        "multipliers name the conflict": bool(np.mean(named) > 0.75),
     }
     return {
         "largest_difference": worst, "click_ms_median": median, "click_ms_p99": p99,

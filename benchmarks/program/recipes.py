@@ -31,14 +31,14 @@ def run(options: Options) -> dict[str, Any]:
     fidelity = [_fidelity(*asked) for asked in (FIDELITY[:1] if options.quick else FIDELITY)]
     paints = _paints(200 if options.quick else 3000)
     holds = {
-        "6: LED mixes within Duv 0.001 and the CRI as asked": all(
+        "LED mixes within Duv 0.001 and the CRI as asked": all(
             row["duv_error"] < 0.001 and row["rendering_short"] < 0.3 for row in lamps
         ),
-        "6: TM-30 as asked, against colour-science": all(
+        "TM-30 as asked, against colour-science": all(
             row["duv_error"] < 0.001 and row["short"] < 0.1 and row["disagreement"] < 0.1 for row in fidelity
         ),
-        "6: paint recipes reproduced by an independent Kubelka-Munk": paints["largest_disagreement"] < 1e-4,
-        "6: dosage noise of 2 % predicted within 20 %": paints["largest_dosage_error"] < 0.2,
+        "paint recipes reproduced by an independent Kubelka-Munk": paints["largest_disagreement"] < 1e-4,
+        "dosage noise of 2 % predicted within 20 %": paints["largest_dosage_error"] < 0.2,
     }
     return {"lamps": lamps, "fidelity": fidelity, "paints": paints, "holds": holds}
 

@@ -43,10 +43,8 @@ def run(options: Options) -> dict[str, Any]:
         }
         print(f"{name:20} dial {figures[name]['dial']:.1e}   exact {figures[name]['exact']:.1e}")
     figures["holds"] = {
-        "relight: dial equals a new render to float rounding": all(row["dial"] < 1e-5 for row in figures.values()),
-        "relight: exact storage equals a new render to float rounding": all(
-            row["exact"] < 1e-5 for row in figures.values()
-        ),
+        "dial equals a new render to float rounding": all(row["dial"] < 1e-5 for row in figures.values()),
+        "exact storage equals a new render to float rounding": all(row["exact"] < 1e-5 for row in figures.values()),
     }
     return figures
 

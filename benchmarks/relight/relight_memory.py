@@ -47,6 +47,7 @@ def run(options: Options) -> dict[str, Any]:
               f"{row['stated_peak_mb']:7.0f} MB; 4K: {row['four_k']}")  # fmt: skip
     free = available_bytes()
     figures["available_mb"] = None if free is None else free / 1e6
+    figures["holds"] = {f"{name}: no peak above the stated one": figures[name]["kept"] for name in storages()}
     return figures
 
 

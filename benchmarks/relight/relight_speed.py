@@ -50,6 +50,11 @@ def run(options: Options) -> dict[str, Any]:
                          "spectrum_times_faster": 1000 * seconds / figures["new_spectrum_ms"]}  # fmt: skip
         print(f"{name:20} render {seconds:6.1f} s: dial {figures[name]['dial_times_faster']:.0f}×, "
               f"new spectrum {figures[name]['spectrum_times_faster']:.0f}× faster")  # fmt: skip
+    rows = [row for row in figures.values() if isinstance(row, dict)]
+    figures["holds"] = {
+        "a turn of the dial takes a hundredth of a render": all(row["dial_times_faster"] > 100 for row in rows),
+        "a new spectrum takes a tenth of a render": all(row["spectrum_times_faster"] > 10 for row in rows),
+    }
     return figures
 
 

@@ -54,7 +54,8 @@ def run(options: Options) -> dict[str, Any]:
             at = f"{row['noisy']:.5f} ({equal}, {spent:.2f} s)"
             print(f"{name:4} {samples:7} {seconds:8.2f} {at:>26} {row['denoised']:9.5f} ", end="")
             print(f"{row['unguided']:9.5f} {row['gain']:5.2f}x {row['brightness']:10.4f}")
-    return {"rows": rows, "least": min(counts)}
+    figures = {"rows": rows, "least": min(counts)}
+    return figures | {"holds": holds(figures)}
 
 
 def holds(figures: dict[str, Any]) -> dict[str, bool]:

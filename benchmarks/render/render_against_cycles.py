@@ -80,7 +80,8 @@ def run(options: Options) -> dict[str, Any]:
         )
     ratios = [row["ratio"] for row in figures.values()]
     print(f"median ratio {np.median(ratios):.2f}, largest {max(ratios):.2f}")
-    return {"scenes": figures, "median": float(np.median(ratios)), "largest": float(max(ratios))}
+    found = {"scenes": figures, "median": float(np.median(ratios)), "largest": float(max(ratios))}
+    return found | {"holds": holds(found)}
 
 
 def holds(figures: dict[str, Any]) -> dict[str, bool]:

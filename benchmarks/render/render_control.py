@@ -46,7 +46,16 @@ def run(options: Options) -> dict[str, Any]:
     render = bpy.context.scene.render
     render.engine = "SPECTRAL"
     render.resolution_x, render.resolution_y = (160, 90) if options.quick else (1920, 1080)
-    return {act: _acted(act) for act in ("cancel", "kill")}
+    figures = {act: _acted(act) for act in ("cancel", "kill")}
+    cancel, kill = figures["cancel"], figures["kill"]
+    return figures | {
+        "holds": {
+            "Blender is free 1 s after a cancel": cancel["status"] == "cancelled" and cancel["seconds"] < 1,
+            "Blender is free 1 s after a kill, with a message that names the signal": kill["status"] == "failed"
+            and kill["seconds"] < 1
+            and "signal 9" in kill["message"],
+        }
+    }
 
 
 def _acted(act: str) -> dict[str, Any]:

@@ -87,7 +87,7 @@ def run(options: Options) -> dict[str, Any]:
     for label, names in (("smooth", SMOOTH), ("lines", LINES), ("designed", designed)):
         figures[label] = float(np.median([figures[name]["ratio"] for name in names]))
     print("median: " + ", ".join(f"{label} {figures[label]:.2f}" for label in ("smooth", "lines", "designed")))
-    return figures
+    return figures | {"holds": holds(figures)}
 
 
 def holds(figures: dict[str, Any]) -> dict[str, bool]:

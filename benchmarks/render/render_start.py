@@ -103,8 +103,6 @@ def run(options: Options) -> dict[str, Any]:
     figures["load_after"] = _load()
     print(f"load average afterward {_load():.1f}")
     figures["holds"] = holds(figures)
-    for claim, true in figures["holds"].items():
-        print(f"{'holds' if true else 'FAILS':6} {claim}")
     return figures
 
 

@@ -59,8 +59,6 @@ def run(options: Options) -> dict[str, Any]:
     figures: dict[str, Any] = {"holds": {}}
     for part in [word for word in options.extra if word in PARTS] or PARTS:
         {"edits": _edits, "textures": _textures}[part](options, figures)
-    for claim, true in figures["holds"].items():
-        print(f"{'holds' if true else 'FAILS':6} {claim}")
     return figures
 
 

@@ -114,8 +114,8 @@ def run(options: Options) -> dict[str, Any]:
         "2: contrast of given lamps stated in under 1 s and met": all(
             row["seconds"] < 1 and row["largest_delta_e"] < 0.1 for row in given.values()
         ),
-        "3: 2048² in under 1 s on two cores (1.5 s of processor time)": times["processor_seconds_2048"] < 1.5,
-        "3: lights and basis in under 10 s each (processor time)": max(light_seconds, basis_seconds) < 10,
+        "2048² in under 1 s on two cores (1.5 s of processor time)": times["processor_seconds_2048"] < 1.5,
+        "lights and basis in under 10 s each (processor time)": max(light_seconds, basis_seconds) < 10,
     }
     return {
         "white_delta_e": max(designed.white_delta_e),
@@ -252,4 +252,4 @@ def _large(options: Options) -> dict[str, Any]:
         f"{size}²: {found['seconds']:.0f} s, at most {found['peak_gb']:.2f} GB in all processes, {found['steps']} "
         "steps of progress"
     )
-    return found | {"holds": {"3: 8k within 4 GB, with progress": found["peak_gb"] < 4 and found["rising"]}}
+    return found | {"holds": {"8k within 4 GB, with progress": found["peak_gb"] < 4 and found["rising"]}}

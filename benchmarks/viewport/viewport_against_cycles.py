@@ -19,6 +19,7 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks.viewport.window import launch
+from spectral_core.errors import MissingDependencyError
 
 SCENES = ("Cornell box", "interior, window", "glass", "HDRI", "sun and sky")
 LIMIT = 1.2
@@ -27,8 +28,7 @@ LIMIT = 1.2
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
     if not launch.has_window():
-        print(f"nothing is measured: {launch.MISSING}", file=sys.stderr)
-        return {"holds": {}}
+        raise MissingDependencyError(f"nothing is measured: {launch.MISSING}")
     names = options.extra or list(SCENES)[: 1 if options.quick else None]
     settings = {"scenes": names, "samples": 4, "rounds": 1, "many": 128} if options.quick else {}
     settings = settings or {"scenes": names, "samples": 16, "rounds": 2, "many": 512}

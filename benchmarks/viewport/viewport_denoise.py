@@ -9,7 +9,6 @@ which the filter may blur. Needs the package ``pyoidn``.
 
 from __future__ import annotations
 
-import sys
 import time
 from dataclasses import replace
 from typing import Any
@@ -18,6 +17,7 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks.render.render_noise import room_scene
+from spectral_core.errors import MissingDependencyError
 from spectral_core.render.denoise import how_to_install, is_installed
 from spectral_core.render.live.link import LiveLink
 from spectral_core.render.live.messages import Shown
@@ -31,8 +31,7 @@ PATIENCE_S = 600.0
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
     if not is_installed():
-        print(how_to_install(), file=sys.stderr)
-        return {"holds": {}}
+        raise MissingDependencyError(f"nothing is measured: {how_to_install()}")
     size, samples, converged = ((160, 120), 16, 256) if options.quick else ((480, 360), 128, 2048)
     figures: dict[str, Any] = {"holds": {}}
     print(f"{'room':10} {'seconds':>8} {'noisy':>18} {'denoised':>18} {'noisy over denoised':>20}")

@@ -18,6 +18,7 @@ from typing import Any
 
 from benchmarks import Options
 from benchmarks.viewport.window import launch
+from spectral_core.errors import MissingDependencyError
 
 OPTIONS = ("--minutes", "--seed")
 LIMIT_MS = 100.0
@@ -27,8 +28,7 @@ SHOWN = 25
 def run(options: Options) -> dict[str, Any]:
     """Print the trace and return it."""
     if not launch.has_window():
-        print(f"nothing is measured: {launch.MISSING}", file=sys.stderr)
-        return {"holds": {}}
+        raise MissingDependencyError(f"nothing is measured: {launch.MISSING}")
     minutes, seed = options.number("--minutes", 2 if options.quick else 60)[0], options.whole("--seed", 1)
     told = launch.told_by("stalls.py", {"minutes": minutes, "seed": seed}, options, (1500, 900))
     for text in told["errors"]:

@@ -53,7 +53,11 @@ def run(options: Options) -> dict[str, Any]:
     (options.out / "accuracy.md").write_text("\n".join(lines) + "\n", "utf-8")
     for function in functions:
         print(write(options.out / f"accuracy-{function}.png", [r for r in rows if r["function"] == function], function))
-    return {"rows": rows}
+    pairs = [[row["samples"] for row in rows[k : k + len(WAYS)]] for k in range(0, len(rows), len(WAYS))]
+    return {
+        "rows": rows,
+        "holds": {"auto takes no more samples than uniform steps": all(each[-1] <= 1.01 * each[0] for each in pairs)},
+    }
 
 
 def measured(

@@ -136,7 +136,23 @@ def run(options: Options) -> dict[str, Any]:
     pictures.mkdir(parents=True, exist_ok=True)
     written = drawings.write(pictures, two_tones, slow_tone, raised_cosine, GAUSSIANS, dpi=40 if options.quick else 130)
     print("pictures: " + ", ".join(path.name for path in written))
-    return {"cases": cases, "kernel_edges": edges, "pictures": [str(path) for path in written]}
+    return {
+        "cases": cases, "kernel_edges": edges, "pictures": [str(path) for path in written],
+        "holds": {
+            "ω_h is never above the product of the band limits": all(
+                row["bound_rad"] <= 1.001 * row["product_bound_rad"] for row in cases.values()
+            ),
+            "twice the Nyquist rate of ω_h gives 20 dB, four times 55 dB": all(
+                row["bound_snr_db_2x"] > 20 and row["bound_snr_db_4x"] > 55 for row in cases.values()
+            ),
+            "less than 1 % of the energy is beyond twice ω_h": all(
+                row["energy_beyond_twice"] < 0.01 for row in cases.values()
+            ),
+            "a millionth of the energy at most is four Airy lengths beyond the edge": all(
+                edge["energy_beyond_edge_plus_4_airy_lengths"] < 1e-6 for edge in edges.values()
+            ),
+        },
+    }  # fmt: skip
 
 
 def _print(cases: dict[str, dict[str, float]], edges: dict[str, dict[str, float]]) -> None:

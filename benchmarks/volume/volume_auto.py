@@ -98,4 +98,8 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
             }
             parts.append(f"{what} median {np.median(values):.2f}, worst {values.max():.2f}")
         print(f"{name:14} {'; '.join(parts)}")
+    figures["holds"] = {
+        "auto takes no more samples than uniform steps": figures["all: samples_worst"] <= 1.01,
+        "auto takes no more time than uniform steps": figures["all: time_worst"] <= 1.05,
+    }
     return figures | {"rows": rows}

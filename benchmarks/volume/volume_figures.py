@@ -35,7 +35,24 @@ def run(options: Options) -> dict[str, Any]:
     figures = fig_4_5(options) | fig_4_7(options) | fig_5_6(options)
     for name, value in figures.items():
         print(f"{name:32} {value if isinstance(value, str) else round(float(value), 3)}")
-    return figures
+    return figures | {
+        "holds": {
+            "Fig. 4.5: the thesis rule takes fewer samples for the SNR of uniform steps": (
+                figures["4.5 thesis samples fewer %"] > 0
+                and figures["4.5 thesis SNR dB"] >= figures["4.5 uniform SNR dB"]
+            ),
+            "Fig. 4.7: steps of equal error have a higher SNR than as many uniform ones": (
+                figures["4.7 error SNR dB"] > figures["4.7 uniform SNR dB"]
+                and figures["4.7 error samples"] <= figures["4.7 uniform samples"]
+            ),
+            "Fig. 5.6: block and liner are equal, then split, then the smoke appears": (
+                figures["5.6 block to liner, equal"] < 0.01
+                and figures["5.6 block to liner, split"] > 0.1
+                and figures["5.6 smoke under equal and split"] < 0.01
+                and figures["5.6 smoke under smoke"] > 0.1
+            ),
+        }
+    }
 
 
 def _fields(options: Options, real: str, own: str) -> ScalarVolume:

@@ -48,6 +48,10 @@ def run(options: Options) -> dict[str, Any]:
         print(f"{case.name:34} error {error:.1e}  transmittance {away:.1e}  {'right' if right else 'WRONG'}")
     figures["refused"] = sum(refused(bad) for bad in (np.nan, np.inf, -np.inf))
     print(f"{figures['right']} of {figures['cases']} right, {figures['finite']} finite, {figures['refused']} of 3 bad voxels refused by name and index")  # fmt: skip  # noqa: E501
+    figures["holds"] = {
+        "every case is right against the oracle": figures["right"] == figures["cases"],
+        "bad voxels are refused by name and index": figures["refused"] == 3,
+    }
     return figures
 
 

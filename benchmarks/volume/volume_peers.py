@@ -16,6 +16,7 @@ import numpy as np
 from benchmarks import Options
 from benchmarks.volume.cases.volumes import all_volumes, reference
 from benchmarks.volume.checks.peers import PEERS, Peer
+from spectral_core.errors import MissingDependencyError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.pilot import snr_db
 from spectral_core.volume.plan import plan
@@ -35,7 +36,12 @@ def run(options: Options) -> dict[str, Any]:
         for peer in PEERS:
             rows = against(peer, renderer, transfer, view, exact, options.quick)
             figures |= {f"{volume.name}_{peer.name}_{key}": value for key, value in rows.items()}
-    return figures
+    faster = [value for key, value in figures.items() if key.endswith("_times_faster")]
+    if not faster:
+        raise MissingDependencyError(
+            f"nothing is measured: none of {', '.join(peer.name for peer in PEERS)} is installed; install one with pip"
+        )
+    return figures | {"holds": {"every installed peer is slower at the SNR that it reaches": min(faster) > 1}}
 
 
 def rimmed(volume: ScalarVolume) -> ScalarVolume:

@@ -50,7 +50,18 @@ def run(options: Options) -> dict[str, Any]:
         transfer, materials=tuple(replace(m, color=c) for m, c in zip(transfer.materials, colors, strict=True))
     )
     fresh, _ = render(mi, volume, painted, view, samples, "D65")
-    return figures | compare("repalette", amounts, display_matrix(painted), fresh[..., :3], seconds)
+    figures |= compare("repalette", amounts, display_matrix(painted), fresh[..., :3], seconds)
+    both = ("relight", "repalette")
+    return figures | {
+        "holds": {
+            "a new light and new colors give the picture of a render within 1e-6 of its peak": all(
+                figures[f"{what}_difference"] < 1e-6 for what in both
+            ),
+            "a new light and new colors take a hundredth of its time": all(
+                figures[f"{what}_times_faster"] > 100 for what in both
+            ),
+        }
+    }
 
 
 def render(

@@ -37,4 +37,12 @@ def run(options: Options) -> dict[str, Any]:
             flush=True,
         )
         figures |= {f"{volume.name}_iterations": share, f"{volume.name}_db": difference}
-    return figures
+    shares = [value for key, value in figures.items() if key.endswith("_iterations")]
+    return figures | {
+        "holds": {
+            "long steps take fewer iterations": max(shares) < 1,
+            "pictures with and without long steps differ by 60 dB or more": (
+                min(value for key, value in figures.items() if key.endswith("_db")) >= 60
+            ),
+        }
+    }

@@ -37,6 +37,13 @@ def run(options: Options) -> dict[str, Any]:
         print(f"{name}: {rule:8} samples fewer than uniform, % at", end=" ")
         print("  ".join(f"{db:.0f} dB: {100 * (1 - s):.0f}" for db, s in zip(DECIBELS, shares, strict=True)))
     figures["figure"] = draw(curves, options)
+    thesis, ours = ([figures[f"{rule}_fewer_percent_{db:.0f}_db"] for db in DECIBELS] for rule in RULES[1:])
+    figures["holds"] = {
+        f"{name}: the thesis rule takes fewer samples than uniform steps": min(thesis) > 0,
+        f"{name}: steps of equal error take fewer than the thesis rule": all(
+            each > other for each, other in zip(ours, thesis, strict=True)
+        ),
+    }
     return figures
 
 

@@ -37,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """State memory and error, then record."""
     from spectral_core.render import RenderProcess
+    from spectral_core.render.light_groups import group_text
     from spectral_core.render.relight.groups import light_groups, one_group_per_light
     from spectral_core.render.relight.memory import peak_bytes, stated_peak
     from spectral_core.render.relight.storages import storage_named
@@ -72,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
             )  # fmt: skip
         write_transport(out, transport)
         seconds = round(time.perf_counter() - start, 2)
-        print(f"{out}: light groups {', '.join(repr(name) for name in transport.groups)}, {seconds:.1f} s")
+        print(f"{out}: light groups {', '.join(map(group_text, transport.groups))}, {seconds:.1f} s")
         if len(transport.groups) == 1 and not arguments.one_per_light:
             print("note: all light is in one group, so there is nothing to mix; --one-per-light keeps lights apart")
         report["notes"] = [*missing, *(f"{note.subject}: {note.message}" for note in transport.notes)]

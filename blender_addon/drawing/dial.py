@@ -11,11 +11,12 @@ import numpy as np
 from bpy.types import Area, PropertyGroup, Region
 
 from ..editing.dial.live import shares_of
+from ..editing.dial.names import name_of
 from .covered import covered, dial_beside
-from .dial_shape import DISC, LABEL_ROOM, DialShape, Rectangle, disc, fitting, rim, tooltip, without_overlaps
+from .dial_labels import BORDER, BULB_RADIUS, LABEL_POINTS, PAD, Label, ends_of, labels_of
+from .dial_shape import DISC, DialShape, Rectangle, disc, fitting, rim, tooltip
 from .kept import Box, Kept
 from .overlay import FONT, Color, draw_line, draw_triangles, write
-from .text import told_apart
 
 DISC_COLOR = (0.07, 0.07, 0.08, 0.80)
 TOOLTIP_COLOR = (0.05, 0.05, 0.06, 0.97)
@@ -27,24 +28,12 @@ TEXT = (1.0, 1.0, 1.0, 0.85)
 FAINT = (1.0, 1.0, 1.0, 0.40)
 WARNING = (1.0, 0.55, 0.25, 1.0)
 SELECTOR = (1.0, 1.0, 1.0, 1.0)
-LABEL_POINTS, TOOLTIP_POINTS, WARNING_POINTS = 11, 12, 11
-BORDER = 8.0
-"""Unscaled pixels around the outermost points: half of a line, and what a letter exceeds its text by."""
+TOOLTIP_POINTS, WARNING_POINTS = 12, 11
 TOOLTIP_ROW = 17
 """Height of a line in unscaled pixels."""
-PAD = 4.0
-"""Unscaled pixels of a plate around the text of a bulb."""
-BULB_RADIUS = 8.0
-"""Radius of a bulb in unscaled pixels."""
 ALL_OFF = "All bulbs are off"
-Label = tuple[str, float, float]
-"""Text, and the pixel of its lower left corner; no text where it would lie over another one."""
 KEPT = Kept()
 
-MOST_FULL_NAMES = 6
-"""Most bulbs beside which whole names have room."""
-NAME_ROOM = 90.0
-"""Unscaled pixels of a name beside one of more bulbs."""
 SPACES = (bpy.types.SpaceView3D, bpy.types.SpaceImageEditor)
 hovered = {"region": 0}
 """``as_pointer`` of the region in which the mouse is over the dial; the tooltip is shown there."""
@@ -75,11 +64,11 @@ def draw() -> None:
     area, region = bpy.context.area, bpy.context.region
     shape = _drawn[region.as_pointer()] = shape_in(area, region)
     shares = shares_of(dial)
-    labels = _labels(shape, dial, shares)
+    labels = labels_of(shape, dial, shares)
     lines: list[str] = []
     plate = (0.0, 0.0, 0.0, 0.0)
     if shares.any() and hovered["region"] == region.as_pointer():
-        lines = tooltip([bulb.name for bulb in dial.bulbs], shares, dial.intensity)
+        lines = tooltip([name_of(bulb) for bulb in dial.bulbs], shares, dial.intensity)
         lines = fitting(lines, int(region.height / (TOOLTIP_ROW * shape.scale)) - 2)
         plate = _tooltip_plate(shape, lines, labels, (region.width - covered(area, region).right, region.height))
     bulbs = [(bulb.is_on, tuple(bulb.color), tuple(bulb.place)) for bulb in dial.bulbs]
@@ -139,42 +128,6 @@ def _draw_plate(shape: DialShape, dial: PropertyGroup) -> None:
             draw_line(np.array([at, shape.pixels(tuple(bulb.place))]), SPOKE_COLOR, 1.0 * shape.scale)
 
 
-def _names(shape: DialShape, dial: PropertyGroup) -> list[str]:
-    """The names beside the bulbs: in full for a few of them, else shortened; the tooltip has them in full."""
-    import blf
-
-    names = [bulb.name or "ungrouped" for bulb in dial.bulbs]
-    if len(names) <= MOST_FULL_NAMES:
-        return names
-    blf.size(FONT, LABEL_POINTS * shape.scale)
-    return told_apart(names, NAME_ROOM * shape.scale, lambda text: float(blf.dimensions(FONT, text)[0]))
-
-
-def _labels(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list[Label]:
-    """Name and share of each bulb, beyond it as seen from the middle; of texts that overlap that of the larger share.
-
-    Beside more than a few bulbs, a text that would lie over another bulb is left out, too.
-    """
-    import blf
-
-    found, scale, is_crowded = [], shape.scale, len(shares) > MOST_FULL_NAMES
-    boxes = []
-    spots = [shape.pixels(tuple(bulb.place)) for bulb in dial.bulbs]
-    blf.size(FONT, LABEL_POINTS * scale)
-    for bulb, name, share, at in zip(dial.bulbs, _names(shape, dial), shares, spots, strict=True):
-        text = f"{name}  {100 * share:.0f} %" if bulb.is_on else f"{name}  off"
-        width, height = blf.dimensions(FONT, text)
-        above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
-        start = shape.label_start(at[0], width) if is_crowded else at[0] - width / 2
-        start = max(start, shape.left + BORDER * scale)  # the tools, or the end of the editor
-        found.append((text, float(start), float(at[1] + above * LABEL_ROOM * scale - height / 2)))
-        boxes.append((*found[-1][1:], width, height))
-    radius = BULB_RADIUS * scale
-    bulbs = [(x - radius, y - radius, 2 * radius, 2 * radius) for x, y in spots] if is_crowded else []
-    kept = without_overlaps(boxes, np.argsort(-shares, kind="stable"), bulbs)
-    return [label if number in kept else ("", *label[1:]) for number, label in enumerate(found)]
-
-
 def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float, label: Label) -> None:
     """Draw a bulb with a brightness by its share, in the color of its light; one that is off is an empty ring."""
     import blf
@@ -218,8 +171,7 @@ def _tooltip_plate(
     import blf
 
     scale = shape.scale
-    blf.size(FONT, LABEL_POINTS * scale)
-    ends = [x + blf.dimensions(FONT, text)[0] for text, x, _ in labels if text]
+    ends = ends_of(labels, scale)
     blf.size(FONT, TOOLTIP_POINTS * scale)
     height = TOOLTIP_ROW * scale * len(lines) + 16 * scale
     width = max(blf.dimensions(FONT, line)[0] for line in lines) + 20 * scale

@@ -10,9 +10,10 @@ import bpy
 import numpy as np
 
 from ..translate.spectra.stored import stored_samples
-from .covered import Covered, covered, dial_beside
+from .covered import Covered, covered
 from .curve_image import value_range
 from .curve_plot import Array, Plot, side_by_side
+from .dial_labels import right_end
 from .kept import Box, Kept
 
 MARGIN = 16.0
@@ -70,7 +71,7 @@ def _left(known: Covered, scale: float) -> float:
     dial, covering = bpy.context.scene.spectral.dial, max(known.left, known.panel[0])
     if not dial.show or not len(dial.bulbs):
         return covering
-    return max(covering, dial_beside(bpy.context.area, bpy.context.region, scale).right)
+    return max(covering, right_end(bpy.context.area, bpy.context.region, dial, scale))
 
 
 def _range(known: Sequence[Curve], kind: str) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from spectral_core.explore.sweep.store import Store
 
 from .background import told_if_temporary
 from .deferred import open_scene, redraw
-from .sweep_documents import command_line, folder_of, parameters_of, require_own_table, write_documents
+from .sweep_documents import Documents, command_line, folder_of, parameters_of, require_own_table, write_documents
 from .sweep_points import set_point
 from .sweep_run import Run
 from .sweep_settings import column_name, setting_at
@@ -51,14 +51,15 @@ def _forget() -> None:
     if _run is not None:
         run, _run = _run, None
         run.end()
-        run.log.close()
 
 
-def _begin(scene: Scene, command: list[str], folder: Path, total: int) -> Run:
-    """Start the process of a run."""
+def _begin(
+    scene: Scene, command: list[str], folder: Path, total: int, documents: Documents | None = None
+) -> Run:  # fmt: skip
+    """Start the process of a run. ``documents``: those that were written for it."""
     global _run, _scene_uid
     _forget()
-    _run, _scene_uid = Run(command, folder, total), scene.session_uid
+    _run, _scene_uid = Run(command, folder, total, documents), scene.session_uid
     scene.spectral.sweep.status, scene.spectral.sweep.total = "starting", total
     return _run
 
@@ -91,9 +92,10 @@ def start(scene: Scene) -> Run:
     """Start the sweep in a separate process; points that failed before are tried again."""
     _require_no_run()
     sweep = scene.spectral.sweep
-    document, folder = write_documents(scene)
-    sweep.done = 0
-    return _begin(scene, command_line(document, folder, sweep.workers, "--retry"), folder, sweep.budget)
+    documents = write_documents(scene)
+    sweep.done, folder = 0, documents.folder
+    command = command_line(documents.document, folder, sweep.workers, "--retry")
+    return _begin(scene, command, folder, sweep.budget, documents)
 
 
 def resume(scene: Scene) -> None:
@@ -101,13 +103,12 @@ def resume(scene: Scene) -> None:
     _require_no_run()
     sweep, folder = scene.spectral.sweep, folder_of(scene.spectral.sweep)
     with Store.open(folder) as store:
-        total = len(store.ledger.rows())
+        total = len(store.ledger.states())
     _begin(scene, command_line(folder.with_suffix(".sweep.toml"), folder, sweep.workers, "--pending"), folder, total)
 
 
 def look(scene: Scene) -> bool:
     """Update the run's progress; True while it runs."""
-    global _run
     if _run is None:
         return False
     sweep, run = scene.spectral.sweep, _run
@@ -125,8 +126,7 @@ def look(scene: Scene) -> bool:
     else:
         last = run.message() or f"status {code}"
         sweep.status = aside[0] if aside else last.strip().removeprefix("spectral-scene sweep: ")
-    run.log.close()
-    _run = None
+    _forget()
     return False
 
 

@@ -70,30 +70,91 @@ def _is_setting(path: str) -> bool:
 
 
 def _require_own_folder(scene: Scene, folder: Path, parameters: list[Parameter]) -> None:
-    """Raise InvalidInputError before the documents of another sweep are written over."""
+    """Raise InvalidInputError before a sweep of other parameters or of another scene is continued in the folder."""
     if not (folder / "project.json").is_file():
         return
-    if meanings(Space(tuple(parameters))) == meanings(Store.project_of(folder).space):
-        return
     others = [
-        other.name
+        other
         for other in bpy.data.scenes
         if other != scene and len(other.spectral.sweep.parameters) and folder_of(other.spectral.sweep) == folder
     ]
-    also = f" (the scene {others[0]!r} has this folder, too)" if others else ""
-    raise InvalidInputError(
-        f"{folder} holds another sweep: its parameters differ{also}. Choose another folder for this sweep"
-    )
+    owner = next((other.name for other in others if _has_run(other)), None)
+    if meanings(Space(tuple(parameters))) != meanings(Store.project_of(folder).space):
+        also = f" (the scene {others[0].name!r} has this folder, too)" if others else ""
+        what = f"another sweep: its parameters differ{also}"
+    elif owner is not None and not _has_run(scene):
+        what = f"the sweep of the scene {owner!r}"
+    else:
+        return
+    raise InvalidInputError(f"{folder} holds {what}. Choose another folder for this sweep")
 
 
-def write_documents(scene: Scene) -> tuple[Path, Path]:
-    """Write a copy of the file and the sweep's document beside the folder; returns document and folder."""
+def _has_run(scene: Scene) -> bool:
+    """True if the sweep of this scene was started; a copy of the scene has another name, and its folder is not its own
+    yet.
+    """
+    return bool(scene.spectral.sweep.swept_as == scene.name)
+
+
+class Documents:
+    """The document of a sweep and the copy of its file, beside its folder.
+
+    Those of an earlier run stay aside until the new run has accepted the folder: it refuses one that holds another
+    sweep, and the points that the page adds are rendered from these files.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.blend, self.document = (folder.with_suffix(ending) for ending in (".sweep.blend", ".sweep.toml"))
+        self._earlier = {each: each.with_name(f"{each.name}.earlier") for each in (self.blend, self.document)}
+        self._before = self._stamp()
+        if self._before is None or not all(each.is_file() for each in self._earlier):
+            self._earlier = {}
+        for each, aside in self._earlier.items():
+            each.replace(aside)
+
+    def _stamp(self) -> tuple[int, int] | None:
+        """A value that changes when a run writes the sweep's project; None without one."""
+        try:
+            facts = (self.folder / "project.json").stat()
+        except OSError:
+            return None
+        return facts.st_ino, facts.st_mtime_ns
+
+    def look(self) -> None:
+        """Delete the earlier files once the run has accepted the folder: it then writes the project."""
+        if self._earlier and self._stamp() != self._before:
+            for aside in self._earlier.values():
+                aside.unlink(missing_ok=True)
+            self._earlier = {}
+
+    def settle(self) -> None:
+        """The run has ended: put the earlier files back if it has refused the folder."""
+        self.look()
+        for each, aside in self._earlier.items():
+            aside.replace(each)
+        self._earlier = {}
+
+
+def write_documents(scene: Scene) -> Documents:
+    """Write a copy of the file and the sweep's document beside the folder."""
     sweep = scene.spectral.sweep
     parameters = parameters_of(sweep)
     folder = folder_of(sweep)
     _require_own_folder(scene, folder, parameters)
     make_folder(folder.parent)
-    blend = folder.with_suffix(".sweep.blend")
+    documents = Documents(folder)
+    try:
+        _write(sweep, documents, parameters)
+    except BaseException:
+        documents.settle()
+        raise
+    sweep.swept_as = scene.name
+    return documents
+
+
+def _write(sweep: PropertyGroup, documents: Documents, parameters: list[Parameter]) -> None:
+    blend = documents.blend
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
     except RuntimeError as error:  # Blender's
@@ -101,15 +162,13 @@ def write_documents(scene: Scene) -> tuple[Path, Path]:
             f"the copy of the file for the sweep could not be written: {str(error).strip().removeprefix('Error: ')}; "
             "choose another folder for the sweep"
         ) from error
-    document = folder.with_suffix(".sweep.toml")
     compute = {"kind": "blend", "blend": blend.name, "percentage": sweep.percentage, "samples": sweep.samples}
     contents = {
         "format": FORMAT, "version": VERSION, "compute": compute,
         "design": {"kind": sweep.design, "budget": sweep.budget},
         "parameters": [parameter.to_dict() for parameter in parameters],
     }  # fmt: skip
-    write_document(document, contents, comment="Made by the panel Sweep in Blender.")
-    return document, folder
+    write_document(documents.document, contents, comment="Made by the panel Sweep in Blender.")
 
 
 def command_line(document: Path, folder: Path, workers: int, *more: str) -> list[str]:

@@ -20,7 +20,7 @@ import numpy as np
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.sweep.compute.paths import require_set_once
-from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
+from spectral_core.explore.sweep.compute.rendering import Relighter, recording_mark, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -85,7 +85,8 @@ class BlendNode:
         scene = node.scene(start, 0)
         print_, node = scene_hash(scene), replace(node, clamped=scene.settings.light_paths.clamps)
         view = view_name(bpy.context.scene)
-        said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}"
+        mark = recording_mark(scene) if node.relights else ""
+        said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
     @property

@@ -3,26 +3,36 @@
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path
 
-from spectral_core.errors import SpectralError
-from spectral_core.explore.sweep.store import Store
+from spectral_core.explore.sweep.ledger import DoneCount
 
 from .background import BackgroundCommand
+from .sweep_documents import Documents
 
 
 class Run(BackgroundCommand):
-    """The process of a sweep, and its progress by its ledger. Computed points stay when it ends."""
+    """The process of a sweep, and its progress by its ledger. Computed points stay when it ends.
 
-    def __init__(self, command: list[str], folder: Path, total: int) -> None:
+    ``documents``: those that were written for it, None if it runs with earlier ones.
+    """
+
+    def __init__(self, command: list[str], folder: Path, total: int, documents: Documents | None = None) -> None:
         super().__init__(command)
         self.folder, self.total = folder, total
-        self._done = 0
+        self._documents = documents
+        self._count = DoneCount(folder / "ledger.sqlite")
 
     def done(self) -> int:
-        """Finished points in the ledger; the last known number if it cannot be opened, as when the disk is full."""
-        if (self.folder / "project.json").is_file():
-            with contextlib.suppress(SpectralError), Store.open(self.folder) as store:
-                self._done = len(store.ledger.rows("done"))
-        return self._done
+        """Finished points in the ledger; the last known number if it cannot be read, as when the disk is full."""
+        if self._documents is not None:
+            self._documents.look()
+        return self._count.read()
+
+    def end(self) -> None:
+        """End the process if it still runs, and close the files."""
+        super().end()
+        self._count.close()
+        self.log.close()
+        if self._documents is not None:
+            self._documents.settle()

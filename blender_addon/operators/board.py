@@ -21,7 +21,7 @@ def board_in(context: Context) -> PropertyGroup:
 def _require_running() -> live.Session:
     running = live.session()
     if running is None:
-        raise InvalidInputError("the mixing board does not run; press Start")
+        raise InvalidInputError("the mixing board does not run; press Start Board")
     return running
 
 
@@ -131,8 +131,16 @@ class SPECTRAL_OT_board_order(bpy.types.Operator):
     bl_idname = "spectral.board_order"
     bl_label = "Keep in Order"
     bl_options = UNDOABLE
-    lower: StringProperty(name="Lower", search=lambda self, context, typed: _targets(context, typed))
-    upper: StringProperty(name="Upper", search=lambda self, context, typed: _targets(context, typed))
+    lower: StringProperty(
+        name="Lower",
+        description="Number that stays at or below the other",
+        search=lambda self, context, typed: _targets(context, typed),
+    )
+    upper: StringProperty(
+        name="Upper",
+        description="Number that stays at or above the other",
+        search=lambda self, context, typed: _targets(context, typed),
+    )
 
     def invoke(self, context: Context, _event: Event) -> set[str]:
         return context.window_manager.invoke_props_dialog(self, width=500)
@@ -149,7 +157,7 @@ class SPECTRAL_OT_board_disorder(bpy.types.Operator):
     """Remove this order, so that the two numbers are independent again"""
 
     bl_idname = "spectral.board_disorder"
-    bl_label = "Let Cross"
+    bl_label = "Remove Order"
     bl_options = UNDOABLE
     index: IntProperty(min=0)
 

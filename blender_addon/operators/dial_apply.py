@@ -13,7 +13,8 @@ from bpy.types import ID, Context, PropertyGroup
 from spectral_core.errors import InvalidInputError
 
 from ..editing.dial import changes, kept_mix, live
-from ..editing.dial.members import apply_weights, block_of
+from ..editing.dial.members import apply_weights, block_of, light_dark_lamps, require_writable
+from ..editing.dial.names import name_of
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting
 from .dial import dial_in
@@ -44,8 +45,12 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
             self.report({"WARNING"}, "all bulbs are off: the lights are dark now. Ctrl Z, or Restore, brings them back")
         if not self.restore:
             _require_lamps(dial)
+        require_writable(dial.bulbs, weights)
+        light_dark_lamps(dial.bulbs)
         before = changes.parts_of(context.scene)
-        count = apply_weights(dial.bulbs, weights)
+        for bulb, weight in zip(dial.bulbs, weights.tolist(), strict=True):
+            bulb.is_dark, bulb.lit = weight == 0, weight or bulb.lit
+        count = apply_weights(dial.bulbs, [0.0 if bulb.is_dark else bulb.lit for bulb in dial.bulbs])
         if not self.restore:
             _apply_lamps(dial)
         changes.accept(context.scene, before)
@@ -120,7 +125,9 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         dial = dial_in(context)
         mixing = kept_mix.live_mix(context.scene)
         weights = live.weights_of(dial)
-        shares = weights * _luminances(mixing)
+        luminances = _luminances(mixing)
+        shares = weights * np.maximum(luminances, 0.0)
+        removing = [name_of(bulb) for bulb, share in zip(dial.bulbs, weights * luminances, strict=True) if share < 0]
         lamps = [_lamps(bulb) for bulb in dial.bulbs]
         strongest = max(range(len(shares)), key=lambda k: (bool(lamps[k]), shares[k]))
         if not lamps[strongest] or not shares[strongest]:
@@ -143,6 +150,8 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         if self.hide:
             for kept in (each for found in lamps for each in found):
                 kept.owner.hide_render = True
+        if removing:
+            self.report({"WARNING"}, f"one lamp cannot remove light, so it is made without {', '.join(removing)}")
         self.report({"INFO"}, f"{made.name}: {made.data.energy:.4g} W")
 
 
@@ -163,13 +172,13 @@ def _own_luminance(bulb: PropertyGroup, recorded: "Spectrum | None") -> float:
 
 
 def _luminances(mixing: "LiveMix") -> np.ndarray:
-    """Mean luminance (n,) of each group in the recorded picture."""
+    """Mean luminance (n,) of each group in the recorded picture, below 0 for lamps that remove light."""
     count = len(mixing.transport.groups)
     from spectral_core.spectra.color import RGB_FROM_XYZ
 
     luminance = np.linalg.inv(RGB_FROM_XYZ)[1]
     luminances = [mixing.picture(row)[..., :3].reshape(-1, 3).mean(axis=0) @ luminance for row in np.eye(count)]
-    return np.maximum(luminances, 0.0)
+    return np.array(luminances)
 
 
 def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndarray) -> "Illuminant":
@@ -186,8 +195,8 @@ def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndar
         spectrum = catalogue.named("illuminant", bulb.lamp) if bulb.lamp else light
         if spectrum is None:
             raise InvalidInputError(
-                f"the lights of {bulb.name!r} have no common spectrum (or they are emissive objects); give the bulb a "
-                "lamp, or record with One per Light"
+                f"the lights of {name_of(bulb)!r} have no common spectrum (or they are emissive objects); give the "
+                "bulb a lamp, or record with One per Light"
             )
         total += share * _unit(spectrum).resampled(grid, average=True).values  # a line between two knots counts, too
     return Illuminant("dial mixture", grid, total / total.max(), source="mixed on the light dial")

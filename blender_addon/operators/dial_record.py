@@ -19,6 +19,7 @@ from ..editing.deferred import open_scene
 from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, color_bulbs, store_members
+from ..editing.dial.names import match_bulbs
 from ..editing.dial.paths import follow_recording, path_for_recording, transport_path
 from ..editing.dial.recording import Recording, remember_recorded, told
 from ..editing.dial.view_process import TableAhead
@@ -79,10 +80,7 @@ def _take(scene: Scene, transport: "Transport", members: list[Member]) -> int:
     """Match the bulbs to a transport's light groups; returns the number of lights that were deleted meanwhile."""
     dial = scene.spectral.dial
     dial.scene_hash = ""  # no picture yet: the bulbs change one by one
-    if tuple(bulb.name for bulb in dial.bulbs) != transport.groups:
-        dial.bulbs.clear()
-        for group in transport.groups:
-            dial.bulbs.add().name = group
+    if match_bulbs(dial.bulbs, transport.groups):
         reset(dial)
     dial.keeps_spectra = transport.storage.keeps_spectra
     if not dial.keeps_spectra:
@@ -280,7 +278,7 @@ def _read(path: Path, recording: Recording) -> "LiveMix":
 
 
 def _require_grouping(transport: "Transport", recording: Recording) -> None:
-    from spectral_core.render.light_groups import light_groups
+    from spectral_core.render.light_groups import group_text, light_groups
     from spectral_core.render.relight.groups import one_group_per_light
 
     # volumes that emit light are in groups, too, and no member of a bulb writes their strength
@@ -289,8 +287,8 @@ def _require_grouping(transport: "Transport", recording: Recording) -> None:
     if strange:
         other = "off" if recording.one_per_light else "on"
         raise InvalidInputError(
-            f"the file has light groups {', '.join(map(repr, transport.groups))}; this scene has "
-            f"{', '.join(map(repr, sorted(known)))}. Was it recorded with One per Light {other}?"
+            f"the file has light groups {', '.join(map(group_text, transport.groups))}; this scene has "
+            f"{', '.join(map(group_text, sorted(known)))}. Was it recorded with One per Light {other}?"
         )
 
 

@@ -83,7 +83,7 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
     bl_label = "Export Spectra"
     filename_ext = ""
     check_extension = None
-    file_format: EnumProperty(name="Format", items=FORMATS)
+    file_format: EnumProperty(name="Format", items=FORMATS, description="Format of the files")
 
     @reporting
     def execute(self, context: Context) -> None:

@@ -69,7 +69,7 @@ class SPECTRAL_OT_palette_preset(Solving, bpy.types.Operator):
     bl_idname = "spectral.palette_preset"
     bl_label = "Palette Preset"
     bl_options = UNDOABLE
-    preset: EnumProperty(name="Preset", items=PRESETS)
+    preset: EnumProperty(name="Preset", items=PRESETS, description="Palette to begin with")
 
     def change(self, context: Context) -> None:
         from spectral_core.palette import presets
@@ -114,7 +114,7 @@ class SPECTRAL_OT_palette_solve(Solving, bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_relieve(Solving, bpy.types.Operator):
-    """Relax one cell, and solve again"""
+    """Set this cell to Ignore, and solve again"""
 
     bl_idname = "spectral.palette_relieve"
     bl_label = "Ignore Cell"

@@ -15,7 +15,7 @@ from ..translate.palette import from_scene, table
 from .common import UNDOABLE, palette_in, reporting, require_index
 
 SIDES = [("LIGHT", "Light", "A column", 0), ("MATERIAL", "Material", "A row", 1)]
-DIRECTIONS = [("BACK", "Back", "Left or up", 0), ("FORTH", "Forth", "Right or down", 1)]
+DIRECTIONS = [("BACK", "Back", "Left or up", 0), ("FORTH", "Forward", "Right or down", 1)]
 LISTS = [
     ("PRIMARIES", "Lamps to mix from", "The light is mixed from these", 0),
     ("VARIANTS", "Lamp variants", "Matches should hold under these too", 1),
@@ -28,7 +28,7 @@ class SPECTRAL_OT_palette_add(bpy.types.Operator):
     bl_idname = "spectral.palette_add"
     bl_label = "Add to Palette"
     bl_options = UNDOABLE
-    side: EnumProperty(name="Add", items=SIDES)
+    side: EnumProperty(name="Add", items=SIDES, description="What is added")
     name: StringProperty(
         name="Name", options={"SKIP_SAVE"}, description="Empty for the selected object's light or material, or a number"
     )
@@ -65,7 +65,7 @@ class SPECTRAL_OT_palette_remove(bpy.types.Operator):
     bl_idname = "spectral.palette_remove"
     bl_label = "Remove from Palette"
     bl_options = UNDOABLE
-    side: EnumProperty(name="Remove", items=SIDES)
+    side: EnumProperty(name="Remove", items=SIDES, description="What is removed")
     index: IntProperty(
         name="Index", default=-1, min=-1, options={"SKIP_SAVE"}, description="Number from 0; -1 for the selected one"
     )
@@ -99,8 +99,8 @@ class SPECTRAL_OT_palette_move(bpy.types.Operator):
     bl_idname = "spectral.palette_move"
     bl_label = "Move in Palette"
     bl_options = UNDOABLE
-    side: EnumProperty(name="Move", items=SIDES)
-    direction: EnumProperty(name="Direction", items=DIRECTIONS)
+    side: EnumProperty(name="Move", items=SIDES, description="What is moved")
+    direction: EnumProperty(name="Direction", items=DIRECTIONS, description="Where it is moved to")
 
     @reporting
     def execute(self, context: Context) -> set[str]:
@@ -194,7 +194,7 @@ class SPECTRAL_OT_palette_spread(bpy.types.Operator):
     bl_idname = "spectral.palette_spread"
     bl_label = "Copy Target"
     bl_options = UNDOABLE
-    side: EnumProperty(name="To all of the", items=SIDES)
+    side: EnumProperty(name="To All of the", items=SIDES, description="Cells that get the target")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -236,7 +236,7 @@ class SPECTRAL_OT_palette_lamp_add(bpy.types.Operator):
     bl_idname = "spectral.palette_lamp_add"
     bl_label = "Add Lamp"
     bl_options = UNDOABLE
-    to: EnumProperty(name="List", items=LISTS)
+    to: EnumProperty(name="List", items=LISTS, description="List of the selected light")
     lamp: StringProperty(name="Lamp", default="D65", description="Name in the catalogue")
 
     @reporting
@@ -256,7 +256,7 @@ class SPECTRAL_OT_palette_lamp_remove(bpy.types.Operator):
     bl_idname = "spectral.palette_lamp_remove"
     bl_label = "Remove Lamp"
     bl_options = UNDOABLE
-    to: EnumProperty(name="List", items=LISTS)
+    to: EnumProperty(name="List", items=LISTS, description="List of the selected light")
     index: IntProperty(min=0)
 
     @reporting

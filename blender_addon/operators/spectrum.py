@@ -51,7 +51,7 @@ class SPECTRAL_OT_spectrum_reload(bpy.types.Operator):
     bl_idname = "spectral.spectrum_reload"
     bl_label = "Reload Spectrum"
     bl_options = UNDOABLE
-    carrier: EnumProperty(name="Of", items=CARRIERS)
+    carrier: EnumProperty(name="Of", items=CARRIERS, description="Whose spectrum is read again")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -78,7 +78,7 @@ class SPECTRAL_OT_spectrum_from_palette(bpy.types.Operator):
     bl_idname = "spectral.spectrum_from_palette"
     bl_label = "Take from Palette"
     bl_options = UNDOABLE
-    carrier: EnumProperty(name="For", items=CARRIERS)
+    carrier: EnumProperty(name="For", items=CARRIERS, description="What gets the spectrum")
     entry: StringProperty(name="Name", search=_designed_names, description="Light or material of the palette")
 
     def invoke(self, context: Context, _event: Event) -> set[str]:

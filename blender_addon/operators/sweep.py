@@ -102,7 +102,12 @@ class SPECTRAL_OT_sweep_open(bpy.types.Operator):
     bl_idname = "spectral.sweep_open"
     bl_label = "Explore"
     bl_options: set[str] = set()
-    browse: BoolProperty(name="Open Browser", default=True, options={"SKIP_SAVE"})
+    browse: BoolProperty(
+        name="Open Browser",
+        description="Open the page; its address is on the clipboard in any case",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -137,7 +142,7 @@ class SPECTRAL_OT_sweep_keyframe(bpy.types.Operator):
     bl_label = "Keyframe Path"
     bl_options = UNDOABLE
     rows: StringProperty(name="Rows", default="1, 2, 3", description="Rows of the table, such as 4, 1, 12")
-    step: IntProperty(name="Frames Between", default=24, min=1)
+    step: IntProperty(name="Frames Between", description="Frames from one point to the next", default=24, min=1)
 
     def invoke(self, context: Context, _event: Event) -> set[str]:
         return context.window_manager.invoke_props_dialog(self)

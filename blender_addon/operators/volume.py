@@ -85,7 +85,7 @@ class SPECTRAL_OT_transfer_preset(_OnVolume, bpy.types.Operator):
 
     bl_idname = "spectral.transfer_preset"
     bl_label = "Transfer Function Preset"
-    preset: EnumProperty(name="Preset", items=PRESETS)
+    preset: EnumProperty(name="Preset", items=PRESETS, description="Transfer function to begin with")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -169,6 +169,7 @@ class SPECTRAL_OT_volume_curve_add(_OnVolume, bpy.types.Operator):
     bl_label = "Add Curve"
     which: EnumProperty(
         name="Curve",
+        description="Curve that is added",
         items=[
             ("emission", "Emission", "Over the data", 0),
             ("gradient", "Edges", "Over their change", 1),

@@ -54,7 +54,9 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
     filter_glob: StringProperty(default=";".join(f"*{ending}" for ending in ENDINGS), options={"HIDDEN"})
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
-    preset: EnumProperty(name="Transfer Function", items=PRESETS, default="wide")
+    preset: EnumProperty(
+        name="Transfer Function", items=PRESETS, default="wide", description="Transfer function to begin with"
+    )
     size: FloatProperty(
         name="Size", default=2.0, min=0.0, soft_max=10.0, unit="LENGTH",
         description="Longest side of the volume in the scene; 0 keeps the file's own units",
@@ -72,9 +74,13 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         description="Vector component, channel or time step; -1 if there is only one",
     )
     raw: BoolProperty(name="Bare Numbers", default=False, description="The file has no header: state its layout")
-    raw_shape: IntVectorProperty(name="Voxels", size=3, default=(256, 256, 256), min=1)
-    raw_type: EnumProperty(name="Type", items=RAW_TYPES, default="uint8")
-    raw_big_endian: BoolProperty(name="Big Endian", default=False)
+    raw_shape: IntVectorProperty(
+        name="Voxels", size=3, default=(256, 256, 256), min=1, description="Number of voxels along x, y and z"
+    )
+    raw_type: EnumProperty(name="Type", items=RAW_TYPES, default="uint8", description="Type of each number")
+    raw_big_endian: BoolProperty(
+        name="Big Endian", default=False, description="The most significant byte of each number comes first"
+    )
     raw_offset: IntProperty(
         name="Offset", default=0, min=-1, description="Bytes before the data; -1: they end the file"
     )

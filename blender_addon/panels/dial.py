@@ -8,6 +8,7 @@ from spectral_core.render.relight.memory import stated_peak
 
 from ..editing.dial.live import shares_of
 from ..editing.dial.members import group_count
+from ..editing.dial.names import name_of
 from ..operators.dial_drag import running
 from ..operators.dial_record import recording_progress
 from ..translate.camera import translate_film
@@ -38,7 +39,7 @@ class SPECTRAL_UL_dial_bulbs(bpy.types.UIList):
         swatch = row.row()
         swatch.ui_units_x = 0.8
         swatch.prop(item, "color", text="")
-        row.label(text=item.name or "ungrouped")
+        row.label(text=name_of(item))
         share = row.row()
         share.alignment = "RIGHT"
         share.active = item.is_on
@@ -97,7 +98,7 @@ def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
     plain = layout.column()
     plain.use_property_split = True
     plain.use_property_decorate = False
-    plain.label(text=bulb.name or "ungrouped", icon="OUTLINER_OB_LIGHT" if bulb.is_on else "LIGHT")
+    plain.label(text=name_of(bulb), icon="OUTLINER_OB_LIGHT" if bulb.is_on else "LIGHT")
     plain.prop(bulb, "place")
     lamp = plain.row()
     lamp.enabled = dial.keeps_spectra

@@ -29,7 +29,7 @@ _changed = announces(Topic.DIAL)
 
 
 class SpectralDialMember(bpy.types.PropertyGroup):
-    """A light or emissive object of a bulb's group, and its brightness at the time of the recording."""
+    """A light or emissive object of a bulb's group, and its ``name`` and brightness at the time of the recording."""
 
     owner: PointerProperty(type=bpy.types.ID)
     slot: IntProperty(default=-1, description="Material slot of an emissive object; -1 for a lamp or a world")
@@ -39,7 +39,7 @@ class SpectralDialMember(bpy.types.PropertyGroup):
 
 
 class SpectralDialBulb(bpy.types.PropertyGroup):
-    """A bulb of the dial; ``name`` is its light group."""
+    """A bulb of the dial; ``name`` is its light group in the recording."""
 
     place: FloatVectorProperty(
         name="Position",
@@ -61,6 +61,8 @@ class SpectralDialBulb(bpy.types.PropertyGroup):
         description="Color of the light alone, for the dial",
     )  # fmt: skip
     members: CollectionProperty(type=SpectralDialMember)
+    lit: FloatProperty(default=1.0, description="Factor on its lights when they were last applied and not dark")
+    is_dark: BoolProperty(description="Whether its lights were made dark by the dial")
 
 
 class SpectralLightDial(bpy.types.PropertyGroup):
@@ -80,7 +82,7 @@ class SpectralLightDial(bpy.types.PropertyGroup):
         "n gives the light as recorded",
     )  # fmt: skip
     bulbs: CollectionProperty(type=SpectralDialBulb)
-    active: IntProperty(name="Bulb", min=0)
+    active: IntProperty(name="Bulb", min=0, description="The selected bulb")
     show: BoolProperty(
         name="Dial in the View", default=True, description="Draw the dial over the 3D view and the image editor"
     )
@@ -107,6 +109,7 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     picture: PointerProperty(type=bpy.types.Image, description="Image that follows the dial")
     facts: StringProperty(description="Facts of the recording, for the panel")
     keeps_spectra: BoolProperty(default=True, description="Whether lights of the recording can have new spectra")
+    named_by_object: BoolProperty(description="Whether the bulbs have the names of their objects")
     recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")
     recorded_groups: StringProperty(description="Hash of each light group, and of all else, when they were recorded")
     changes: StringProperty(description="Changes of the scene since it was recorded; empty if none")

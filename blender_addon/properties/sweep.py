@@ -59,6 +59,7 @@ class SpectralSweep(bpy.types.PropertyGroup):
         name="Folder", subtype="DIR_PATH", default="//sweep.cdb", options=path_options(),
         description="Where table and pictures are kept",
     )  # fmt: skip
+    swept_as: StringProperty(description="Name of the scene when its sweep was last started")
     point: IntProperty(name="Row", default=1, min=1, description="Row of the table, counted from 1")
     status: StringProperty(options={"SKIP_SAVE"})
     done: IntProperty(options={"SKIP_SAVE"})

@@ -100,7 +100,7 @@ class SpectralVolume(bpy.types.PropertyGroup):
         description="Render the data with this transfer function; otherwise with the volume's shader",
     )  # fmt: skip
     materials: CollectionProperty(type=SpectralVolumeMaterial)
-    active: IntProperty(name="Material", min=0)
+    active: IntProperty(name="Material", min=0, description="The selected material")
     next_uid: IntProperty(default=1)
     curves: PointerProperty(type=bpy.types.NodeTree, description="Holds the curves of the materials")
     rule: VOLUME_FIELDS["rule"].declared(_changed)

@@ -19,6 +19,7 @@ from spectral_core.scene import (
     Subsurface,
     Surface,
     Translucent,
+    Transparent,
     leaves,
 )
 
@@ -51,7 +52,9 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
             )
             translation.note(instance.name, message)
     if compares_faces:
-        passes = enters | {name for name, surface in surfaces.items() if _refracts(surface)}
+        passes = enters | {
+            name for name, surface in surfaces.items() if _refracts(surface) or _is_seen_through(surface)
+        }
         _note_faces(translation, scene, meshes, passes)
     film = scene.film
     if film.transparent and film.transparent_glass:
@@ -91,6 +94,13 @@ def _note_faces(translation: Translation, scene: Scene, meshes: dict[str, Mesh],
 def _refracts(surface: Surface | None) -> bool:
     return any(
         isinstance(leaf, Glass) or (isinstance(leaf, Principled) and leaf.transmission != 0) for leaf in leaves(surface)
+    )
+
+
+def _is_seen_through(surface: Surface | None) -> bool:
+    return any(
+        isinstance(leaf, Transparent) or (isinstance(leaf, Principled) and leaf.alpha != 1.0)
+        for leaf in leaves(surface)
     )
 
 

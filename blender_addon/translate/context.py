@@ -29,19 +29,30 @@ class Heard:
     answers: dict[Question, Any] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadImage:
+    """An image that was read, None without pixels; the notes on it; the state of the file that Blender loaded for it,
+    None if that is not known.
+    """
+
+    texture: ImageTexture | None
+    notes: tuple[Note, ...]
+    source: Any = None
+
+
 @dataclass
 class Translation:
     """One run from a depsgraph to a Scene.
 
-    ``rgb_from_working``: (3, 3), Blender's scene-linear colors to linear sRGB. ``images``: read once per picture and
-    use, so that materials share them by identity. ``designed``: spectra that replace those of materials, lights and
-    worlds, with a factor on the power of a light, by session number. ``reads_elsewhere``: True if data of other items
-    than the present material, lamp or world were read.
+    ``rgb_from_working``: (3, 3), Blender's scene-linear colors to linear sRGB. ``images``: those that were read; each
+    key begins with what it is, the session number of Blender's image, and its state. ``designed``: spectra that replace
+    those of materials, lights and worlds, with a factor on the power of a light, by session number.
+    ``reads_elsewhere``: True if data of other items than the present material, lamp or world were read.
     """
 
     depsgraph: Any
     rgb_from_working: NDArray[np.float64]
-    images: dict[Any, ImageTexture | None] = field(default_factory=dict)
+    images: dict[Any, ReadImage] = field(default_factory=dict)
     designed: Mapping[int, tuple[Spectrum, float]] = field(default_factory=dict)
     reads_elsewhere: bool = False
     _notes: dict[tuple[str, str], Note] = field(default_factory=dict)
@@ -67,6 +78,22 @@ class Translation:
     def note(self, subject: str, message: str) -> None:
         """Add a note for the user, once."""
         self._notes.setdefault((subject, message), Note(subject, message))
+
+    def image(self, key: Any, read: Callable[[], ImageTexture | None], source: Any = None) -> ImageTexture | None:
+        """The image of a key, read once per picture and use, so that materials share it by identity. ``source``: as in
+        ``ReadImage``, for one that is read now.
+        """
+        found = self.images.get(key)
+        if found is None:
+            for old in [old for old in self.images if old[:2] == key[:2] and old[2] != key[2]]:
+                del self.images[old]  # of an earlier state of Blender's image
+            with self.listening() as heard:
+                texture = read()
+            self.images[key] = ReadImage(texture, heard.notes, source)
+            return texture
+        for note in found.notes:
+            self.note(note.subject, note.message)
+        return found.texture
 
     def answer(self, question: Question) -> Any:
         """The answer to a question, found once."""

@@ -21,11 +21,16 @@ class StateOfFile:
     path: str
 
     def __call__(self, _translation: Translation) -> tuple[int, int] | None:
-        try:
-            state = Path(self.path).stat()
-        except (OSError, ValueError):
-            return None
-        return state.st_mtime_ns, state.st_size
+        return state_of_file(self.path)
+
+
+def state_of_file(path: str) -> tuple[int, int] | None:
+    """Time and size of a file; None without it."""
+    try:
+        state = Path(path).stat()
+    except (OSError, ValueError):
+        return None
+    return state.st_mtime_ns, state.st_size
 
 
 @dataclass(frozen=True)

@@ -48,11 +48,15 @@ SCENES = {"car": car, "note": note, "stage": theater}
 
 def main() -> None:
     """Make one scene."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scene", choices=SCENES)
-    parser.add_argument("--out", type=Path, default=Path("out/more_scenes"))
-    parser.add_argument("--samples", type=int, default=128)
-    parser.add_argument("--width", type=int, default=480)
+    parser = argparse.ArgumentParser(
+        prog="python -m examples.more_scenes", description="Design and render one of the scenes: car, note or stage."
+    )
+    parser.add_argument("scene", choices=SCENES, help="which scene")
+    parser.add_argument(
+        "--out", type=Path, default=Path("out/more_scenes"), help="folder to write into (out/more_scenes)"
+    )
+    parser.add_argument("--samples", type=int, default=128, help="light paths per pixel (128)")
+    parser.add_argument("--width", type=int, default=480, help="width of the pictures in pixels (480)")
     given = parser.parse_args()
     make_folder(given.out)
     make, lights = SCENES[given.scene]()

@@ -24,10 +24,15 @@ from spectral_core.spectra.pictures import write_picture
 
 def main() -> None:
     """Make the scene."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("out/two_paintings"))
-    parser.add_argument("--samples", type=int, default=192)
-    parser.add_argument("--width", type=int, default=640)
+    parser = argparse.ArgumentParser(
+        prog="python -m examples.two_paintings",
+        description="Design two white lamps and a paint that shows a picture under each, render and measure both.",
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("out/two_paintings"), help="folder to write into (out/two_paintings)"
+    )
+    parser.add_argument("--samples", type=int, default=192, help="light paths per pixel (192)")
+    parser.add_argument("--width", type=int, default=640, help="width of the pictures in pixels (640)")
     given = parser.parse_args()
     make_folder(given.out)
     lights = design_lights(led_range(20.0)).lights

@@ -15,6 +15,9 @@ import numpy as np
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 
+HALF_STEP = 0.5 / 255
+"""Distance outside a display's range that rounding to its 256 steps hides."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
@@ -48,13 +51,16 @@ def run(arguments: argparse.Namespace) -> int:
     spectra = np.stack([surface.at(grid.wavelengths_nm) for surface in measured])
     mixed = (paint_mixture if arguments.law == "paint" else additive_mixture)(shares, spectra)
     if arguments.out is not None:  # before printing, because the reader of the colors may close the pipe
-        write_spectra(arguments.out, [Reflectance("mixture", grid, np.clip(mixed, 0.0, 1.0))])
+        write_spectra(arguments.out, [Reflectance("mixture", grid, mixed)])
     colors = {}
     for light in lights:
         rgb = stimulus_matrix([light], grid) @ mixed
-        shown = np.round(255 * np.clip(display_rgb_from_linear(rgb), 0, 1)).astype(int)
+        display = display_rgb_from_linear(rgb)
+        shown = np.round(255 * np.clip(display, 0, 1)).astype(int)
+        off = float(np.abs(display - np.clip(display, 0, 1)).max())
+        beyond = " (no display shows it: this is the nearest value of each channel)" if off > HALF_STEP else ""
         colors[light.name] = "#" + "".join(f"{channel:02x}" for channel in shown)
-        print(f"under {light.name}: {colors[light.name]}, linear sRGB {np.round(rgb, 4).tolist()}")
+        print(f"under {light.name}: {colors[light.name]}{beyond}, linear sRGB {np.round(rgb, 4).tolist()}")
     if arguments.out is not None:
         print(f"written to {arguments.out}")
     if arguments.json:

@@ -116,7 +116,9 @@ def _pairs(option: str, text: str, groups: Sequence[str]) -> dict[str, str]:
     names = [group for group, _ in entries]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise InvalidInputError(f"{option} names the light group {twice!r} twice; name it once")
+        from spectral_core.render.light_groups import group_text
+
+        raise InvalidInputError(f"{option} names the light group {group_text(twice)} twice; name it once")
     return dict(entries)
 
 

@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +74,11 @@ def run(arguments: argparse.Namespace) -> int:
         with planned_apart(document, folder) as apart:
             plan = apart.pending() if arguments.pending else apart.plan(arguments.budget)
         return _say(arguments, folder, plan)
-    sweep = Sweep(document, folder)
+    with closing(Sweep(document, folder)) as sweep:
+        return _work(arguments, sweep, folder)
+
+
+def _work(arguments: argparse.Namespace, sweep: Any, folder: Path) -> int:
     if arguments.share is not None:
         return _share(arguments, sweep)
     sweep.store.recover()

@@ -45,9 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--spectra", type=int, metavar="K", help="basis spectra, 6 to 8 (6 for designed lights, else 8)"
     )
-    parser.add_argument("--importance", type=float, default=1.0, metavar="W", help="weight of picture 1 over picture 2")
     parser.add_argument(
-        "--daylight-share", type=float, default=0.0, metavar="F", help="daylight mixed into both lights"
+        "--importance", type=float, default=1.0, metavar="W", help="weight of picture 1 over picture 2 (1)"
+    )
+    parser.add_argument(
+        "--daylight-share", type=float, default=0.0, metavar="F", help="share of daylight mixed into both lights (0)"
     )
     parser.add_argument(
         "--led-width", type=float, default=20.0, metavar="NM", help="width of the LEDs, 5 to 60 nm (20)"

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_finite, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.given import CellIndex, cell_index_of, number_of, sequence_of
 
@@ -32,6 +32,7 @@ class CellMode(StrEnum):
     IGNORE = "ignore"
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Cell:
     """The request for one reflectance under one light. Its class methods name the arguments of each mode."""

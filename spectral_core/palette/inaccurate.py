@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.assembled import Assembled
 from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.design.linear_programs import least_miss
 from spectral_core.palette.given import cell_name, told_apart
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
+from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.feasibility import forced_black
 
 Array = NDArray[np.float64]
@@ -24,7 +26,8 @@ BRIGHTEST = 1e3
 SPREAD = 1e6
 """Ratio of the colors of white under two lights, from which the dimmer is lost in the rounding of the brighter."""
 NEARLY = 1e-2
-"""Error of exact cells, in linear RGB, up to which they may hold in black alone; larger errors have other causes."""
+"""Error of exact cells, in linear RGB, up to which they may hold in black alone, even if a conflict is proven to
+rounding."""
 MOST_UNKNOWNS, MOST_NAMES = 4000, 4
 """Largest side for which that is tested, which takes up to a second; and most cells that a message names."""
 ROUNDING = 1e-14
@@ -59,15 +62,19 @@ def excluded_pair(problem: PaletteProblem, state: PaletteState) -> str:
     return ""
 
 
-def only_black(problem: PaletteProblem, assembled: Assembled | None, worst: float) -> str:
+def only_black(problem: PaletteProblem, solved: tuple[Assembled, Answer] | None, worst: float) -> str:
     """Exact cells that only black meets, as "same" under two lights that no other color survives; "" if none is found.
 
-    ``assembled``: the side of the reflectances; ``worst``: largest error of an exact cell that the solution has.
+    ``solved``: the side of the reflectances with its answer; ``worst``: largest error of an exact cell that the
+    solution has.
     """
-    if assembled is None or any(light.free for light in problem.lights) or worst > NEARLY:
+    if solved is None or any(light.free for light in problem.lights):
         return ""
+    assembled, answer = solved
     if assembled.quadratic.size > MOST_UNKNOWNS:
         return ""
+    if worst > NEARLY and (not answer.values or least_miss(assembled.quadratic, answer) > 0):
+        return ""  # another cause is proven, or likely
     cells = forced_black(assembled.quadratic)
     if not cells:
         return ""

@@ -15,7 +15,7 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_range, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range, require_text
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.cell import LARGEST, Cell, CellMode, require_size
 from spectral_core.palette.given import CellIndex, number_of, require_kind, sequence_of, shown
@@ -25,6 +25,7 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 Array = NDArray[np.float64]
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class PaletteLight:
     """A column: a measured light, one to design with ``spectrum`` as its start, or amounts of ``primaries``."""
@@ -88,6 +89,7 @@ class PaletteReflectance:
         return self.spectrum is None
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class SubspaceCriterion:
     """Weight ω_F of the error of a renderer that computes in the basis (Eqs. 5.10 to 5.12).

@@ -17,8 +17,8 @@ from spectral_core.palette.cell_errors import CellErrors, cell_errors
 from spectral_core.palette.inaccurate import excluded_pair, extreme_number, only_black
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.block import DIM
-from spectral_core.palette.qp.optimality import Check
-from spectral_core.palette.solution import REMEDIES, UNRELIABLE, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
+from spectral_core.palette.qp.optimality import Check, checked
+from spectral_core.palette.solution import REMEDIES, ROUGH, UNRELIABLE, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
 from spectral_core.spectra.color import XYZ_FROM_RGB
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
@@ -87,10 +87,12 @@ def _named_cause(
     if excluded:
         return PaletteStatus.EXACT_CONFLICT, f"{excluded} The closest compromise is shown."
     if status is PaletteStatus.EXACT_CONFLICT:
-        side = trace.sides.get("reflectances")
-        black = only_black(problem, side and side[0], exact_error(builder.requests, state.colors())[0])
+        worst = exact_error(builder.requests, state.colors())[0]
+        black = only_black(problem, trace.sides.get("reflectances"), worst)
         if black:
             return status, black
+    if status is PaletteStatus.IMPROVING and not _is_exact_optimum(trace):
+        return status, ROUGH
     extreme = ""
     if status in (PaletteStatus.INACCURATE, PaletteStatus.IMPROVING):
         extreme = extreme_number(problem, state)
@@ -189,18 +191,30 @@ def _status(
     dark = invisible_lights(builder, state)
     if missed and all(column in dark for _, column in missed):
         return PaletteStatus.INVISIBLE  # no other cell conflicts with them, so no other cell can be released
-    # Weights in place of exact rows have changed nothing where these hold all the same.
+    # Where exact rows hold all the same, weights in their place were needed for the accuracy alone.
+    has_weights = any(answer.infeasible for answer in answers)
     is_held = worst <= Check.EQUALITY_LIMIT
     is_held = is_held and all(light.white_xyz is None and light.luminance is None for light in builder.problem.lights)
-    if worst > EXACT_LIMIT or (not is_held and any(answer.infeasible for answer in answers)):
+    if worst > EXACT_LIMIT or (has_weights and not is_held):
         return PaletteStatus.EXACT_CONFLICT
     if not trace.joint.passed or bounds > Check.BOUND_LIMIT:
         return PaletteStatus.INACCURATE
     if dark or black_materials(builder, state):
         return PaletteStatus.INVISIBLE
-    if not trace.optimal:
+    if not trace.optimal or not _is_exact_optimum(trace):
         return PaletteStatus.IMPROVING
     return PaletteStatus.COMPROMISE if errors.largest > VISIBLE_DELTA_E else PaletteStatus.SOLVED
+
+
+def _is_exact_optimum(trace: SolveTrace) -> bool:
+    """True if the answers found with weights in place of exact rows are optimal with these rows, too.
+
+    Beside the weights, rounding can hide the smoothness, so that the spectra are rougher than they must be.
+    """
+    stated = [(assembled.quadratic, answer) for assembled, answer in trace.sides.values() if answer.infeasible]
+    points = [problem.joined(answer.colors, answer.values) for problem, answer in stated]
+    checks = [checked(problem, x, answer.forces) for (problem, answer), x in zip(stated, points, strict=True)]
+    return all(check.passed for check in checks)
 
 
 def criterion_residuals(builder: Assembler, state: PaletteState, wanted: Array, actual: Array) -> dict[str, float]:

@@ -41,6 +41,10 @@ class PaletteStatus(StrEnum):
 
 
 UNRELIABLE = "No solver's solution passed the check; the best one is shown, but it is not reliable."
+ROUGH = (
+    "All exact cells hold, but the spectra may be rougher than they must be: beside these cells the smoothness is lost "
+    "in rounding. Raise the smoothness, or make one of the cells not exact."
+)
 REMEDIES = {
     PaletteStatus.SOLVED: "",
     PaletteStatus.COMPROMISE: (
@@ -115,6 +119,11 @@ class PaletteSolution:
     """Per light the amounts of its primaries; None without primaries."""
     state: Any = field(default=None, repr=False)
     """Warm start of the next solve; not part of the answer."""
+
+    def __repr__(self) -> str:
+        rows, columns = self.delta_e_2000.shape
+        size = f"{rows} reflectances, {columns} lights"
+        return f"PaletteSolution({self.status}, {size}, ΔE2000 {self.max_delta_e_2000:.3g} at most)"
 
     @property
     def max_delta_e_2000(self) -> float:

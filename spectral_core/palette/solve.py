@@ -11,7 +11,7 @@ from __future__ import annotations
 from time import perf_counter
 
 from spectral_core.blas_threads import on_one_thread
-from spectral_core.checks import require_range
+from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
@@ -55,6 +55,7 @@ def solve_palette(
     -------
     The spectra, the colors that they show, errors, status and remedy.
     """
+    require_kind("the palette", problem, PaletteProblem, "read_palette of spectral_core.palette.files reads a file")
     require_range("seconds", seconds, 0.0, 1e6)
     if warm is not None and not isinstance(warm, PaletteSolution):
         raise InvalidInputError(f"warm is {shown(warm)}; expected a PaletteSolution, or None")

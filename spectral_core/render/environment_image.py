@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pixels of an environment image as Mitsuba reads them."""
+"""An environment image as Mitsuba's emitter, and its pixels as Mitsuba reads them."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.mitsuba_scene import paint
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.scene import DrawnPattern, ImageTexture, World
 from spectral_core.spectra.color import luminance_from_linear_rgb
 
+ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+"""Mitsuba's environment has +y up and -z at its left edge; Blender's +z up and -x there."""
 BRIGHTER, LEAST = 4.0, 1e-7
 """Ratio of a neighbor's brightness to a pixel's from which on the neighbor determines the pixel's hue, and brightness
 of a black pixel beside it, relative to it.
@@ -84,3 +89,57 @@ def with_hues_of_brighter_neighbors(pixels: NDArray[np.float32]) -> NDArray[np.f
     changed = pixels.copy()
     changed[rows, columns] = hue * np.maximum(light, LEAST * other)
     return changed
+
+
+def environment(context: Context, world: World, image: ImageTexture) -> Any | None:
+    """Mitsuba's environment of an image, or None for a black one."""
+    pixels = paint.color_pixels(image)
+    if pixels.shape[2] == 1:
+        pixels = np.repeat(pixels, 3, axis=2)
+    if isinstance(image, DrawnPattern) and not pixels.any():  # its details may lie between the pixels
+        pixels = np.full_like(pixels, 1e-20)
+    made = _signed(context, world, pixels)
+    if made is None or not isinstance(image, DrawnPattern):
+        return made
+    radiance = paint.emission(context, image.pattern, float(world.strength), "World")
+    turn = context.mitsuba.ScalarTransform4f(world.world_from_environment)
+    parts = {"environment": made, "pattern": context.switched(radiance, world.group), "to_world": turn}
+    return context.load({"type": "patterned_environment", **parts})
+
+
+def _signed(context: Context, world: World, pixels: NDArray[np.float32]) -> Any | None:
+    """An environment whose pixels may be below zero; None for a black one."""
+    if pixels.min() >= 0:
+        return _environment_of(context, world, pixels) if pixels.any() else None
+    # without a pixel above 0 Mitsuba would refuse a part
+    parts = {"bright": np.maximum(pixels, 1e-20), "dark": np.maximum(-pixels, 1e-20), "magnitude": np.abs(pixels)}
+    made = {name: _environment_of(context, world, part) for name, part in parts.items()}
+    return context.load({"type": "signed_environment", **made})
+
+
+def _environment_of(context: Context, world: World, pixels: NDArray[np.float32]) -> Any:
+    mi = context.mitsuba
+    rows_from_top = rows_from_pole_to_pole((divided(pixels) if context.spectral else pixels)[::-1])
+    if context.spectral:
+        rows_from_top = with_hues_of_brighter_neighbors(rows_from_top)
+    # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
+    unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
+    scale = float(world.strength) * unit
+    turn = mi.ScalarTransform4f(world.world_from_environment @ ENVIRONMENT_AXES)
+    emitter = context.load({"type": "envmap", "bitmap": mi.Bitmap(rows_from_top), "scale": scale, "to_world": turn})
+    if context.switches is not None:
+        import drjit
+
+        parameters = mi.traverse(emitter)
+
+        def switch(on: bool) -> None:
+            parameters["scale"] = drjit.opaque(mi.Float, scale if on else 0.0)
+            parameters.update()
+
+        context.switches.setdefault(world.group, []).append(switch)
+    if context.spectral and context.white is not None:
+        daylight = context.load({"type": "d65", "scale": unit})
+        white = paint.sampled_spectrum(context, context.white)
+        parts = {"environment": emitter, "white": white, "daylight": daylight}
+        return context.load({"type": "tinted_environment", **parts})
+    return emitter

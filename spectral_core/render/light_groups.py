@@ -33,6 +33,11 @@ def light_groups(scene: Scene) -> tuple[str, ...]:
     return tuple(sorted(names))
 
 
+def group_text(name: str) -> str:
+    """A light group in a message; lights without one are in a group whose name is empty."""
+    return repr(name) if name else "'' (lights without a group)"
+
+
 def emissive_materials(scene: Scene) -> set[str]:
     """Names of the materials whose surface or medium emits light."""
     return {material.name for material in scene.materials if any(True for _ in emitted_paints(material))}

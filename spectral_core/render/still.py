@@ -82,6 +82,10 @@ class RenderResult:
     noise_pixels: Pixels | None = None
     work: float = 0.0
 
+    def __repr__(self) -> str:
+        height, width = self.pixels.shape[:2]
+        return f"RenderResult({self.status}, {width}×{height} pixels, {self.samples} samples in {self.seconds:.1f} s)"
+
     @property
     def header(self) -> dict[str, str]:
         """Header of a file with this picture: the plan, samples, time, prediction and outcome."""

@@ -40,6 +40,7 @@ def volume_integrator(
         shading=lighting != "even",
         shadows=lighting == "shadows",
         channels=scene.film.transparent,
+        jitter=True,  # the samples of a pixel average the errors of its steps
         max_depth=max_depth,
     )
     try:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_choices, require_range, require_whole
+from spectral_core.checks import read_only_when_copied, require_choices, require_range, require_whole
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.scene.geometry import affine
 
@@ -80,6 +80,7 @@ class Panorama:
         return min(1.0, *(max(abs(side), 1e-6) for side in sides)) if sides else 1.0
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Camera:
     """Blender's camera: looks along its local -Z, +Y up.

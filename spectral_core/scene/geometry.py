@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_finite, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.rays import Rays
 
@@ -37,6 +37,7 @@ class Attribute:
         object.__setattr__(self, "values", values)
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, weakref_slot=True, eq=False)
 class Mesh:
     """Triangles in object space.
@@ -175,6 +176,7 @@ def _array(mesh: Mesh, name: str, dtype: Any, width: int, length: int | None = N
     return array
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Instance:
     """One placement of a mesh. ``world_from_object``: (4, 4). ``materials``: names, one per material slot of the mesh.
@@ -214,6 +216,7 @@ class Instance:
         require_range(f"instance {self.name!r}: terminator_shift", self.terminator_shift, 0.0, 1.99)
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class VolumeObject:
     """A sampled scalar volume with a transfer function.
@@ -240,6 +243,7 @@ class VolumeObject:
         object.__setattr__(self, "world_from_index", affine(f"volume {self.name!r}", self.world_from_index))
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class MediumGrid:
     """How a medium varies: linear between voxel centers, and nothing beyond half a voxel outside of the outermost.

@@ -14,10 +14,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_choices, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_choices, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.geometry import affine
-from spectral_core.scene.paint import Color, ImageTexture, Paint, gray
+from spectral_core.scene.paint import Color, ImageTexture, Paint, gray, require_paint
 from spectral_core.scene.rays import Rays
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.surface import ScatteringMedium
@@ -45,6 +45,7 @@ EVEN = Falloff()
 """The physical falloff: the inverse square alone."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Photometry:
     """Strength by direction, the data of measured luminaires (an IES file).
@@ -67,6 +68,7 @@ class Photometry:
         object.__setattr__(self, "strength", frozen_array("strength of a luminaire", self.strength, shape))
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Light:
     name: str
@@ -93,6 +95,7 @@ class _Light:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_light", affine(f"light {self.name!r}", self.world_from_light))
+        require_paint(f"the color of light {self.name!r}", self.color)
         require_choices(self)
         require_range(f"light {self.name!r}: max_bounces", self.max_bounces, 0, 1 << 20)
         for name, low, high in _RANGES:
@@ -118,6 +121,7 @@ _COUNTS = {"size": 2, "cone_scale": 3}
 """Numbers of the lists among them."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class PointLight(_Light):
     """``power_w`` in watts as defined by Blender: radiant intensity power / 4π, from a ball of ``radius``.
@@ -131,6 +135,7 @@ class PointLight(_Light):
     photometry: Photometry | None = None
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class SpotLight(_Light):
     """A point light inside a cone: ``cone_angle_rad`` full angle, ``blend`` the soft share of it in [0, 1].
@@ -147,6 +152,7 @@ class SpotLight(_Light):
     photometry: Photometry | None = None
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class SunLight(_Light):
     """``irradiance`` on a surface that faces it (Blender's strength), from a disk of ``angle_rad`` full angle."""
@@ -155,6 +161,7 @@ class SunLight(_Light):
     angle_rad: float = 0.00918
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class AreaLight(_Light):
     """One-sided: radiance power / (π · area). ``size``: full extent along local x and y; ellipse or rectangle."""
@@ -168,6 +175,7 @@ class AreaLight(_Light):
 Light = PointLight | SpotLight | SunLight | AreaLight
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
     """The environment: ``color · strength`` as radiance from every direction.

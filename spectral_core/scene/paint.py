@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_choices, require_finite, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_choices, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.spectral_image import SpectralImage
@@ -32,6 +32,20 @@ _THREE = "tuple[float, float, float]"
 """Beginning of the type of a field with a number for each of red, green and blue."""
 
 
+def require_paint(name: str, value: object) -> None:
+    """Raise InvalidInputError for numbers or a name in place of a color, a spectrum or an image."""
+    if isinstance(value, (int, float, np.number)):
+        raise InvalidInputError(
+            f"{name} is the number {value}; expected a color, a spectrum or an image: gray({value}) is a color of "
+            "equal channels"
+        )
+    if isinstance(value, (str, tuple, list, np.ndarray)):
+        raise InvalidInputError(
+            f"{name} is {str(value)[:40]}, of type {type(value).__name__}; expected a color, a spectrum or an image, "
+            "such as Color((0.8, 0.2, 0.2))"
+        )
+
+
 class Numbers:
     """Closures and media: plain numbers in them are finite, no number stands for a color, and names are known."""
 
@@ -46,12 +60,9 @@ class Numbers:
         fields: dict[str, str] = type(self).__annotations__
         for name in names:
             value = getattr(self, name)
+            if str(fields.get(name, "")).startswith("Paint"):
+                require_paint(f"{type(self).__name__} {name.replace('_', ' ')}", value)
             if isinstance(value, (int, float, np.number)):
-                if str(fields.get(name, "")).startswith("Paint"):
-                    raise InvalidInputError(
-                        f"{type(self).__name__} {name.replace('_', ' ')} is the number {value}; expected a color, a "
-                        f"spectrum or an image: gray({value}) is a color of equal channels"
-                    )
                 least, most = _LIMITS.get(name, (-LARGEST, LARGEST))
                 require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
             elif isinstance(value, Spectrum) and name in _LIMITS:
@@ -61,6 +72,7 @@ class Numbers:
                 frozen_array(f"{type(self).__name__} {name.replace('_', ' ')}", value, (3,))
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Color:
     """Linear sRGB, shape (3,). As a reflectance it is upsampled to a smooth spectrum; as a light it tints D65."""
@@ -71,6 +83,7 @@ class Color:
         object.__setattr__(self, "linear_rgb", frozen_array("linear_rgb", self.linear_rgb, (3,)))
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class ImageTexture:
     """Pixels over a mesh's UV square, row 0 at v = 0 (bottom, as in Blender).
@@ -104,6 +117,18 @@ class ImageTexture:
     def shape_key(self) -> tuple[str, str, str, str]:
         """Properties that a kernel depends on: the way in which pixels are read, not their values."""
         return "image", self.color_space, self.extension, self.interpolation
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class DrawnPattern(ImageTexture):
+    """An environment drawn from a pattern. Rays from the camera, from mirrors and through glass show the pattern
+    itself, which may be finer than the pixels; all other light comes from the pixels.
+
+    ``pattern``: radiance as linear sRGB; its program may read the direction in the environment's axes as ``position``,
+    and the opposite direction as ``incoming`` and ``normal``.
+    """
+
+    pattern: Computed
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_choices
+from spectral_core.checks import frozen_array, read_only_when_copied, require_choices
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import xyz_from_product
@@ -18,6 +18,7 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 MOST_SPECTRA = 8
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectralImage:
     """Reflectances over a mesh's UV square, row 0 at v = 0 (bottom, as in Blender).

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -285,3 +285,11 @@ class Material:
     medium: ScatteringMedium | None = None
     index: int = 0
     outputs: tuple[tuple[str, Paint | Scalar], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError for a color, a spectrum or an image in place of a surface."""
+        if self.surface is not None and not isinstance(self.surface, get_args(Surface)):
+            raise InvalidInputError(
+                f"the surface of material {self.name!r} is {str(self.surface)[:60]}, of type "
+                f"{type(self.surface).__name__}; expected a closure, such as Diffuse(Color((0.8, 0.2, 0.2)))"
+            )

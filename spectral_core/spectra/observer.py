@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 OBSERVER_NAMES = ("cie_1931_2deg", "cie_1964_10deg", "cie_2015_2deg", "cie_2015_10deg")
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Observer:
     """Color matching functions. ``wavelengths_nm``: (n,), 1 nm steps; ``cmfs``: (3, n) for x̄, ȳ, z̄."""

@@ -14,7 +14,7 @@ from typing import Literal, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, require_text
 from spectral_core.errors import GridMismatchError, InvalidInputError
 
 Interpolation = Literal["linear", "sampled"]
@@ -22,6 +22,7 @@ MOST_KNOTS = 1_000_000
 """Largest grid, more than any instrument resolves; a larger one is a mistake in the unit."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectralGrid:
     """Wavelengths at which spectra are known, and the interpolation between them.
@@ -128,7 +129,11 @@ class SpectralGrid:
         spacing = f"{steps[0]:g} nm" if np.ptp(steps) < 1e-9 * last else f"{steps.min():g} to {steps.max():g} nm"
         return f"{first:g}–{last:g} nm / {spacing} ({self.size} samples)"
 
+    def __repr__(self) -> str:
+        return f"SpectralGrid({self}, {self.interpolation})"
 
+
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Spectrum:
     """Values on a grid. ``values``: shape (grid.size,); ``source``: text on their origin."""
@@ -151,6 +156,9 @@ class Spectrum:
                 f"spectrum {self.name!r} has {self.values.size} values, its grid {self.grid} has {self.grid.size}; "
                 "give one value per wavelength"
             )
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.name!r}, {self.grid})"
 
     def at(self, wavelengths_nm: ArrayLike) -> NDArray[np.float64]:
         """Values at any wavelengths (nm), linear between knots and zero outside; same shape as the input."""

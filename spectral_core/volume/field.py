@@ -17,10 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_finite, require_unmasked
+from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_unmasked
 from spectral_core.errors import InvalidInputError
 
+VOLUME_SOURCES = "read_volume of spectral_core.volume.files reads a file, sample_volume makes a sample"
+"""Hint for a name or a path in place of a volume."""
 
+
+@read_only_when_copied
 @dataclass(frozen=True, eq=False)
 class ScalarVolume:
     """A scalar field on a regular grid and its position in the world.
@@ -40,6 +44,11 @@ class ScalarVolume:
     def __post_init__(self) -> None:
         object.__setattr__(self, "data", _frozen_data(self.name, self.data))
         object.__setattr__(self, "world_from_index", _frozen_affine(self.name, self.world_from_index))
+
+    def __repr__(self) -> str:
+        size = "×".join(map(str, self.shape))
+        low, high = self.value_range
+        return f"ScalarVolume({self.name!r}, {size} {self.data.dtype}, values {low:g} to {high:g})"
 
     @classmethod
     def from_spacing(

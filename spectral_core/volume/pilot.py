@@ -41,6 +41,8 @@ _TUNING: dict[Rule, tuple[float, ...]] = {
 _IN_TUNE = (1.0, 1.02, 1.04)  # such a gain may lie within a fiftieth of a step
 _MORE = 1.06  # times the samples of a rival at which a search ends: more than auto asks a rival to save
 _FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which the steps of every rule are at their limits
+# Longer uniform steps, in voxels, are not planned: one or two steps per ray reach 40 dB in fog, but show as bands.
+_LONGEST: dict[Rule, float] = {"uniform": 4.0}
 
 
 class RayTracer(Protocol):
@@ -150,7 +152,7 @@ class Pilot:
             return best
         scale = best.stepping.scale
         further = [
-            self.try_out(replace(way, scale=min(scale * factor, _COARSEST)))
+            self.try_out(replace(way, scale=min(scale * factor, coarsest(way.rule))))
             for factor in _TUNING.get(way.rule, _TUNING["error"])
         ]
         return cheapest([best, *further], quality_db)
@@ -163,7 +165,7 @@ class Pilot:
         coarsest of them.
         """
         scale = trial.stepping.scale * max(trial.samples / max(rival.samples, 1e-9), 1.0)
-        steps = [min(scale * factor, _COARSEST) for factor in (*_IN_TUNE, *_TUNING["uniform"])]
+        steps = [min(scale * factor, coarsest("uniform")) for factor in (*_IN_TUNE, *_TUNING["uniform"])]
         found = [self.try_out(replace(trial.stepping, scale=each)) for each in dict.fromkeys(steps)]
         return cheapest([trial, *found], quality_db)
 
@@ -181,7 +183,8 @@ class Pilot:
         for _ in range(tries - 1):
             if any(0.0 <= t.snr_db - quality_db < within_db for t in trials):
                 break
-            scale = float(np.clip(math.exp(_next_log_scale(trials, quality_db + 0.5 * within_db)), _FINEST, _COARSEST))
+            wanted = math.exp(_next_log_scale(trials, quality_db + 0.5 * within_db))
+            scale = float(np.clip(wanted, _FINEST, coarsest(way.rule)))
             if any(abs(math.log(scale / t.stepping.scale)) < 1e-3 for t in trials):
                 break
             trials.append(self.try_out(replace(way, scale=scale)))
@@ -197,6 +200,11 @@ class Pilot:
         amounts = np.stack(channels[:k], axis=-1).astype(np.float64)
         samples, steps = (float(c.mean()) for c in channels[k + 1 :])
         return amounts @ self.palette, samples, steps
+
+
+def coarsest(rule: Rule) -> float:
+    """Largest scale of the steps of a rule that is planned."""
+    return _LONGEST.get(rule, _COARSEST)
 
 
 def _is_beaten(trial: Trial, rival: Trial, quality_db: float) -> bool:

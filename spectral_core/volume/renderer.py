@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.llvm_library import find_llvm, llvm_remedy, use_newest_llvm
-from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
 from spectral_core.volume.march.device import DeviceVolume, opaque_vector
 from spectral_core.volume.march.device_grid import DeviceGrid
+from spectral_core.volume.march.dither import phase_at
 from spectral_core.volume.march.gradient import gradient_magnitude
 from spectral_core.volume.march.loop import Marched, march
 from spectral_core.volume.march.march_input import USUAL, Limits, Rays, clip_to_box
@@ -42,6 +43,7 @@ class VolumeRenderer:
     """
 
     def __init__(self, volume: ScalarVolume, backend: Any = "llvm") -> None:
+        require_kind("the volume", volume, ScalarVolume, VOLUME_SOURCES)
         for edge in volume.voxel_size:
             require_range(f"the edge of a voxel of volume {volume.name!r}", float(edge), LEAST_VOXEL, GREATEST_VOXEL)
         self.volume = volume
@@ -147,7 +149,8 @@ class VolumeRenderer:
     ) -> Marched:
         data = self.prepare(transfer).march_input(stepping, limits)
         rays = self._rays(view, pixels, data.grid)
-        return march(Path((FieldPath(data, rays),), rays.length, rays.world), counts=counts)
+        path = Path((FieldPath(data, rays),), rays.length, rays.world, phase=phase_at(self.types, *pixels))
+        return march(path, counts=counts)
 
     def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
         import drjit as dr

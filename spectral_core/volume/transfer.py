@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range
 from spectral_core.errors import InvalidInputError
 
 LARGEST = 1e30
@@ -25,6 +25,7 @@ LARGEST = 1e30
 Array = NDArray[np.float64]
 
 
+@read_only_when_copied
 @dataclass(frozen=True, eq=False)
 class Material:
     """One material: knots over the data value, and one color.

@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range
 from spectral_core.errors import InvalidInputError
-from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 
 Array = NDArray[np.float64]
 LEAST_FOV, GREATEST_FOV = 1e-6, 179.999
 """Degrees: those of every camera of a scene, a narrow part of its picture included."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, eq=False)
 class View:
     """A camera and the size of its picture.
@@ -79,6 +80,7 @@ class View:
         **rest: Any,
     ) -> View:
         """Toward the center of ``volume``, far enough to see its whole bounding sphere at ``zoom`` 1."""
+        require_kind("the volume", volume, ScalarVolume, VOLUME_SOURCES)
         require_range("zoom", zoom, 1e-6, 1e6)
         for name, angle in (("azimuth_deg", azimuth_deg), ("elevation_deg", elevation_deg)):
             require_range(name, angle, -1e6, 1e6, "°")

@@ -35,7 +35,9 @@ def smooth_cube():
     return cube
 
 
-@pytest.mark.parametrize(("kind", "tells"), [("Glass", True), ("Translucent", True), ("Diffuse", False)])
+@pytest.mark.parametrize(
+    ("kind", "tells"), [("Glass", True), ("Translucent", True), ("Transparent", True), ("Diffuse", False)]
+)
 def test_faces_that_coincide_with_a_floor_get_a_note_where_light_passes(build, translate, kind, tells):
     """Cycles meets one of the two faces by chance, and loses light between them."""
     build.plane(name="Ground", size=10.0)

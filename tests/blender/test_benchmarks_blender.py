@@ -44,4 +44,4 @@ def test_single_features_against_cycles(blender):
     assert {row["verdict"] for row in figures["scenes"].values()} == {render_features.AGREES}, figures
     # 3.1 % if the shading normal decides which side is lit, instead of the geometric normal
     assert figures["scenes"]["normals/cup smooth"]["error"] < 0.026
-    assert figures["holds"]["none silently wrong"] and not figures["holds"]["at least 350 scenes"]
+    assert figures["holds"]["none silently wrong"]

@@ -59,3 +59,15 @@ def test_a_text_gives_way_to_the_number_of_the_data(blender):
     owner = bpy.data.objects.new("Owner", bpy.data.meshes.new("Owner"))
     owner["tone"], owner.data["tone"] = "12", 0.5
     assert np.allclose(attributes._first((owner, owner.data), "tone"), (0.5, 0.5, 0.5, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("value", "is_noted"),
+    [(np.nan, True), ([1.0, -np.inf], True), (2.5, False), ("nan", False), ({"7": 1.0}, False), ([np.nan] * 2, True)],
+)
+def test_a_property_that_is_no_finite_number_is_noted(blender, value, is_noted):
+    """It was read as 0 without a note."""
+    owner = bpy.data.objects.new("Owner", bpy.data.meshes.new("Owner"))
+    owner["tone"] = value
+    assert attributes._is_not_finite((None, owner, owner.data), "tone") is is_noted
+    assert not attributes._is_not_finite((None, owner), "other")

@@ -154,7 +154,7 @@ def rows(scene: Any, monkeypatch: Any) -> list[Row]:  # noqa: F811
     bpy.ops.spectral.sweep_add(target=HEIGHT)
     entry = scene.spectral.sweep.parameters[0]
     found = [Row("k", 0, {entry.label: height}, "done", {}, {}, 2.0, None) for height in (2.25, 2.5, 3.75)]
-    ledger = SimpleNamespace(rows=lambda *_: found)
+    ledger = SimpleNamespace(rows=lambda *_: found, states=lambda: {row.key: row.state for row in found})
     project = SimpleNamespace(space=SimpleNamespace(parameters=()))
     store = contextlib.nullcontext(SimpleNamespace(ledger=ledger, close=lambda: None, project=project))
     monkeypatch.setattr(sweeps, "Store", SimpleNamespace(open=lambda _: store))
@@ -189,7 +189,7 @@ def test_points_that_the_page_added_are_computed_with_the_panels_workers(
 ) -> None:  # fmt: skip
     calls: list[Any] = []
     monkeypatch.setattr(sweeps, "_run", None)
-    monkeypatch.setattr(sweeps, "Run", lambda command, folder, total: calls.append((command, folder, total)))
+    monkeypatch.setattr(sweeps, "Run", lambda command, folder, total, _: calls.append((command, folder, total)))
     scene.spectral.sweep.workers = 3
     sweeps.resume(scene)
     ((command, folder, total),) = calls

@@ -115,7 +115,7 @@ def test_the_document_of_the_panel_is_read_whatever_the_names(swept: Any) -> Non
     sweep.parameters.clear()
     path = f'bpy.data.lights["{bpy.utils.escape_identifier(bpy.data.lights[0].name)}"].energy'
     sweeps.add(swept, path)
-    document, _ = sweep_documents.write_documents(swept)
+    document = sweep_documents.write_documents(swept).document
     (parameter,) = read_sweep(document).space.parameters
     assert parameter.path == path and parameter.name == sweep.parameters[0].label
 
@@ -140,20 +140,12 @@ def test_the_folders_of_a_linked_scene_count_from_its_library(swept: Any, tmp_pa
     assert [each.name for each in recipes._library(linked.recipe)] == ["a"]
 
 
-def test_the_progress_stays_if_the_ledger_cannot_be_opened(swept: Any, monkeypatch: Any) -> None:
+def test_the_progress_stays_if_the_ledger_cannot_be_opened(swept: Any) -> None:
     """The timer of the panel would end with the error; the process of the run reports it."""
-    from spectral_core.errors import FileWriteError
-    from spectral_core.explore.sweep.store import Store
-
     run = sweeps.start(swept)
-    run._done = 2
+    run._count._done = 2
     run.folder.mkdir()
-    (run.folder / "project.json").write_text("{}")
-
-    def full(*_: Any) -> None:
-        raise FileWriteError("ledger.sqlite cannot be opened: disk I/O error")
-
-    monkeypatch.setattr(Store, "open", full)
+    (run.folder / "ledger.sqlite").write_bytes(b"no ledger" * 100)
     assert sweeps.tick() == sweeps.POLL_S
     assert swept.spectral.sweep.status.startswith("2 of 3")
 
@@ -193,8 +185,9 @@ def _table(scene: Any, path: str) -> Any:  # noqa: F811
     """The folder of a sweep with one finished point, as a run leaves it."""
     from spectral_core.explore.sweep.designs import Design
     from spectral_core.explore.sweep.parameters import Parameter, Space
+    from spectral_core.explore.sweep.project import Project
     from spectral_core.explore.sweep.region import RegionOfInterest
-    from spectral_core.explore.sweep.store import Project, Store
+    from spectral_core.explore.sweep.store import Store
 
     entry = scene.spectral.sweep.parameters[0]
     space = Space((Parameter(entry.label, entry.low, entry.high, path=path),))

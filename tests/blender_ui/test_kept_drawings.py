@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.drawing import dial, kept, overlay
+from blender_addon.drawing import dial, dial_labels, kept, overlay
 from blender_addon.drawing.kept import MOST, Box, Kept
 from blender_addon.translate.spectra.stored import store_spectrum
 from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
@@ -144,5 +144,25 @@ def test_names_beside_the_dial_stay_in_the_editor(blender: Any) -> None:
         bulb.name, bulb.place = f"A long name of a lamp by the window {number}", (-1.0, 0.1 * number)
     shape = dial.DialShape.in_region(800, 600, left=50.0)
     assert shape.left == pytest.approx(50.0)
-    labels = dial._labels(shape, blender.context.scene.spectral.dial, np.full(8, 1 / 8))
+    labels = dial_labels.labels_of(shape, blender.context.scene.spectral.dial, np.full(8, 1 / 8))
     assert min(x for _, x, _ in labels) >= 50.0
+
+
+@pytest.mark.parametrize("count", [3, 8])
+def test_the_plots_begin_beyond_the_names_at_the_right_of_the_dial(
+    blender: Any, monkeypatch: Any, count: int
+) -> None:  # fmt: skip
+    """They began at the end of the dial, and the names at the right lay over them."""
+    region = SimpleNamespace(width=1200, height=700, x=0, y=0, type="WINDOW", alignment="NONE")
+    area = SimpleNamespace(regions=[region])
+    monkeypatch.setattr("blf.dimensions", lambda _, text: (7.0 * len(text), 11.0))
+    dial_ = blender.context.scene.spectral.dial
+    dial_.bulbs.clear()
+    for number in range(count):
+        bulb = dial_.bulbs.add()
+        bulb.name, bulb.place = f"A lamp by the window {number}", (1.0, 0.9 - 0.6 * number / count)
+    shape = dial_labels.dial_beside(area, region, 1.0)
+    labels = dial_labels.labels_of(shape, dial_, dial_labels.shares_of(dial_))
+    drawn = max(x + 7.0 * len(text) for text, x, _ in labels if text)
+    assert drawn > shape.right
+    assert dial_labels.right_end(area, region, dial_, 1.0) >= drawn

@@ -71,7 +71,7 @@ NO_INPUT = {
         SpectralPalette.notes SpectralPalette.conflicts SpectralPalette.possible SpectralPalette.alternatives
         SpectralPalette.milliseconds SpectralPalette.light_scale SpectralPalette.worst_delta_e
         SpectralSpectrum.message SpectralTextureNode.message SpectralVolume.facts SpectralDialMember.*
-        SpectralDialBulb.members
+        SpectralDialBulb.members SpectralDialBulb.lit SpectralDialBulb.is_dark SpectralLightDial.named_by_object
         SpectralDialBulb.color SpectralLightDial.scene_hash SpectralLightDial.own_ending SpectralLightDial.facts
         SpectralLightDial.picture
         SpectralLightDial.keeps_spectra SpectralLightDial.recorded_parts SpectralLightDial.recorded_groups

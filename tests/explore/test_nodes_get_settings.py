@@ -108,7 +108,8 @@ def test_lights_alone_are_re_lit_unless_it_is_switched_off(tmp_path, traced, mon
         def __init__(self, given: Any) -> None:
             recorded.append(given)
 
-        def picture(self, weights: list[float]) -> Any:
+        def picture(self, weights: list[float], *, signed: bool) -> Any:
+            assert signed  # the power of a lamp may be negative
             return np.full((6, 8, 4), np.dot(weights, [1.0, 10.0, 100.0]), np.float32)
 
     from spectral_core.render.relight import mix, transport

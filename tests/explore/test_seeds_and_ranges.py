@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +20,7 @@ from spectral_core.explore.sweep.document import compute_node, sweep_of
 from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.sweep import Sweep
+from spectral_core.scene import scene_hash
 from tests.explore.test_nodes_get_settings import LIGHT, scene_node
 from tests.explore.test_nodes_get_settings import traced as traced  # a fixture
 
@@ -205,3 +208,14 @@ def test_clamped_lights_are_not_re_lit(
     else:
         with pytest.raises(Recorded):
             relighter.picture(scene)
+
+
+@pytest.mark.parametrize(("clamp", "is_other"), [(10.0, True), (0.0, False)])
+def test_points_of_clamped_recordings_are_not_mixed_with_those_of_others(
+    tmp_path: Path, clamp: float, is_other: bool
+) -> None:
+    """Recordings of earlier versions had the scene's clamps; a sweep was continued with recordings without."""
+    node = scene_node(tmp_path, LIGHT, settings={"settings.light_paths.clamp_indirect": clamp})
+    said = [scene_hash(node._base()), [list(pair) for pair in node.paths], False, True]
+    text = json.dumps(said, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    assert (hashlib.sha256(text.encode()).hexdigest() != node.fingerprint) is is_other

@@ -14,8 +14,8 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.designs import Design
 from spectral_core.explore.sweep.document import compute_node, sweep_of
 from spectral_core.explore.sweep.parameters import Parameter
+from spectral_core.explore.sweep.project import Project
 from spectral_core.explore.sweep.region import RegionOfInterest
-from spectral_core.explore.sweep.store import Project
 from tests.settings_walk import ignored_settings
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

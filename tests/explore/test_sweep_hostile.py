@@ -24,8 +24,9 @@ from spectral_core.explore.sweep.designs import Design, design_points
 from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.outcome import as_outcome
 from spectral_core.explore.sweep.parameters import Parameter, Space
+from spectral_core.explore.sweep.project import Project
 from spectral_core.explore.sweep.region import RegionOfInterest
-from spectral_core.explore.sweep.store import Project, Store
+from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.task import Receipt
 
 ONE = Space((Parameter("x", 0.0, 1.0),))

@@ -11,12 +11,16 @@ import pytest
 
 from benchmarks import ROOT
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette import solve_palette
 from spectral_core.render import RenderProcess, cost_curve, everything_on, plan_effects, plan_from_data, render_scene
 from spectral_core.render.mitsuba_export import write_mitsuba
 from spectral_core.render.relight.mix import LiveMix, relight
 from spectral_core.render.relight.storages import storage_named
 from spectral_core.render.relight.transport import record_transport
+from spectral_core.scene import Color, Diffuse, Material, PointLight
 from spectral_core.spectra.pictures import write_picture
+from spectral_core.volume.renderer import VolumeRenderer
+from spectral_core.volume.view import View
 from tests.relight.test_page import transport_of
 from tests.render.scenes import lit_plane
 
@@ -49,6 +53,25 @@ def test_a_name_in_place_of_a_light_or_of_a_transport_is_named() -> None:
         relight(TRANSPORT, mix={key: "bright"})  # type: ignore[dict-item]
     with pytest.raises(InvalidInputError, match="expected a Transport .*read_transport"):
         LiveMix("scene.transport.exr")  # type: ignore[arg-type]
+
+
+def test_numbers_in_place_of_a_color_or_a_surface_say_what_is_expected() -> None:
+    """They were kept, and ended in an AttributeError in the render."""
+    red = (0.8, 0.2, 0.2)
+    for call in (lambda: Diffuse(red), lambda: PointLight(name="key", world_from_light=np.eye(4), color=red)):
+        with pytest.raises(InvalidInputError, match=r"color.* is \(0\.8, 0\.2, 0\.2\), of type tuple; .*such as Color"):
+            call()
+    for surface in (red, Color(red), "plastic"):
+        with pytest.raises(InvalidInputError, match=r"the surface of material 'paint' is .*such as Diffuse\(Color"):
+            Material("paint", surface)  # type: ignore[arg-type]
+
+
+def test_a_path_in_place_of_a_palette_or_a_volume_is_named() -> None:
+    with pytest.raises(InvalidInputError, match=r"the palette is 'split\.toml', of type str; .*read_palette"):
+        solve_palette("split.toml")  # type: ignore[arg-type]
+    for call in (View.around, VolumeRenderer):
+        with pytest.raises(InvalidInputError, match=r"the volume is 'engine', of type str; .*read_volume"):
+            call("engine")  # type: ignore[arg-type]
 
 
 def test_paths_may_be_text(tmp_path: Path) -> None:

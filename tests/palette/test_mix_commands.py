@@ -31,3 +31,13 @@ def test_mixtures_follow_their_law(tmp_path, capsys, law) -> None:
 def test_invalid_parts_are_refused(capsys, word) -> None:
     assert cli.main(["mix", word]) == 1
     assert "expected NAME:PARTS" in capsys.readouterr().err
+
+
+def test_a_color_that_no_display_shows_is_stated(tmp_path, capsys) -> None:
+    """The hexadecimal color was cut at the ends of its channels without a word."""
+    path = tmp_path / "red.csv"
+    path.write_text("nm,red\n" + "".join(f"{nm},{1.0 if nm > 600 else 0.0}\n" for nm in range(380, 781, 5)))
+    assert cli.main(["mix", f"{path}@red:1", "--law", "additive", "--light", "A"]) == 0
+    assert "no display shows it" in capsys.readouterr().out
+    assert cli.main(["mix", "dark skin:1", "--light", "D65"]) == 0
+    assert "no display" not in capsys.readouterr().out

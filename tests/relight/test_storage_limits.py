@@ -174,7 +174,7 @@ def test_bytes_are_four_for_each_number_and_the_peak_is_four_copies() -> None:
         assert storage.bytes_needed(40, 30, 5) == stored
         assert memory.peak_bytes(storage, 40, 30, 5) == 500e6 + 4 * stored + 56 * 40 * 30 * 5
     line = BandStorage(31).describe(1000, 500, 2)
-    assert line.startswith("126 MB for 2 lights at 1000×500, 31 channels each. New spectra: mean ΔE2000")
+    assert line.startswith("126 MB for 2 light groups at 1000×500, 31 channels each. New spectra: mean ΔE2000")
 
 
 def test_the_least_of_machine_and_container_is_available(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,8 @@ from spectral_core.errors import FileFormatError
 from spectral_core.volume.files.formats import openvdb_format
 from spectral_core.volume.files.read import read_volume
 from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
-from spectral_core.volume.files.vdb.read import descriptors, read_grid, transform_of
+from spectral_core.volume.files.vdb.header import transform_of
+from spectral_core.volume.files.vdb.read import descriptors, read_grid
 from spectral_core.volume.files.vdb.walk import sound_metadata
 from spectral_core.volume.files.vdb.write import write_grid
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -22,6 +22,7 @@ from ..deferred import Deferred
 from ..viewport.stages import Stage
 from .as_rendered import first_layer, translated_layers
 from .live import redraw_dial
+from .names import dark_lamps, recorded_names
 
 REST_SECONDS = 1.0
 """Time without an edit until the scene is compared."""
@@ -30,10 +31,10 @@ SLOW_SECONDS = 0.5
 SHARE_SECONDS = 0.03
 """Blender's main thread translates a scene in shares of about this time."""
 DIGITS = 12
-"""Digits of each part's hash: enough to detect an edit, short enough to be stored for thousands of objects."""
+"""Digits of each part's hash: they detect an edit, and can be stored for thousands of objects."""
 EDITED_ELSEWHERE = "The scene was edited since the recording; press Compare to list the changes"
 NAMED = 3
-"""Changed parts that are named; the others are counted."""
+"""Changed parts that are named; others are counted."""
 SHOWN = (
     bpy.types.Object, bpy.types.Mesh, bpy.types.Curve, bpy.types.Light, bpy.types.Material, bpy.types.World,
     bpy.types.Camera, bpy.types.NodeTree, bpy.types.Volume, bpy.types.Collection,
@@ -47,7 +48,6 @@ _stages: dict[int, Stage] = {}
 """By scene the parts of its last translation, in a session with a window: only edited parts are translated again."""
 _hashes: dict[int, dict[int, tuple[Any, str]]] = {}
 """By scene and identity of a part: the part, and its hash."""
-
 
 HIDDEN = "hidden"
 """Value in place of the hash of a part that is rendered but hidden in the viewport, so that it cannot be compared."""
@@ -81,20 +81,23 @@ class Parts:
 
 def parts_of(scene: Scene) -> dict[str, str]:
     """Name to hash of everything that the recording depends on, as the viewport has it now."""
-    return read_parts(scene, layer=recorded_layer(scene)).hashes()
+    return read_parts(scene, layer=recorded_layer(scene), names=recorded_names(scene)).hashes()
 
 
-def read_parts(scene: Scene, seconds: float = math.inf, *, continues: bool = False, layer: str = "") -> Parts:
+def read_parts(
+    scene: Scene, seconds: float = math.inf, *, continues: bool = False, layer: str = "",
+    names: Mapping[str, str] | None = None,
+) -> Parts:  # fmt: skip
     """Everything that the recording depends on, as the viewport has it now.
 
     Parts that are hidden from renders do not count, whatever the viewport shows; HIDDEN stands for those that only
     the viewport hides. ``seconds``: raises Unfinished after about so long; ``continues``: True for a call after that.
-    ``layer``: name of the view layer; without it that of the last translation.
+    ``layer``: name of the view layer; without it that of the last translation. ``names``: other names of lamps.
     """
     view_layer = _view_layer(scene, layer)
-    if view_layer.depsgraph is None:  # no window has shown it
-        view_layer.update()
-    depsgraph = view_layer.depsgraph
+    if view_layer.depsgraph is None:
+        view_layer.update()  # no window has shown it
+    depsgraph, names = view_layer.depsgraph, names or {}
     stage = _stage_of(scene)
     if stage is not None and stage.users != {view_layer.name}:
         stage.kept.clear()  # those of another view layer
@@ -113,31 +116,37 @@ def read_parts(scene: Scene, seconds: float = math.inf, *, continues: bool = Fal
         return owner in rendered or owner not in own
 
     translated = translate_scene(depsgraph, shows=shows, kept=None if stage is None else stage.kept)
+    if names:
+        from spectral_core.render.relight.groups import with_light_names
+
+        translated = with_light_names(translated, names)
     parts: dict[str, Any] = {"the camera": translated.camera, "the size of the picture": translated.film.size}
     parts["the world"] = translated.world
     for kind in ("lights", "meshes", "materials", "instances", "volumes"):
         singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
         parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
     unseen = [obj for obj in rendered.values() if not obj.visible_get(view_layer=view_layer)]
-    return Parts(scene.session_uid, view_layer.name, parts, tuple(name for obj in unseen for name in _names(obj)))
+    hidden = [name for obj in unseen for name in _names(obj, names)]
+    return Parts(scene.session_uid, view_layer.name, parts, tuple(hidden))
 
 
 class Shares:
     """Reads the parts of a scene in shares, between which Blender's main thread is free. ``parts``: the outcome.
 
-    ``layer``: as in ``read_parts``.
+    ``layer``, ``names``: as in ``read_parts``.
     """
 
-    def __init__(self, layer: str = "") -> None:
+    def __init__(self, layer: str = "", names: Mapping[str, str] | None = None) -> None:
         self.parts: Parts | None = None
-        self._layer = layer
+        self._layer, self._names = layer, names
         self._continues = False
 
     def read(self, scene: Scene) -> bool:
         """Read one share; True if no share is left. Raises SpectralError."""
         if self.parts is None:
             try:
-                self.parts = read_parts(scene, SHARE_SECONDS, continues=self._continues, layer=self._layer)
+                more: Any = {"layer": self._layer, "names": self._names, "continues": self._continues}
+                self.parts = read_parts(scene, SHARE_SECONDS, **more)
             except Unfinished:
                 self._continues = True
         return self.parts is not None
@@ -166,10 +175,10 @@ def _rendered(layer: LayerCollection) -> Iterator[Object]:
         yield from _rendered(child)
 
 
-def _names(obj: Object) -> list[str]:
-    """Names of an object's parts."""
+def _names(obj: Object, lamps: Mapping[str, str]) -> list[str]:
+    """Names of an object's parts. ``lamps``: other names of lamps."""
     if obj.type == "LIGHT":
-        return [f"light {obj.name_full!r}"]
+        return [f"light {lamps.get(obj.name_full, obj.name_full)!r}"]
     materials = [f"material {slot.material.name_full!r}" for slot in obj.material_slots if slot.material]
     kept = [] if obj.data is None else [f"mesh {obj.data.name_full!r}"]
     return [f"object {obj.name_full!r}", f"volume {obj.name_full!r}", *kept, *materials]
@@ -216,16 +225,17 @@ def compare(scene: Scene, parts: Parts | None = None) -> str:
     if layer and scene.view_layers.get(layer) is None:
         dial.changes = f"view layer {layer!r} was removed or renamed"
         return dial.changes
-    began = time.monotonic()
+    began, names = time.monotonic(), recorded_names(scene)
     try:
-        now = (parts or read_parts(scene, layer=layer)).hashes()
+        now = (parts or read_parts(scene, layer=layer, names=names)).hashes()
     except SpectralError as error:
         dial.changes = str(error)
         return dial.changes
     if time.monotonic() - began > SLOW_SECONDS:
         _slow.add(scene.session_uid)
-    del now[LAYER]
-    dial.changes = told(recorded, now)
+    now |= {LAYER: HIDDEN} | {f"light {name!r}": HIDDEN for name in dark_lamps(scene)}
+    shown = {f"light {before!r}": f"light {name!r}" for name, before in names.items()}
+    dial.changes = told(*({shown.get(name, name): each[name] for name in each} for each in (recorded, now)))
     return dial.changes
 
 
@@ -241,7 +251,7 @@ def told(recorded: dict[str, str], now: dict[str, str]) -> str:
 
 def _compare_and_show(scene: Scene) -> bool:
     """Read a share of the scene, and compare after the last one; False if another share is left."""
-    shares = _shares.setdefault(scene.session_uid, Shares(recorded_layer(scene)))
+    shares = _shares.setdefault(scene.session_uid, Shares(recorded_layer(scene), recorded_names(scene)))
     with suppress(SpectralError):  # the comparison reads the parts again, and tells the artist
         if not shares.read(scene):
             return False

@@ -82,11 +82,13 @@ def stamp_of(path: Path) -> tuple[str, int, int]:
 
 
 def _require_same_bulbs(dial: PropertyGroup, transport: Transport) -> None:
+    from spectral_core.render.light_groups import group_text
+
     names = tuple(bulb.name for bulb in dial.bulbs)
     if names != transport.groups:
         raise InvalidInputError(
-            f"the dial has bulbs {', '.join(map(repr, names))}, the transport light groups "
-            f"{', '.join(map(repr, transport.groups))}; record it again"
+            f"the dial has bulbs {', '.join(map(group_text, names))}, the transport light groups "
+            f"{', '.join(map(group_text, transport.groups))}; record it again"
         )
 
 

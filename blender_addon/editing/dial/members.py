@@ -15,6 +15,7 @@ from spectral_core.errors import InvalidInputError
 
 from ... import compat
 from ...translate.volumes import has_transfer
+from .names import name_of
 
 STRENGTHS: dict[str, dict[str, str]] = {
     "EMISSION": {"Strength": "Color"},
@@ -40,6 +41,8 @@ class Member:
     node: str
     base: float
     socket: str = ""
+    name: str = ""
+    """Name of the object when it was found; "" for a world."""
 
 
 def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> list[Member]:
@@ -50,11 +53,12 @@ def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> 
     found = []
     for each in objects:
         group = each.name_full if one_per_light else each.lightgroup
-        if each.type == "LIGHT" and each.data.energy > 0:
-            found.append(Member(group, each.session_uid, -1, "", each.data.energy))
+        if each.type == "LIGHT" and each.data.energy != 0:
+            found.append(Member(group, each.session_uid, -1, "", each.data.energy, name=each.name_full))
         elif each.type in WITH_MATERIALS and not _has_transfer(each):
             for number, slot in enumerate(each.material_slots):
-                found += [Member(group, each.session_uid, number, *entry) for entry in _emissive(slot.material)]
+                emissive, name = _emissive(slot.material), each.name_full
+                found += [Member(group, each.session_uid, number, *entry, name=name) for entry in emissive]
     world = scene.world
     if world is not None:
         group = getattr(world, "lightgroup", "") or ("World" if one_per_light else "")
@@ -117,10 +121,11 @@ def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> int:
     alive = {each.session_uid: each for each in (*bpy.data.objects, *bpy.data.worlds)}
     for bulb in bulbs:
         bulb.members.clear()
+        bulb.lit, bulb.is_dark = 1.0, False
         for member in members:
             if member.group == bulb.name and member.owner in alive:
                 kept = bulb.members.add()
-                kept.owner = alive[member.owner]
+                kept.owner, kept.name = alive[member.owner], member.name
                 kept.slot, kept.node, kept.socket, kept.base = member.slot, member.node, member.socket, member.base
     return sum(member.owner not in alive for member in members)
 
@@ -135,32 +140,45 @@ def color_bulbs(bulbs: bpy_prop_collection, lights: Sequence[Any]) -> None:
         bulb.color = display_rgb_from_linear(linear / max(float(linear.max()), 1e-9))
 
 
-def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndarray) -> int:
+def apply_weights(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | np.ndarray) -> int:
     """Write base × weight to all lights and emissive objects of the bulbs; returns the number of written values.
 
     A lamp or material that an object outside the group also uses is copied first. Raises InvalidInputError, before
     anything is written, for data that was deleted, is linked from another file, or cannot be dimmed separately.
     """
     wanted = [(kept, float(weight)) for bulb, weight in zip(bulbs, weights, strict=True) for kept in bulb.members]
-    for bulb, weight in zip(bulbs, weights, strict=True):
-        if not len(bulb.members) and weight != 1:
-            raise InvalidInputError(
-                f"no light of this scene is known as {bulb.name!r}: an instance of a light, or emission in a "
-                "node group, cannot be dimmed by itself. Make it real, or give it a light group with the others"
-            )
-    for bulb in bulbs:
-        for kept in bulb.members:
-            _require_writable(bulb, kept)
+    require_writable(bulbs, weights)
     _keep_apart(wanted)
     for kept, weight in wanted:
         _write(kept, kept.base * weight)
     return len(wanted)
 
 
+def light_dark_lamps(bulbs: Iterable[PropertyGroup]) -> None:
+    """Give lamps that the dial made dark their last power: a dark lamp is not in the scene that is compared."""
+    for bulb in bulbs:
+        for kept in bulb.members if bulb.is_dark else ():
+            if not kept.node:
+                _write(kept, kept.base * bulb.lit)
+
+
+def require_writable(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | np.ndarray) -> None:
+    """Raise InvalidInputError if lights of bulbs cannot have these weights."""
+    for bulb, weight in zip(bulbs, weights, strict=True):
+        if not len(bulb.members) and weight != 1:
+            raise InvalidInputError(
+                f"no light of this scene is known as {name_of(bulb)!r}: an instance of a light, or emission in a "
+                "node group, cannot be dimmed by itself. Make it real, or give it a light group with the others"
+            )
+    for bulb in bulbs:
+        for kept in bulb.members:
+            _require_writable(bulb, kept)
+
+
 def _require_writable(bulb: PropertyGroup, kept: PropertyGroup) -> None:
     owner = kept.owner
     if owner is None:
-        raise InvalidInputError(f"a light of the bulb {bulb.name!r} was deleted; undo that, or record again")
+        raise InvalidInputError(f"a light of the bulb {name_of(bulb)!r} was deleted; undo that, or record again")
     block = block_of(kept)
     if block is None or (kept.node and _socket_of(kept, block) is None):
         raise InvalidInputError(f"{owner.name!r} has changed since it was recorded; record it again")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from ...translate.view_transform import view_transform_of
 from . import changes, kept_mix
 from .as_rendered import translated_layers
 from .members import Member, members_of
+from .names import present_names, recorded_names
 
 if TYPE_CHECKING:
     from spectral_core.render import Progress
@@ -45,6 +46,8 @@ class Recording:
     view: ViewTransform | None
     before: tuple[Fingerprint, Transport] | None = None
     """The present recording, if only lights that have changed since then are to be recorded."""
+    names: dict[str, str] = field(default_factory=dict)
+    """Name in the present recording by present name, for lamps that were renamed since."""
     left_out: str = ""
     """Message about view layers that are not recorded."""
     fingerprint: Any = None
@@ -73,7 +76,8 @@ class Recording:
         before = _present(context.scene) if only_changed else None
         layers = translated_layers(context.scene)
         left_out = "" if layers is None else layers.told
-        return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, before, left_out)
+        earlier = {} if before is None else recorded_names(context.scene)
+        return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, before, earlier, left_out)
 
     def identify(self) -> None:
         """Compute the fingerprint of the scene, for which its effects are planned."""
@@ -84,21 +88,32 @@ class Recording:
     def run(self) -> Transport:
         """Render. Raises RenderCancelled after ``stop``, and the errors of ``record_transport``."""
         from spectral_core.render.relight.dial import MOST_BULBS
-        from spectral_core.render.relight.groups import changed_groups
         from spectral_core.render.relight.transport import record_transport
 
         self.identify()
         self.hashes = self.parts.hashes()
         kept = None
         if self.before is not None:
-            known, transport = self.before
-            self.again = changed_groups(known, self.fingerprint)
-            kept = None if self.again is None else transport
+            kept = self._still_valid(*self.before)
         return record_transport(
             self.scene, self.storage, one_per_light=self.one_per_light, most_groups=MOST_BULBS, view=self.view,
             kept=kept, again=self.again, render=jobs.render,
             on_progress=self._note, should_stop=lambda: self.stop,
         )  # fmt: skip
+
+    def _still_valid(self, known: Fingerprint, transport: Transport) -> Transport | None:
+        """The present recording with the present names of its lamps; None if all must be recorded. Sets ``again``."""
+        from spectral_core.render.relight.groups import changed_groups, fingerprint, with_light_names
+
+        now = self.fingerprint
+        if self.names:
+            now = fingerprint(with_light_names(self.scene, self.names), one_per_light=self.one_per_light)
+        self.again = changed_groups(known, now)
+        if self.again is None or not self.one_per_light:
+            return None if self.again is None else transport
+        present = present_names(self.names)
+        self.again = tuple(present.get(name, name) for name in self.again)
+        return replace(transport, groups=tuple(present.get(name, name) for name in transport.groups))
 
     @property
     def told(self) -> str:
@@ -138,4 +153,5 @@ def remember_recorded(scene: Scene, recording: Recording) -> None:
     """Store the hashes of the recording's inputs, to find later changes."""
     changes.remember_parts(scene, recording.hashes or recording.parts.hashes())
     found = recording.fingerprint
+    scene.spectral.dial.named_by_object = recording.one_per_light
     scene.spectral.dial.recorded_groups = json.dumps({"rest": found.rest, "groups": found.groups})

@@ -22,6 +22,7 @@ from ...translate.spectra.stored import stored_samples, strength_of
 from ..dial import kept_mix
 from ..dial import live as dial_live
 from ..dial.members import block_of
+from ..dial.names import name_of
 from .bindings import bound
 
 Shown = dict[int, tuple[Spectrum, float]]
@@ -118,7 +119,7 @@ def _bulbs(
             return f"{block.name} is not in the recording", {}
         for bulb in bulbs:
             if any(block_of(member) != block for member in bulb.members):
-                return f"{block.name} was recorded together with other lights ({bulb.name})", {}
+                return f"{block.name} was recorded together with other lights ({name_of(bulb)})", {}
             lights[bulb.name] = spectrum, strength / max(strength_of(block), 1e-30)
     return "", lights
 

@@ -12,17 +12,17 @@ from typing import Any
 import bpy
 
 from ...compat import working_space
-from ...translate.shading.images import are_outdated
+from ...translate.shading import images
 from ...translate.viewport.kept import Kept
 from ..pauses import round_number
 
 NOTHING: Mapping[int, Any] = MappingProxyType({})
-EXCHANGES = ("undo_pre", "undo_post", "redo_pre", "redo_post", "load_pre", "load_post")
+UNDOS, LOADS = ("undo_pre", "undo_post", "redo_pre", "redo_post"), ("load_pre", "load_post")
 EVALUATIONS = ("depsgraph_update_post", "frame_change_post")
 SAME_S = 0.2
 """Time after an evaluation in which Blender tells the views of it."""
-_epochs = [0]
-"""Number of complete exchanges of data, by an undo or by loading a file."""
+_epochs = [0, 0]
+"""Numbers of complete exchanges of data: by an undo, and by loading a file."""
 _latest: list[Any] = [None, 0.0]
 """Scene and view layer that were evaluated last, and when."""
 
@@ -31,7 +31,7 @@ _latest: list[Any] = [None, 0.0]
 class Stage:
     """Data that all translations of one scene share.
 
-    ``users``: names of the views. ``epoch``, ``frame``, ``designed``: exchange of data, frame and palette of ``kept``.
+    ``users``: names of the views. ``epoch``, ``frame``, ``designed``: exchanges of data, frame and palette of ``kept``.
     ``evaluation``: round and edits of the last evaluation, ``told``: the views that have told of it.
     """
 
@@ -50,15 +50,19 @@ class Stage:
         calls it for each evaluation of the depsgraph; what the first has translated is not dropped for the others.
         """
         source = depsgraph.scene
-        epoch, frame = (_epochs[0], working_space(bpy.data)), (source.frame_current, source.frame_subframe)
-        if epoch != self.epoch:
+        is_undone = False
+        epoch, frame = (*_epochs, working_space(bpy.data)), (source.frame_current, source.frame_subframe)
+        if self.epoch is None or epoch[1:] != self.epoch[1:]:
             self.kept.clear()
+        elif epoch != self.epoch:
+            is_undone = True
+            self.kept.undone(images.exchanged(self.kept.images, bpy.data.images))
         elif frame != self.frame:
-            self.kept.other_frame()
+            self.kept.other_frame(images.moving(bpy.data.images))
         self.epoch, self.frame = epoch, frame
-        if are_outdated(self.kept.images, bpy.data.images):
-            self.kept.forget_images()
-        if not self._is_told_again(depsgraph.updates, view):
+        self.kept.forget_images(images.outdated(self.kept.images, bpy.data.images))
+        # after an undo Blender may report all data, images too, of which only the exchanged ones must be read again
+        if not self._is_told_again(depsgraph.updates, view) and not is_undone:
             self.kept.forget(depsgraph.updates)
         before, self.designed = self.designed, designed
         keys = before.keys() | designed.keys()
@@ -94,22 +98,30 @@ def _evaluated(_scene: Any, depsgraph: Any) -> None:
 
 
 @bpy.app.handlers.persistent
-def _exchanged(*_: object) -> None:
-    """An undo or a file gives other data the same session numbers, without reporting an edit."""
+def _undone(*_: object) -> None:
+    """An undo gives other data the same session numbers, without reporting an edit."""
     _epochs[0] += 1
+
+
+@bpy.app.handlers.persistent
+def _loaded(*_: object) -> None:
+    """So does a file."""
+    _epochs[1] += 1
+
+
+HANDLERS = (
+    *((name, _undone) for name in UNDOS), *((name, _loaded) for name in LOADS),
+    *((name, _evaluated) for name in EVALUATIONS),
+)  # fmt: skip
 
 
 def register() -> None:
     """Start listening to undo, files and evaluations."""
-    for name in EXCHANGES:
-        getattr(bpy.app.handlers, name).append(_exchanged)
-    for name in EVALUATIONS:
-        getattr(bpy.app.handlers, name).append(_evaluated)
+    for name, handler in HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
     """Stop listening."""
-    for name in EXCHANGES:
-        getattr(bpy.app.handlers, name).remove(_exchanged)
-    for name in EVALUATIONS:
-        getattr(bpy.app.handlers, name).remove(_evaluated)
+    for name, handler in HANDLERS:
+        getattr(bpy.app.handlers, name).remove(handler)

@@ -18,12 +18,14 @@ class SPECTRAL_OT_look_under(bpy.types.Operator):
     bl_label = "Look Under"
     bl_options = {"REGISTER", "UNDO"}
 
-    kind: EnumProperty(items=LOOKS, name="Look")
+    kind: EnumProperty(items=LOOKS, name="Look", description="Light to look under")
     name: StringProperty(
         name="Name", options={"SKIP_SAVE"}, description="Name of the palette light, light group or lamp"
     )
     side: EnumProperty(
-        items=[("look", "Left", "The whole view, or its left side"), ("other", "Right", "The right side")], name="Side"
+        items=[("look", "Left", "The whole view, or its left side"), ("other", "Right", "The right side")],
+        name="Side",
+        description="Side of a split view",
     )
 
     def execute(self, context: Context) -> set[str]:

@@ -15,7 +15,7 @@ from ..common import UNDOABLE, Waiting, palette_in, reporting
 
 
 class SPECTRAL_OT_palette_possible(Waiting, bpy.types.Operator):
-    """Test if the selected cell can show its color beside the exact cells of its row, and draw its possible colors"""
+    """Test whether the selected cell can show its color beside the exact cells of its row, and draw what it can show"""
 
     bl_idname = "spectral.palette_possible"
     bl_label = "Possible?"

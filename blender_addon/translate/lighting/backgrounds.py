@@ -106,11 +106,26 @@ def directions_of(rows: int, place: tuple[float, float] = (0.5, 0.5)) -> NDArray
     """Unit directions (rows, 2 rows, 3) through an equirectangular image's pixels, bottom row first; ``place``: in each
     pixel, from 0 to 1 across and up.
     """
-    height = (np.arange(rows) + place[1]) / rows * np.pi - np.pi / 2
-    around = np.pi - (np.arange(2 * rows) + place[0]) / rows * np.pi
-    upright, flat = np.sin(height)[:, None], np.cos(height)[:, None]
-    x, y = flat * np.cos(around), flat * np.sin(around)
-    return np.stack([x, y, np.broadcast_to(upright, x.shape)], axis=-1)
+    columns, heights = np.meshgrid(np.arange(2 * rows) + place[0] - 0.5, np.arange(rows) + place[1] - 0.5)
+    return direction_at(columns, heights, rows)
+
+
+def direction_at(column: NDArray[np.float64], row: NDArray[np.float64], rows: int) -> NDArray[np.float64]:
+    """Unit directions (..., 3) of places of an environment of ``rows`` rows; whole ones are centers of pixels."""
+    height = (row + 0.5) / rows * np.pi - np.pi / 2
+    around = np.pi - (column + 0.5) / rows * np.pi
+    flat = np.cos(height)
+    return np.stack([flat * np.cos(around), flat * np.sin(around), np.sin(height)], axis=-1)
+
+
+def pixel_of(
+    directions: NDArray[np.float64], rows: int, columns: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Column and row of an environment, not whole, that belong to directions of any length."""
+    x, y, z = np.moveaxis(directions, -1, 0)  # Cycles: direction_to_equirectangular
+    u = 0.5 - np.arctan2(y, x) / (2 * np.pi)
+    v = np.arctan2(z, np.hypot(x, y)) / np.pi + 0.5
+    return u * columns - 0.5, np.clip(v * rows - 0.5, 0, rows - 1)
 
 
 def looked_up(image: ImageTexture, directions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -118,10 +133,7 @@ def looked_up(image: ImageTexture, directions: NDArray[np.float64]) -> NDArray[n
     pixels = np.asarray(linear_pixels(image), dtype=np.float64)
     pixels = np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels[..., :3]
     rows, columns = pixels.shape[:2]
-    x, y, z = np.moveaxis(directions, -1, 0)  # Cycles: direction_to_equirectangular
-    u = 0.5 - np.arctan2(y, x) / (2 * np.pi)
-    v = np.arctan2(z, np.hypot(x, y)) / np.pi + 0.5
-    column, row = u * columns - 0.5, np.clip(v * rows - 0.5, 0, rows - 1)
+    column, row = pixel_of(directions, rows, columns)
     left, low = np.floor(column).astype(int), np.minimum(np.floor(row).astype(int), max(rows - 2, 0))
     across, up = (column - left)[..., None], (row - low)[..., None]
     high = np.minimum(low + 1, rows - 1)

@@ -3,26 +3,34 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Color, ImageTexture, SunLight
+from spectral_core.render.same import equal
+from spectral_core.scene import Color, Computed, DrawnPattern, Note, SunLight
+from spectral_core.scene.shading import Program
 
 from ..camera import translate_film
 from ..context import Translation
 from ..shading.reader import Reader
 from ..shading.texture_nodes import is_moved_by_panel
 from ..shading.tree import Input, Output, linked
+from .along_rays import NEEDS_SURFACE, along_rays, color
 from .backgrounds import Term, depends_on_ray_type, directions_of, environment_of, note_ray_type, ray_types_of
-from .directions import Array, Look, radiance
-from .fineness import MOST_DIFFERENCE, difference, everywhere, in_frame
+from .directions import Array, Look, shining
+from .fineness import MOST_DIFFERENCE, SHARP_DIFFERENCE, difference, everywhere, in_frame
 
 ROWS, MOST_ROWS = 512, 2048
 """Rows of a drawn environment, and of one with images."""
-NOISE_SAMPLES = 16
-"""Directions in each pixel of a drawn environment with white noise."""
+NOISE_SAMPLES, FINE_SAMPLES = 16, 4
+"""Directions in each pixel of a drawn environment with white noise, and in each of half as many rows and columns of one
+whose pattern is much finer.
+"""
 R2 = np.array([0.7548776662466927, 0.5698402909980532])
 """Steps of a sequence that fills a square evenly (M. Roberts, 2018)."""
 
@@ -106,67 +114,106 @@ def follows_camera(tree: Any) -> bool:
 
 def world_light(
     translation: Translation, world: Any, output: Any, camera: Any, own: dict[str, Any], *, is_seen: bool = False
-) -> tuple[Term, Term, tuple[SunLight, ...]]:
+) -> WorldLight:
     """The environment for the light in the scene, that for the camera, and the suns of the skies in a world, from its
     ``output`` node. ``is_seen``: True if the camera is that of the picture, whose view of the world is judged, too.
     """
     reader = Reader(translation, world.name, on_surface=True, is_far=True, in_world=True)
-    place = Input(output.inputs["Surface"])
+    source = linked(Input(output.inputs["Surface"]))
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
-    radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree, after which its images are known
+    window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
+    radiance = shining(reader, Input(output.inputs["Surface"])).program(3)
     heights = [image.pixels.shape[0] for image in reader.builder.images if id(image) not in reader.skies]
     rows = min(max([ROWS, *heights]), MOST_ROWS)
-    # every ray meets another value of white noise, so that a pixel of the environment shows a mean
-    is_noise = any(name.startswith("white_noise") for name in reader.builder.operations)
-    places = [tuple((0.5 + k * R2) % 1.0) for k in range(NOISE_SAMPLES if is_noise else 1)]
-    grids = [directions_of(rows, at).reshape(-1, 3) for at in places]
-
-    def drawn(look: Look) -> Term:
-        seen = sum(radiance(reader, place, replace(look, directions=grid)) for grid in grids)
-        found = np.asarray(seen / len(grids)).reshape(rows, 2 * rows, 3)
-        if found.min() >= 0 and np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
-            return Term(Color(found[0, 0]))
-        return Term(environment_of(world.name, found))
-
-    window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
-    lights = drawn(Look(grids[0], view, window=window))
-    tells = depends_on_ray_type(linked(place))
-    for name in sorted(ray_types_of(linked(place))):
+    tells = depends_on_ray_type(source)
+    for name in sorted(ray_types_of(source)):
         note_ray_type(reader, name)
-    sees = drawn(Look(grids[0], view, camera=True, window=window)) if tells else lights
-    if not is_noise:
-        look = Look(grids[0], view, window=window)
-        _note_coarse(reader, place, (lights, look, everywhere()))
-        framed = in_frame(camera, look) if is_seen and not translation.scene.render.film_transparent else None
-        if framed is not None:
-            _note_coarse(reader, place, (sees, replace(look, camera=tells), framed))
-    suns = tuple(
-        sun
-        for number, image_id in enumerate(reader.skies)
-        if (sun := _sun(reader, place, view, image_id, f"{world.name} sun {number + 1}", own)) is not None
-    )
-    return lights, sees, suns
+    looks = [Look(view, camera=is_camera, window=window) for is_camera in ((False, True) if tells else (False,))]
+    is_shown = is_seen and not translation.scene.render.film_transparent
+    framed = in_frame(camera, looks[0]) if is_shown else None
+    programs = [along_rays(radiance, look) for look in looks]
+
+    def make() -> WorldLight:
+        terms = []
+        for look, program in zip(looks, programs, strict=True):
+            judged = [everywhere(), *([] if framed is None or (tells and not look.camera) else [framed])]
+            terms.append(_drawn(reader, program, rows, judged))
+        suns = tuple(
+            sun
+            for number, image_id in enumerate(reader.skies)
+            if (sun := _sun(reader, programs[0], image_id, f"{world.name} sun {number + 1}", own)) is not None
+        )
+        return terms[0], terms[-1], suns
+
+    if is_seen:
+        return make()
+    skies = [sky[1:] for sky in reader.skies.values()]
+    return _kept_or_made(translation, (world.name, programs, skies, own, rows), make)
 
 
-def _note_coarse(reader: Reader, place: Input, drawn: tuple[Term, Look, Array]) -> None:
-    """Name a pattern that is finer than the environment drawn from it, along directions."""
-    term, look, directions = drawn
-    if not isinstance(term.color, ImageTexture):
-        return
+WorldLight = tuple[Term, Term, tuple[SunLight, ...]]
+_latest: deque[tuple[Any, WorldLight, tuple[Note, ...]]] = deque(maxlen=2)
+"""The latest worlds of views: what each was drawn from, the result and the notes."""
 
-    def exact(along: Array) -> Array:
-        return radiance(reader, place, replace(look, directions=along))
 
-    if difference(term.color, directions, exact) > MOST_DIFFERENCE:
-        rows = term.color.pixels.shape[0]
+def _kept_or_made(translation: Translation, state: Any, make: Callable[[], WorldLight]) -> WorldLight:
+    """The result of ``make``, or that of an earlier translation of an equal world.
+
+    A view translates a world again for each frame and after each undo; to draw one takes up to a second.
+    """
+    for before, result, notes in list(_latest):
+        if equal(before, state):
+            for note in notes:
+                translation.note(note.subject, note.message)
+            return result
+    with translation.listening() as noted:
+        result = make()
+    _latest.append((state, result, noted.notes))
+    return result
+
+
+def _drawn(reader: Reader, program: Program, rows: int, judged: list[Array]) -> Term:
+    """An environment of ``rows`` rows; with its pattern if that differs from it along one of the ``judged`` sets of
+    directions, the first of which are everywhere.
+    """
+    operations = {instruction.operation for instruction in program.instructions}
+    if any(name.startswith("white_noise") for name in operations):
+        # every ray meets another value of white noise, so that a pixel of the environment shows a mean
+        return _term(reader.owner, _grid(program, rows, NOISE_SAMPLES))
+    far = [difference(partial(color, program), along, rows) for along in judged]
+    if max(far) <= SHARP_DIFFERENCE:
+        return _term(reader.owner, _grid(program, rows, 1))
+    if not NEEDS_SURFACE & operations:
+        # single directions of its pixels are not typical of a fine pattern
+        found = _grid(program, rows // 2, FINE_SAMPLES) if far[0] > MOST_DIFFERENCE else _grid(program, rows, 1)
+        return _term(reader.owner, found, program)
+    if max(far) > MOST_DIFFERENCE:
         reader.note(
             f"its pattern is finer than the environment that is drawn from it ({2 * rows} x {rows} pixels): details "
             "are blurred or lost; an Environment Texture of as many pixels as they need shows them"
         )
+    return _term(reader.owner, _grid(program, rows, 1))
 
 
-def _sun(reader: Reader, place: Input, view: Array, image_id: int, name: str, own: dict[str, Any]) -> SunLight | None:
+def _term(name: str, found: Array, program: Program | None = None) -> Term:
+    """An environment of these colors (rows, columns, 3), with its pattern if it has a ``program``."""
+    if program is None and found.min() >= 0 and np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
+        return Term(Color(found[0, 0]))
+    image = environment_of(name, found)
+    if program is None:
+        return Term(image)
+    return Term(DrawnPattern(image.name, image.pixels, "linear", pattern=Computed(program)))
+
+
+def _grid(program: Program, rows: int, samples: int) -> Array:
+    """Mean colors (rows, 2 rows, 3) of a number of directions in each pixel of an environment."""
+    places = [tuple((0.5 + k * R2) % 1.0) for k in range(samples)]
+    found = sum(color(program, directions_of(rows, at).reshape(-1, 3)) for at in places)
+    return np.asarray(found / samples).reshape(rows, 2 * rows, 3)
+
+
+def _sun(reader: Reader, program: Program, image_id: int, name: str, own: dict[str, Any]) -> SunLight | None:
     """The disk of a sky's sun as a light, after the following nodes; None if it is invisible."""
     image, atmosphere, angle, intensity = reader.skies[image_id]
     if angle <= 0 or intensity <= 0:
@@ -174,8 +221,8 @@ def _sun(reader: Reader, place: Input, view: Array, image_id: int, name: str, ow
     toward = atmosphere.toward_sun
     disk = atmosphere.sun_radiance(angle) * intensity + atmosphere.radiance(toward)
     swapped = replace(image, pixels=disk.astype(np.float32)[None, None])
-    look = Look(toward[None], view)
-    added = radiance(reader, place, replace(look, swaps={image_id: swapped}))[0] - radiance(reader, place, look)[0]
+    lit = Program(tuple(replace(i, data=swapped) if id(i.data) == image_id else i for i in program.instructions))
+    added = color(lit, toward[None])[0] - color(program, toward[None])[0]
     size = float(added.max())
     if size <= 0:
         return None

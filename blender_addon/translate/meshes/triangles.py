@@ -194,11 +194,11 @@ COMPONENTS = {
 
 def values_of(attribute: Any, kind: str) -> Array | None:
     """Values (n, 3) of an output for each element of an attribute's domain; None if its type has none."""
-    values = _stored(attribute)
+    values = stored_in(attribute)
     return None if values is None else _output(attribute, values, kind)
 
 
-def _stored(attribute: Any) -> Array | None:
+def stored_in(attribute: Any) -> Array | None:
     """The numbers (n, k) of an attribute; None if its type has none."""
     if attribute.data_type not in COMPONENTS:
         return None
@@ -222,7 +222,7 @@ def _output(attribute: Any, values: Array, kind: str) -> Array:
 
 def _values(source: Any, attribute: Any, corners: Array, kind: str) -> Array | None:
     """Values (n, 3) of an output for a mesh attribute, per vertex or per corner."""
-    stored = _stored(attribute)
+    stored = stored_in(attribute)
     if stored is None:
         return None
     if attribute.domain == "EDGE":

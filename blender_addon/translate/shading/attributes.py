@@ -66,8 +66,27 @@ def object_attributes(
                 values.append((read, (stored[3],) * 3 if is_alpha else stored))
                 continue
         value = _first(owners, name)
+        if value is MISSING and _is_not_finite(owners, name):
+            found.translation.note(obj.name, f"its property {name!r} is no finite number; its materials read 0")
         values.append((read, (value[3],) * 3 if is_alpha else value))
     return tuple(values)
+
+
+def _is_not_finite(owners: Any, name: str) -> bool:
+    """True if a custom property holds NaN or infinity."""
+    for owner in owners:
+        value = None if owner is None or not name else owner.get(name)
+        try:
+            numbers = (
+                np.zeros(1)
+                if value is None or isinstance(value, (str, bytes))
+                else np.ravel(np.asarray(value, dtype=np.float64))
+            )
+        except (TypeError, ValueError):  # no numbers
+            continue
+        if not np.isfinite(numbers).all():
+            return True
+    return False
 
 
 def _of_instance(name: str, instance: Any) -> tuple[float, ...]:

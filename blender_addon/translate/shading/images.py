@@ -5,16 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, Literal
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import ImageTexture
 from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
 
-from ..context import Translation
+from ..context import ReadImage, Translation
 from ..ledger import note_changed
+from ..questions import state_of_file
 from .image_files import frame_image, frame_of, tile_image, tiles_of
 from .image_files.color_spaces import scene_linear
 
@@ -29,10 +32,12 @@ EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
     "MIRROR": "mirror",
 }
 INTERPOLATIONS: dict[str, Literal["nearest", "cubic"]] = {"Closest": "nearest", "Cubic": "cubic", "Smart": "cubic"}
+CHUNK = 1 << 16
+"""Numbers of an image that are converted at once."""
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 NUMBER_SPACES = ("Non-Color", "Raw")
-WHOLE = "whole"
-"""First word of the keys of images that are neither a tile nor a frame; the session number follows."""
+WHOLE, FRAME, TILE, STACKED, USE = "whole", "frame", "tile", "stacked", "use"
+"""First words of the keys of images that were read, by what they are; Blender's image follows, as ``_image_key``."""
 
 
 def image_of_node(translation: Translation, node: Any, owner: str, channel: str = "Color") -> ImageTexture | None:
@@ -55,25 +60,27 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     interpolation: Literal["linear", "nearest", "cubic"] = INTERPOLATIONS.get(node.interpolation, "linear")
     if (texture.extension, texture.interpolation) == (extension, interpolation):
         return texture
-    key = (id(texture), extension, interpolation)  # one object per use, so that the renderer stores it once
-    if key not in translation.images:
-        translation.images[key] = replace(texture, extension=extension, interpolation=interpolation)
-    return translation.images[key]
+    # one object per use, so that the renderer stores it once
+    key = (USE, *_image_key(image), id(texture), extension, interpolation)
+    used = replace(texture, extension=extension, interpolation=interpolation)
+    return translation.image(key, lambda: used)
 
 
 def _frame(translation: Translation, node: Any, channel: str) -> ImageTexture | None:
     """The file of a sequence that a node shows at the scene's frame."""
     translation.reads_elsewhere = True  # the scene's frame
     image, number = node.image, frame_of(node.image_user, int(translation.scene.frame_current))
-    key = (image.name_full, channel, alpha_is_read(node), number)
-    if key not in translation.images:
+    key = (FRAME, *_image_key(image), channel, alpha_is_read(node), number)
+
+    def make() -> ImageTexture | None:
         with frame_image(image, number) as found:
-            if found is None:
-                where = f"{image.filepath}, file {number}"
-                translation.note(image.name, f"the image could not be read ({where}); it is magenta, as in Cycles")
-            texture = None if found is None else _read(translation, found, channel, alpha_is_read(node))
-        translation.images[key] = texture
-    return translation.images[key]
+            if found is not None:
+                return _read(translation, found, channel, alpha_is_read(node))
+        where = f"{image.filepath}, file {number}"
+        translation.note(image.name, f"the image could not be read ({where}); it is magenta, as in Cycles")
+        return None
+
+    return translation.image(key, make)
 
 
 def tiles_of_node(translation: Translation, node: Any, channel: str) -> list[tuple[tuple[int, ...], ImageTexture]]:
@@ -81,31 +88,32 @@ def tiles_of_node(translation: Translation, node: Any, channel: str) -> list[tup
     image, reads_alpha = node.image, alpha_is_read(node)
     groups: dict[Any, list[tuple[int, ImageTexture]]] = {}
     for number in tiles_of(image):
-        key = (image.name_full, channel, reads_alpha, "tile", number)
-        if key not in translation.images:
-            with tile_image(image, number) as found:
-                made = None if found is None else _read(translation, found, channel, reads_alpha)
-            translation.images[key] = made
-        tile = translation.images[key]
+        key = (TILE, *_image_key(image), channel, reads_alpha, number)
+        tile = translation.image(key, partial(_tile, translation, image, number, channel, reads_alpha))
         if tile is None:
             translation.note(image.name, f"tile {number} of this UDIM image could not be read; it is magenta")
             continue
         groups.setdefault((tile.pixels.shape, tile.pixels.dtype, tile.color_space), []).append((number, tile))
-    return [(tuple(n for n, _ in of), _stacked(translation, node, image.name, of, channel)) for of in groups.values()]
+    return [(tuple(n for n, _ in of), _stacked(translation, node, of, channel)) for of in groups.values()]
 
 
-def _stacked(
-    translation: Translation, node: Any, name: str, of: list[tuple[int, ImageTexture]], channel: str
-) -> ImageTexture:
+def _tile(translation: Translation, image: Any, number: int, channel: str, reads_alpha: bool) -> ImageTexture | None:
+    with tile_image(image, number) as found:
+        return None if found is None else _read(translation, found, channel, reads_alpha)
+
+
+def _stacked(translation: Translation, node: Any, of: list[tuple[int, ImageTexture]], channel: str) -> ImageTexture:
     """Tiles of one size as one image, made once per use."""
     extension = EXTENSIONS.get(node.extension, "repeat")
     interpolation: Literal["linear", "nearest", "cubic"] = INTERPOLATIONS.get(node.interpolation, "linear")
-    key = ("stacked", *(id(tile) for _, tile in of), extension, interpolation)
-    if key not in translation.images:
+    key = (STACKED, *_image_key(node.image), *(id(tile) for _, tile in of), extension, interpolation)
+
+    def make() -> ImageTexture:
         pixels = np.concatenate([tile.pixels for _, tile in of])
-        stacked = replace(of[0][1], name=f"{name} ({channel}, {len(of)} tiles)", pixels=pixels)
-        translation.images[key] = replace(stacked, extension=extension, interpolation=interpolation)
-    found = translation.images[key]
+        stacked = replace(of[0][1], name=f"{node.image.name} ({channel}, {len(of)} tiles)", pixels=pixels)
+        return replace(stacked, extension=extension, interpolation=interpolation)
+
+    found = translation.image(key, make)
     assert found is not None
     return found
 
@@ -123,19 +131,59 @@ def read_image(
 
     ``alpha_is_read``: True if the alpha is used too; otherwise colors are multiplied by it, as in Cycles.
     """
-    key = (WHOLE, image.session_uid, image.name_full, channel, alpha_is_read)
-    if key not in translation.images:
-        translation.images[key] = _read(translation, image, channel, alpha_is_read)
-    return translation.images[key]
+    key = (WHOLE, *_image_key(image), channel, alpha_is_read)
+    return translation.image(
+        key, partial(_read, translation, image, channel, alpha_is_read), _source_of(image, is_read=True)
+    )
 
 
-def are_outdated(read: Mapping[Any, ImageTexture | None], images: Iterable[Any]) -> bool:
-    """True if Blender has freed pixels that were read: it loads them again from a file that may have changed.
+def _source_of(image: Any, *, is_read: bool = False) -> tuple[int, ...] | None:
+    """The state of the file from which Blender loads an image; None if it cannot be told.
 
-    ``read``: as ``Translation.images``; ``images``: Blender's. ``Image.reload()`` in a script reports materials alone.
+    ``is_read``: True if the image is read now, from what Blender has loaded, at an unknown time, or painted.
     """
-    whole = {key[1] for key, texture in read.items() if key[0] == WHOLE and texture is not None}
-    return bool(whole) and any(image.session_uid in whole and not image.has_data for image in images)
+    if is_read and image.is_dirty:
+        return None
+    if image.packed_file is not None:
+        return (int(image.packed_file.size),)
+    if image.source == "GENERATED":
+        return ()
+    if image.source != "FILE" or (is_read and image.has_data):
+        return None
+    return state_of_file(bpy.path.abspath(image.filepath, library=image.library))
+
+
+def _image_key(image: Any) -> tuple[int, tuple[Any, ...]]:
+    """Session number of an image, and what its pixels follow from beside its file, if nobody has painted on it."""
+    made = image.generated_type, tuple(image.generated_color), image.generated_width, image.generated_height
+    state = image.name_full, image.filepath, image.source, image.colorspace_settings.name, image.alpha_mode
+    return image.session_uid, (image.is_dirty, *state, *made, image.use_generated_float)
+
+
+def outdated(read: Mapping[Any, ReadImage], images: Iterable[Any]) -> set[int]:
+    """Session numbers of the images whose pixels Blender has freed since they were read, unless it loads the same ones
+    again. It frees them at an undo, and at ``Image.reload()`` in a script, of which it reports materials alone.
+
+    ``read``: as ``Translation.images``; ``images``: Blender's.
+    """
+    whole = [(key[1], found.source) for key, found in read.items() if key[0] == WHOLE and found.texture is not None]
+    numbers = {number for number, _ in whole}
+    freed = {image.session_uid: image for image in images if image.session_uid in numbers and not image.has_data}
+    now = {number: _source_of(image) for number, image in freed.items()}
+    return {number for number, source in whole if number in now and (source is None or source != now[number])}
+
+
+def exchanged(read: Iterable[Any], images: Iterable[Any]) -> set[int]:
+    """Session numbers of the images whose pixels an undo may have exchanged: painted ones, and those that are read from
+    several files.
+    """
+    kept = {image.session_uid for image in images if image.source in ("FILE", "GENERATED") and not image.is_dirty}
+    return {key[1] for key in read} - kept
+
+
+def moving(images: Iterable[Any]) -> set[int]:
+    """Session numbers of the images that each frame may change without a report."""
+    return {image.session_uid for image in images if image.source in ("SEQUENCE", "MOVIE")}
 
 
 def _read(translation: Translation, image: Any, channel: str, alpha_is_read: bool) -> ImageTexture | None:
@@ -151,15 +199,15 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         translation.note(image.name, "only the first tile of this tiled (UDIM) image is used")
     values = np.empty(len(image.pixels), dtype=np.float32)
     image.pixels.foreach_get(values)
-    pixels = values.reshape(height, width, -1)
-    if not np.isfinite(pixels).all():
+    pixels = (values if image.is_float else _levels(values)).reshape(height, width, -1)
+    if image.is_float and not np.isfinite(pixels).all():
         translation.note(image.name, "pixels that are not finite numbers were taken as black")
         pixels = np.where(np.isfinite(pixels), pixels, np.float32(0))
     has_alpha = pixels.shape[2] == 4 and image.alpha_mode != "NONE"
     if channel == "Alpha":
-        alpha = pixels[..., 3:4] if has_alpha else np.ones((height, width, 1), dtype=np.float32)
-        return ImageTexture(f"{image.name} (alpha)", _compact(alpha, image.is_float), color_space="raw")
-    colors = pixels[..., :3] if pixels.shape[2] >= 3 else pixels[..., :1]
+        alpha = pixels[..., 3:4] if has_alpha else np.full((height, width, 1), 255, np.uint8)
+        return ImageTexture(f"{image.name} (alpha)", np.ascontiguousarray(alpha), color_space="raw")
+    colors = np.ascontiguousarray(pixels[..., :3] if pixels.shape[2] >= 3 else pixels[..., :1])
     space = image.colorspace_settings.name
     if has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES:
         colors = _associated(translation, image, colors, pixels[..., 3:4])
@@ -170,19 +218,31 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     return _byte_image(translation, image.name, colors, space)
 
 
+def _levels(values: Array) -> Array:
+    """The bytes 0 to 255 of a byte image, whose ``values`` Blender gives as shares; in parts that fit into a cache."""
+    levels = np.empty(values.shape, dtype=np.uint8)
+    for start in range(0, len(values), CHUNK):
+        levels[start : start + CHUNK] = values[start : start + CHUNK] * np.float32(255) + np.float32(0.5)
+    return levels
+
+
 def _associated(translation: Translation, image: Any, colors: Array, alpha: Array) -> Array:
-    """Colors multiplied by alpha in the file's own encoding, as Cycles stores them."""
+    """Colors multiplied by alpha in the file's own encoding, as Cycles stores them: bytes, or numbers."""
     is_from_file = image.packed_file is None and image.source == "FILE"
     if image.is_float:  # float buffers are premultiplied, straight files by Blender; Cycles reads the file itself
         undone = image.alpha_mode == "STRAIGHT" and is_from_file
         return np.asarray(colors / np.where(alpha > 0, alpha, 1), dtype=np.float32) if undone else colors
-    if image.alpha_mode == "PREMUL" and is_from_file:
+    is_twice = image.alpha_mode == "PREMUL" and is_from_file
+    if is_twice:
         # Blender divided the file's colors by alpha; Cycles reads the file itself, whose colors count as undivided
         translation.note(image.name, "its colors are stored multiplied by alpha; where they exceed it they are limited")
-        colors = colors * alpha
-    # Cycles multiplies bytes and rounds down
-    levels = np.floor(np.rint(np.clip(colors, 0, 1) * 255) * np.rint(alpha * 255) / 255)
-    return np.asarray(levels / 255, dtype=np.float32)
+    if (alpha == 255).all():
+        return colors
+    for row in range(len(colors)):  # whole numbers of a row fit into a cache
+        share, levels = alpha[row].astype(np.uint32), colors[row].astype(np.uint32)
+        levels = (2 * levels * share + 255) // 510 if is_twice else levels  # the nearest byte
+        colors[row] = levels * share // 255  # Cycles multiplies bytes and rounds down
+    return colors
 
 
 def _float_image(translation: Translation, name: str, colors: Array, *, is_color: bool) -> ImageTexture:
@@ -194,10 +254,12 @@ def _float_image(translation: Translation, name: str, colors: Array, *, is_color
 
 
 def _byte_image(translation: Translation, name: str, colors: Array, space: str) -> ImageTexture:
+    """The image of bytes in a color space."""
     if space in NUMBER_SPACES or space in LINEAR_SPACES:
-        return ImageTexture(name, _compact(colors), color_space="raw" if space in NUMBER_SPACES else "linear")
+        return ImageTexture(name, colors, color_space="raw" if space in NUMBER_SPACES else "linear")
     if space == "sRGB":
-        return ImageTexture(name, _compact(colors), color_space="srgb")
+        return ImageTexture(name, colors, color_space="srgb")
+    colors = colors / np.float32(255)
     # Cycles stores such colors as bytes of its scene-linear space, with the curve of sRGB
     rgb = np.broadcast_to(colors[..., :3], (*colors.shape[:2], 3))
     unbounded = scene_linear(rgb, space)
@@ -206,14 +268,9 @@ def _byte_image(translation: Translation, name: str, colors: Array, space: str) 
     linear = np.clip(unbounded, 0, 1)
     if np.array_equal(translation.rgb_from_working, np.eye(3)):
         curved = np.concatenate([display_rgb_from_linear(linear), colors[..., 3:]], axis=2)
-        return ImageTexture(name, _compact(curved), color_space="srgb")
+        return ImageTexture(name, np.rint(np.clip(curved, 0, 1) * 255).astype(np.uint8), color_space="srgb")
     linear = np.concatenate([translation.linear_rgb(linear), colors[..., 3:]], axis=2)
     return ImageTexture(name, linear.astype(np.float32), color_space="linear")
-
-
-def _compact(values: Array, is_float: bool = False) -> Array:
-    """Values of a byte image as bytes again: a quarter of the memory."""
-    return np.ascontiguousarray(values) if is_float else np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
 def linear_pixels(texture: ImageTexture) -> Array:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,33 @@ from numpy.typing import NDArray
 
 from spectral_core.spectra.color import linear_from_display_rgb
 
-from ..meshes.triangles import OUTPUTS, output_of, uv_layer, values_of
+from ..meshes.triangles import OUTPUTS, output_of, stored_in, uv_layer, values_of
 from ..shading.attributes import POINT_PLACE, POINT_SIZE, hashed_pair
 
 Array = NDArray[np.float64]
 
 ROOT_UV = "surface_uv_coordinate"
 """Attribute of hair curves with the UV of each root on the surface that they grow on; Cycles reads it as their UV."""
+
+
+def content_of(data: Any, reads: frozenset[str]) -> bytes:
+    """A digest of hair curves or a point cloud, which is equal if the same mesh is made of them.
+
+    Blender reports another geometry of them when a number of their material is edited, and to make the mesh takes a
+    hundred times as long. ``reads``: the inputs of their materials.
+    """
+    names = {"position", "radius", ROOT_UV} | {read.partition(":")[2] for read in reads}
+    found = blake2b(digest_size=16)
+    for attribute in data.attributes:
+        values = stored_in(attribute) if attribute.name in names else None
+        if values is not None:
+            found.update(f"{attribute.name}:{attribute.domain}:{attribute.data_type}:{len(values)}:".encode())
+            found.update(values.tobytes())
+    if hasattr(data, "curves"):
+        lengths = np.empty(len(data.curves), np.int32)
+        data.curves.foreach_get("points_length", lengths)
+        found.update(lengths.tobytes())
+    return found.digest()
 
 
 def of_points(

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes
 from ..shading.materials import TranslatedMaterial
 from ..visibility import seen_as, shown_by
 from . import curves_mesh, particle_mesh, points_mesh
+from .carried import content_of
 
 FLAT = 1e-30
 """Volume of an object's unit cube below which positions in the object are not defined."""
@@ -26,12 +28,7 @@ FLAT = 1e-30
 def place_strands(found: Any, obj: Any, instance: Any, materials: list[TranslatedMaterial], random: float) -> None:
     """Add hair curves, or a point cloud, to the ``found`` objects."""
     reads: frozenset[str] = velocity_read(found, obj.data).union(*(item.reads for item in materials))
-    key = (obj.data.as_pointer(), reads)
-    if key not in found.meshes:
-        name = found.unique("mesh", obj.data.name_full)
-        is_hair = obj.type == "CURVES"
-        found.meshes[key] = curves_mesh(name, obj.data, reads) if is_hair else points_mesh(name, obj.data, reads)
-    mesh = found.meshes[key]
+    mesh = _mesh(found, obj, reads)
     if mesh is not None:
         _note_unread(found, obj, reads, mesh)
         _note_other_light(found, obj, materials)
@@ -41,6 +38,23 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
         _enter(found, instance, obj.name_full, mesh, materials)
         attributes = object_attributes(obj, instance, reads, found)
         found.instances[-1] = _with(found.instances[-1], random, attributes)
+
+
+def _mesh(found: Any, obj: Any, reads: frozenset[str]) -> Mesh | None:
+    """Mesh of evaluated hair curves or of a point cloud, shared by all objects with the same evaluated data."""
+    key = (obj.data.as_pointer(), reads)
+    if key not in found.meshes:
+        name = found.unique("mesh", obj.data.name_full)
+        make = partial(curves_mesh if obj.type == "CURVES" else points_mesh, name, obj.data, reads)
+        if found.kept is None:
+            found.meshes[key] = make()
+        else:
+            whole = (obj.original.session_uid, name, reads)
+            found.kept_meshes.add(whole)
+            found.meshes[key] = found.kept.strands(whole, content_of(obj.data, reads), make)
+        found.settle_names()
+    mesh: Mesh | None = found.meshes[key]
+    return mesh
 
 
 def place_hair(found: Any, instance: Any, materials_of: Callable[[Any], list[TranslatedMaterial]]) -> None:

@@ -81,6 +81,10 @@ class Kept:
     meshes: dict[Any, tuple[Mesh | None, frozenset[int]]] = field(default_factory=dict)
     parts: dict[Any, Part] = field(default_factory=dict)
     images: dict[Any, Any] = field(default_factory=dict)
+    hair: dict[Any, tuple[bytes, Mesh | None]] = field(default_factory=dict)
+    """Meshes of hair and points by the session number of their object, their name and the inputs read, each with a
+    digest of what it was made of.
+    """
     walk: Walk | None = None
     """The last complete walk over the objects, until an edit that needs another."""
     placed: dict[str, Instance] = field(default_factory=dict)
@@ -116,14 +120,22 @@ class Kept:
         return before if before is not None and equal(before, item) else item
 
     def clear(self) -> None:
-        """Drop everything if the changes are unknown, as after an undo."""
-        self.meshes.clear()
-        self.other_frame()
-
-    def other_frame(self) -> None:
-        """Drop what may depend on the frame without a report; Blender reports the meshes that it evaluated anew."""
-        self.parts.clear()
+        """Drop everything, as for another file."""
+        self.undone(set())
         self.images.clear()
+
+    def undone(self, images: set[int]) -> None:
+        """Drop what an undo may have changed. ``images``: session numbers of those whose pixels it may have changed."""
+        self.meshes.clear()
+        self.other_frame(images)
+
+    def other_frame(self, images: set[int]) -> None:
+        """Drop what may depend on the frame without a report; Blender reports the meshes that it evaluated anew.
+
+        ``images``: session numbers of those that the frame may change.
+        """
+        self.forget_images(images)
+        self.parts.clear()
         self.placed.clear()
         self.walk = self.begun = None
 
@@ -139,7 +151,7 @@ class Kept:
             block = update.id.original
             kind = block.bl_rna.identifier
             if kind == "Image":
-                self.forget_images()
+                self.forget_images({block.session_uid})
             if kind not in KNOWN and not (kind == "ShaderNodeTree" and block.is_embedded_data):
                 self.parts.clear()
             if update.is_updated_geometry:
@@ -152,20 +164,26 @@ class Kept:
         if reshaped:
             self.meshes = {key: kept for key, kept in self.meshes.items() if not kept[1] & reshaped and kept[1]}
 
-    def forget_images(self) -> None:
-        """Drop all pixels, and the parts that may use them."""
-        self.images.clear()
-        self.parts.clear()
-        self.walk = None
+    def forget_images(self, numbers: set[int]) -> None:
+        """Drop the pixels of images, given by session numbers, and the parts that may use them."""
+        for key in [key for key in self.images if key[1] in numbers]:
+            del self.images[key]
+        if numbers:
+            self.parts.clear()
+            self.walk = None
 
     def settle(self, used: set[Any], there: Callable[[], set[int]]) -> None:
-        """Free what a complete walk has not used (``used``: keys of meshes) and no other can: meshes and parts of what
-        was deleted, and earlier forms of meshes. ``there``: the session numbers of all objects.
+        """Free what a complete walk has not used (``used``: keys of meshes and hair) and no other can: meshes and parts
+        of what was deleted, and earlier forms of meshes. ``there``: the session numbers of all objects.
         """
-        unused = [key for key in self.meshes if key not in used]
-        if not unused and len(self.parts) <= self._settled_parts:
+        unused, shaved = ([key for key in kept if key not in used] for kept in (self.meshes, self.hair))
+        if not (unused or shaved) and len(self.parts) <= self._settled_parts:
             return
         alive, current = there(), {self.meshes[key][1] for key in used if key in self.meshes}
+        grown = {key[0] for key in self.hair if key in used}
+        for key in shaved:
+            if key[0] in grown or key[0] not in alive:
+                del self.hair[key]
         for key in unused:
             makers = self.meshes[key][1]
             if makers in current or makers.isdisjoint(alive):
@@ -193,6 +211,14 @@ class Kept:
         """Keep a new part. One in the place of another is no progress: two instances may exchange theirs forever."""
         self._has_progress |= key not in self.parts
         self.parts[key] = part
+
+    def strands(self, key: Any, content: bytes, make: Callable[[], Mesh | None]) -> Mesh | None:
+        """The mesh of hair or points (``key``: as in ``hair``), created if their ``content`` is another one."""
+        if key not in self.hair or self.hair[key][0] != content:
+            self.spend()
+            self.hair[key] = content, make()
+            self._has_progress = True
+        return self.hair[key][1]
 
     def mesh(self, key: Any, makers: frozenset[int], make: Callable[[], Mesh | None]) -> Mesh | None:
         """The mesh of a key, created if none is kept."""

@@ -15,7 +15,7 @@ from scipy.linalg import cho_solve, cholesky
 from scipy.optimize import minimize
 from scipy.stats import norm, qmc
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, read_only_when_copied
 from spectral_core.errors import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -24,6 +24,7 @@ MAX_FITTED = 600
 MAX_ROWS = 3000
 
 
+@read_only_when_copied
 @dataclass(frozen=True, eq=False)
 class GaussianProcess:
     """A fitted process. ``scales``: length scale per parameter, in units of its range; ``noise``: share of variance."""

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, read_only_when_copied
 from spectral_core.documents import Schema, read_document, write_document
 from spectral_core.errors import InvalidInputError
 
@@ -20,6 +20,7 @@ FORMAT, VERSION = "spectral-scene fader recording", 1
 RECORDING_SCHEMA = Schema("spectral_core.explore.board", "recording.schema.json")
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
     """Motion paths. ``times``: (n,) seconds, ascending; ``positions``: (n, faders), each fader's position at them."""

@@ -19,8 +19,8 @@ from spectral_core.errors import (
 from spectral_core.explore.features.expression import parse
 from spectral_core.explore.sweep.designs import Design
 from spectral_core.explore.sweep.parameters import Parameter, Space, Value, require_column_name
+from spectral_core.explore.sweep.project import Project
 from spectral_core.explore.sweep.region import RegionOfInterest
-from spectral_core.explore.sweep.store import Project
 from spectral_core.files.guarded import no_file
 
 FORMAT, VERSION = "spectral-scene sweep", 1

@@ -66,6 +66,11 @@ def require_file_name(name: str) -> str:
 
 def require_free(folder: Path) -> None:
     """Raise InvalidInputError if the folder of a new store is not free."""
+    if (folder / "ledger.sqlite").is_file():  # it is made before the project
+        raise InvalidInputError(
+            f"{folder} has a ledger and no project.json: another process begins a sweep there now, or one was ended "
+            "while it began. Run it again, or delete the folder"
+        )
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
 

@@ -89,8 +89,8 @@ class Parameter:
         low, high = self.low, self.high
         if not (is_finite(low) and is_finite(high) and low < high and is_finite(high - low)):
             raise InvalidInputError(
-                f"parameter {self.name!r} runs from {low} to {high}; expected finite numbers, low < high. "
-                "Leave out a parameter that should not vary"
+                f"parameter {self.name!r} runs from {low} to {high}; expected finite numbers, low < high, "
+                "less than 1.8e308 apart. Leave out a parameter that should not vary"
             )
         if self.scale == "log" and low <= 0:
             raise InvalidInputError(f"parameter {self.name!r} runs from {low} on a log scale; expected low above 0")

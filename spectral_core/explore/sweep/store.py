@@ -8,86 +8,24 @@
 from __future__ import annotations
 
 import json
-import secrets
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.features.expression import evaluate
 from spectral_core.explore.sweep.cinema import csv_text
-from spectral_core.explore.sweep.designs import Design, Point
+from spectral_core.explore.sweep.designs import Point
 from spectral_core.explore.sweep.files import file_lock, read_json, require_free, write_whole
-from spectral_core.explore.sweep.ledger import Ledger, Row
+from spectral_core.explore.sweep.ledger import Ledger, Row, require_ledger, require_points
 from spectral_core.explore.sweep.outcome import point_key
-from spectral_core.explore.sweep.parameters import Parameter, Space, is_finite, require_column_name
-from spectral_core.explore.sweep.region import RegionOfInterest
+from spectral_core.explore.sweep.parameters import is_finite, require_column_name
+from spectral_core.explore.sweep.project import Project, present_environment
 from spectral_core.explore.sweep.task import Receipt, StoreAddress, commit_files, spooled_record
 from spectral_core.files.whole import make_folder
 
-FORMAT, VERSION = "spectral-scene sweep project", 1
 TIMING_COLUMN = "seconds"
 """The column whose values depend on the machine."""
-
-
-@dataclass(slots=True)
-class Project:
-    """Contents of project.json, beside the points."""
-
-    space: Space
-    region: RegionOfInterest
-    design: Design
-    compute: dict[str, Any] = field(default_factory=dict)
-    fingerprint: str = ""
-    seed: int = 0
-    store_id: str = field(default_factory=lambda: secrets.token_hex(16))
-    expressions: dict[str, str] = field(default_factory=dict)
-    regions: dict[str, dict[str, Any]] = field(default_factory=dict)
-    views: dict[str, Any] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
-    environment: dict[str, str] = field(default_factory=dict)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON."""
-        return {
-            "format": FORMAT,
-            "version": VERSION,
-            "id": self.store_id,
-            "parameters": [parameter.to_dict() for parameter in self.space.parameters],
-            "region": self.region.to_dict(),
-            "design": self.design.to_dict(),
-            "compute": self.compute,
-            "fingerprint": self.fingerprint,
-            "seed": self.seed,
-            "expressions": self.expressions,
-            "regions": self.regions,
-            "views": self.views,
-            "units": self.units,
-            "environment": self.environment,
-        }
-
-    @classmethod
-    def from_dict(cls, plain: Any, name: str) -> Project:
-        """The project of a file; FileFormatError if it is none."""
-        if not isinstance(plain, dict) or plain.get("format") != FORMAT:
-            raise FileFormatError(f"{name} is no project of a sweep")
-        if plain.get("version") != VERSION:
-            raise FileFormatError(f"{name} has version {plain.get('version')!r}; this program reads version {VERSION}")
-        try:
-            space = Space(tuple(Parameter.from_dict(each) for each in plain["parameters"]))
-            return cls(
-                space,
-                RegionOfInterest.from_dict(plain["region"]),
-                Design.from_dict(plain["design"]),
-                dict(plain["compute"]),
-                str(plain["fingerprint"]),
-                int(plain["seed"]),
-                str(plain["id"]),
-                *(dict(plain[part]) for part in ("expressions", "regions", "views", "units", "environment")),
-            )
-        except (KeyError, TypeError, ValueError) as error:
-            raise FileFormatError(f"{name} is incomplete: {error!r}") from error
 
 
 class Store:
@@ -109,7 +47,7 @@ class Store:
         require_free(folder)
         project.region.checked(project.space)
         project.design = project.design.placed(project.space)
-        project.environment = _environment()
+        project.environment = present_environment()
         make_folder(folder)
         store = cls(folder, project)
         store.save_project()
@@ -117,11 +55,19 @@ class Store:
 
     @classmethod
     def open(cls, folder: Path) -> Store:
-        """An existing store. Raises FileFormatError if there is none."""
+        """An existing store. Raises FileFormatError if there is none, or if its ledger is gone."""
         folder = cdb_folder(folder)
         if not (folder / "project.json").is_file():
             raise FileFormatError(f"{folder} holds no sweep (no project.json)")
-        return cls(folder, cls.project_of(folder))
+        project = cls.project_of(folder)
+        require_ledger(folder / "ledger.sqlite")
+        store = cls(folder, project)
+        try:
+            require_points(store.ledger.path, store.ledger.has_points())
+        except BaseException:
+            store.close()
+            raise
+        return store
 
     @staticmethod
     def project_of(folder: Path) -> Project:
@@ -282,17 +228,3 @@ def cdb_folder(folder: Path) -> Path:
         if not path.name:
             raise InvalidInputError(f"{path} is no folder of a sweep; name a folder in it")
     return path if path.suffix == ".cdb" else path.with_name(path.name + ".cdb")
-
-
-def _environment() -> dict[str, str]:
-    import platform
-
-    import numpy
-    import scipy
-
-    from spectral_core import __version__
-
-    return {
-        "spectral_scene": __version__, "python": platform.python_version(), "numpy": numpy.__version__,
-        "scipy": scipy.__version__, "machine": platform.machine(), "system": platform.system(),
-    }  # fmt: skip

@@ -47,15 +47,22 @@ class Sweep:
         self.document = document
         self.node = document.node()
         place = cdb_folder(folder)
-        if (place / "project.json").is_file():
-            self.store = Store.open(place)
-            self._keep_node()
-            self._fit()
-        else:
-            self.store = Store.create(place, document.project(self.node.fingerprint))
-        # folder of the document's files, for a page that renders
-        self.store.project.environment[DOCUMENT_FOLDER] = str(document.folder.resolve())
-        self.store.save_project()
+        is_new = not (place / "project.json").is_file()
+        self.store = Store.create(place, document.project(self.node.fingerprint)) if is_new else Store.open(place)
+        try:
+            if not is_new:
+                self._keep_node()
+                self._fit()
+            # folder of the document's files, for a page that renders
+            self.store.project.environment[DOCUMENT_FOLDER] = str(document.folder.resolve())
+            self.store.save_project()
+        except BaseException:
+            self.store.close()
+            raise
+
+    def close(self) -> None:
+        """Close the store."""
+        self.store.close()
 
     def _keep_node(self) -> None:
         """Take the node as it was made for the stored ranges: its fingerprint may depend on them, its points do not."""
@@ -76,7 +83,7 @@ class Sweep:
                 if mine != theirs
                 else "its seed differs"
                 if document.seed != project.seed
-                else "the computation differs, or one of its files has changed"
+                else "the computation differs, one of its files has changed, or another version of this program made it"
             )
             raise InvalidInputError(
                 f"{self.store.folder} holds another sweep: {what}. Its rows do not fit; name another folder"

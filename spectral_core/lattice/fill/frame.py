@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, read_only_when_copied
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.classes import LatticeClass
 from spectral_core.lattice.construction import Lattice, build_lattice
@@ -33,6 +33,7 @@ MAX_POINTS = 10_000_000
 MAX_LEVEL = 64
 
 
+@read_only_when_copied
 @dataclass(frozen=True, eq=False)
 class Frame:
     """Positions of the points of a lattice: x = origin + spacing · U G K^-level k for integer k."""

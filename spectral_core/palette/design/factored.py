@@ -43,6 +43,10 @@ class _Factors:
     order: NDArray[np.intp]
     by_colors: Array
     """(m, q): change of the soft rows with the free colors, along the exact rows."""
+    beyond: Array
+    """(m, t): orthonormal, the part of ``by_colors`` that no sample makes up for."""
+    reduced: Array
+    """(t, q): that part is beyond · reduced. A spectrum is tied to few of the colors, so that t is small."""
 
 
 @dataclass
@@ -138,8 +142,8 @@ class FactoredRows:
             if count:
                 ruled.append(factors.spare @ part.exact_ties[:, opened])
                 ruling.append(-factors.spare @ held)
-                reduced.append(_outside(factors.orthogonal, factors.by_colors[:, opened]))
-                right.append(_outside(factors.orthogonal, own))
+                reduced.append(factors.reduced[:, opened])
+                right.append(factors.beyond.T @ _outside(factors.orthogonal, own))
             parts.append((factors, own))
             row, exact = row + len(own), exact + len(held)
         step = np.zeros(free.size)
@@ -170,7 +174,13 @@ class FactoredRows:
             spare, across = outer.T[rank:], inner[rank:].T
             by_colors = by_colors + rows @ (own @ part.exact_ties)
             rows = rows @ across
-        self._kept[k] = found = _Factors(free.copy(), own, spare, across, *_factorized(rows, part.least), by_colors)
+        orthogonal, triangle, order = _factorized(rows, part.least)
+        tied = by_colors.any(axis=0).nonzero()[0]
+        beyond, corner = np.linalg.qr(_outside(orthogonal, by_colors[:, tied]))
+        reduced = np.zeros((len(corner), by_colors.shape[1]))
+        reduced[:, tied] = corner
+        found = _Factors(free.copy(), own, spare, across, orthogonal, triangle, order, by_colors, beyond, reduced)
+        self._kept[k] = found
         return found
 
 

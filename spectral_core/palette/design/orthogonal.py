@@ -13,6 +13,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.design.components import components
 from spectral_core.palette.design.factored import FactoredRows, least_squares
 from spectral_core.palette.qp.answer import Answer, answer_at
 from spectral_core.palette.qp.backends import change_by_piqp
@@ -28,6 +29,8 @@ CHANGES, THOROUGH = 30, 400
 """Most changes of bounds in a round of two sides, which the next one continues; and for an answer that is returned."""
 MANY = 100
 """Samples of a spectrum above which piqp finds the active bounds, before the factorizations."""
+NEAR = 1e-9
+"""Distance to a bound at which an unknown begins on it."""
 UNITS = 1e-2, 1e-4, 1e-6
 """Units of the changes that piqp tries, of spectra near 1: an objective near rounding needs small ones."""
 WORK = 4e9
@@ -42,7 +45,13 @@ HELD = 1e-13
 """Error of an exact row, in linear RGB, that is rounding."""
 
 
-def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH, most: int | None = None) -> Answer:
+def refined(
+    problem: Quadratic,
+    answer: Answer,
+    changes: int = THOROUGH,
+    most: int | None = None,
+    before: Answer | None = None,
+) -> Answer:
     """The answer with more digits, or itself where that does not lower the objective.
 
     Parameters
@@ -55,15 +64,19 @@ def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH, most: i
         The most changes of bounds.
     most
         The most unknowns in all; None: any number.
+    before
+        An earlier answer to such a problem: the start if it is better than ``answer``.
     """
     samples = max((block.lower.size for block in problem.blocks), default=0)
     is_large = samples > LARGEST or (most is not None and problem.size > most)
     if is_large or not answer.check.passed or answer.infeasible:
         return answer
     x = problem.joined(answer.colors, answer.values)
-    start = _nearer(problem, x) if samples > MANY else x
+    start = _better_start(problem, x, before)
+    start = _nearer(problem, start) if samples > MANY else start
+    start = on_bounds(problem, start, NEAR)
     changes = min(changes, int(WORK / max(samples, 1) ** 3))
-    found, multipliers = (_descended if problem.color_lower.size else _each)(problem, start, changes)
+    found, multipliers = _each(problem, start, changes)
     if not problem.objective(found) < problem.objective(x):
         return answer
     better = answer_at(problem, found, problem.forces(found, multipliers), answer.engines[0])
@@ -73,34 +86,55 @@ def refined(problem: Quadratic, answer: Answer, changes: int = THOROUGH, most: i
     return better if better.check.passed else answer
 
 
+def _better_start(problem: Quadratic, x: Array, before: Answer | None) -> Array:
+    """The point of an earlier answer if it is within the bounds, meets the exact rows and is lower; else ``x``."""
+    if before is None or sum(each.size for each in before.values) + before.colors.size != problem.size:
+        return x
+    old = problem.joined(before.colors, before.values)
+    fits = bool(((old >= problem.lower) & (old <= problem.upper)).all()) and worst_miss(problem, old) <= HELD
+    return old if fits and problem.objective(old) < problem.objective(x) else x
+
+
+def on_bounds(problem: Quadratic, x: Array, near: float) -> Array:
+    """Unknowns that are near a bound, on it: a step would take them there one after the other."""
+    x = np.where(x - problem.lower < near, problem.lower, x)
+    return np.where(problem.upper - x < near, problem.upper, x)
+
+
 def _nearer(problem: Quadratic, x: Array) -> Array:
     """A lower point by piqp, whose time grows with the samples and not with their cube; ``x`` if there is none."""
     best, least = x, problem.objective(x)
-    allowed = max(_off(problem, x), HELD)
+    allowed = max(worst_miss(problem, x), HELD)
     for unit in UNITS:
         found = change_by_piqp(problem, x, unit)
-        if found is not None and problem.objective(found) < least and _off(problem, found) <= allowed:
+        if found is not None and problem.objective(found) < least and worst_miss(problem, found) <= allowed:
             best, least = found, problem.objective(found)
     return best
 
 
-def _off(problem: Quadratic, x: Array) -> float:
+def worst_miss(problem: Quadratic, x: Array) -> float:
     """Largest error of an exact row."""
     misses = zip(problem.blocks, problem.all_misses(x), strict=True)
     return max((float(np.abs(left[block.exact]).max(initial=0.0)) for block, left in misses), default=0.0)
 
 
 def _each(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
-    """Without free colors, one spectrum after the other."""
-    found, multipliers = [], []
-    for block, value in zip(problem.blocks, problem.split(x)[1], strict=True):
-        own, forces = _descended(Quadratic((block,), problem.color_lower, problem.color_upper), value, changes)
-        found.append(own)
-        multipliers += forces
-    return np.concatenate(found), multipliers
+    """The spectra that share free colors together, and one such set after the other: a step of one of a hundred
+    spectra then costs a hundredth.
+    """
+    parts = components(problem)
+    if len(parts) == 1:
+        return descended(problem, x, changes)
+    found, multipliers = x.copy(), [np.zeros(0)] * len(problem.blocks)
+    for part in parts:
+        own, forces = descended(part.problem, x[part.at], changes)
+        found[part.at] = own
+        for k, force in zip(part.blocks, forces, strict=True):
+            multipliers[k] = force
+    return found, multipliers
 
 
-def _descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
+def descended(problem: Quadratic, x: Array, changes: int) -> tuple[Array, list[Array]]:
     """Primal active-set steps for ½ ||rows · x − right||² within bounds, from a point within them.
 
     ``exact`` · x = ``wanted`` holds throughout. Also the multipliers of these rows, by block. Many bounds change at

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.design.decided import Decision, decided
 from spectral_core.palette.design.orthogonal import CHANGES, LIVE, THOROUGH, refined
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import RowKey
@@ -112,16 +113,20 @@ class SolveTrace:
 class Rounds:
     """The two sides of a palette while they are solved in turn; keeps each side's engine warm.
 
-    With ``live``, the rounds of large palettes give up last digits for speed; the joint check does not.
+    With ``live``, the rounds of large palettes give up last digits for speed; the joint check does not. ``quick``
+    rounds take the engine's answers as they are: for estimates of errors, not for answers.
     """
 
-    def __init__(self, assembler: Assembler, trace: SolveTrace, *, live: bool = False) -> None:
-        self._most = LIVE if live else None
+    def __init__(self, assembler: Assembler, trace: SolveTrace, *, live: bool = False, quick: bool = False) -> None:
+        self._most, self._quick = LIVE if live else None, quick
         self.assembler = assembler
         self.trace = trace
         sides: tuple[Side, ...] = ("reflectances", "lights")
         self.sides: list[Side] = [side for side in sides if assembler.free_items(side)]
         self.engines: dict[Side, Engine] = {side: Engine() for side in self.sides}
+        self._decided: dict[Side, Decision] = {}
+        self._refined: dict[Side, Answer] = {}
+        """The last decision about each side, and its last answer."""
         self._moves: dict[Side, tuple[float, float]] = {}
         """Decrease of each side's objective in the last round, and its value."""
 
@@ -157,7 +162,13 @@ class Rounds:
         assembled = self.assembler.assembled(side, state, perceptual=perceptual)
         changes = THOROUGH if returned or len(self.sides) == 1 else CHANGES
         answer = self.engines[side].solve(assembled.quadratic)
-        return assembled, refined(assembled.quadratic, answer, changes, None if returned else self._most)
+        if self._quick:
+            return assembled, answer
+        decision = self._decided[side] = decided(assembled.quadratic, answer, self._decided.get(side))
+        answer = decision.answer
+        most, before = None if returned else self._most, self._refined.get(side)
+        answer = self._refined[side] = refined(assembled.quadratic, answer, changes, most, before)
+        return assembled, answer
 
     def round(self, state: PaletteState, *, perceptual: bool = False) -> PaletteState:
         """Both sides once."""

@@ -171,7 +171,7 @@ class _Part:
     def _solved(self, released: Sequence[CellIndex]) -> Array:
         problem = self.problem.with_cells(dict.fromkeys(released, Cell.ignore()))
         requests = compiled_requests(problem)
-        rounds, state = Rounds(Assembler(problem, requests), SolveTrace()), initial_state(problem)
+        rounds, state = Rounds(Assembler(problem, requests), SolveTrace(), quick=True), initial_state(problem)
         state = rounds.round(state)
         for _ in range(PERCEPTUAL_ROUNDS if problem.match == "perceptual" else 0):
             state = rounds.round(state, perceptual=True)

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, require_text
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import read_bytes, read_text, reading
 from spectral_core.files.whole import write_bytes
@@ -33,6 +33,7 @@ GROUP = "# group:"
 OPAQUE = 255
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Swatch:
     """A named color. ``linear_rgb``: (3,), linear sRGB; ``group``: for example its light."""

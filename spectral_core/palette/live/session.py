@@ -19,6 +19,7 @@ from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.cell_errors import CellErrors
+from spectral_core.palette.design.decided import Decision, decided
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
@@ -80,6 +81,7 @@ class PaletteSession:
         self._state: PaletteState = self._solution.state
         self._answered: tuple[Side, Assembled, Answer] | None = None
         """The side of a palette with one side, and the answer that ``state`` holds."""
+        self._decision: Decision | None = None
         self._problem = problem
         self._adopt(problem)
         self._resolve(1, perf_counter())
@@ -199,7 +201,10 @@ class PaletteSession:
             side = self._rounds.sides[0]
             if self._assembled is None:
                 self._assembled, changed = self._rounds.assembler.assembled(side, self._state), None
-            answer = self._rounds.engines[side].solve(self._assembled.quadratic, None if changed is None else [changed])
+            quadratic = self._assembled.quadratic
+            answer = self._rounds.engines[side].solve(quadratic, None if changed is None else [changed])
+            decision = self._decision = decided(quadratic, answer, self._decision)
+            answer = decision.answer
             values = dict(zip(self._assembled.items, answer.values, strict=True))
             self._state = self._state.with_values(side, values)
             trace.add(side, answer, perf_counter() - started)

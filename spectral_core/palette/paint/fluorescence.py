@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, read_only_when_copied
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.fluorescence import FluorescentDye, require_energy, share_per_amount
@@ -25,6 +25,7 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 Array = NDArray[np.float64]
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class FluorescentSurface:
     """A reflectance on a grid with amounts (k,) of dyes. Raises InvalidInputError if it returns more than 1."""

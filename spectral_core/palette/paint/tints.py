@@ -14,7 +14,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.requests import Requests, compiled_requests
 from spectral_core.palette.assemble.side import COLOR_NORM, Assembler
@@ -39,6 +39,7 @@ SETTLED = 1e-6
 """Relative change of the objective below which a tint design stops."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class TintCriterion:
     """Cells that match should also match as tints: mixed as paint, at ``levels``, into ``base``.

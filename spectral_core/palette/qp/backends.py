@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from spectral_core.palette.qp.arrow import Arrow, Spectrum
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.quadratic import FAR, Quadratic
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -177,8 +180,23 @@ def change_by_piqp(problem: Quadratic, start: Array, unit: float) -> Array | Non
     """
     here = problem.objective(start)
     found = _least_squares(problem, start, unit, 1.0 / np.sqrt(2.0 * here)) if here > 0 else None
-    if found is None:
+    return None if found is None else _at_bounds(problem, found)
+
+
+def change_on_rows(problem: Quadratic, start: Array, rows: Array, unit: float) -> Array | None:
+    """The optimum near a start that meets all exact rows, with other rows (r, size) in their place that leave the same
+    directions; unknowns that piqp finds at bounds lie on them. None if it fails.
+    """
+    from scipy import sparse
+
+    here = problem.objective(start)
+    if not here > 0:
         return None
+    found = _least_squares(problem, start, unit, 1.0 / np.sqrt(2.0 * here), equality=sparse.csr_matrix(rows))
+    return None if found is None else _at_bounds(problem, found)
+
+
+def _at_bounds(problem: Quadratic, found: _Found) -> Array:
     nearer = np.where(found.x - problem.lower < problem.upper - found.x, problem.lower, problem.upper)
     return np.where(found.at_bounds, nearer, found.x)
 
@@ -193,13 +211,22 @@ class _Found(NamedTuple):
 
 
 def _least_squares(
-    problem: Quadratic, start: Array, unit: float, scale: float, most: int = PIQP_STEPS
+    problem: Quadratic,
+    start: Array,
+    unit: float,
+    scale: float,
+    most: int = PIQP_STEPS,
+    equality: sparse.csr_matrix | None = None,
 ) -> _Found | None:
+    """``equality``: rows in place of the exact ones, which keep what they are at the start."""
     import piqp
     from scipy import sparse
 
     matrix, target = problem.least_squares()
-    equality, equality_target = problem.equalities()
+    if equality is None:
+        equality, equality_target = problem.equalities()
+    else:
+        equality_target = equality @ start
     count, n = matrix.shape
     matrix, target = matrix * (scale * unit), scale * (target - matrix @ start)
     solver = piqp.SparseSolver()

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
-from spectral_core.checks import frozen_array, require_range, require_whole
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.paint.mixtures import halftone_shares, paint_mixture
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
@@ -34,6 +34,7 @@ MOST_COLORANTS = 8
 """Most colorants in one recipe."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Colorants:
     """Measured colorants on one grid. ``spectra``: (k, n).
@@ -41,7 +42,7 @@ class Colorants:
     ``"paints"``: reflectances of the opaque paints, ``scattering`` (k,) relative to each other; amounts are shares of
     the mixture. ``"inks"``: reflectances of full coverage on ``paper`` (n,), ``dot_gain_n`` of Yule and Nielsen;
     amounts are coverages in [0, 1]. ``"filters"``: internal transmittances of unit thickness; amounts are
-    thicknesses up to 4, in front of ``paper``.
+    thicknesses up to 4, in front of ``paper``. Values below ``LEAST_REFLECTANCE`` are raised to it.
     """
 
     kind: Kind
@@ -70,7 +71,28 @@ class Colorants:
             object.__setattr__(self, "scattering", frozen_array("scattering", self.scattering, (count,)))
         paper = np.ones(self.grid.size) if self.paper is None else self.paper
         object.__setattr__(self, "paper", frozen_array("paper", paper, (self.grid.size,)))
+        self._check_paper()
         require_range("dot_gain_n", self.dot_gain_n, 1.0, 100.0)
+
+    def _check_paper(self) -> None:
+        """Raise InvalidInputError for a paper, or an overprint of inks on it, that reflects more light than it gets."""
+        paper = np.asarray(self.paper)
+        if paper.min() < 0 or paper.max() > 1:
+            raise InvalidInputError(f"the paper spans {paper.min():g} to {paper.max():g}; expected 0 to 1")
+        if self.kind != "inks":
+            return
+        brightest = paper * np.prod(np.maximum(self._on_paper(), 1.0), axis=0)
+        worst = int(np.argmax(brightest))
+        if brightest[worst] > 1 + Reflectance.TOLERANCE:
+            raise InvalidInputError(
+                f"overprints of the inks reflect {brightest[worst]:.3g} of the light at "
+                f"{self.grid.wavelengths_nm[worst]:g} nm, because inks reflect more than their paper there; expected "
+                "at most 1: give the paper that they were printed on, or leave out an ink"
+            )
+
+    def _on_paper(self) -> Array:
+        """Transmittance of each ink, (k, n): its reflectance relative to that of the paper."""
+        return np.asarray(self.spectra / np.maximum(self.paper, LEAST_REFLECTANCE))
 
     @property
     def most(self) -> float:
@@ -89,7 +111,7 @@ class Colorants:
         shares = halftone_shares(given)
         bits = (np.arange(len(shares))[:, None] >> np.arange(len(given))) & 1
         # An overprint has the absorption of its inks, relative to the paper that each was measured on.
-        relative = np.where(bits[:, :, None] == 1, self.spectra / np.maximum(self.paper, LEAST_REFLECTANCE), 1.0)
+        relative = np.where(bits[:, :, None] == 1, self._on_paper(), 1.0)
         overprints = self.paper * np.prod(relative, axis=1)
         return np.asarray((shares @ overprints ** (1 / self.dot_gain_n)) ** self.dot_gain_n)
 
@@ -170,7 +192,7 @@ def material_recipe(
     made = colorants.reflectance(amounts)
     errors = delta_e_2000(_lab(matrix, made), wanted)
     by_observer = np.stack([_errors(colorants, target, made, lights, name) for name in OBSERVER_NAMES])
-    mixed = Reflectance(f"recipe of {target.name}", colorants.grid, np.clip(made, 0, 1))
+    mixed = Reflectance(f"recipe of {target.name}", colorants.grid, made)
     return MaterialRecipe(
         colorants, frozen_array("amounts", amounts), mixed,
         tuple(light.name for light in lights), errors, by_observer, float(by_observer.max() - by_observer[0].max()),

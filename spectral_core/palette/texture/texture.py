@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_finite, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
 from spectral_core.palette.texture.fit import TILE, Fitter, over_tiles
@@ -67,6 +67,7 @@ def _mapped_values(top: int, floor: float, slope: float) -> NDArray[np.float32]:
     return (floor + slope * linear_from_display_rgb(np.arange(top + 1) / top)).astype(np.float32)
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectralTexture:
     """A texture of reflectances: ``weights`` (K, H, W) float16 of ``spectra`` (K, n).

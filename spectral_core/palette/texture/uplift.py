@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.palette.texture.reach import TEXTURE_GRID, stimulus_matrix
 from spectral_core.palette.texture.spline import NODES, axis, cell
@@ -37,6 +37,7 @@ LAB_STEPS = 4
 """Gauss-Newton steps toward the reachable color that is nearest in CIELAB."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Pin:
     """``color``: linear RGB (3,) under the first light whose appearance under the second should be ``wanted`` (3,)."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.lens.camera_rays import camera_frame
 from spectral_core.scene import Aperture, Camera, Film, Panorama
@@ -24,6 +24,7 @@ MOST_PIXELS = 1 << 26
 """Most pixels of a view; larger than any display."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Viewpoint:
     """Camera and window of a view.

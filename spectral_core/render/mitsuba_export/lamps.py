@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.environment_image import rows_from_pole_to_pole
+from spectral_core.render.environment_image import ENVIRONMENT_AXES, rows_from_pole_to_pole
 from spectral_core.render.mitsuba_export import paints
 from spectral_core.render.mitsuba_export import xml_elements as xml
 from spectral_core.render.mitsuba_export.draft import Draft
 from spectral_core.render.mitsuba_scene import radiometry
-from spectral_core.render.mitsuba_scene.light import ENVIRONMENT_AXES, SUN_DISTANCE
+from spectral_core.render.mitsuba_scene.light import SUN_DISTANCE
 from spectral_core.render.mitsuba_scene.paint import color_pixels, in_daylight
 from spectral_core.scene import (
     AreaLight,
     Color,
     Computed,
+    DrawnPattern,
     ImageTexture,
     Light,
     MixedPaint,
@@ -173,6 +174,8 @@ def environment(draft: Draft, world: World) -> xml.Element | None:
 
 
 def _image(draft: Draft, world: World, image: ImageTexture) -> xml.Element:
+    if isinstance(image, DrawnPattern):
+        draft.note("World", "its pattern is written as an image, in which its finest details are blurred")
     pixels = np.maximum(color_pixels(image), 0.0)
     pixels = np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels
     if draft.white is not None:

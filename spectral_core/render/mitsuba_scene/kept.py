@@ -20,7 +20,7 @@ from spectral_core.render.mitsuba_scene.emission import is_dark
 from spectral_core.render.mitsuba_scene.geometry import Part, split_by_material
 from spectral_core.render.mitsuba_scene.lamp_rows import emitted_evenly
 from spectral_core.render.same import equal
-from spectral_core.scene import Color, ImageTexture, Instance, Scene, World
+from spectral_core.scene import Color, DrawnPattern, ImageTexture, Instance, Scene, World
 from spectral_core.scene.geometry import Mesh
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -132,6 +132,8 @@ def _plan_of(context: Context, scene: Scene) -> Plan | None:
     if any(not is_dark(item.surface) and emitted_evenly(item.surface) is None for item in scene.materials):
         return None  # the emitter of a varying emission belongs to its shape
     color = scene.world.color
+    if isinstance(color, DrawnPattern):
+        return None  # the program of the environment belongs to the tables of its scene
     if not isinstance(color, (Color, Spectrum)) and not (
         isinstance(color, ImageTexture) and color.pixels.size <= MOST_VALUES
     ):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.environment_image import divided, rows_from_pole_to_pole, with_hues_of_brighter_neighbors
+from spectral_core.render.environment_image import environment
 from spectral_core.render.lights.varying import pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
@@ -44,8 +44,6 @@ SUN_DISTANCE = 2e3
 """Distance of a sun's disk in radii of the scene: its parallax over the scene stays below 0.03 degrees."""
 MOST_OUTGROWN = 2.0
 """Factor on that parallax up to which a scene that grows keeps the disk where it is."""
-ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-"""Mitsuba's environment has +y up and -z at its left edge; Blender's +z up and -x there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -241,10 +239,10 @@ def world_emitter(context: Context, world: World) -> Any | None:
         radiance = paint.constant_emission(context, world.color, world.strength)
         return context.load({"type": "constant", "radiance": context.switched(radiance, world.group)})
     if isinstance(world.color, ImageTexture):
-        return _environment(context, world, world.color)
+        return environment(context, world, world.color)
     if isinstance(world.color, SpectralImage):
         context.note("World", "has a spectral texture; it emits the texture's color under D65")
-        return _environment(context, world, paint.in_daylight(world.color))
+        return environment(context, world, paint.in_daylight(world.color))
     if isinstance(world.color, Computed):
         context.note("World", "has a color that varies; its mean lights the scene")
         typical = Color(np.broadcast_to(world.color.typical, (3,)))
@@ -252,43 +250,3 @@ def world_emitter(context: Context, world: World) -> Any | None:
     context.note("World", "has a mixed color; the first part of the mix lights the scene")
     first = World(world.color.first, world.strength, world.world_from_environment, world.group)
     return world_emitter(context, first)
-
-
-def _environment(context: Context, world: World, image: ImageTexture) -> Any | None:
-    pixels = paint.color_pixels(image)
-    if pixels.shape[2] == 1:
-        pixels = np.repeat(pixels, 3, axis=2)
-    if pixels.min() >= 0:
-        return _environment_of(context, world, pixels) if pixels.any() else None
-    # without a pixel above 0 Mitsuba would refuse a part
-    parts = {"bright": np.maximum(pixels, 1e-20), "dark": np.maximum(-pixels, 1e-20), "magnitude": np.abs(pixels)}
-    made = {name: _environment_of(context, world, part) for name, part in parts.items()}
-    return context.load({"type": "signed_environment", **made})
-
-
-def _environment_of(context: Context, world: World, pixels: NDArray[np.float32]) -> Any:
-    mi = context.mitsuba
-    rows_from_top = rows_from_pole_to_pole((divided(pixels) if context.spectral else pixels)[::-1])
-    if context.spectral:
-        rows_from_top = with_hues_of_brighter_neighbors(rows_from_top)
-    # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
-    unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
-    scale = float(world.strength) * unit
-    turn = mi.ScalarTransform4f(world.world_from_environment @ ENVIRONMENT_AXES)
-    emitter = context.load({"type": "envmap", "bitmap": mi.Bitmap(rows_from_top), "scale": scale, "to_world": turn})
-    if context.switches is not None:
-        import drjit
-
-        parameters = mi.traverse(emitter)
-
-        def switch(on: bool) -> None:
-            parameters["scale"] = drjit.opaque(mi.Float, scale if on else 0.0)
-            parameters.update()
-
-        context.switches.setdefault(world.group, []).append(switch)
-    if context.spectral and context.white is not None:
-        daylight = context.load({"type": "d65", "scale": unit})
-        white = paint.sampled_spectrum(context, context.white)
-        parts = {"environment": emitter, "white": white, "daylight": daylight}
-        return context.load({"type": "tinted_environment", **parts})
-    return emitter

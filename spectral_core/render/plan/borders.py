@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Borders of media that share a plane with other faces: a box of fog on the floor, boxes of mist with one bottom.
+"""Faces that rays pass and that share a plane with other faces: fog or a transparent box on the floor.
 
-A ray that passes a border continues a short way behind it, so that it does not meet the same face again. It would not
-meet another face in the same plane either: the ray would stay in a medium that it has left, or pass the floor. Such
-borders are therefore moved inward by a few such lengths, several in one plane by different ones.
+A ray that passes a face continues a short way behind it, so that it does not meet the same face again. It would not
+meet another face in the same plane either: the ray would stay in a medium that it has left, or pass the floor. Borders
+of media, transparent bodies and bodies that are hidden from some rays are therefore drawn in by a few such lengths,
+several in one plane by different ones.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.plan.inventory import media_borders
-from spectral_core.scene import Instance, Scene
+from spectral_core.render.plan.inventory import is_transparent, media_borders
+from spectral_core.scene import Instance, Rays, Scene
 from spectral_core.scene.geometry import Mesh, box_of, placed_boxes
 
 Array = NDArray[np.float64]
@@ -25,6 +27,13 @@ APART = 3.0
 """Distance between faces that shared a plane, in such lengths."""
 MOST_FACES = 256
 """Triangles of a mesh whose own planes are compared; of one with more, those of the box around it."""
+MOST_BODIES, MOST_NEIGHBORS = 500, 64
+"""Transparent or hidden bodies of a scene that are drawn in, and the largest objects beside each that it is compared
+with, so that a forest of leaves does not delay a render.
+"""
+MOST_STEPS = 3
+"""Most steps by which a transparent or hidden body is drawn in: many in one plane would shrink visibly."""
+_SEEN_BY = Rays.ALL & ~Rays.SHADOW
 _PARALLEL = 1e-5
 """1 minus the cosine of the angle between normals that count as equal."""
 _SIDES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
@@ -32,37 +41,62 @@ _SIDES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), 
 
 
 def with_borders_apart(scene: Scene) -> Scene:
-    """``scene`` with the borders of media drawn in where they share a plane with other faces; itself if none does."""
-    materials = media_borders(scene)
+    """``scene`` with the faces that rays pass drawn in where they share a plane with others; itself if none does."""
     meshes = {mesh.name: mesh for mesh in scene.meshes}
-    borders = {
-        number: item for number, item in enumerate(scene.instances)
-        if item.materials and materials.issuperset(item.materials) and len(meshes[item.mesh].positions)
-    }  # fmt: skip
-    if not borders:
+    borders = _borders(scene, meshes)
+    bodies = _bodies(scene, meshes, borders)
+    if not borders and not bodies:
         return scene
     boxes = placed_boxes(scene.meshes, scene.instances)
     ends = np.array([(box.min(axis=0), box.max(axis=0)) if len(box) else np.full((2, 3), np.inf) for box in boxes])
+    planes: dict[int, Array] = {}
+
+    def planes_of(number: int) -> Array:
+        if number not in planes:
+            planes[number] = _planes(meshes, scene.instances[number], boxes[number])
+        return planes[number]
+
     steps: dict[int, int] = {}
-    for number in borders:
+    for number in (*borders, *bodies):
         least = APART * OFFSET * (1 + float(np.abs(ends[number]).max()))
         near = np.all((ends[:, 0] <= ends[number, 1] + least) & (ends[:, 1] >= ends[number, 0] - least), axis=1)
-        planes, shared = _planes(meshes, scene.instances[number], boxes[number]), 0
-        for other in np.flatnonzero(near):
-            is_later = other in borders and other not in steps
-            if (
-                other != number
-                and not is_later
-                and _share(planes, _planes(meshes, scene.instances[other], boxes[other]), least)
-            ):
-                shared = max(shared, steps.get(int(other), 0) + 1)
-        steps[number] = shared
+        others, shared = np.flatnonzero(near), 0
+        if number in bodies and len(others) > MOST_NEIGHBORS:
+            sizes = np.linalg.norm(ends[others, 1] - ends[others, 0], axis=1)
+            others = others[np.argsort(-sizes)[:MOST_NEIGHBORS]]
+        for other in map(int, others):
+            is_later = other not in steps and (other in borders or (number in bodies and other in bodies))
+            if other != number and not is_later and _share(planes_of(number), planes_of(other), least):
+                shared = max(shared, steps.get(other, 0) + 1)
+        steps[number] = shared if number in borders else min(shared, MOST_STEPS)
     instances = list(scene.instances)
     for number, count in steps.items():
         if count:
             inward = count * APART * OFFSET * (1 + float(np.abs(ends[number]).max()))
             instances[number] = _drawn_in(instances[number], box_of(meshes[instances[number].mesh]), inward)
     return replace(scene, instances=tuple(instances)) if any(steps.values()) else scene
+
+
+def _borders(scene: Scene, meshes: dict[str, Mesh]) -> dict[int, Instance]:
+    """The instances, by their numbers, that are borders of media alone."""
+    materials = media_borders(scene)
+    return {
+        number: item for number, item in enumerate(scene.instances)
+        if item.materials and materials.issuperset(item.materials) and len(meshes[item.mesh].positions)
+    }  # fmt: skip
+
+
+def _bodies(scene: Scene, meshes: dict[str, Mesh], borders: dict[int, Instance]) -> frozenset[int]:
+    """Numbers of the instances whose surfaces some rays pass: transparent ones, and those that are hidden from rays."""
+    transparent = {item.name for item in scene.materials if item.surface is not None and is_transparent(item)}
+    passed = (
+        number for number, item in enumerate(scene.instances)
+        if number not in borders
+        and (item.hidden_from & _SEEN_BY or not transparent.isdisjoint(item.materials))
+        and len(meshes[item.mesh].positions)
+        and not meshes[item.mesh].is_strands
+    )  # fmt: skip
+    return frozenset(islice(passed, MOST_BODIES))
 
 
 def _planes(meshes: dict[str, Mesh], instance: Instance, box: Array) -> Array:

@@ -14,6 +14,7 @@ from spectral_core.scene import (
     Color,
     Computed,
     Diffuse,
+    DrawnPattern,
     EllipseHair,
     Emission,
     Fluorescent,
@@ -109,7 +110,7 @@ def take_inventory(scene: Scene) -> Inventory:
         scattering=which(lambda m: m.medium is not None and _adds_light(m.medium))
         + (("World",) if scene.world.medium is not None and _adds_light(scene.world.medium) else ()),
         emissive=emissive,
-        transparent=which(lambda m: m.name not in borders and _is_transparent(m)),
+        transparent=which(lambda m: m.name not in borders and is_transparent(m)),
         refractive=which(lambda m: any(_refracts(c) for c in leaves(m.surface))),
         glossy=which(lambda m: any(isinstance(c, (Glossy, Metal, Principled)) for c in leaves(m.surface))),
         strands=which(lambda m: any(isinstance(c, (EllipseHair, Hair, HairLobe)) for c in leaves(m.surface))),
@@ -214,7 +215,8 @@ def _emits(closure: Any) -> bool:
     return closure.emission_strength != 0 and not dark
 
 
-def _is_transparent(material: Material) -> bool:
+def is_transparent(material: Material) -> bool:
+    """True if light passes a material straight, all or a part of it."""
     if material.surface is None:
         return True
     return any(
@@ -239,7 +241,8 @@ def largest_size(paint: Any) -> float:
     if isinstance(paint, Spectrum):
         return float(paint.values.max())
     if isinstance(paint, ImageTexture) and paint.pixels.dtype != np.uint8:
-        return float(np.max(np.abs(paint.pixels[..., :3]), initial=0.0))
+        least = 1.0 if isinstance(paint, DrawnPattern) else 0.0  # its details may be brighter than its pixels
+        return float(np.max(np.abs(paint.pixels[..., :3]), initial=least))
     return 1.0 if isinstance(paint, _IMAGES) else 0.0
 
 

@@ -32,7 +32,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 
 def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
-    """``scene`` without the effects that are off in ``plan``; borders of media share no plane with other faces."""
+    """``scene`` without the effects that are off in ``plan``; faces that rays pass share no plane with others."""
     changes: dict[str, Any] = {}
     if not plan.is_on("depth_of_field") and scene.camera.aperture_radius > 0:
         changes["camera"] = replace(scene.camera, aperture_radius=0.0)
@@ -57,7 +57,7 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
     if paths != scene.settings.light_paths:
         changes["settings"] = replace(scene.settings, light_paths=paths)
     scene = replace(scene, **changes) if changes else scene
-    return with_borders_apart(scene) if plan.is_on("media") else scene
+    return with_borders_apart(scene)
 
 
 def _light_paths(paths: LightPaths, plan: EffectPlan) -> LightPaths:

@@ -80,7 +80,8 @@ class ExactStorage(Storage):
         grid.
 
         Sampling a light at the knots would lose a line between two of them. The least-squares projection preserves its
-        integral against every hat, and so its power and, for surfaces that vary slowly, its color.
+        weighted integral against every hat. Among the spectra whose color on a white surface is exactly the light's,
+        the one nearest to it is taken: without that condition a line between two knots was up to 3 % too bright.
         """
         grid = self.knots
         if light.grid.same_as(grid):
@@ -96,7 +97,20 @@ class ExactStorage(Storage):
         gram = grid.against_hats(points, grid.values_from_knots(points).T * weights)
         points, weights = weighed(grid.wavelengths_nm, light.grid.wavelengths_nm)
         amounts: Array = np.linalg.solve(gram, grid.against_hats(points, light.at(points) * weights)[0])
-        return amounts
+        cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, cmf) for cmf in viewer.cmfs])
+        within = integration_points(viewer.wavelengths_nm, grid.wavelengths_nm, light.grid.wavelengths_nm)[1]
+        wanted = cmfs @ (light.at(points) * within)
+        xyz_from_amounts = self._xyz_of_hats()
+        step = np.linalg.solve(gram, xyz_from_amounts.T)
+        missing = wanted - xyz_from_amounts @ amounts
+        return amounts + step @ np.linalg.lstsq(xyz_from_amounts @ step, missing, rcond=None)[0]
+
+    def _xyz_of_hats(self) -> Array:
+        """XYZ (3, n) of each hat, as recorded on a white surface."""
+        viewer = observer(STANDARD)
+        points, weights = integration_points(viewer.wavelengths_nm, self.knots.wavelengths_nm)
+        cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, cmf) for cmf in viewer.cmfs])
+        return self.knots.against_hats(points, cmfs * weights)
 
     def stated_error(self) -> str:
         """Text on the difference of a relit picture from a render."""

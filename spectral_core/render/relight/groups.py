@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any
@@ -19,7 +20,7 @@ from spectral_core.render.light_groups import (
 )
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
 from spectral_core.render.plan.effects import plan_from_data
-from spectral_core.scene import Color, Scene, World, gray, scene_hash
+from spectral_core.scene import Color, Instance, Scene, World, gray, scene_hash
 from spectral_core.scene.motion import following
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -54,6 +55,28 @@ def changed_groups(before: Fingerprint, now: Fingerprint) -> tuple[str, ...] | N
     if before.rest != now.rest:
         return None
     return tuple(name for name, own in now.groups.items() if before.groups.get(name) != own)
+
+
+def with_light_names(scene: Scene, names: Mapping[str, str]) -> Scene:
+    """The scene with other names of lights, by their present names; no other name changes."""
+    if not names:
+        return scene
+
+    def renamed(instance: Instance) -> Instance:
+        linked = (instance.unlit_by, instance.clear_for)
+        if not names.keys() & {*linked[0], *linked[1]}:
+            return instance
+        unlit, clear = (tuple(names.get(name, name) for name in each) for each in linked)
+        return replace(instance, unlit_by=unlit, clear_for=clear)
+
+    return replace(
+        scene,
+        lights=tuple(
+            replace(light, name=names[light.name]) if light.name in names else light for light in scene.lights
+        ),
+        instances=tuple(map(renamed, scene.instances)),
+        moments=tuple(replace(each, instances=tuple(map(renamed, each.instances))) for each in scene.moments),
+    )
 
 
 def one_group_per_light(scene: Scene) -> Scene:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, require_kind
 from spectral_core.errors import InvalidInputError
+from spectral_core.render.light_groups import group_text
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.relight.storage import relative_to_flat
 from spectral_core.render.relight.transport import Transport
@@ -105,8 +106,9 @@ class LiveMix:
             matrix = storage.rgb_as_recorded(self.transport.lights[index])
             if matrix is None:
                 raise InvalidInputError(
-                    f"the lights of group {group!r} had different spectra in the scene, which {storage.kind!r} storage "
-                    "does not keep; name one spectrum for the group, or record one group per light"
+                    f"the lights of group {group_text(group)} had different spectra in the scene, which "
+                    f"{storage.kind!r} storage does not keep; name one spectrum for the group, or record one group "
+                    "per light"
                 )
             self._set(index, matrix)
 
@@ -119,23 +121,25 @@ class LiveMix:
         self._half[index] = channels
         self.worth_halving = None
 
-    def picture(self, weights: ArrayLike, *, quick: bool = False) -> Pixels:
+    def picture(self, weights: ArrayLike, *, quick: bool = False, signed: bool = False) -> Pixels:
         """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call overwrites it.
 
         ``quick``: while one light is dragged, at half the size if ``halve`` was called; ``is_coarse`` reports it.
+        ``signed``: weights below 0 remove light, as a lamp of negative power does; otherwise they are an error.
         """
         amounts = frozen_array("weights of the light groups", weights, (len(self.transport.groups),))
-        if np.any(amounts < 0):
+        if np.any(amounts < 0) and not signed:
             raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot absorb light")
         self._complete(amounts)
-        brightest = float(np.max(amounts, initial=0.0)) * self.transport.exposure
+        largest = float(np.max(np.abs(amounts), initial=0.0))
+        brightest = largest * self.transport.exposure
         if brightest > BRIGHTEST:
             raise InvalidInputError(
-                f"a light intensity of {np.max(amounts):g} times the exposure of {self.transport.exposure:g} is more "
+                f"a light intensity of {largest:g} times the exposure of {self.transport.exposure:g} is more "
                 f"than {BRIGHTEST:g}; take smaller intensities"
             )
         scaled = (amounts * self.transport.exposure).astype(np.float32)
-        lit = [index for index in sorted(self._waiting) if amounts[index] > 0]
+        lit = [index for index in sorted(self._waiting) if amounts[index] != 0]
         # the first picture is the sum, and so is that of another reading of the recording, to the last bit
         dragged = lit[0] if len(lit) == 1 and self._new == {lit[0]} and lit[0] in self._written else None
         for index in lit:

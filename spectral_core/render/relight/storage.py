@@ -86,7 +86,7 @@ class Storage(ABC):
     def describe(self, width: int, height: int, groups: int) -> str:
         """One line to show before rendering: size in memory, and error."""
         size = self.bytes_needed(width, height, groups) / 1e6
-        lights = "1 light" if groups == 1 else f"{groups} lights"
+        lights = "1 light group" if groups == 1 else f"{groups} light groups"
         channels = f"{self.channel_count} channels each"
         stored = f"{size:,.0f}" if size >= 1 else f"{size:.2g}"
         return f"{stored} MB for {lights} at {width}×{height}, {channels}. {self.stated_error()}"

@@ -71,6 +71,11 @@ class Transport:
                 f"expected float32 of shape {expected}"
             )
 
+    def __repr__(self) -> str:
+        width, height = self.size
+        size = f"{width}×{height} pixels, {self.samples} samples"
+        return f"Transport({self.storage.kind}, {size}, light groups {self.groups})"
+
     @property
     def size(self) -> tuple[int, int]:
         """Width and height in pixels."""

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, read_only_when_copied
 from spectral_core.errors import InvalidInputError
 
 Array = NDArray[np.float64]
 
 TABLE_SIZE = 33
-"""Nodes per axis, half a stop apart: error of a quarter of a level of 255 for AgX in the mean, seven at most at its
+"""Nodes per axis, half a stop apart: error of a quarter of a level of 255 for AgX in the mean, twelve at most at its
 sharp bends.
 """
 _STEEPNESS = 1024.0
@@ -28,6 +28,7 @@ _BRIGHTEST = 64.0
 """Linear value at the last node; brighter light is shown with this value."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewTransform:
     """``table``: (n, n, n, 3), display values, 0 to 1, by red, green and blue of linear sRGB at ``nodes``."""

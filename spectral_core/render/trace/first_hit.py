@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.checks import read_only_when_copied
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, Tables
 from spectral_core.render.plugins.closures.holdout import QUESTION
 from spectral_core.render.plugins.paints.ray_marks import camera_marks
@@ -20,6 +21,7 @@ MOST_LAYERS = 64
 """Most surfaces that one camera ray may pass; after as many, the pixel counts as covered by the environment."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstHit:
     """Traces camera rays of one loaded scene. ``hidden``: shapes that the camera does not see.
@@ -117,6 +119,7 @@ class FirstHit:
             return passed + hole, mi.Spectrum(0.0)
         miss = dr.zeros(mi.SurfaceInteraction3f)
         miss.wi, miss.wavelengths, miss.t = -ray.d, ray.wavelengths, mi.Float(dr.inf)
+        miss.dn_dv = camera_marks(mi)
         return passed + hole, passed * environment.eval(miss)
 
     def intersect(self, ray: Any, active: Any) -> Any:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_whole
+from spectral_core.checks import frozen_array, read_only_when_copied, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.trace.measure.sensitivity import (
     FIRST_NM,
@@ -45,6 +45,7 @@ picture converges to the same integral, with a little more noise.
 """
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Bands:
     """Spectral channels to measure beside the picture.

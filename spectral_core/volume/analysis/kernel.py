@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, read_only_when_copied
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.analysis.signal import SampledFunction
 
 
+@read_only_when_copied
 @dataclass(frozen=True)
 class TransferKernel:
     """K on a grid of frequencies, from the samples of f over one interval or period."""

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range
 from spectral_core.errors import InvalidInputError
 
 
+@read_only_when_copied
 @dataclass(frozen=True)
 class SampledFunction:
     """Samples of a real function on a regular grid: ``values[i]`` is its value at ``origin + i * spacing``.

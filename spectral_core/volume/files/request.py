@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import DTypeLike
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, read_only_when_copied
 from spectral_core.errors import InvalidInputError
 
 _NAMED_LAYOUT = re.compile(
@@ -19,6 +19,7 @@ _NAMED_LAYOUT = re.compile(
 )
 
 
+@read_only_when_copied
 @dataclass(frozen=True)
 class RawLayout:
     """Layout of a file of bare numbers; x varies fastest.

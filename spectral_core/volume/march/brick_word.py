@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import read_only_when_copied
+
 Words = NDArray[np.uint32]
 Mask = NDArray[np.bool_]
 
@@ -27,6 +29,7 @@ REACHES = (1, 2, 4, 7, 11, 16, 22, 29)  # bricks: 1 + l(l+1)/2; each at most twi
 _EMPTY = np.uint32(1 << 31)
 
 
+@read_only_when_copied
 @dataclass(frozen=True)
 class BrickWord:
     """A word on the device, decoded: ``bits`` is an unsigned Dr.Jit array, ``types`` its module."""

@@ -127,7 +127,7 @@ def march(
 def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Shade | None) -> MarchState:
     import drjit as dr
 
-    aheads = [_look_ahead(field, now.t, now.transmittance) for field in path.fields]
+    aheads = [_look_ahead(field, now.t, now.transmittance, path.phase) for field in path.fields]
     step = _agree(path, marches, aheads, now)
     optics = [
         each.evaluate(field, ahead, state, step)
@@ -168,7 +168,7 @@ def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Sh
     return after
 
 
-def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
+def _look_ahead(field: FieldPath, t: Any, transmittance: Any, phase: Any) -> Ahead:
     """Read the brick at the ray's position: True if it is visible, the rule's step, and the distance to its end."""
     import drjit as dr
 
@@ -186,6 +186,9 @@ def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
         # The way to the next face is divided evenly: a full step and a short rest err more than two steps between.
         face = field.rays.until_face(local)
         planned = face / larger(dr.floor(face / planned + _SHARED), 1.0)
+    elif phase is not None and data.quadrature == "midpoint":
+        begins = ~steps | (local <= 0.0)
+        planned = dr.select(begins, larger(planned * phase, data.shortest_step), planned)
     # If the rule has no first step, a skip ends the iteration; the least step would follow here otherwise.
     if data.grid.grid.first == 0.0:
         planned = dr.select(steps, planned, 0.0)

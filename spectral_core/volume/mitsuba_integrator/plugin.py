@@ -8,7 +8,6 @@ integrator for surfaces.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -114,11 +113,9 @@ def _integrator_class() -> Any:
         def march(self, scene: Any, sampler: Any, ray: Any, line: WorldRay, active: Any) -> Any:
             """(amounts, transmittance, light) of all fields up to the first surface."""
             placed, settings = self.fields.placed, self.settings
-            if settings.jitter:
-                vary = 0.75 + 0.5 * sampler.next_1d(active)
-                placed = [replace(p, data=replace(p.data, scale=p.data.scale * vary)) for p in placed]
+            phase = 1.0 - sampler.next_1d(active) if settings.jitter else None
             colors = [color for each in self.fields.colors for color in each.at(ray.wavelengths)]
-            path = path_through(placed, line)
+            path = path_through(placed, line, phase)
             if settings.shading:
                 lit = [material.lit for item in self.fields.items for material in item.transfer.materials]
                 shade = Lit(scene, placed, colors, lit, settings).shade(line, ray)

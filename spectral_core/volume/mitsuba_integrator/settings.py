@@ -42,7 +42,7 @@ class VolumeSettings:
     """Parameters of `adaptive_volume`; each is a property of the integrator.
 
     ``quality`` is the SNR in dB that pilot rays find steps for; ``scale`` (above 0) fixes the steps instead.
-    ``jitter`` varies each ray's steps by up to a quarter. ``channels`` adds K material channels and the transmittance
+    ``jitter`` draws the length of each ray's first step. ``channels`` adds K material channels and the transmittance
     to the picture. ``shading`` lights lit materials with the scene's lights by the field's gradient, instead of
     evenly with ``light``, a catalogue name. ``shadows`` lets fields and surfaces shadow each other, with paths of at
     most ``max_depth`` surfaces; without it the nested surface integrator knows nothing of the fields.

@@ -223,3 +223,15 @@ def test_the_center_of_lamps_of_one_white_has_the_largest_least_drive() -> None:
     np.testing.assert_allclose(spds @ center, spds @ start, rtol=1e-10)
     others = start + rng.normal(0, 0.3, (20_000, 3)) @ free.T
     assert center.min() >= others.min(axis=1).max() > 0
+
+
+def test_inks_that_would_reflect_more_light_than_they_get_are_refused() -> None:
+    """The recipe cut its spectrum at 1, and its color differences were those of 1.35."""
+    paper = np.full(NM.size, 0.6)
+    bright = np.stack([np.where(NM < 550, 0.9, 0.2), np.where(NM < 500, 0.1, 0.9)])
+    with pytest.raises(InvalidInputError, match=r"reflect 1\.35 of the light at 5\d\d nm.*their paper"):
+        Colorants("inks", ("a", "b"), GRID, bright, paper=paper)
+    assert Colorants("inks", ("a",), GRID, bright[:1], paper=paper).reflectance([1.0]).max() == pytest.approx(0.9)
+    for kind in ("inks", "filters"):
+        with pytest.raises(InvalidInputError, match=r"the paper spans 0\.6 to 1\.4; expected 0 to 1"):
+            Colorants(kind, ("a",), GRID, bright[:1], paper=np.linspace(0.6, 1.4, NM.size))  # type: ignore[arg-type]

@@ -86,7 +86,7 @@ class Relighter:
             self._record(neutral)
             self._hash = found
         weights = [light_amount(scene, group) for group in self._mix.transport.groups]
-        pixels = self._mix.picture(weights)
+        pixels = self._mix.picture(weights, signed=True)
         values: dict[str, float | int | str] = dict(_features(pixels))
         values["samples"] = int(self._mix.transport.samples)
         return Outcome(values, {"": top_down(pixels)})
@@ -97,6 +97,14 @@ class Relighter:
         from spectral_core.render.relight.transport import record_transport
 
         self._mix = LiveMix(record_transport(scene, MixtureStorage(), one_per_light=True))
+
+
+def recording_mark(scene: Scene) -> str:
+    """Part of the fingerprint of a sweep that is re-lit: recordings of earlier versions had the limits on a sample's
+    light that the scene has, and their points would not fit to those of one without limits.
+    """
+    paths = scene.settings.light_paths
+    return "without clamps" if paths.clamp_direct > 0 or paths.clamp_indirect > 0 else ""
 
 
 def with_unit_lights(scene: Scene) -> Scene:

@@ -12,7 +12,12 @@ from typing import Any
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.compute.function import load_function
 from spectral_core.explore.sweep.compute.paths import parse_path, place_of, require_set_once, set_path
-from spectral_core.explore.sweep.compute.rendering import Relighter, rendered, swept_lights_only
+from spectral_core.explore.sweep.compute.rendering import (
+    Relighter,
+    recording_mark,
+    rendered,
+    swept_lights_only,
+)
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -72,7 +77,9 @@ class SceneNode:
             [(f"the setting {path}", place_of(base, path)) for path, _ in fixed]
             + [(f"the parameter {name}", place_of(base, path)) for name, path in paths]
         )
-        said = [scene_hash(base), [list(pair) for pair in paths], per_light, node.relights]
+        said: list[Any] = [scene_hash(base), [list(pair) for pair in paths], per_light, node.relights]
+        if node.relights and recording_mark(base):
+            said.append(recording_mark(base))
         return replace(node, fingerprint=hashlib.sha256(json_text(said).encode()).hexdigest())
 
     @property

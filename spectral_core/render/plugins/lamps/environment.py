@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """``tinted_environment``: an environment image whose colors tint a white other than D65; ``signed_environment``: one
-with colors below zero, which take light away as in Cycles.
+with colors below zero, which take light away as in Cycles; ``patterned_environment``: one that sharp rays see in full
+detail.
 """
 
 from __future__ import annotations
 
 from typing import Any
+
+from spectral_core.render.plugins.lamps.patterns import lamp_place
+from spectral_core.render.plugins.paints.ray_marks import is_sharp
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -97,5 +101,54 @@ def register(mi: Any, dr: Any) -> None:
         def to_string(self) -> str:
             return "SignedEnvironment"
 
+    class PatternedEnvironment(mi.Emitter):
+        """``environment``: one drawn from a pattern, which lights the scene; ``pattern``: the texture of the pattern,
+        which sharp rays see, as the marks of a hit tell them apart. ``to_world``: from the pattern's axes.
+
+        The weights of both ways to reach the environment still add up to 1: where a sharp lobe is sampled either way,
+        the light lies between the pattern and its mean over a pixel.
+        """
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            self.m_flags = mi.EmitterFlags.Infinite | mi.EmitterFlags.SpatiallyVarying
+            self.m_needs_sample_3 = False
+            self.environment, self.pattern = properties["environment"], properties["pattern"]
+            turn = properties["to_world"].matrix
+            # numbers that kernels read: another rotation needs no new kernel
+            self.rows = [[dr.opaque(mi.Float, float(turn[j, i])) for j in range(3)] for i in range(3)]
+
+        def set_scene(self, scene: Any) -> None:
+            self.environment.set_scene(scene)
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            drawn, sharp = self.environment.eval(si, active), active & is_sharp(mi, si)
+            along = [-sum(row[k] * si.wi[k] for k in range(3)) for row in self.rows]
+            direction = mi.Vector3f(*along)
+            place = lamp_place(direction, -direction, (-direction, mi.Float(dr.inf)), si)
+            return dr.select(sharp, self.pattern.eval(place, sharp), drawn)
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
+            ds, weight = self.environment.sample_direction(it, sample, active)
+            ds.emitter = mi.EmitterPtr(self)
+            return ds, weight
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return self.environment.pdf_direction(it, ds, active)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return self.environment.eval_direction(it, ds, active)
+
+        def bbox(self) -> Any:
+            return self.environment.bbox()
+
+        def traverse(self, callback: Any) -> None:
+            for name in ("environment", "pattern"):
+                callback.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
+
+        def to_string(self) -> str:
+            return "PatternedEnvironment"
+
+    mi.register_emitter("patterned_environment", lambda properties: PatternedEnvironment(properties))
     mi.register_emitter("signed_environment", lambda properties: SignedEnvironment(properties))
     mi.register_emitter("tinted_environment", lambda properties: TintedEnvironment(properties))

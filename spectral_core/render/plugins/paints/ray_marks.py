@@ -14,6 +14,12 @@ from spectral_core.scene.rays import Rays
 
 SINGULAR = 64
 """Bit beside the types of rays: the last bounce was at a mirror or smooth glass."""
+SHARP = 128
+"""Another bit: the ray comes from the camera, from a mirror, or from a lobe that is narrower than the pixels of an
+environment by little, so that details of the environment show.
+"""
+SHARP_DENSITY = 1600.0
+"""Density of the last bounce (1/sr) from which its lobe is that narrow: 16 pixels of an environment of 512 rows."""
 COUNT, PASSED = 255, 1023
 """Largest counts that the marks represent."""
 
@@ -26,6 +32,7 @@ def ray_marks(mi: Any, dr: Any, path: Any) -> Any:
 
     sharp = path.before_delta & (path.depth > 0)
     kind = path.kind | dr.select(sharp, mi.UInt32(SINGULAR), 0)
+    kind |= dr.select(path.before_delta | (path.before_pdf > SHARP_DENSITY), mi.UInt32(SHARP), 0)
     bounces = count(path.depth) + 256.0 * count(path.diffuse) + 65536.0 * count(path.glossy)
     return mi.Vector3f(mi.Float(kind), bounces, count(path.passed, PASSED) + 1024.0 * count(path.transmission))
 
@@ -37,7 +44,12 @@ def shadow_marks(mi: Any, marks: Any) -> Any:
 
 def camera_marks(mi: Any) -> Any:
     """Marks of a ray from the camera."""
-    return mi.Vector3f(float(int(Rays.CAMERA)), 0.0, 0.0)
+    return mi.Vector3f(float(int(Rays.CAMERA) | SHARP), 0.0, 0.0)
+
+
+def is_sharp(mi: Any, si: Any) -> Any:
+    """True if a ray shows the details of an environment."""
+    return (mi.UInt32(si.dn_dv.x) & SHARP) != 0
 
 
 KINDS = {

@@ -52,7 +52,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume of one grid, ``request.field`` by name; vector grids need ``request.component``.
 
     Files of ``write`` keep their type, size and name; other grids have the value type of the grid and the box of their
-    active voxels.
+    active voxels; Booleans are 0 and 1.
     """
     names = grid_names(path)
     name = str(choose_array({name: name for name in names}, request.field, path, DENSITY_GRID))

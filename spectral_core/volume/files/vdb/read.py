@@ -7,7 +7,6 @@ OpenVDB itself prefers, is left to OpenVDB. See ``vdb_write`` for the layout.
 
 from __future__ import annotations
 
-import itertools
 import os
 import struct
 import zlib
@@ -19,20 +18,20 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, MissingDependencyError
 from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
+from spectral_core.volume.files.vdb.header import exactly, read_metadata, read_text, read_word, transform_of
 from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, MAGIC, NODE_LEAVES, ROOT_NODES, ZIP
 
 ACTIVE_MASK, BLOSC = 2, 4
 FIRST_VERSION = 222
 LEAF_BYTES = LEAF**3 // 8 + 1
 """Least number of bytes for the values of a leaf: a mask and a mark."""
+CORNER_BYTES = 12
+"""Bytes of the corner of a leaf."""
 TILE_BYTES, MOST_TILE_BYTES = 41, 512 << 20
 FARTHEST = 1 << 29
 """Greatest index of a node of the root, of either sign."""
-LEAF_LIST = "file_delayed_load"
-"""Metadata with the list of leaves, of which ``read_metadata`` keeps the number."""
-_NO_SIZES = 0xFFFFFFFF
-"""In place of the number of bytes of sizes, where a list of leaves has none."""
 _TYPES = {
+    "bool": "?",
     "float": "<f4",
     "double": "<f8",
     "int32": "<i4",
@@ -41,7 +40,6 @@ _TYPES = {
     "vec3d": "<3f8",
     "vec3i": "<3i4",
 }
-_SCALARS = {"int32": "<i", "int64": "<q", "float": "<f", "double": "<d", "bool": "<?"}
 
 
 def grid_names(path: Path) -> list[str]:
@@ -80,7 +78,7 @@ def descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]
         read_metadata(stream)
         found = []
         for _ in range(read_word(stream)):
-            name, kind, parent = _text(stream), _text(stream), _text(stream)
+            name, kind, parent = read_text(stream), read_text(stream), read_text(stream)
             start, _, end = struct.unpack("<3q", stream.read(24))
             if not stream.tell() <= start <= end <= size:
                 raise FileFormatError(f"{path.name} is truncated: its grids end at byte {end}, the file at byte {size}")
@@ -138,7 +136,7 @@ class GridReader:
         active = np.empty((len(origins), LEAF**3), bool)
         for index in range(len(origins)):
             active[index] = self._mask(LEAF**3)
-            leaves[index] = self._values(LEAF**3, active[index])
+            leaves[index] = self._leaf_values(active[index])
         cube = (len(origins), LEAF, LEAF, LEAF)
         corners = np.array(origins, np.int64).reshape(-1, 3)
         values = leaves.reshape(*cube, *self.shape)
@@ -189,19 +187,27 @@ class GridReader:
     def _values(self, count: int, active: NDArray[np.bool_]) -> NDArray[Any]:
         """``readCompressedValues`` of OpenVDB: all values, or the active ones and a rule for the others."""
         mark = self.take(1)[0]
-        others = [-self.background if mark == 1 else self.background, self.background]
+        negative = ~self.background if self.dtype == bool else -self.background
+        others = [negative if mark == 1 else self.background, self.background]
         if mark in (2, 4, 5):
             others[0] = self._numbers(1)[0]
         if mark == 5:
             others[1] = self._numbers(1)[0]
         chosen = self._mask(count) if mark in (3, 4, 5) else np.zeros(count, bool)
         if mark == 3:
-            others[0] = -self.background
+            others[0] = negative
         if not self.flags & ACTIVE_MASK or mark == ALL_VALUES:
             return self._packed(count)
         values = np.where(chosen.reshape(-1, *[1] * len(self.shape)), others[1], others[0]).astype(self.dtype)
         values[active] = self._packed(int(active.sum()))
         return values
+
+    def _leaf_values(self, active: NDArray[np.bool_]) -> NDArray[Any]:
+        """Values of a leaf: of Booleans its corner and a mask, never packed."""
+        if self.dtype != bool:
+            return self._values(LEAF**3, active)
+        self.take(CORNER_BYTES)
+        return self._mask(LEAF**3)
 
     def holds(self, count: int) -> bool:
         """False where a node has no values to store: of half floats OpenVDB then omits their number of bytes too."""
@@ -225,74 +231,9 @@ class GridReader:
         return bits.astype(bool)
 
     def take(self, count: int) -> bytes:
-        return _exactly(self.stream, count)
+        return exactly(self.stream, count)
 
 
 def _coordinates(places: NDArray[np.int64], edge: int) -> NDArray[np.int64]:
     """Index (n, 3) in a node of each entry (n,)."""
     return np.stack([places // edge**2, places // edge % edge, places % edge], axis=-1).astype(np.int64)
-
-
-def transform_of(stream: BinaryIO, path: Path) -> NDArray[np.float64]:
-    """The 4×4 matrix from index to world of a grid's transform."""
-    kind = _text(stream)
-    matrix = np.eye(4)
-    if kind in ("AffineMap", "UnitaryMap"):
-        return _doubles(stream, 16).reshape(4, 4).T
-    if kind in ("TranslationMap", "ScaleTranslateMap", "UniformScaleTranslateMap"):
-        matrix[:3, 3] = _doubles(stream, 3)
-    if kind in ("ScaleMap", "UniformScaleMap", "ScaleTranslateMap", "UniformScaleTranslateMap"):
-        matrix[:3, :3] = np.diag(_doubles(stream, 15)[:3])  # the scale, and four vectors that follow from it
-    elif kind != "TranslationMap":
-        raise FileFormatError(f"a grid of {path.name} has a {kind}; only linear transforms are volumes here")
-    return matrix
-
-
-def read_metadata(stream: BinaryIO) -> dict[str, Any]:
-    """Texts and plain numbers by name; other metadata is skipped."""
-    found: dict[str, Any] = {}
-    for _ in itertools.repeat(None, read_word(stream)):
-        key, kind = _text(stream), _text(stream)
-        value = _exactly(stream, read_word(stream))
-        if kind == "__delayedload" and value:
-            found[LEAF_LIST] = _listed_leaves(value)
-        if kind == "string":
-            found[key] = value.decode("utf-8", "replace")
-        elif kind in _SCALARS:
-            found[key] = struct.unpack(_SCALARS[kind], value)[0]
-    return found
-
-
-def _listed_leaves(value: bytes) -> int:
-    """Number of leaves in the list that OpenVDB keeps to load them later; struct.error if the list is not whole.
-
-    For each leaf a mark of one byte and a size of eight; both parts may be packed, after the number of their bytes.
-    OpenVDB trusts them, and reads a damaged list for minutes.
-    """
-    leaves, packed = struct.unpack_from("<II", value)
-    end = 8 + (packed or leaves)
-    (packed,) = struct.unpack_from("<I", value, end)
-    end += 4 if packed == _NO_SIZES else 4 + (packed or 8 * leaves)
-    if end > len(value):
-        raise struct.error(f"a list of {leaves} leaves takes {end} bytes of {len(value)}")
-    return int(leaves)
-
-
-def _doubles(stream: BinaryIO, count: int) -> NDArray[np.float64]:
-    return np.frombuffer(_exactly(stream, 8 * count), "<f8").astype(np.float64)
-
-
-def read_word(stream: BinaryIO) -> int:
-    return int(struct.unpack("<I", stream.read(4))[0])
-
-
-def _text(stream: BinaryIO) -> str:
-    return _exactly(stream, read_word(stream)).decode("utf-8", "replace")
-
-
-def _exactly(stream: BinaryIO, count: int) -> bytes:
-    # checked before reading, because a damaged count would allocate any amount of memory
-    left = os.fstat(stream.fileno()).st_size - stream.tell()
-    if not 0 <= count <= left:
-        raise struct.error(f"{left} bytes where {count} are due")
-    return stream.read(count)

@@ -10,16 +10,8 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import FileFormatError
-from spectral_core.volume.files.vdb.read import (
-    ACTIVE_MASK,
-    BLOSC,
-    LEAF_LIST,
-    GridReader,
-    descriptors,
-    read_metadata,
-    read_word,
-    transform_of,
-)
+from spectral_core.volume.files.vdb.header import LEAF_LIST, read_metadata, read_word, transform_of
+from spectral_core.volume.files.vdb.read import ACTIVE_MASK, BLOSC, CORNER_BYTES, GridReader, descriptors
 from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, NODE_LEAVES, ROOT_NODES, ZIP
 
 
@@ -80,7 +72,11 @@ class _Walk(GridReader):
 
     def _leaves(self, count: int) -> None:
         for _ in range(count):
-            self._skip_values(LEAF**3, self.take(LEAF**3 // 8))
+            active = self.take(LEAF**3 // 8)
+            if self.dtype == bool:
+                self.take(CORNER_BYTES + LEAF**3 // 8)
+            else:
+                self._skip_values(LEAF**3, active)
 
     def _skip_values(self, count: int, active: bytes) -> None:
         mark = self.take(1)[0]

@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import shutil
 import sqlite3
 import tempfile
 import threading
@@ -19,6 +18,7 @@ from typing import Any, Literal
 
 from spectral_core.errors import FileFormatError, FileWriteError
 from spectral_core.explore.sweep.files import json_text
+from spectral_core.explore.sweep.ledger.copied import copied, stamp_of
 
 State = Literal["pending", "done", "failed"]
 VERSION = 1
@@ -28,6 +28,7 @@ CREATE TABLE IF NOT EXISTS points (
     state TEXT NOT NULL DEFAULT 'pending' CHECK (state IN ('pending', 'done', 'failed')),
     outcome TEXT, files TEXT, seconds REAL, reason TEXT);
 CREATE INDEX IF NOT EXISTS by_ordinal ON points (ordinal);
+CREATE INDEX IF NOT EXISTS by_state ON points (state);
 CREATE TABLE IF NOT EXISTS attempts (
     key TEXT NOT NULL, number INTEGER NOT NULL, worker TEXT NOT NULL, started REAL NOT NULL, ended REAL,
     how TEXT, message TEXT, PRIMARY KEY (key, number));
@@ -56,27 +57,44 @@ class Ledger:
     """An open ledger. Use it from any thread; several processes may hold it open.
 
     Of a ledger that this user may not write, a private copy is read: SQLite itself writes beside the file even to read.
+    It is copied again when the ledger has changed: another user's sweep may still write it.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.is_read_only = path.is_file() and not all(os.access(each, os.W_OK) for each in (path, path.parent))
         self._lock = threading.RLock()
-        self._copy = tempfile.TemporaryDirectory(prefix="ledger-") if self.is_read_only else None
-        place = path if self._copy is None else _copied(path, Path(self._copy.name))
+        self._copy: tempfile.TemporaryDirectory[str] | None = None
+        self._stamp = stamp_of(path)
+        self._connection = self._opened()
+
+    def _opened(self) -> sqlite3.Connection:
+        """A connection to the ledger, or to a new private copy of it."""
+        path, place = self.path, self.path
+        if self.is_read_only:
+            self._copy = tempfile.TemporaryDirectory(prefix="ledger-")
+            place = copied(path, Path(self._copy.name))
         try:
-            self._connection = sqlite3.connect(place, timeout=60.0, check_same_thread=False, isolation_level=None)
-            self._connection.execute("PRAGMA journal_mode=WAL")
-            self._connection.execute("PRAGMA synchronous=NORMAL")
-            found = self._connection.execute("PRAGMA user_version").fetchone()[0]
+            connection = sqlite3.connect(place, timeout=60.0, check_same_thread=False, isolation_level=None)
+            connection.execute("PRAGMA journal_mode=WAL")
+            connection.execute("PRAGMA synchronous=NORMAL")
+            found = connection.execute("PRAGMA user_version").fetchone()[0]
             if found not in (0, VERSION):
                 raise FileFormatError(f"{path} is a ledger of version {found}; this program writes version {VERSION}")
-            self._connection.executescript(_TABLES)
-            self._connection.execute(f"PRAGMA user_version={VERSION}")
+            connection.executescript(_TABLES)
+            connection.execute(f"PRAGMA user_version={VERSION}")
         except sqlite3.OperationalError as error:
             raise FileWriteError(f"{path} cannot be opened: {error}; is the disk full or the folder closed?") from error
         except sqlite3.DatabaseError as error:
             raise self._damaged(error) from error
+        return connection
+
+    def _keep_up(self) -> None:
+        """Copy a read-only ledger again if it has changed."""
+        now = stamp_of(self.path) if self.is_read_only else self._stamp
+        if now != self._stamp and now[0] is not None:
+            self.close()
+            self._stamp, self._connection = now, self._opened()
 
     def close(self) -> None:
         """Close the file."""
@@ -99,6 +117,7 @@ class Ledger:
     def _found(self, query: str, arguments: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
         """Rows of a query. Raises FileFormatError if the file is damaged, FileWriteError if it is locked or gone."""
         with self._lock:
+            self._keep_up()
             try:
                 return self._connection.execute(query, arguments).fetchall()
             except sqlite3.OperationalError as error:
@@ -108,8 +127,8 @@ class Ledger:
 
     def _damaged(self, error: Exception) -> FileFormatError:
         return FileFormatError(
-            f"{self.path} is damaged: {error}. Restore the folder from a backup; or keep a copy of data.csv, delete "
-            "the ledger, and run the sweep again, which computes all points anew"
+            f"{self.path} is damaged: {error}. Restore the folder from a backup, or run the sweep into another folder, "
+            "which computes all points anew"
         )
 
     @contextmanager
@@ -168,6 +187,10 @@ class Ledger:
         """Keys of the points that were set aside with an error or a crash of their own: a run leaves them out."""
         query = f"SELECT key FROM points WHERE state = 'failed' AND key IN ({_OWN_FAULT})"
         return {key for (key,) in self._found(query)}
+
+    def has_points(self) -> bool:
+        """True if a point was ever entered."""
+        return bool(self._found("SELECT EXISTS (SELECT 1 FROM points)")[0][0])
 
     def states(self) -> dict[str, State]:
         """State of every point by key."""
@@ -261,14 +284,3 @@ class Ledger:
             except (TypeError, ValueError) as error:
                 raise self._damaged(error) from error
         return found
-
-
-def _copied(path: Path, folder: Path) -> Path:
-    """A copy of a ledger, with the changes that SQLite has not yet moved into its file. Raises FileFormatError."""
-    try:
-        for each in (path, path.with_name(f"{path.name}-wal")):
-            if each.is_file():
-                shutil.copyfile(each, folder / each.name)
-    except OSError as error:
-        raise FileFormatError(f"{path} cannot be read: {error.strerror or error}") from error
-    return folder / path.name

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The decision about exact cells that the engine leaves open: can they hold together, and which optimum do they leave?
+
+The engine is fast where exact rows are well-conditioned. Rows of line lamps nearly depend on each other, and a color at
+the end of what a lamp can show leaves a spectrum no room: more bounds are active than directions are left, and the
+engine's methods lose their digits or go in circles. Its failures, and conflicts that it cannot prove, come here. A
+linear program finds a point that meets all exact rows, if there is one. From it, the optimum is sought on the affine
+set of the rows, so that these hold throughout. Multipliers that show the optimum come from a linear program as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.design.linear_programs import ExactRows, least_miss, multipliers, nearest_point
+from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended, on_bounds, worst_miss
+from spectral_core.palette.qp.answer import Answer, answer_at
+from spectral_core.palette.qp.backends import change_on_rows
+from spectral_core.palette.qp.elastic import softened
+from spectral_core.palette.qp.engine import Engine
+from spectral_core.palette.qp.feasibility import forced_black
+from spectral_core.palette.qp.quadratic import Quadratic
+
+Array = NDArray[np.float64]
+
+HELD = 5e-10
+"""Miss of the worst exact row, in linear RGB, up to which exact rows hold together: half of what the check allows."""
+LARGEST = 12000
+"""Most unknowns of a side for which linear programs decide: they take a second or two at that size."""
+BLACK = 30.0
+"""Factor for the weights of exact cells that hold in black alone."""
+SNAP = 1e-12
+"""Distance to a bound that is rounding: a direction of descent must not end there."""
+DESCENTS = 12
+"""Most directions of descent from linear programs; one or two are usual."""
+ALONG = 1e-7
+"""Share of a direction by which it may leave the exact rows."""
+NAME = "linear program"
+"""Engine of these answers, as a solution names it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """A problem, its answer, and True if a linear program has decided about it."""
+
+    problem: Quadratic
+    answer: Answer
+    is_new: bool = False
+
+
+def decided(problem: Quadratic, answer: Answer, before: Decision | None = None) -> Decision:
+    """The answer of the engine, or a better one where it failed, or where it calls a conflict that it cannot prove.
+
+    ``before``: the last decision, which is taken where it holds for this problem as well.
+    """
+    found = Decision(problem, answer)
+    if answer.check.passed and not answer.infeasible:
+        return found
+    if not problem.has_equalities or not answer.values or problem.size > LARGEST:
+        return found
+    if answer.infeasible and answer.check.passed and least_miss(problem, answer) > HELD:
+        return found
+    again = None if before is None or not before.is_new else _again(problem, answer, before)
+    return Decision(problem, again or _decided(problem, answer), is_new=True)
+
+
+def _again(problem: Quadratic, answer: Answer, before: Decision) -> Answer | None:
+    """The answer that the last decision leaves, if it is about the same exact rows."""
+    old = before.problem
+    if len(old.blocks) != len(problem.blocks) or old.size != problem.size or not _same_rows(problem, old):
+        return None
+    if before.answer.infeasible:
+        return answer if answer.infeasible else None
+    x = problem.joined(before.answer.colors, before.answer.values)
+    found = answer_at(problem, x, list(before.answer.forces), NAME)
+    return found if found.check.passed else None
+
+
+def _same_rows(problem: Quadratic, other: Quadratic) -> bool:
+    bounds = zip((problem.lower, problem.upper), (other.lower, other.upper), strict=True)
+    return all(np.array_equal(*pair) for pair in bounds) and all(
+        np.array_equal(one.exact, two.exact)
+        and all(
+            np.array_equal(getattr(one, name)[one.exact], getattr(two, name)[two.exact])
+            for name in ("rows", "ties", "targets")
+        )
+        for one, two in zip(problem.blocks, other.blocks, strict=True)
+    )
+
+
+def _decided(problem: Quadratic, answer: Answer) -> Answer:
+    point, miss = nearest_point(problem)
+    if miss > HELD:
+        return answer if answer.infeasible else _compromise(problem, answer)
+    if forced_black(problem):
+        # Reported as a conflict: near black are the colors that were wanted, with small errors.
+        return answer if answer.infeasible else _compromise(problem, answer, BLACK)
+    found = _on_the_rows(problem, point)
+    if found.check.passed or answer.infeasible:  # the point shows that they do not conflict
+        return found
+    return found if found.check.worst < answer.check.worst else answer
+
+
+def _compromise(problem: Quadratic, answer: Answer, factor: float = 1.0) -> Answer:
+    """The nearest compromise, with a factor for the squared weights of exact rows."""
+    blocks = tuple(
+        block if block.own_weights is None else block.with_weights(block.targets, block.weights, own)
+        for block in problem.blocks
+        for own in [None if block.own_weights is None else factor * block.own_weights]
+    )
+    found = replace(Engine().solve(softened(replace(problem, blocks=blocks))), infeasible=True)
+    return found if found.check.passed else answer
+
+
+def _on_the_rows(problem: Quadratic, point: Array) -> Answer:
+    """The optimum among the points whose exact rows are as at a given point."""
+    held = _held_at(problem, point)
+    rows = ExactRows.of(problem, problem.lower < problem.upper)
+    x, best = _near(held, point, rows), None
+    for _ in range(DESCENTS):
+        x, forces = descended(held, x, THOROUGH)
+        x = on_bounds(problem, x, SNAP)
+        found = answer_at(problem, x, problem.forces(x, forces), NAME)
+        direction = None
+        if not found.check.passed:
+            several, direction = multipliers(problem, rows, x)
+            others = [answer_at(problem, x, problem.forces(x, each), NAME) for each in several]
+            found = min(found, *others, key=lambda each: each.check.worst) if others else found
+        best = found if best is None or found.check.worst < best.check.worst else best
+        if direction is None or best.check.passed:
+            break
+        # Below the tolerance of the program, its direction leaves the rows.
+        if np.abs(rows.matrix @ direction).max(initial=0.0) > ALONG * np.abs(direction).max():
+            break
+        moved = _along(held, x, direction)
+        if not held.objective(moved) < held.objective(x):
+            break
+        x = moved
+    assert best is not None
+    return best
+
+
+def _near(problem: Quadratic, point: Array, rows: ExactRows) -> Array:
+    """A point near the optimum, by piqp."""
+    best, least = point, problem.objective(point)
+    for unit in (1.0, *UNITS):
+        found = change_on_rows(problem, best, rows.matrix, unit)
+        if found is not None and worst_miss(problem, found) <= HELD and problem.objective(found) < least:
+            best, least = found, problem.objective(found)
+    return best
+
+
+def _held_at(problem: Quadratic, point: Array) -> Quadratic:
+    """The problem with exact rows that ask for what they show at a point, to the last digit."""
+    colors, values = problem.split(point)
+    blocks = []
+    for block, value in zip(problem.blocks, values, strict=True):
+        shown = block.rows @ value - block.ties @ colors.ravel()
+        blocks.append(block.with_targets(np.where(block.exact, shown, block.targets)))
+    return replace(problem, blocks=tuple(blocks))
+
+
+def _along(problem: Quadratic, x: Array, direction: Array) -> Array:
+    """The lowest point from ``x`` along a direction within the bounds."""
+    curvature = 2 * (problem.objective(x + direction) - problem.objective(x))
+    slope = float(problem.gradient(x, problem.forces(x)) @ direction)
+    curvature -= 2 * slope
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room = np.where(direction > 0, (problem.upper - x) / direction, (problem.lower - x) / direction)
+    longest = float(np.min(room[direction != 0], initial=np.inf))
+    best = -slope / curvature if curvature > 0 else longest
+    length = min(best, longest)
+    return np.clip(x + length * direction, problem.lower, problem.upper) if np.isfinite(length) else x

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ledgers that are gone, that another user's sweep still writes, and that a display counts."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from spectral_core.cli import main
+from spectral_core.errors import FileFormatError
+from spectral_core.explore.sweep.ledger import DoneCount, Ledger
+from spectral_core.explore.sweep.ledger.copied import copied
+from spectral_core.explore.sweep.store import Store
+from tests.explore.test_sweep import sweep_file
+
+
+@pytest.fixture
+def finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of a finished sweep of five points."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["sweep", str(sweep_file(tmp_path, budget=5))]) == 0
+    return tmp_path / "sweep.cdb"
+
+
+def lose(ledger: Path, how: str) -> None:
+    if how == "deleted":
+        ledger.unlink()
+    elif how == "emptied":
+        ledger.write_bytes(b"")
+    elif how == "new":
+        ledger.unlink()
+        Ledger(ledger).close()
+    else:
+        with sqlite3.connect(ledger) as database:
+            database.execute("DELETE FROM points")
+        database.close()
+
+
+@pytest.mark.parametrize("how", ["deleted", "emptied", "new", "rows"])
+@pytest.mark.parametrize("command", [["sweep", "sweep.toml"], ["sweep", "sweep.toml", "--plan"], ["explore", "sweep"]])
+def test_a_lost_ledger_does_not_start_the_sweep_anew(
+    finished: Path, capsys: pytest.CaptureFixture[str], how: str, command: list[str]
+) -> None:
+    """All points were computed again, and data.csv was written over, without a word."""
+    lose(finished / "ledger.sqlite", how)
+    table = (finished / "data.csv").read_bytes()
+    capsys.readouterr()
+    assert main(command) == 1
+    told = capsys.readouterr().err
+    assert "ledger.sqlite" in told
+    assert "Restore it from a backup" in told
+    assert (finished / "data.csv").read_bytes() == table
+    if how in ("deleted", "emptied"):
+        assert not (finished / "ledger.sqlite").exists() or not (finished / "ledger.sqlite").stat().st_size
+
+
+def test_a_sweep_without_finished_points_is_continued(finished: Path) -> None:
+    """A run that was ended between its folder and its first point has an empty ledger, and nothing is lost."""
+    lose(finished / "ledger.sqlite", "rows")
+    for each in (*(finished / "image").iterdir(), finished / "data.csv"):
+        each.unlink()
+    assert main(["sweep", "sweep.toml", "--json"]) == 0
+    with Store.open(finished) as store:
+        assert len(store.ledger.rows("done")) == 5
+
+
+WRITER = """
+    import sqlite3, sys, time
+    database = sqlite3.connect(sys.argv[1], isolation_level=None, timeout=60)
+    database.execute("PRAGMA journal_mode=WAL")
+    database.execute("PRAGMA wal_autocheckpoint=2")
+    print("ready", flush=True)
+    number, end = 0, time.monotonic() + float(sys.argv[2])
+    while time.monotonic() < end:
+        database.execute("BEGIN IMMEDIATE")
+        for part in range(4):
+            database.execute(
+                "INSERT INTO points (key, ordinal, parameters, state, outcome) VALUES (?, ?, '{}', 'done', ?)",
+                (f"n{number}.{part}", 100 + 4 * number + part, '{"v": 1}' + " " * 3000),
+            )
+        database.execute("COMMIT")
+        number += 1
+        if sys.argv[3] == "closing":
+            database.close()
+            database = sqlite3.connect(sys.argv[1], isolation_level=None, timeout=60)
+            time.sleep(0.05)
+"""
+
+
+@pytest.mark.parametrize("how", ["open", "closing"])
+def test_a_private_copy_is_consistent_while_another_process_writes(finished: Path, tmp_path: Path, how: str) -> None:
+    """The ledger and its log were copied one after the other: points between the two were missing, or half of them."""
+    ledger = finished / "ledger.sqlite"
+    command = [sys.executable, "-c", textwrap.dedent(WRITER), str(ledger), "4", how]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
+        assert writer.stdout is not None
+        writer.stdout.readline()
+        counts = []
+        while writer.poll() is None:
+            folder = tmp_path / f"copy{len(counts)}"
+            folder.mkdir()
+            before = _committed(ledger)
+            with sqlite3.connect(copied(ledger, folder)) as copy:
+                assert copy.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+                counts.append(copy.execute("SELECT COUNT(*) FROM points").fetchone()[0])
+            copy.close()
+            assert (counts[-1] - 5) % 4 == 0
+            assert counts[-1] >= before
+    assert len(counts) > 3
+    assert counts[-1] > counts[0]
+
+
+def _committed(ledger: Path) -> int:
+    database = sqlite3.connect(ledger, timeout=60)
+    try:
+        return int(database.execute("SELECT COUNT(*) FROM points").fetchone()[0])
+    finally:
+        database.close()
+
+
+def test_a_read_only_ledger_shows_points_that_are_committed_later(
+    finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    truly = os.access
+
+    def access(path: Any, mode: int) -> bool:
+        return truly(path, mode) and not (mode == os.W_OK and Path(path).resolve().is_relative_to(finished))
+
+    writer = Store.open(finished)
+    monkeypatch.setattr(os, "access", access)
+    with Store.open(finished) as reader:
+        assert reader.ledger.is_read_only
+        assert len(reader.ledger.rows()) == 5
+        writer.enter([{"a": 0.25, "b": 0.125}])
+        assert len(reader.ledger.rows()) == 6
+    writer.close()
+
+
+def test_a_lost_copy_of_a_read_only_ledger_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(FileFormatError, match="cannot be read|faster"):
+        copied(tmp_path, tmp_path)  # a folder
+
+
+def test_the_count_of_a_display_reads_no_rows(tmp_path: Path) -> None:
+    """The panel decoded all rows every half second: a second and more at 20,000 rows."""
+    path = tmp_path / "ledger.sqlite"
+    count = DoneCount(path)
+    assert count.read() == 0  # no ledger yet
+    ledger = Ledger(path)
+    assert count.read() == 0
+    outcome = {f"feature_{number}": number / 7 for number in range(40)}
+    ledger.add((f"k{number}", {"a": number}) for number in range(20_000))
+    with ledger.transaction() as database:
+        database.execute("UPDATE points SET state = 'done', outcome = ?", (repr(outcome).replace("'", '"'),))
+    assert count.read() == 20_000
+    ledger.add([("last", {"a": 0.5})])
+    ledger.commit("last", outcome, {}, 0.1)
+    took, start = [], 0.0
+    for _ in range(9):
+        start = time.perf_counter()
+        assert count.read() == 20_001
+        took.append(time.perf_counter() - start)
+    start = time.perf_counter()
+    assert len(ledger.rows("done")) == 20_001
+    assert max(took) < (time.perf_counter() - start) / 20
+    query = "EXPLAIN QUERY PLAN SELECT COUNT(*) FROM points WHERE state = 'done'"
+    assert "COVERING INDEX" in ledger._connection.execute(query).fetchone()[-1]
+    with ledger.transaction():
+        assert count.read() == 20_001  # it does not wait for a process that writes
+    ledger.set_aside("last", "no light")
+    count.close()
+    assert count.read() == 20_000
+    ledger.close()
