@@ -13,8 +13,9 @@ import pytest
 pytest.importorskip("bpy")
 
 ROOT = Path(__file__).parents[2]
-BLENDERS_OWN = {"denoising_store_passes", "pass_debug_sample_count", "pass_alpha_threshold", "use_pass_emit",
-                "use_pass_environment", "use_pass_volume_direct", "use_pass_volume_indirect"}  # fmt: skip
+BLENDERS_OWN = {"denoising_store_passes", "is_portal", "is_shadow_catcher", "lightgroup", "pass_alpha_threshold",
+                "pass_debug_sample_count", "spread", "use_pass_emit", "use_pass_environment", "use_pass_volume_direct",
+                "use_pass_volume_indirect", "use_shadow"}  # fmt: skip
 
 
 @pytest.fixture
