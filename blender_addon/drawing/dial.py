@@ -37,6 +37,8 @@ KEPT = Kept()
 SPACES = (bpy.types.SpaceView3D, bpy.types.SpaceImageEditor)
 hovered = {"region": 0}
 """``as_pointer`` of the region in which the mouse is over the dial; the tooltip is shown there."""
+_drawn: dict[int, DialShape] = {}
+"""Where the dial was drawn last, by the ``as_pointer`` of the region."""
 _handlers: list = []
 
 
@@ -45,13 +47,22 @@ def shape_in(area: Area, region: Region) -> DialShape:
     return dial_beside(area, region, bpy.context.preferences.system.ui_scale)
 
 
+def is_elsewhere(area: Area) -> bool:
+    """True if a dial of an area was drawn where it does not belong any more.
+
+    Blender does not draw an editor again when its panel of the last operation is opened or closed.
+    """
+    parts = [each for each in area.regions if each.type == "WINDOW" and each.as_pointer() in _drawn]
+    return any(_drawn[each.as_pointer()] != shape_in(area, each) for each in parts)
+
+
 def draw() -> None:
     """Called by Blender after it has drawn an editor."""
     dial = bpy.context.scene.spectral.dial
     if not dial.show or not len(dial.bulbs):
         return
     area, region = bpy.context.area, bpy.context.region
-    shape = shape_in(area, region)
+    shape = _drawn[region.as_pointer()] = shape_in(area, region)
     shares = shares_of(dial)
     labels = labels_of(shape, dial, shares)
     lines: list[str] = []
@@ -196,4 +207,5 @@ def unregister() -> None:
     for space, handler in _handlers:
         space.draw_handler_remove(handler, "WINDOW")
     _handlers.clear()
+    _drawn.clear()
     KEPT.forget()

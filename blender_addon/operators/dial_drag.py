@@ -45,6 +45,13 @@ def _under_mouse(context: Context, event: Event) -> Place | None:
     return None
 
 
+def _draw_moved(context: Context) -> None:
+    """Draw dials again whose place has changed since they were drawn: the mouse would grab them elsewhere."""
+    for area in context.window.screen.areas:
+        if area.type in AREAS and drawn.is_elsewhere(area):
+            area.tag_redraw()
+
+
 def _holds(region: Region, event: Event) -> bool:
     return region.x <= event.mouse_x < region.x + region.width and region.y <= event.mouse_y < region.y + region.height
 
@@ -92,24 +99,28 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
             return self._dragging(context, event)
         if event.type == "ESC" and event.value == "PRESS":
             return self._end(context)
+        if event.type == "MOUSEMOVE" and dial_in(context).show:
+            _draw_moved(context)
         place = _under_mouse(context, event)
         if place is None or not dial_in(context).show:
-            self._hover(None, False)
+            self._hover(context, None, False)
             return {"PASS_THROUGH"}
         shape = drawn.shape_in(*place)
         pixel = (event.mouse_x - place[1].x, event.mouse_y - place[1].y)
         is_over = shape.is_over(pixel)
-        self._hover(place, is_over)
+        self._hover(context, place, is_over)
         if event.type == "LEFTMOUSE" and event.value == "PRESS":
             return self._press(context, place, shape, pixel)
         if is_over and event.value == "PRESS" and _key(context, event):
             return {"RUNNING_MODAL"}
         return {"PASS_THROUGH"}
 
-    def _hover(self, place: Place | None, is_over: bool) -> None:
+    def _hover(self, context: Context, place: Place | None, is_over: bool) -> None:
         now = place[1].as_pointer() if place is not None and is_over else 0
         if now != drawn.hovered["region"]:
             drawn.hovered["region"] = now
+            if now:
+                context.workspace.status_text_set(HINT)  # another tool may have shown its own meanwhile
             live.redraw_dial()
 
     def _press(self, context: Context, place: Place, shape: DialShape, pixel: Pixel) -> set[str]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -215,3 +216,22 @@ def test_a_dragged_bulb_that_a_recording_has_removed_is_released(hand, scene, co
     assert hand.modal(context, event("MOUSEMOVE", place=(0.1, 0.1))) == {"RUNNING_MODAL"}
     assert hand.modal(context, event("MOUSEMOVE", place=(0.1, 0.1))) == {"PASS_THROUGH"}
     assert [tuple(each.place) for each in scene.spectral.dial.bulbs] == [pytest.approx(each) for each in PLACES[:2]]
+
+
+def test_a_dial_that_a_panel_has_moved_is_drawn_again(hand, context, monkeypatch) -> None:
+    """Blender opens its panel of the last operation over an editor without drawing the editor again."""
+    redrawn: list[bool] = []
+    context.area.tag_redraw = lambda: redrawn.append(True)
+    monkeypatch.setitem(drawn._drawn, context.region.as_pointer(), SHAPE)
+    hand.modal(context, event("MOUSEMOVE", "NOTHING", (5.0, 5.0)))
+    assert redrawn == []
+    monkeypatch.setattr(drawn, "shape_in", lambda area, region: replace(SHAPE, x=SHAPE.x + 250))
+    hand.modal(context, event("MOUSEMOVE", "NOTHING", (5.0, 5.0)))
+    assert redrawn == [True]
+
+
+def test_the_hint_comes_back_after_another_tool_has_shown_its_own(hand, context) -> None:
+    hand.modal(context, event("MOUSEMOVE", "NOTHING", (5.0, 5.0)))
+    context.texts.append(None)  # as at the end of a move of an object
+    hand.modal(context, event("MOUSEMOVE", "NOTHING", (0.5, 0.0)))
+    assert context.texts[-1] == dial_drag.HINT
