@@ -89,6 +89,23 @@ def test_the_distance_and_object_info_are_read(build, translate):
     np.testing.assert_allclose(value(light, distance=4.5), [4.5] * 3)
 
 
+def test_a_color_as_strength_is_its_luminance(build, translate):
+    """A checker of two colors made the lamp colored."""
+    tree, emission = tree_of(build.light("POINT"))
+    checker, place = tree.nodes.new("ShaderNodeTexChecker"), tree.nodes.new("ShaderNodeTexCoord")
+    checker.inputs["Color1"].default_value, checker.inputs["Color2"].default_value = (1, 0.1, 0, 1), (0, 0.2, 1, 1)
+    checker.inputs["Scale"].default_value = 1.0
+    tree.links.new(place.outputs["Normal"], checker.inputs["Vector"])
+    tree.links.new(checker.outputs["Color"], emission.inputs["Strength"])
+    emission.inputs["Color"].default_value = (1.0, 0.5, 0.25, 1.0)
+    (light,) = translate().lights
+    luminances = (0.2126 + 0.1 * 0.7152, 0.2 * 0.7152 + 0.0722)
+    found = [value(light, normal=normal) for normal in ((0.5, 0.5, 0.5), (0.5, 0.5, -0.5))]
+    for each in found:
+        np.testing.assert_allclose(each / each[0], (1.0, 0.5, 0.25), atol=1e-4)
+    np.testing.assert_allclose(sorted(each[0] for each in found), sorted(luminances), atol=1e-3)
+
+
 def test_rays_to_a_lamp_are_not_told_apart(build, translate):
     """Cycles evaluates a lamp without the type of ray, so that such a lamp is black."""
     tree, emission = tree_of(build.light("POINT"))

@@ -47,11 +47,11 @@ def shining(reader: Reader, place: Input) -> Value:
     if kind in ("BACKGROUND", "EMISSION"):
         own = color_of_own_spectrum(reader, source)
         color = _value(reader, source.input("Color"), 1.0) if own is None else reader.literal(own)
-        strength = _number(_value(reader, source.input("Strength"), 1.0))
+        strength = _value(reader, source.input("Strength"), 1.0).as_number()
         return reader.emit("vector_math", color, strength, 0.0, 0.0, settings=("MULTIPLY",))
     places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]
     if kind == "MIX_SHADER":
-        factor = _number(_value(reader, source.input("Fac") or source.input("Factor"), 0.5))
+        factor = _value(reader, source.input("Fac") or source.input("Factor"), 0.5).as_number()
         share = reader.emit("clamp", factor, 0.0, 1.0, settings=("MINMAX",))
         return reader.emit("mix_vector", share, *(shining(reader, item) for item in places))
     if kind == "ADD_SHADER":
@@ -65,8 +65,3 @@ def shining(reader: Reader, place: Input) -> Value:
 def _value(reader: Reader, place: Input | None, other: float) -> Value:
     """A socket's value; ``other`` if this Blender's node has no such input."""
     return reader.literal(other) if place is None else value_of(reader.field(place), reader.builder)
-
-
-def _number(value: Value) -> Value:
-    """A value as one number: of a color its luminance."""
-    return Value(value.builder, value.as_width(1), "VALUE")

@@ -227,7 +227,8 @@ def radiance_of(reader: Reader, source: Output, depth: int = 0) -> Value:
     if node.type == "EMISSION":
         own = color_of_own_spectrum(reader, source)
         color = reader.read(source, "Color", np.ones(3)) if own is None else reader.literal(own)
-        return reader.emit("vector_math", color, reader.read(source, "Strength", 1.0), 0.0, 0.0, settings=("MULTIPLY",))
+        strength = reader.read(source, "Strength", 1.0).as_number()
+        return reader.emit("vector_math", color, strength, 0.0, 0.0, settings=("MULTIPLY",))
     if node.type not in SUMS or depth > 50:
         _note_dark(reader, source)
         return reader.literal(np.zeros(3))

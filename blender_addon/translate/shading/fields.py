@@ -40,6 +40,10 @@ class Value:
         """Its register with one or three components; of colors the luminance, of vectors the mean, as in Blender."""
         return self.builder.as_width(self.register, width, is_color=self.kind != "VECTOR")
 
+    def as_number(self) -> Value:
+        """It as one number."""
+        return Value(self.builder, self.as_width(1), "VALUE")
+
     def program(self, width: int) -> Program:
         """The program that computes it."""
         return self.builder.program(self.as_width(width))
