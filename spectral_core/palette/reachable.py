@@ -25,8 +25,14 @@ Array = NDArray[np.float64]
 
 EXACT = 1e-6
 """Linear RGB distance below which a wanted color counts as reachable."""
-LAB_STEPS = 4
-"""Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB."""
+LAB_STEPS = 20
+"""Most Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB; two to four are usual."""
+STARTS = 1.0, 0.3, 0.1, 0.03, 0.01, 0.0
+"""Shares of the wanted color whose nearest colors in linear RGB the steps begin from: CIELAB has several minima along the
+colors of one spectral line.
+"""
+SHARES = 0.5 ** np.arange(12.0)
+"""Shares of a step that are tried."""
 _RIDGE = 1e-9
 LEAST = 1e-6
 """Size of a combination of colors, relative to the largest, below which a light shows nothing of it."""
@@ -136,22 +142,10 @@ class CellReach:
         target_lab = lab_from_linear_rgb(target)
         lab = lab_from_linear_rgb(color)
         if not reachable:
-            reflectance, multipliers = self._projected(np.eye(3), target)
+            found = [self._nearest_in_lab(self._projected(np.eye(3), share * target), target_lab) for share in STARTS]
+            _, reflectance, multipliers = min(found, key=lambda each: each[0])
             color = self.matrix @ reflectance
             lab = lab_from_linear_rgb(color)
-            least = np.inf
-            here, lab_here = color, lab
-            # CIELAB is linearized at the present answer. A full step may pass the minimum, so the best is kept.
-            for _ in range(LAB_STEPS):
-                metric = lab_jacobian_from_linear_rgb(here)
-                trial, forces = self._projected(metric, here + np.linalg.solve(metric, target_lab - lab_here))
-                before, here = here, self.matrix @ trial
-                lab_here = lab_from_linear_rgb(here)
-                distance = float(np.linalg.norm(lab_here - target_lab))
-                if distance < least:
-                    least, reflectance, multipliers, color, lab = distance, trial, forces, here, lab_here
-                if np.abs(here - before).max() < EXACT:
-                    break
             # A multiplier is per unit of linear RGB; the Jacobian at the color converts it to ΔE.
             held = (self._held @ reflectance).reshape(-1, 3)
             held[self._exact :] = color  # cells that follow have this color
@@ -160,6 +154,32 @@ class CellReach:
             slope = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
             reachable = bool(np.abs(color - target).max() <= EXACT)
         return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, slope)
+
+    def _nearest_in_lab(self, start: tuple[Array, Array], target_lab: Array) -> tuple[float, Array, Array]:
+        """From a reflectance and its multipliers to those of a nearest color in CIELAB; first its distance.
+
+        CIELAB is linearized at the present color. A full step may pass the minimum; all colors on the way to it are
+        reachable as well, because the set is convex.
+        """
+        reflectance, multipliers = start
+        color = self.matrix @ reflectance
+        lab = lab_from_linear_rgb(color)
+        distance = float(np.linalg.norm(lab - target_lab))
+        for _ in range(LAB_STEPS):
+            metric = lab_jacobian_from_linear_rgb(color)
+            trial, forces = self._projected(metric, color + np.linalg.solve(metric, target_lab - lab))
+            way = self.matrix @ trial - color
+            labs = lab_from_linear_rgb(color + SHARES[:, None] * way)
+            distances = np.linalg.norm(labs - target_lab, axis=1)
+            best = int(np.argmin(distances))
+            if not distances[best] < distance:
+                break
+            distance, multipliers, lab = float(distances[best]), forces, labs[best]
+            reflectance = reflectance + SHARES[best] * (trial - reflectance)
+            color = color + SHARES[best] * way
+            if SHARES[best] * np.abs(way).max() < EXACT:
+                break
+        return distance, reflectance, multipliers
 
     def _projected(self, metric: Array, target: Array) -> tuple[Array, Array]:
         """Reflectance (n,) of the least |metric (M r - target)|², and the multipliers of the exact colors."""

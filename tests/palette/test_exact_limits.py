@@ -38,7 +38,8 @@ def test_exact_cells_have_the_status_of_a_linear_program(first: int) -> None:
             assert solution.bound_violation <= 1e-9
 
 
-SEEDS: tuple[int, ...] = ()
+SEEDS = (126, 172, 219, 230, 355, 371, 376, 422, 429, 439, 456, 466, 480, 485)
+"""Some of them, beyond the ones above."""
 
 
 @pytest.mark.parametrize("seed", SEEDS)
