@@ -58,7 +58,8 @@ def read_only_when_copied(kind: type[Frozen]) -> type[Frozen]:
         for name in stored[1]:
             stored[0][name].setflags(write=False)
 
-    kind.__getstate__, kind.__setstate__ = state, restore  # type: ignore[attr-defined,method-assign]
+    for name, function in (("__getstate__", state), ("__setstate__", restore)):
+        setattr(kind, name, function)
     return kind
 
 

@@ -154,7 +154,7 @@ def rows(scene: Any, monkeypatch: Any) -> list[Row]:  # noqa: F811
     bpy.ops.spectral.sweep_add(target=HEIGHT)
     entry = scene.spectral.sweep.parameters[0]
     found = [Row("k", 0, {entry.label: height}, "done", {}, {}, 2.0, None) for height in (2.25, 2.5, 3.75)]
-    ledger = SimpleNamespace(rows=lambda *_: found, states=lambda: {row.key: row.state for row in found})
+    ledger = SimpleNamespace(rows=lambda *_: found, states=lambda: dict.fromkeys(range(len(found)), "done"))
     project = SimpleNamespace(space=SimpleNamespace(parameters=()))
     store = contextlib.nullcontext(SimpleNamespace(ledger=ledger, close=lambda: None, project=project))
     monkeypatch.setattr(sweeps, "Store", SimpleNamespace(open=lambda _: store))
