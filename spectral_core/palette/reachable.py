@@ -28,8 +28,8 @@ EXACT = 1e-6
 LAB_STEPS = 20
 """Most Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB; two to four are usual."""
 STARTS = 1.0, 0.3, 0.1, 0.03, 0.01, 0.0
-"""Shares of the wanted color whose nearest colors in linear RGB the steps begin from: CIELAB has several minima along the
-colors of one spectral line.
+"""The steps begin from the nearest colors, in linear RGB, to these shares of the wanted one: CIELAB has several minima
+along the colors of one spectral line.
 """
 SHARES = 0.5 ** np.arange(12.0)
 """Shares of a step that are tried."""

@@ -87,7 +87,7 @@ def test_outline_and_errors() -> None:
 
 
 def test_the_nearest_color_under_one_spectral_line_is_the_nearest_of_all() -> None:
-    """CIELAB has several minima along the colors of a line; in 11 of 64 cases a nearer color by up to 1.8 was missed."""
+    """CIELAB has several minima along the colors of a line; 11 of 64 colors missed one that is nearer by up to 1.8."""
     reach = CellReach(illuminant("LPS"), design_grid())
     rng = np.random.default_rng(5)
     wanted = [(0.13, 0.919, 0.811), (0.0, 0.137, 0.05), (0.24, 0.961, 0.924), *rng.uniform(0, 1, (12, 3)).tolist()]

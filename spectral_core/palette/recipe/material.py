@@ -92,7 +92,7 @@ class Colorants:
 
     def _on_paper(self) -> Array:
         """Transmittance of each ink, (k, n): its reflectance relative to that of the paper."""
-        return np.asarray(self.spectra / np.maximum(self.paper, LEAST_REFLECTANCE))
+        return np.asarray(self.spectra / np.maximum(np.asarray(self.paper), LEAST_REFLECTANCE))
 
     @property
     def most(self) -> float:
