@@ -150,9 +150,9 @@ def test_every_setting_of_a_sweep_has_an_effect(blender, sweep, tmp_path):
     scene = blender.context.scene
 
     def written() -> Any:
-        document, folder = sweeps.write_documents(scene)
-        plain = read_sweep(document)
-        words = sweeps.command_line(document, folder, sweep.workers)
+        documents = sweeps.write_documents(scene)
+        plain = read_sweep(documents.document)
+        words = sweeps.command_line(documents.document, documents.folder, sweep.workers)
         return plain.compute, plain.design.to_dict(), [p.to_dict() for p in plain.space.parameters], words
 
     names = set(settings_of(sweep, bpy.types.PropertyGroup)) - set(OUTSIDE_THE_SWEEP) - {"parameters"}

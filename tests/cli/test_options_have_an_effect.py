@@ -134,7 +134,7 @@ CASES |= {
         "duv_tolerance": (GOOD, ["--duv-tolerance", "0.008"]),
         "target": (INKS, ["--target", "orange"]),
         "light": (INKS, ["--light", "FL2"]),
-        "paper": (INKS, ["--paper", "neutral 8 (.23 D)"]),
+        "paper": (INKS, ["--paper", "white 9.5 (.05 D)"]),
         "dot_gain": (INKS, ["--dot-gain", "1.5"]),
         "grams": (["paints", *INKS[1:]], ["--grams", "50"]),
     }),

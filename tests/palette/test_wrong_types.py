@@ -22,7 +22,7 @@ SQUARE = lattice.box([0, 0], [1, 1])
         (lambda: replace(PROBLEM, grid=[400, 500]), r"the grid of a palette is \[400, 500\]; expected a SpectralGrid"),
         (
             lambda: replace(PROBLEM, lights=(PROBLEM.lights[0].spectrum,) * 2),
-            r"lights\[0\] is of type Illuminant; expected a PaletteLight$",
+            r"lights\[0\] is Illuminant\('HP1', .*\); expected a PaletteLight$",
         ),
         (lambda: solve_palette(PROBLEM, warm=PROBLEM), "warm is of type PaletteProblem; expected a PaletteSolution"),
         (lambda: PaletteSession(PROBLEM).edit((0.0, 0), Cell.ignore()), r"a cell is at \(0.0, 0\); expected"),
