@@ -30,7 +30,7 @@ AFTER_A_RECIPE = {"text", "met", "spectrum", "found_kind"}
 OUTSIDE_THE_SWEEP = {
     "active": "the row that the list shows",
     "point": "the row of the table that is set in the scene",
-    "status": "of the run", "done": "of the run", "total": "of the run",
+    "status": "of the run", "done": "of the run", "total": "of the run", "swept_as": "the scene that owns the folder",
 }  # fmt: skip
 
 
