@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 NO_LENGTH = 1e-19
 """Length of an axis up to which it has no direction: its square is 0 in single precision."""
 
+SHEARED = 1e-3
+"""Cosine of the angle between two axes above which a matrix counts as sheared."""
+
 
 def rigid(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same position and local z direction as (4, 4) ``matrix`` with orthogonal axes of length 1, right-handed.
@@ -27,3 +30,12 @@ def rigid(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     across = across / np.linalg.norm(across)
     result[:3, :3] = np.stack([across, np.cross(toward, across), toward], axis=1)
     return result
+
+
+def is_sheared(matrix: NDArray[np.float64]) -> bool:
+    """True if the axes of (4, 4) ``matrix`` are not at right angles, as of a child of an object that is stretched."""
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    if not np.all(lengths > NO_LENGTH):
+        return False
+    axes = matrix[:3, :3] / lengths
+    return bool(np.abs(axes.T @ axes - np.eye(3)).max() > SHEARED)

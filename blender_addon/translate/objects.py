@@ -15,6 +15,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Instance, Light, Material, Mesh, VolumeObject
 
 from .. import compat
+from .camera.identities import Identity, identities_of
 from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.placed import place_light, relit
@@ -59,6 +60,8 @@ class Collected:
     settled: tuple[Instance, ...] = ()
     """All instances, after the walk."""
     trace: Trace = field(default_factory=Trace)
+    identities: list[Identity] = field(default_factory=list)
+    """Identity of each instance, in renders with motion blur only."""
     shared: dict[tuple[int, int], Shared | None] = field(default_factory=dict)
     """What the instances of a mesh object share, by its session number and the address of its mesh."""
     kept_meshes: set[Any] = field(default_factory=set)
@@ -142,10 +145,13 @@ def _walked(found: Collected, shows: Callable[[Any], bool], begun: Begun | None 
     """A walk over every instance, or over those from the place of ``begun`` on."""
     translation, kept = found.translation, found.kept
     culling = Culling(translation, is_render=found.is_render)
+    is_blurred = kept is None and translation.scene.render.use_motion_blur
     for instance in islice(translation.depsgraph.object_instances, 0 if begun is None else begun.place, None):
         if kept is not None:
             kept.spend()
         _visit(found, instance, shows, culling)
+        if is_blurred and len(found.instances) > len(found.identities):
+            found.identities += identities_of(instance, len(found.instances) - len(found.identities))
         if begun is not None and kept is not None:
             begun.place += 1
             kept.passed()

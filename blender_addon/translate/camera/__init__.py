@@ -12,7 +12,7 @@ from spectral_core.scene import Aperture, Camera, Film
 from spectral_core.scene.camera import GREATEST_VIEW_RAD, LEAST_VIEW_RAD
 
 from ..context import Translation
-from ..frames import rigid
+from ..frames import is_sheared, rigid
 from ..ledger import at_default, note_changed
 from ..visibility import cycles_settings
 from .panorama import MIDDLE_VIEW_RAD, panorama_of
@@ -31,6 +31,9 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
             f"the scene {translation.scene.name!r} has no camera; add one, or choose one in the scene properties"
         )
     matrix = np.asarray(camera.matrix_world, dtype=np.float64)
+    if is_sheared(matrix):
+        message = "its parents shear it; Cycles skews the picture, here it is straight; parent it to an unscaled object"
+        translation.note(camera.name, message)
     if camera.type != "CAMERA":
         # Cycles looks through a lamp with the angle of its spot, through any other object with a lens of 50 mm
         angle = getattr(camera.data, "spot_size", SPOT_RAD) if camera.type == "LIGHT" else SPOT_RAD_OF_50_MM

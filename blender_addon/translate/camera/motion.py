@@ -24,6 +24,7 @@ from ..objects import collect
 from ..visibility import cycles_settings
 from . import translate_camera
 from .between import between
+from .identities import Named, shown_in_the_middle
 
 FEWEST, MOST = 8, 32
 """Least and largest number of instants of a picture with motion."""
@@ -67,6 +68,7 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
     chosen = camera if camera is not None else source.camera
     parts = {obj.name_full: _parts(stated(obj, depsgraph)) for obj in depsgraph.objects}
     most = max([motion for motion, _ in parts.values()] + [_parts(chosen)[0] if chosen else 0, 2])
+    named = _named(depsgraph)
     keys: dict[int, _Key] = {}
     shown: dict[int, _Key] = {}
     open_s = render.motion_blur_shutter * render.fps_base / render.fps
@@ -76,8 +78,9 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
                 if place not in keys:
                     time = first + render.motion_blur_shutter * place / most
                     frame_set(int(np.floor(time)), float(time - np.floor(time)))
-                    keys[place], steps = _key(depsgraph, camera, parts)
+                    keys[place], steps = _key(depsgraph, camera, parts, named)
             middle = keys[most // 2]
+            scene = shown_in_the_middle(scene, [keys[k].placed for k in sorted(keys)], named.of_particles())
             shown = {place: _flown(keys[place], middle, open_s * (place / most - 0.5)) for place in keys}
             if not any(_moves(scene, key, steps) for key in shown.values()):
                 return _in_the_middle(scene, middle)
@@ -135,16 +138,25 @@ def _parts(obj: Any) -> tuple[int, int]:
     return count, count if cycles_settings(obj, "use_deform_motion", True) else 0
 
 
-def _key(depsgraph: Any, camera: Any, parts: dict[str, tuple[int, int]]) -> tuple[_Key, _Steps]:
+def _named(depsgraph: Any) -> Named:
+    """Names of the instances of the frame that ``depsgraph`` shows; those of no instancer never change."""
+    if not any(item.is_instance for item in depsgraph.object_instances):
+        return Named({})
+    found = collect(Translation.of(depsgraph, bpy.data))
+    return Named(dict(zip(found.identities, (item.name for item in found.instances), strict=True)))
+
+
+def _key(depsgraph: Any, camera: Any, parts: dict[str, tuple[int, int]], named: Named) -> tuple[_Key, _Steps]:
     """The scene at the frame that ``depsgraph`` shows."""
     translation = Translation.of(depsgraph, bpy.data)
     chosen = camera if camera is not None else depsgraph.scene_eval.camera
     found = collect(translation)
     owners = [parts.get(obj.name_full, (2, 2)) for obj in found.originals]
-    own = list(zip(found.instances, owners, strict=True))
+    placed = named.placed(found.identities, found.instances)
+    own = list(zip(placed.values(), owners, strict=True))
     key = _Key(
         translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph)),
-        {item.name: item for item in found.instances},
+        placed,
         {mesh.name: mesh for mesh in found.meshes.values() if mesh is not None},
         {light.name: light for light in found.lights},
     )

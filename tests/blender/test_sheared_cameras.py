@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A camera whose parents shear it has a note; scale and turns alone give none."""
+
+from __future__ import annotations
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+@pytest.mark.parametrize(
+    ("scale", "turn", "tells"),
+    [((1, 1, 1.2), (0, 0, 0), True), ((1.5, 1, 1), (0, 0.2, 0.3), True), ((1.3, 1.3, 1.3), (0.4, 0, 0.3), False),
+     ((-1, -1, -1), (0.4, 0, 0), False), ((1, 1, 1), (0.4, 0.5, 0.3), False)],
+)  # fmt: skip
+def test_a_camera_under_a_stretched_parent_has_a_note(build, translate, scale, turn, tells):
+    build.plane()
+    camera = build.camera()
+    camera.rotation_euler = (1.1, 0.0, 0.3)
+    rig = bpy.data.objects.new("Rig", None)
+    bpy.context.scene.collection.objects.link(rig)
+    rig.scale, rig.rotation_euler, camera.parent = scale, turn, rig
+    told = [note.subject for note in translate().notes if "shear" in note.message]
+    assert told == ([camera.name] if tells else [])
