@@ -169,14 +169,14 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
         figures |= {f"{key}_median": float(np.median(values)), f"{key}_worst": float(values.max())}
     figures["time_worst_where_uniform_reaches"] = worst_time
     figures["holds"] = {
-        "issue 11, 6: stated within 3 dB in 95 %, never optimistic by more than 6": bool(
+        "stated within 3 dB in 95 %, never optimistic by more than 6": bool(
             figures["stated_within_3_db_percent"] >= 95 and off.max() <= 6
         ),
-        "issue 11, 6: no case over uniform in samples or time": bool(
+        "no case over uniform in samples or time": bool(
             over["samples"].max() <= 1.0 and worst_time <= NOISE
         ),
-        "issue 11, 6: time median at most 0.6 of uniform": bool(np.median(over["time"]) <= 0.6),
-        "issue 11, 6: time median at most 0.8 of the best fixed way": bool(np.median(over["time_fixed"]) <= 0.8),
+        "time median at most 0.6 of uniform": bool(np.median(over["time"]) <= 0.6),
+        "time median at most 0.8 of the best fixed way": bool(np.median(over["time_fixed"]) <= 0.8),
     }
     for name, value in figures.items():
         print(f"{name:30} {value if isinstance(value, dict) else round(value, 2)}")
