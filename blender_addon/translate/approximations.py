@@ -145,3 +145,10 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
         missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
         if kind in OUTPUTS and attribute and missing:
             translation.note(obj.name, f"it has no UV map or attribute {attribute!r}; its materials read 0")
+        stored = obj.data.attributes.get(attribute) if kind in OUTPUTS and attribute else None
+        if stored is not None and stored.domain == "EDGE" and obj.data.normals_domain == "CORNER":
+            words = (
+                f"the attribute {attribute!r} of its edges is the mean of all edges at a vertex; Cycles splits the "
+                "mesh where its normals are sharp or custom, and has others there; store it at points or corners"
+            )
+            translation.note(obj.name, words)

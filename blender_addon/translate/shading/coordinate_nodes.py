@@ -11,7 +11,7 @@ from spectral_core.scene.shading.geometry import FILTER_WIDTH, shifted_by
 
 from ..meshes.measures import READ
 from ..questions import distance_of_world
-from .attributes import ALPHA, POINT_PLACE, POINT_SIZE, view_layer_attribute
+from .attributes import ALPHA, NOTHING, POINT_PLACE, POINT_SIZE, view_layer_attribute
 from .fields import Value
 from .reader import NEUTRAL, Reader, evaluator
 from .tangents.nodes import is_meshless, tangent_of_geometry
@@ -126,6 +126,8 @@ def _attribute(reader: Reader, output: Output) -> Any:
             return reader.emit("component", reader.point(f"object_attribute:{kind}{ALPHA}:{name}"), settings=(0,))
         value = reader.point(f"object_attribute:{kind}:{name}")
         return reader.emit("mean", value) if output.socket.type == "VALUE" else value
+    if not name and node.type == "ATTRIBUTE":  # the active color is what Color Attribute alone reads without a name
+        return _component(output, NOTHING)
     if output.socket.name == "Alpha":
         return reader.point(f"attribute_alpha:{name}", 1)
     if output.socket.type == "VALUE":
