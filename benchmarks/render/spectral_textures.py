@@ -107,9 +107,7 @@ def run(options: Options) -> dict[str, Any]:
         "photographs mean <= 0.2, p99 <= 4, ghost <= 0.02": worst["mean"] <= 0.2
         and worst["p99"] <= 4
         and worst["ghost"] <= 0.02,
-        "rendered by F12, 8×8 means within ΔE2000 1.0 beyond noise": all(
-            row["beyond_noise"] < 1 for row in rendered
-        ),
+        "rendered by F12, 8×8 means within ΔE2000 1.0 beyond noise": all(row["beyond_noise"] < 1 for row in rendered),
         "reflectances within [0, 1] at every texel": outside == 0,
         "contrast of given lamps stated in under 1 s and met": all(
             row["seconds"] < 1 and row["largest_delta_e"] < 0.1 for row in given.values()

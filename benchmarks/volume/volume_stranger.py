@@ -172,9 +172,7 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "stated within 3 dB in 95 %, never optimistic by more than 6": bool(
             figures["stated_within_3_db_percent"] >= 95 and off.max() <= 6
         ),
-        "no case over uniform in samples or time": bool(
-            over["samples"].max() <= 1.0 and worst_time <= NOISE
-        ),
+        "no case over uniform in samples or time": bool(over["samples"].max() <= 1.0 and worst_time <= NOISE),
         "time median at most 0.6 of uniform": bool(np.median(over["time"]) <= 0.6),
         "time median at most 0.8 of the best fixed way": bool(np.median(over["time_fixed"]) <= 0.8),
     }
