@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Holdouts: full and partial holes in opaque and transparent films; black for all other rays."""
+"""Holdouts: full and partial holes in opaque and transparent films, also of objects that are transparent in part; black
+for all other rays.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +11,18 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
+from spectral_core.render.catching import BUT_CAMERA
 from spectral_core.scene import (
     Diffuse,
     Film,
     Glossy,
     Holdout,
+    ImageTexture,
     Material,
     MixSurface,
     Principled,
     Sheen,
+    Transparent,
     World,
     gray,
     has_holes,
@@ -46,6 +51,25 @@ def test_a_holdout_makes_a_hole(transparent):
 def test_a_mix_with_a_holdout_makes_a_partial_hole(transparent):
     mixed = MixSurface(0.25, Diffuse(gray(0.8)), Holdout())
     assert shown(mixed, transparent=transparent) == pytest.approx([0.6, 0.6, 0.6, 0.75], rel=0.02)
+
+
+@pytest.mark.parametrize("transparent", [False, True])
+@pytest.mark.parametrize("is_image", [False, True])
+def test_a_holdout_object_shows_what_is_behind_its_transparent_parts(is_image, transparent):
+    """As a leaf with an alpha image does in Cycles; it cut out its whole card, and hid the shadows on a catcher."""
+    opaque = ImageTexture("alpha", np.full((2, 2, 1), 0.25, np.float32), "raw") if is_image else 0.25
+    plain = lit_plane(film=replace(FILM, transparent=transparent), world=World(gray(1.0)))
+    card = replace(
+        plain.instances[0], name="card", mesh="card", materials=("leaf",), world_from_object=matrix((0, 0, 1)),
+        is_holdout=True, hidden_from=BUT_CAMERA,
+    )  # fmt: skip
+    leaf = Material("leaf", MixSurface(opaque, Transparent(), Diffuse(gray(0.8))))
+    behind = replace(
+        plain, meshes=(*plain.meshes, plane(9.0, "card")), materials=(*plain.materials, leaf),
+        instances=(*plain.instances, card),
+    )  # fmt: skip
+    expected = 0.75 * render_scene(plain).pixels.mean(axis=(0, 1))
+    assert render_scene(behind).pixels.mean(axis=(0, 1)) == pytest.approx(expected, rel=0.02)
 
 
 def test_a_mirror_image_of_a_holdout_is_black():

@@ -90,7 +90,8 @@ class Tables:
         self.surfaces, self.meshes = rules.surfaces, rules.meshes
         self.media: Any = None
         self.has_holdout_surfaces = rules.holdouts
-        self.cuts_holes = rules.holdouts or any(bits & HOLDOUT for _, bits in rules.shapes)
+        self.has_holdout_shapes = any(bits & HOLDOUT for _, bits in rules.shapes)
+        self.cuts_holes = rules.holdouts or self.has_holdout_shapes
         if rules.media:
             if rules.made_media is None:
                 inside = self._table(shape, rules.inside)

@@ -86,13 +86,13 @@ class FirstHit:
         def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, layers: Any, walking: Any) -> Any:
             si, met, unseen, is_hole = self.meet(ray, origin, length, walking)
             clear = self.surface(si).eval_null_transmission(si, met & ~unseen)
-            hole = dr.select(is_hole, passed, hole)
+            # a holdout leaves what its transparent parts show of the things behind it, as in Cycles
+            hole = dr.select(is_hole, hole + passed * (1.0 - clear), hole)
             if self.rules is not None and self.rules.has_holdout_surfaces:
                 si.dn_dv = mi.Vector3f(QUESTION, 0.0, 0.0)
                 share = self.surface(si).eval_null_transmission(si, met & ~unseen & ~is_hole) - clear
                 hole = dr.select(met & ~unseen & ~is_hole, hole + passed * dr.maximum(share, 0.0), hole)
-            # a holdout ends the walk: nothing behind it is visible
-            passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
+            passed = dr.select(met & ~unseen, passed * clear, passed)
             if self.rules is not None and fills is not None:
                 way = dr.select(si.is_valid(), si.t, dr.inf)
                 # a medium that varies depends on where the piece begins

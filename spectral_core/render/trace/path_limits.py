@@ -44,10 +44,10 @@ def share_of(tables: Any, path: Any, of: Any = None) -> Any:
 
 
 def is_hole(integrator: Any, shape: Any, kind: Any) -> Any:
-    """True if a ray of the camera hits a holdout, which shows nothing."""
+    """True if a ray of the camera hits a holdout, which shows only what is behind its transparent parts."""
     import mitsuba as mi
 
-    if integrator.tables.shapes is None:
+    if not integrator.tables.has_holdout_shapes:
         return mi.Bool(False)
     bits = integrator.tables.look_up(integrator.tables.shapes, shape)
     return ((bits & HOLDOUT) != 0) & ((kind & int(Rays.CAMERA)) != 0)

@@ -118,12 +118,14 @@ def scene_path_class(variant: str) -> Any:
             arrived = self.arrived(si, path, path.active & ~unseen & ~leaves & ~floats)
             path.add(mi.Spectrum(self.clamped(path.throughput * arrived, path.depth > 1)), path.diffuse)
 
-            hit = path.active & si.is_valid() & ~unseen & ~floats & ~self.is_hole(shape, path.kind)
+            hit = path.active & si.is_valid() & ~unseen & ~floats
+            hole = hit & self.is_hole(shape, path.kind)
+            hit &= ~hole
             path.seen |= hit | floats
             bsdf = self.tables.surface(si)
             # as many transparent surfaces as the scene allows, and one more segment behind the last, as in Cycles
             hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed < dr.maximum(self.layers, 1))
-            bsdf.compute(si, hit)
+            bsdf.compute(si, hit | hole)
             matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
             place.wavelengths = si.wavelengths  # a dye may have changed them
             lit = (place, bsdf, shape, (matt, along))
@@ -141,7 +143,7 @@ def scene_path_class(variant: str) -> Any:
                 outward, drawn_well = dr.select(matt, through, outward), drawn_well | matt
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             scatters = hit & ~straight & ~path.last & ~dives & drawn_well
-            onward = unseen | (hit & straight) | scatters
+            onward = unseen | (hit & straight) | scatters | hole
             border = mi.Bool(False)
             if self.tables.media is not None:
                 ways = path.ray.d, dr.select(scatters, outward, path.ray.d)
@@ -150,8 +152,10 @@ def scene_path_class(variant: str) -> Any:
                 )
                 border = self.tables.media.is_border(shape, hit)
             path.throughput = dr.select(hit & ~dives, path.throughput * weight, path.throughput)
+            if self.tables.has_holdout_shapes:
+                path.throughput *= dr.select(hole, bsdf.eval_null_transmission(si, hole), 1.0)
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
-            path.passed = dr.select(hit & straight & ~border, path.passed + 1, path.passed)
+            path.passed = dr.select((hit & straight & ~border) | hole, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
             path.remember(si, bs, shape, scatters, self.sides_of(bsdf, leaves))
             # A surface that is passed straight does not renew the ray's length.
