@@ -14,6 +14,7 @@ from spectral_core.render import render_scene
 from spectral_core.render.catching import BUT_CAMERA
 from spectral_core.scene import (
     Diffuse,
+    Emission,
     Film,
     Glossy,
     Holdout,
@@ -31,6 +32,7 @@ from tests.render.scenes import lit_plane, looking_down, matrix, plane
 
 pytest.importorskip("mitsuba")
 FILM = Film(8, 8, samples=64)
+SHINING = Emission(gray(1.0), 3.0)
 
 
 def shown(surface, *, transparent=False, is_holdout=False):
@@ -54,8 +56,10 @@ def test_a_mix_with_a_holdout_makes_a_partial_hole(transparent):
 
 
 @pytest.mark.parametrize("transparent", [False, True])
-@pytest.mark.parametrize("is_image", [False, True])
-def test_a_holdout_object_shows_what_is_behind_its_transparent_parts(is_image, transparent):
+@pytest.mark.parametrize(
+    ("is_image", "rest"), [(False, Diffuse(gray(0.8))), (True, Diffuse(gray(0.8))), (True, SHINING)]
+)
+def test_a_holdout_object_shows_what_is_behind_its_transparent_parts(is_image, rest, transparent):
     """As a leaf with an alpha image does in Cycles; it cut out its whole card, and hid the shadows on a catcher."""
     opaque = ImageTexture("alpha", np.full((2, 2, 1), 0.25, np.float32), "raw") if is_image else 0.25
     plain = lit_plane(film=replace(FILM, transparent=transparent), world=World(gray(1.0)))
@@ -63,7 +67,7 @@ def test_a_holdout_object_shows_what_is_behind_its_transparent_parts(is_image, t
         plain.instances[0], name="card", mesh="card", materials=("leaf",), world_from_object=matrix((0, 0, 1)),
         is_holdout=True, hidden_from=BUT_CAMERA,
     )  # fmt: skip
-    leaf = Material("leaf", MixSurface(opaque, Transparent(), Diffuse(gray(0.8))))
+    leaf = Material("leaf", MixSurface(opaque, Transparent(), rest))
     behind = replace(
         plain, meshes=(*plain.meshes, plane(9.0, "card")), materials=(*plain.materials, leaf),
         instances=(*plain.instances, card),

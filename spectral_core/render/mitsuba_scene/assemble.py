@@ -172,8 +172,11 @@ def _place(scene: Scene, shapes: Shapes, rules: RayRules, bits: dict[str, int]) 
 def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, loaded: Any) -> None:
     """Register the rules of emissive objects, and the media of shapes, of the world and at the camera."""
     for source, instance in shapes.emissive:  # rays that pass through the object do not take its light either
-        if hidden := int(instance.hidden_from & ~(Rays.CAMERA | Rays.SHADOW)):
-            rules.lights.append((source, hidden))
+        hidden = instance.hidden_from & ~(Rays.CAMERA | Rays.SHADOW)
+        if instance.is_holdout:
+            hidden |= Rays.CAMERA
+        if hidden:
+            rules.lights.append((source, int(hidden)))
         if instance.name in bits:
             rules.links.append((source, bits[instance.name].bit_length() - 1))
     around = shapes.fill(scene.world.medium, "World", scene.world.group)
