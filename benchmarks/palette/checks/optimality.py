@@ -17,7 +17,7 @@ from spectral_core.palette import CellMode, PaletteProblem, PaletteSolution
 
 EXACT_LIMIT = 1e-6
 ROUNDING = 4e-15
-"""Error of a color, in linear RGB, by the rounding of its sum of up to 471 terms: an objective of squares of it is 0."""
+"""Error of a color, in linear RGB, by the rounding of its sum (up to 471 terms): an objective of squares of it is 0."""
 TOLERANCES = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-12}
 """For an objective that is 1 at the returned point."""
 
