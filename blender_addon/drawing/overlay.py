@@ -13,11 +13,10 @@ from ..translate.spectra.stored import stored_samples
 from .covered import Covered, covered
 from .curve_image import value_range
 from .curve_plot import Array, Plot, side_by_side
-from .dial_labels import right_end
+from .dial_labels import FONT, right_end
 from .kept import Box, Kept
 
 MARGIN = 16.0
-FONT = 0
 Color = tuple[float, ...]
 """Red, green, blue and alpha."""
 Curve = tuple[str, Array, Array]

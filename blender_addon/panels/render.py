@@ -6,8 +6,8 @@ from bpy.types import Context, PropertyGroup, UILayout
 
 from .. import jobs
 from .parts import wrapped
+from .shared import ENGINE
 
-ENGINE = "SPECTRAL"
 LEFT_OUT = ("off", "none", "0")
 WORDS = {"rgb": "RGB", "uv": "UV", "on": "On", "off": "Off", "none": "None"}
 

@@ -10,6 +10,8 @@ from typing import Any
 import bpy
 from bpy.types import Context, UILayout
 
+from .shared import ENGINE
+
 RAYS = ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow")
 WORLD_RAYS = {"camera": "Camera", "diffuse": "Diffuse", "glossy": "Glossy", "transmission": "Transmission",
               "scatter": "Volume Scatter"}  # fmt: skip
@@ -23,6 +25,16 @@ class _Settings:
     bl_region_type = "WINDOW"
     bl_label = "Settings"
     bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """For this engine, where there is something to set."""
+        return context.engine == ENGINE and cls.applies(context)
+
+    @classmethod
+    def applies(cls, context: Context) -> bool:
+        """True if there is something to set."""
+        raise NotImplementedError
 
     def column(self, heading: str = "") -> UILayout:
         """A column of settings with their names at the left."""
@@ -45,9 +57,9 @@ class SPECTRAL_PT_ray_visibility(_Settings, bpy.types.Panel):
     bl_parent_id = "OBJECT_PT_visibility"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def applies(cls, context: Context) -> bool:
         """For objects that rays can meet."""
-        return context.engine == "SPECTRAL" and context.object is not None and context.object.type not in UNSEEN
+        return context.object is not None and context.object.type not in UNSEEN
 
     def draw(self, context: Context) -> None:
         subject, column = context.object, self.column()
@@ -65,10 +77,9 @@ class SPECTRAL_PT_shadow_terminator(_Settings, bpy.types.Panel):
     bl_parent_id = "OBJECT_PT_shading"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def applies(cls, context: Context) -> bool:
         """For a Blender without such a panel of its own."""
-        is_needed = not hasattr(bpy.types, "OBJECT_PT_shadow_terminator")
-        return context.engine == "SPECTRAL" and is_needed and context.object is not None
+        return context.object is not None and not hasattr(bpy.types, "OBJECT_PT_shadow_terminator")
 
     def draw(self, context: Context) -> None:
         names = ("shadow_terminator_geometry_offset", "shadow_terminator_shading_offset", "shadow_terminator_offset")
@@ -84,11 +95,9 @@ class SPECTRAL_PT_object_motion_blur(_Settings, bpy.types.Panel):
     bl_context = "object"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def applies(cls, context: Context) -> bool:
         """If the scene is rendered with motion blur."""
-        return (
-            context.engine == "SPECTRAL" and context.scene.render.use_motion_blur and hasattr(context.object, "cycles")
-        )
+        return context.scene.render.use_motion_blur and hasattr(context.object, "cycles")
 
     def draw(self, context: Context) -> None:
         _draw(self.column(), context.object.cycles, ("use_motion_blur", "use_deform_motion", "motion_steps"))
@@ -100,9 +109,9 @@ class SPECTRAL_PT_material_settings(_Settings, bpy.types.Panel):
     bl_context = "material"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def applies(cls, context: Context) -> bool:
         """With a material."""
-        return context.engine == "SPECTRAL" and context.material is not None and not context.material.grease_pencil
+        return context.material is not None and not context.material.grease_pencil
 
     def draw(self, context: Context) -> None:
         _draw(self.column(), context.material, ("displacement_method", "use_transparent_shadow", "pass_index"))
@@ -114,9 +123,9 @@ class SPECTRAL_PT_light_settings(_Settings, bpy.types.Panel):
     bl_context = "data"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def applies(cls, context: Context) -> bool:
         """With a lamp."""
-        return context.engine == "SPECTRAL" and context.light is not None
+        return context.light is not None
 
     def draw(self, context: Context) -> None:
         column, lamp = self.column(), context.light
@@ -135,9 +144,9 @@ class SPECTRAL_PT_world_settings(_Settings, bpy.types.Panel):
     bl_context = "world"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def applies(cls, context: Context) -> bool:
         """With a world."""
-        return context.engine == "SPECTRAL" and context.world is not None
+        return context.world is not None
 
     def draw(self, context: Context) -> None:
         world, column = context.world, self.column()

@@ -53,9 +53,7 @@ def _copied_by_sqlite(path: Path, target: Path) -> bool:
     try:
         with closing(sqlite3.connect(address, uri=True)) as source, closing(sqlite3.connect(target)) as copy:
             source.backup(copy)
-    except sqlite3.OperationalError:
-        return False
-    except sqlite3.DatabaseError:  # damaged: the copy of the files states it
+    except sqlite3.DatabaseError:  # locked, or damaged, which the copy of the files shows
         return False
     return True
 
