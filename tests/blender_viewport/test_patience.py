@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip("bpy")
+bpy = pytest.importorskip("bpy")
+from blender_addon.editing.dial.picture import covers, new_picture, place  # noqa: E402
 
 LONGEST = 0.09
 MESH, NUMBER, VIEW = frozenset(("meshes",)), frozenset(("materials",)), frozenset()
@@ -103,3 +104,23 @@ def test_a_wait_leaves_time_for_the_longest_of_the_latest_drawings(blender, monk
     assert session._ask(second, time.monotonic(), context, depsgraph) == 0.0
     side.changed = NUMBER
     assert session._ask(side, time.monotonic(), context, depsgraph) == pytest.approx(sessions.REDRAW_S - 0.05)
+    monkeypatch.setattr(sessions, "covers", lambda *_: True)  # by the re-lit picture
+    side.changed = NUMBER
+    assert session._ask(side, time.monotonic(), context, depsgraph) == 0.0
+
+
+@pytest.mark.parametrize("hides", [None, "overlays", "perspective", "image", "alpha", "all images"])
+def test_a_view_under_the_picture_of_the_dial_is_not_waited_for(stage, hides):
+    """The re-lit picture over the camera view is opaque, and a wait would only delay it."""
+    eye = bpy.data.objects.new("Eye", bpy.data.cameras.new("Eye"))
+    stage.scene.collection.objects.link(eye)
+    stage.scene.camera = eye
+    image = new_picture("Light Dial", 8, 8)
+    stage.scene.spectral.dial.picture = image
+    place(stage.scene, image, over_camera=True)
+    shown = eye.data.background_images[0]
+    stage.context.space_data.overlay = SimpleNamespace(show_overlays=hides != "overlays")
+    stage.context.region_data.view_perspective = "PERSP" if hides == "perspective" else "CAMERA"
+    shown.show_background_image, shown.alpha = hides != "image", 0.5 if hides == "alpha" else 1.0
+    eye.data.show_background_images = hides != "all images"
+    assert covers(stage.context, stage.scene, eye) is (hides is None)

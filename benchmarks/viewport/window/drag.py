@@ -31,9 +31,9 @@ told: dict = {"drags": {}}
 def drags():
     """A wanted color is dragged over a recording of 31 bands; work of the extension, and of Blender.
 
-    The camera view of a 3D view shows the re-lit picture, then an image editor in the same area. The same editor is
-    also redrawn without any change, and after a change of the scene that the extension ignores: a view in Solid mode
-    reuses its last picture only as long as nothing has changed.
+    The camera view of a 3D view shows the re-lit picture, in Solid and in Rendered mode, then an image editor in the
+    same area. The same editor is also redrawn without any change, and after a change of the scene that the extension
+    ignores: a view in Solid mode reuses its last picture only as long as nothing has changed.
     """
     for block in (*bpy.data.objects, *bpy.data.materials, *bpy.data.lights, *bpy.data.meshes):
         bpy.data.batch_remove([block])
@@ -46,7 +46,10 @@ def drags():
     editor = inside.area()
     inside.space().shading.type = "SOLID"
     inside.space().region_3d.view_perspective = "CAMERA"
-    yield from dragged(scene, cell, editor, "camera view")
+    yield from dragged(scene, cell, editor, "camera view in Solid mode")
+    inside.space().shading.type = "RENDERED"
+    yield 10.0  # its kernels compile
+    yield from dragged(scene, cell, editor, "camera view in Rendered mode")
     editor.type = "IMAGE_EDITOR"
     editor.spaces.active.image = bpy.data.images[PICTURE]
     yield from dragged(scene, cell, editor, "image editor")

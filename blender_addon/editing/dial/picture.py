@@ -8,7 +8,7 @@ image of its original; the name of the scene on the image tells them apart until
 from __future__ import annotations
 
 import bpy
-from bpy.types import Camera, Context, Image, Scene
+from bpy.types import Camera, Context, Image, Object, Scene
 
 from ... import compat
 
@@ -90,6 +90,17 @@ def place(scene: Scene, image: Image, *, over_camera: bool) -> None:
         shown.alpha, shown.display_depth, shown.frame_method = 1.0, "FRONT", "FIT"
         camera.show_background_images = True
     image.use_view_as_render = True  # shown through the scene's view transform, as a render is
+
+
+def covers(context: Context, scene: Scene, camera: Object | None) -> bool:
+    """True if the 3D view of ``context`` looks through ``camera`` and shows the picture over its frame."""
+    if camera is None or camera.type != "CAMERA" or context.region_data.view_perspective != "CAMERA":
+        return False
+    image = scene.spectral.dial.picture
+    if image is None or not (context.space_data.overlay.show_overlays and camera.data.show_background_images):
+        return False
+    shown = (each for each in camera.data.background_images if each.image == image)
+    return any(each.show_background_image and each.alpha == 1.0 and each.display_depth == "FRONT" for each in shown)
 
 
 def _remove(camera: Camera, images: set[Image]) -> None:

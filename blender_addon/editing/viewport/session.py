@@ -30,6 +30,7 @@ from ...translate.viewport.look import look_of
 from ...translate.viewport.shown import shown_by, shows_a_part
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
+from ..dial.picture import covers
 from ..palette.picture import shown_in
 from ..pauses import pause, paused_seconds
 from . import freed, previews, stages
@@ -241,7 +242,8 @@ class ViewSession:
         if side.changed:
             side.since = side.generation
         wait_s = 0.0
-        if side.key and self.drawings:  # the first drawing of a view, or of a second side, compiles its shaders
+        # the first drawing of a view, or of a second side, compiles its shaders; a covered picture is not seen
+        if side.key and self.drawings and not covers(context, depsgraph.scene, camera):
             longest = (BUSY_REDRAW_S if jobs.process.is_busy else REDRAW_S) - max(self.drawings)
             wait_s = side.patience.wait_s(side.generation, side.changed, began, longest)
         side.key, side.viewpoint, side.changed = key, viewpoint, frozenset()
