@@ -13,10 +13,10 @@ from spectral_core.render.mitsuba_export.draft import Draft
 from spectral_core.render.mitsuba_scene.closures.facets import is_smooth
 from spectral_core.scene import Color, Computed, Glass, Glossy, Metal, Scalar, Transparent, nominal_ior
 from spectral_core.scene.surface import SODIUM_NM
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
-_METAL_NM = np.arange(360.0, 831.0, 5.0)
+_METAL_NM = WAVELENGTHS_NM[::5]
 
 
 def two_sided(made: xml.Element) -> xml.Element:
