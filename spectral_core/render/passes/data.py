@@ -22,7 +22,7 @@ from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.lobes import drawn_parts
-from spectral_core.render.trace.path_sampler import path_sampler_class
+from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.scene.passes import DATA_PASSES, LOBES, Passes
@@ -84,7 +84,7 @@ class DataPasses(Accumulator):
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
         columns = dr.opaque(mi.UInt32, width)
         corner = mi.Point2f(mi.Float(pixel % columns) + left, mi.Float(pixel // columns) + bottom)
-        seed = dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
+        seed = dr.opaque(mi.UInt32, hashed_seed(self.film.seed))
         sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
         self._sums = dr.opaque(mi.Float, 0.0, count * self._width)
         self._pixel = pixel
