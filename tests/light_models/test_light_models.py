@@ -184,6 +184,15 @@ def test_scene_nodes_of_measured_surfaces_and_of_as_many_nodes_as_surfaces() -> 
     assert 0.1 < errors(few, on(GRID), few.surface_coefficients(CHECKER), LIGHTS).mean() < 2
 
 
+@pytest.mark.parametrize("brightness", [1.0, 0.02])
+def test_few_nodes_serve_dark_surfaces_as_they_serve_bright_ones(brightness: float) -> None:
+    """Three narrow bands of no natural surface: each needs a node of its own, however dark it is."""
+    centers = np.array([455.0, 550.0, 625.0])
+    bands = brightness * np.exp(-0.5 * ((GRID.wavelengths_nm - centers[:, None]) / 6.0) ** 2)
+    model = NodeModel.scene(bands, GRID, size=3)
+    np.testing.assert_allclose(model.nodes_nm, centers, atol=12.0)  # two standard deviations of a band
+
+
 def test_scene_nodes_of_dependent_surfaces() -> None:
     surfaces = on(GRID)[[0, 0, 3, 3]] * np.array([[1], [0.5], [1], [0]])
     model = NodeModel.scene(surfaces, GRID, size=2)
