@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
 import pytest
 
@@ -58,3 +60,28 @@ def test_a_worker_that_never_gets_ready_is_started_once(monkeypatch: pytest.Monk
         assert not workers.process_ids()
     assert told.value.signal == 0
     assert time.monotonic() - started < 30
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="Windows has no groups of processes")
+def test_a_program_of_a_point_ends_with_its_worker(tmp_path: Path) -> None:
+    """A stopped sweep left the program of each point running, for up to an hour."""
+    mark = tmp_path / "number"
+    program = f"import os, pathlib, time; pathlib.Path({str(mark)!r}).write_text(str(os.getpid())); time.sleep(600)"
+    with pool.WorkerPool(1) as workers:
+        workers.submit(subprocess.run, [sys.executable, "-c", program])
+        while not (mark.exists() and mark.read_text()):
+            time.sleep(0.05)
+        os.kill(int(mark.read_text()), 0)
+        workers.shutdown(wait=False)
+    limit = time.monotonic() + 20
+    while _runs(int(mark.read_text())):
+        assert time.monotonic() < limit
+        time.sleep(0.05)
+
+
+def _runs(number: int) -> bool:
+    """True for a process that has not ended, also if its parent has not collected it."""
+    try:
+        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -229,12 +230,22 @@ class _Process:
 
     def _death(self, when: str) -> WorkerDied:
         code, how = ended(self.process)
+        self._kill_group()
         return WorkerDied(f"a worker {how} {when}{self._last_words()}", max(0, -code))
 
     def _last_words(self) -> str:
         with contextlib.suppress(ValueError):  # another thread has ended the process and closed the log
             return last_words(self._log)
         return ""
+
+    def _kill_group(self) -> None:
+        """End programs that the process has started, which would compute on for a point that nobody awaits.
+
+        Windows has no such groups.
+        """
+        if hasattr(os, "killpg"):
+            with contextlib.suppress(OSError):  # none is left
+                os.killpg(self.process.pid, signal.SIGKILL)  # the process began a session of its own
 
     def end(self) -> None:
         """End the process and collect its status; two threads may call it."""
@@ -243,6 +254,7 @@ class _Process:
 
     def _end(self) -> None:
         if self.alive:
+            self._kill_group()
             self.process.kill()
         self.process.wait()
         for stream in (self.process.stdin, self.process.stdout):
