@@ -16,6 +16,7 @@ from spectral_core.render import Progress, RenderResult
 from spectral_core.scene import Note, Scene, has_holes
 
 from . import jobs
+from .properties.render import ENGINE
 from .translate.camera.motion import with_motion
 from .translate.frames import rigid
 from .translate.passes import cryptomatte_header, fill_passes, pass_notes, passes_of, slots_of
@@ -23,7 +24,6 @@ from .translate.scene import translate_scene
 from .translate.viewport.look import look_of, preview_scene
 from .viewport import Viewport, shown_from_rgb, working_from_rgb
 
-BL_IDNAME = "SPECTRAL"
 SHOWN_NOTES = 5
 """Notes shown in the window; the record and the console contain all of them."""
 
@@ -41,7 +41,7 @@ class _Place:
 class SpectralRenderEngine(bpy.types.RenderEngine):
     """Spectral path tracing. No ``__init__``: its arguments differ between Blender versions."""
 
-    bl_idname = BL_IDNAME
+    bl_idname = ENGINE
     bl_label = "Spectral"
     bl_use_preview = True
     bl_use_eevee_viewport = True

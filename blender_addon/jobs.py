@@ -22,6 +22,8 @@ from spectral_core.render.denoise import how_to_install, is_installed
 from spectral_core.render.live.link import LiveLink
 from spectral_core.scene import Note, Scene
 
+from .properties.render import ENGINE
+
 
 @dataclass(frozen=True)
 class RenderRecord:
@@ -152,7 +154,7 @@ def _exit_status() -> None:
     """At the end of ``blender -b … -f`` or ``-a``: Blender itself exits with 0 after a failed render."""
     given = _command_line()
     engine = next((given[i + 1] for i, word in enumerate(given[:-1]) if word in ("-E", "--engine")), _engine_asked)
-    if engine != "SPECTRAL":
+    if engine != ENGINE:
         return
     failed = failures()
     if records and not failed:

@@ -21,11 +21,10 @@ from spectral_core.render import render_scene
 from spectral_core.render.relight.band_storage import BAND_COUNTS, BAND_ERRORS, BandStorage
 from spectral_core.render.relight.mix import LiveMix, relight
 from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport
-from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import STANDARD, normalized, observer
-from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 SMOOTH = ("A", "D50", "D65", "E", "LED-B1", "LED-B3", "LED-B5", "LED-V1")

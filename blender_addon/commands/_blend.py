@@ -58,12 +58,14 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     """
     path = scene_file(arguments)
     bpy = _bpy()
+    from ..properties.render import ENGINE
+
     try:
         bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
     except RuntimeError as error:
         raise FileFormatError(f"{path.name} cannot be opened: {str(error).strip().removeprefix('Error: ')}") from error
     scene = bpy.context.scene
-    scene.render.engine = "SPECTRAL"
+    scene.render.engine = ENGINE
     settings = scene.spectral.render
     if arguments.samples is not None:
         for name in ("target_error", "time_budget"):

@@ -13,6 +13,7 @@ from pathlib import Path
 import bpy
 
 from spectral_core import child
+from spectral_core.child.ending import output_of
 
 OF_BLENDER = re.compile(r"Blender (\d|quit)|Error: script failed")
 """Lines of Blender itself after the error of a script."""
@@ -30,8 +31,7 @@ class BackgroundCommand:
 
     def lines(self) -> list[str]:
         """Lines of output so far, without the empty ones."""
-        self.log.seek(0)
-        return [line for line in self.log.read().decode("utf-8", "replace").splitlines() if line.strip()]
+        return [line for line in output_of(self.log).decode("utf-8", "replace").splitlines() if line.strip()]
 
     def message(self) -> str:
         """The last line that is not Blender's own; "" without any."""

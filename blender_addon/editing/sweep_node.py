@@ -28,6 +28,7 @@ from spectral_core.files.guarded import no_file
 from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
 
+from ..properties.render import ENGINE
 from ..translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
 from .background import worker_command, worker_prelude
 from .sweep_settings import setting_at
@@ -156,7 +157,7 @@ class BlendNode:
             bpy.ops.wm.open_mainfile(filepath=self.file, load_ui=False)
         except RuntimeError as error:
             raise FileFormatError(f"{Path(self.file).name} cannot be opened: {str(error).strip()}") from error
-        bpy.context.scene.render.engine = "SPECTRAL"
+        bpy.context.scene.render.engine = ENGINE
         if self.percentage is not None and not self._sweeps(SIZE_PATH):
             bpy.context.scene.render.resolution_percentage = self.percentage
         self._kept["open"] = self.file

@@ -174,20 +174,19 @@ def _own_luminance(bulb: PropertyGroup, recorded: "Spectrum | None") -> float:
 def _luminances(mixing: "LiveMix") -> np.ndarray:
     """Mean luminance (n,) of each group in the recorded picture, below 0 for lamps that remove light."""
     count = len(mixing.transport.groups)
-    from spectral_core.spectra.color import RGB_FROM_XYZ
+    from spectral_core.spectra.color import luminance_from_linear_rgb
 
-    luminance = np.linalg.inv(RGB_FROM_XYZ)[1]
-    luminances = [mixing.picture(row)[..., :3].reshape(-1, 3).mean(axis=0) @ luminance for row in np.eye(count)]
-    return np.array(luminances)
+    colors = [mixing.picture(row)[..., :3].reshape(-1, 3).mean(axis=0) for row in np.eye(count)]
+    return luminance_from_linear_rgb(np.reshape(colors, (count, 3)))
 
 
 def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndarray) -> "Illuminant":
     """Sum of the lights' spectra, each with its luminance in the picture."""
-    from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+    from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid
 
     from ..translate.spectra import catalogue
 
-    grid = SpectralGrid.uniform(360.0, 830.0, 1.0)
+    grid = SpectralGrid(WAVELENGTHS_NM)
     total = np.zeros(grid.size)
     for bulb, light, share in zip(dial.bulbs, transport.lights, shares, strict=True):
         if share == 0:

@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-ENGINE = "SPECTRAL"
+from ..properties.render import ENGINE
 
 BORROWED = (
     # EEVEE: what every camera, light, material and world has

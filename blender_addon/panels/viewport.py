@@ -5,6 +5,7 @@ import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
 from .. import jobs
+from ..properties.render import ENGINE
 from .parts import BUTTON_PIXELS, PANEL_PIXELS, names_in, width_of, wrapped
 
 
@@ -19,7 +20,7 @@ class SPECTRAL_PT_look(bpy.types.Panel):
     @classmethod
     def poll(cls, context: Context) -> bool:
         """Only for this engine."""
-        return context.engine == "SPECTRAL"
+        return context.engine == ENGINE
 
     def draw(self, context: Context) -> None:
         """Draw one look, or two for a split view."""
@@ -69,7 +70,7 @@ def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str
 
 def draw_header(header: bpy.types.Header, context: Context) -> None:
     """Draw Pause, if this engine renders the view."""
-    if context.engine != "SPECTRAL" or context.space_data.shading.type != "RENDERED":
+    if context.engine != ENGINE or context.space_data.shading.type != "RENDERED":
         return
     settings = context.scene.spectral.viewport
     header.layout.prop(settings, "is_paused", text="", icon="PLAY" if settings.is_paused else "PAUSE")

@@ -7,6 +7,9 @@ from bpy.types import Context, PropertyGroup
 
 from .fields import Field, by_name
 
+ENGINE = "SPECTRAL"
+"""Identifier of this render engine in Blender, which .blend files store."""
+
 
 def tag(properties: PropertyGroup, _context: Context) -> None:
     """Notify Blender, which otherwise does not copy a changed property to the evaluated scene."""

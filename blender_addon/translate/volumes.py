@@ -3,20 +3,23 @@
 
 from __future__ import annotations
 
+import atexit
 import itertools
+import os
+import shutil
 import weakref
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 from os import stat_result
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.files.of_process import temporary_folder
 from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
 
@@ -226,8 +229,20 @@ def is_made(data: Any) -> bool:
     return not (data.is_sequence or data.filepath)
 
 
-_FOLDER = TemporaryDirectory(prefix="spectral_volumes_", ignore_cleanup_errors=True)
 _numbers = itertools.count(1)
+
+
+@cache
+def _folder() -> Path:
+    """Folder of saved grids: made when the first are saved, deleted at the end of this process."""
+    made, owner = temporary_folder("spectral-volumes-"), os.getpid()
+
+    def delete() -> None:
+        if os.getpid() == owner:  # a copy of this process (``os.fork``) leaves it
+            shutil.rmtree(made, ignore_errors=True)
+
+    atexit.register(delete)
+    return made
 
 
 class SavedGrids:
@@ -238,7 +253,7 @@ class SavedGrids:
         if not len(data.grids):
             raise InvalidInputError(f"volume {data.name!r} has neither a file nor grids; give it one of them")
         name = "".join(c if c.isalnum() else "_" for c in data.name_full)
-        self.path = Path(_FOLDER.name) / f"{name}_{next(_numbers)}.vdb"
+        self.path = _folder() / f"{name}_{next(_numbers)}.vdb"
         weakref.finalize(self, _delete, self.path)
         if not data.grids.save(filepath=str(self.path)):
             raise InvalidInputError(f"the grids of volume {data.name!r} cannot be saved: {data.grids.error_message}")

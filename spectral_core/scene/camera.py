@@ -121,7 +121,10 @@ class Camera:
             raise InvalidInputError("a camera of kind 'panoramic' needs a panorama, and no other has one")
 
     def window(self, film: Film) -> tuple[float, ...]:
-        """Width and height of the frame at distance 1, the shift of its center in frames, 1 for a perspective."""
+        """Width and height of the frame, the shift of its center in widths and heights, and 1 for a perspective.
+
+        Lengths are those at distance 1 for a perspective, and at any distance for an orthographic camera.
+        """
         width, height = float(film.width), float(film.height) * film.pixel_aspect
         side = {"auto": max(width, height), "width": width, "height": height}[self.sensor_fit]
         perspective = self.kind == "perspective"

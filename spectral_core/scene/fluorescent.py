@@ -15,12 +15,12 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.scene.paint import Color, Paint, gray
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.fluorescence import FluorescentDye, require_energy, share_per_amount
-from spectral_core.spectra.spectrum import Spectrum
+from spectral_core.spectra.spectrum import LAST_NM, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]
 
-EXCITED_NM: Array = np.arange(300.0, 831.0)
+EXCITED_NM: Array = np.arange(300.0, LAST_NM + 1)
 """Wavelengths at which light can excite dyes: ultraviolet from 300 nm on, and all traced wavelengths."""
 EXCITED_NM.setflags(write=False)
 

@@ -21,6 +21,13 @@ STRAND_AXIS = "attribute_strand_axis"
 STRAND_PLACE = "attribute_strand_place"
 """Attribute of strands: the share of the strand before a point, the strand's length, its thickness at the point."""
 
+FUR = (0.245, 5.574, -10.73, 2.532, -0.215, 5.969)
+"""Coefficients, highest power first, of the polynomial in the radial roughness by which the color of a coat of fibers
+determines their absorption (Chiang et al. 2016, equation 9).
+"""
+SCALES_RAD = 0.0349
+"""Tilt of the cuticle's scales unless one is given: the default of Blender, about 2°."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hair(Numbers):
@@ -40,7 +47,7 @@ class Hair(Numbers):
     radial_roughness: Scalar = 0.3
     coat: Scalar = 0.0
     ior: Scalar = 1.55
-    offset_rad: Scalar = 0.0349
+    offset_rad: Scalar = SCALES_RAD
     tangent: Computed | None = None
     edge: Computed | None = None
 
@@ -61,7 +68,7 @@ class EllipseHair(Numbers):
     depth: Scalar = 1.0
     roughness: Scalar = 0.3
     ior: Scalar = 1.55
-    offset_rad: Scalar = 0.0349
+    offset_rad: Scalar = SCALES_RAD
     aspect_ratio: Scalar = 0.85
     reflection: Scalar = 1.0
     transmission: Scalar = 1.0

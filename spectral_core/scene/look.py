@@ -18,7 +18,7 @@ from spectral_core.scene.motion import following
 from spectral_core.scene.paint import Color
 from spectral_core.scene.scene import Scene
 from spectral_core.scene.surface import Emission, Material, Principled, ScatteringMedium
-from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.color import RGB_FROM_XYZ, WHITE_XYZ, XYZ_FROM_RGB
 from spectral_core.spectra.observer import normalized, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
@@ -68,11 +68,10 @@ class Look:
         if not self.adapts or self.spectrum is None or not np.any(self.spectrum.values):
             return np.eye(3) * factor
         white = xyz_of(normalized(Illuminant("white", self.spectrum.grid, self.spectrum.values)))
-        daylight = np.linalg.inv(RGB_FROM_XYZ) @ np.ones(3)
         # a spectral line may have a cone response near or below 0, for which no adaptation is defined
-        seen, wanted = np.maximum(_BRADFORD @ white, 0.05), _BRADFORD @ daylight
+        seen, wanted = np.maximum(_BRADFORD @ white, 0.05), _BRADFORD @ WHITE_XYZ
         adapted = np.linalg.inv(_BRADFORD) @ np.diag(wanted / seen) @ _BRADFORD
-        return np.asarray(RGB_FROM_XYZ @ adapted @ np.linalg.inv(RGB_FROM_XYZ) * factor)
+        return np.asarray(RGB_FROM_XYZ @ adapted @ XYZ_FROM_RGB * factor)
 
     def on(self, scene: Scene) -> Scene:
         """``scene`` under this look."""

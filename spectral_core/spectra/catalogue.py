@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_range, require_text
 from spectral_core.errors import UnknownNameError
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, Reflectance, SpectralGrid
 
 ALIASES = {"sodium": "HP1", "high-pressure sodium": "HP1", "daylight": "D65", "tungsten": "A", "equal energy": "E"}
 """Common names of lamps, each with the measured lamp that it means."""
@@ -101,7 +101,7 @@ PLANCK = "Planck's law"
 def blackbody(temperature_k: float, grid: SpectralGrid | None = None) -> Illuminant:
     """Planck's law, relative to its value at 560 nm, at ``temperature_k`` from 500 to 50,000 kelvin."""
     kelvin = require_range("temperature", temperature_k, 500, 50_000, " K")
-    grid = grid or SpectralGrid.uniform(360, 830, 5)
+    grid = grid or SpectralGrid(WAVELENGTHS_NM[::5])
     second_radiation_constant_nm_k = 1.438776877e7
 
     def relative(wavelengths_nm: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -18,7 +18,7 @@ from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import Observer, integration_points, xyz_of
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import LAST_NM, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class FluorescentDye:
         grid: SpectralGrid | None = None,
     ) -> FluorescentDye:
         """A dye with bell-shaped spectra around two wavelengths; ``widths_nm``: their standard deviations."""
-        grid = grid or SpectralGrid.uniform(300, 830, 5)
+        grid = grid or SpectralGrid.uniform(300, LAST_NM, 5)
         bells = [
             np.exp(-0.5 * ((grid.wavelengths_nm - center) / require_range("a width", width, 0.1, 1000, " nm")) ** 2)
             for center, width in zip((excitation_nm, emission_nm), widths_nm, strict=True)

@@ -20,6 +20,11 @@ from spectral_core.errors import GridMismatchError, InvalidInputError
 Interpolation = Literal["linear", "sampled"]
 MOST_KNOTS = 1_000_000
 """Largest grid, more than any instrument resolves; a larger one is a mistake in the unit."""
+FIRST_NM, LAST_NM = 360, 830
+"""Visible wavelengths: the range of the CIE's 2° tables (CIE 018:2019), which is all that Mitsuba traces."""
+WAVELENGTHS_NM: NDArray[np.float64] = np.arange(FIRST_NM, LAST_NM + 1, dtype=np.float64)
+"""Every whole nm of the visible wavelengths, (471,)."""
+WAVELENGTHS_NM.setflags(write=False)
 
 
 @read_only_when_copied

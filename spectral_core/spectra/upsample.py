@@ -20,12 +20,12 @@ from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.observer import linear_rgb_from_product, normalized
-from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Reflectance, SpectralGrid
 
 Array = NDArray[np.float64]
 
 _HEADER_BYTES = 8
-_SOLVE_GRID = SpectralGrid.uniform(360.0, 830.0, 5.0)
+_SOLVE_GRID = SpectralGrid(WAVELENGTHS_NM[::5])
 
 
 def upsampled(linear_rgb: ArrayLike, wavelengths_nm: ArrayLike) -> Array:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
@@ -13,12 +14,13 @@ pytest.importorskip("bpy")
 
 import bpy
 
-from blender_addon.engine import BL_IDNAME
+from blender_addon import properties
+from blender_addon.properties.render import ENGINE
 from blender_addon.translate.passes import pass_notes
 
 
 def shown() -> list[type]:
-    return [each for each in bpy.types.Panel.__subclasses__() if BL_IDNAME in getattr(each, "COMPAT_ENGINES", ())]
+    return [each for each in bpy.types.Panel.__subclasses__() if ENGINE in getattr(each, "COMPAT_ENGINES", ())]
 
 
 @pytest.mark.parametrize("space", ["PROPERTIES", "NODE_EDITOR"])
@@ -40,7 +42,7 @@ def test_panels_of_settings_that_are_read_are_shown(registered, name):
     panels = {each.__name__: each for each in bpy.types.Panel.__subclasses__()}
     if name not in panels:
         pytest.skip("this Blender has no such panel, or Cycles is disabled")
-    context = SimpleNamespace(engine=BL_IDNAME, world=True, material=MagicMock(grease_pencil=False))
+    context = SimpleNamespace(engine=ENGINE, world=True, material=MagicMock(grease_pencil=False))
     assert panels[name].poll(context)
 
 
@@ -52,7 +54,7 @@ def test_other_panels_of_cycles_stay_hidden_and_nothing_is_left(registered):
     borrowed = panels.get("CYCLES_RENDER_PT_film")
     if borrowed is None:
         pytest.skip("Cycles is disabled")
-    assert not panels["CYCLES_RENDER_PT_performance"].poll(SimpleNamespace(engine=BL_IDNAME))
+    assert not panels["CYCLES_RENDER_PT_performance"].poll(SimpleNamespace(engine=ENGINE))
     before = shown()
     shared.show()  # as after a file
     assert shown() == before
@@ -60,7 +62,7 @@ def test_other_panels_of_cycles_stay_hidden_and_nothing_is_left(registered):
     try:
         assert {each.__name__ for each in shown() if not each.__name__.startswith("SPECTRAL")} == set()
         assert "COMPAT_ENGINES" not in vars(borrowed)
-        assert not borrowed.poll(SimpleNamespace(engine=BL_IDNAME))
+        assert not borrowed.poll(SimpleNamespace(engine=ENGINE))
     finally:
         shared.register()
     assert shown() == before
@@ -113,3 +115,17 @@ def test_passes_that_are_not_rendered_get_a_note(blender):
     (note,) = pass_notes(layer)
     assert note.subject == f"view layer {layer.name}"
     assert note.message == "Vector: not rendered; the file does not hold it"
+
+
+def test_the_engine_is_named_in_one_place() -> None:
+    """A panel that asks for another name would never be shown; only the choice of transport is also called SPECTRAL."""
+    assert ENGINE == "SPECTRAL"  # .blend files of every version contain it
+    addon = Path(properties.__file__).parents[1]
+    named = [
+        (path.name, line.strip())
+        for path in addon.rglob("*.py")
+        for line in path.read_text("utf-8").splitlines()
+        if '"SPECTRAL"' in line
+    ]
+    assert [line[:22] for _, line in named if not line.startswith("ENGINE =")] == ['("SPECTRAL", "Spectral']
+    assert len(named) == 2

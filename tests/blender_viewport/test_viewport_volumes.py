@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -149,7 +147,7 @@ def folder(tmp_path, monkeypatch):
 
     made = tmp_path / "saved"
     made.mkdir()
-    monkeypatch.setattr(volumes, "_FOLDER", SimpleNamespace(name=str(made)))
+    monkeypatch.setattr(volumes, "_folder", lambda: made)
     return made
 
 

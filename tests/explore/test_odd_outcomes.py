@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.explore.analysis.embedding import cluster
 from spectral_core.explore.analysis.process import GaussianProcess, propose
 from spectral_core.explore.analysis.sensitivity import sobol_indices
-from spectral_core.explore.features.compare import distances_to
+from spectral_core.explore.features.compare import distances_to, picture_features
 from spectral_core.explore.features.expression import evaluate
 from spectral_core.explore.sweep.compute.command import CommandNode
 from spectral_core.explore.sweep.compute.rendering import identifiers
@@ -24,6 +25,7 @@ from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.outcome import Outcome, as_outcome
 from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.task import compute_point
+from spectral_core.spectra.color import lab_from_linear_rgb, linear_from_display_rgb
 
 FUNCTION = {"kind": "function", "function": "none.py:f"}
 COUNTED = {"name": "n", "low": 1, "high": 6, "kind": "integer"}
@@ -148,3 +150,23 @@ def test_a_weight_is_given_once() -> None:
     """Only the last one counted."""
     with pytest.raises(InvalidInputError, match="names 'a' twice"):
         explore._weights(["a=1", "b=2", "a=3"])
+
+
+def test_pictures_are_compared_by_the_means_of_their_blocks(tmp_path: Path) -> None:
+    """Blocks of a picture that its size does not divide evenly, and those of one that is smaller than the blocks."""
+    image = pytest.importorskip("PIL.Image")
+    (tmp_path / "image").mkdir()
+    rng = np.random.default_rng(5)
+    pictures = [rng.integers(0, 256, shape, dtype=np.uint8) for shape in ((7, 5, 3), (1, 1, 3))]
+    for number, pixels in enumerate(pictures):
+        image.fromarray(pixels).save(tmp_path / "image" / f"{number}.png")
+    rows = [{"FILE": f"image/{number}.png"} for number in range(2)]
+    found = picture_features(SimpleNamespace(folder=tmp_path), rows, size=2).reshape(2, 2, 2, 3) * 100
+    light = [linear_from_display_rgb(pixels / 255.0) for pixels in pictures]
+    for down, across in np.ndindex(2, 2):
+        block = light[0][(slice(0, 3), slice(3, 7))[down], (slice(0, 2), slice(2, 5))[across]]
+        mean = sum(block.reshape(-1, 3)) / (block.size / 3)
+        np.testing.assert_allclose(found[0, down, across], lab_from_linear_rgb(mean), atol=1e-9)
+        np.testing.assert_allclose(found[1, down, across], lab_from_linear_rgb(light[1][0, 0]), atol=1e-9)
+    with pytest.raises(InvalidInputError, match="no picture"):
+        picture_features(SimpleNamespace(folder=tmp_path), [{}])

@@ -184,6 +184,31 @@ def test_scene_nodes_of_measured_surfaces_and_of_as_many_nodes_as_surfaces() -> 
     assert 0.1 < errors(few, on(GRID), few.surface_coefficients(CHECKER), LIGHTS).mean() < 2
 
 
+@pytest.mark.parametrize("brightness", [1.0, 0.02])
+def test_few_nodes_serve_dark_surfaces_as_they_serve_bright_ones(brightness: float) -> None:
+    """Three narrow bands of no natural surface: each needs a node of its own, however dark it is."""
+    centers = np.array([455.0, 550.0, 625.0])
+    bands = brightness * np.exp(-0.5 * ((GRID.wavelengths_nm - centers[:, None]) / 6.0) ** 2)
+    model = NodeModel.scene(bands, GRID, size=3)
+    np.testing.assert_allclose(model.nodes_nm, centers, atol=12.0)  # two standard deviations of a band
+
+
+def test_the_first_node_is_the_wavelength_that_predicts_all_others_best() -> None:
+    scene = on(GRID)[:3]
+    first, second = np.triu_indices(3)
+    wavelengths, natural = catalogue.natural_reflectance_components()
+    others = [scene[first] * scene[second], [np.interp(GRID.wavelengths_nm, wavelengths, row) for row in natural]]
+    rows = np.concatenate([part / np.linalg.norm(part) for part in (scene, np.concatenate(others))])
+    visible = np.linalg.norm(observer.xyz_from_spectrum(GRID), axis=0)
+    left = [
+        np.linalg.norm(
+            (rows - np.outer(rows[:, knot], rows[:, knot] @ rows / np.square(rows[:, knot]).sum())) * visible
+        )
+        for knot in range(GRID.size)
+    ]
+    assert NodeModel.scene(scene, GRID, size=1).nodes_nm == GRID.wavelengths_nm[np.argmin(left)]
+
+
 def test_scene_nodes_of_dependent_surfaces() -> None:
     surfaces = on(GRID)[[0, 0, 3, 3]] * np.array([[1], [0.5], [1], [0]])
     model = NodeModel.scene(surfaces, GRID, size=2)

@@ -16,6 +16,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+from spectral_core.files import of_process
 from spectral_core.render.live import area as area_module
 from spectral_core.render.live.area import PREFIX, PixelArea, clean, delete_left
 
@@ -78,7 +79,7 @@ def test_the_files_of_a_process_that_was_killed_are_deleted_by_a_later_one() -> 
 def test_only_files_of_ended_processes_of_this_system_are_deleted(folder: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", ""]) as ended:
         ended.wait()
-    here = area_module._system()
+    here = of_process._system()
     left = folder / f"{PREFIX}{ended.pid}-{here}-abcd_123"
     kept = [
         f"{PREFIX}{ended.pid}-{int(here, 16) ^ 1:08x}-abcd_123",  # of another computer or container

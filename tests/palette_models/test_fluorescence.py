@@ -208,3 +208,10 @@ def test_reduced_weights_are_noted_with_dyes_too() -> None:
     )
     notes = palette_solution(found).notes
     assert notes[0].startswith("cell weights from 1 to 1e+09 were brought within a ratio of 10000")
+
+
+def test_the_mean_wavelength_of_an_emission_is_its_centroid() -> None:
+    """That of a triangle is the mean of its corners, also where its knots are uneven."""
+    excitation = Spectrum("excitation", SpectralGrid(np.array([300.0, 330.0, 390.0])), np.array([0.0, 1.0, 0.0]))
+    emission = Spectrum("emission", SpectralGrid(np.array([400.0, 410.0, 460.0])), np.array([0.0, 3.0, 0.0]))
+    assert FluorescentDye("dye", excitation, emission).emission_mean_nm == pytest.approx((400 + 410 + 460) / 3)

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from spectral_core.render.lens.camera_rays import CameraFrame, camera_frame
 from spectral_core.render.trace.first_hit import FirstHit
-from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM, WavelengthPlan
+from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM
 
 
 class FilmSums:

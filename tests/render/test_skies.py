@@ -65,3 +65,13 @@ def test_a_drawn_sun_has_the_mean_of_its_disk_and_ends_at_the_horizon(model, rng
     directions, found = seen(half_set)
     assert not found[directions[:, 2] < -0.01].any() and found[directions[:, 2] > 0.01].all()
     assert not high.wide_sun(-high.toward_sun[None], angle).any()
+
+
+def test_the_sun_without_air_has_the_solar_illuminance():
+    """133.1 klx above the air (Darula, Kittler and Gueymard 2005), 683 lm of them in a watt of luminous power.
+
+    The models' sun is a black body, so that it is up to a twentieth darker.
+    """
+    sky, angle = Atmosphere("single", sun_elevation=np.pi / 2, air=0.0, aerosol=0.0, ozone=0.0), 0.0093
+    luminance = sky.sun_radiance(angle) @ (0.2126, 0.7152, 0.0722) / 0.8  # without the mean darkening of the limb
+    assert luminance * np.pi * (angle / 2) ** 2 == pytest.approx(133_100 / 683, rel=0.06)

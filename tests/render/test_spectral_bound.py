@@ -11,12 +11,11 @@ import pytest
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, white_light
 from spectral_core.render.plan.effects import plan_effects
 from spectral_core.render.plan.spectral_bound import LATER_BOUNCES, SECOND_BOUNCE, rgb_transport_error
-from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import Camera, Color, Diffuse, Film, Instance, Material, Mesh, PointLight, Scene, World
 from spectral_core.scene.surface import ScatteringMedium
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import STANDARD, integration_points, observer, xyz_of
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, Reflectance, SpectralGrid
 from spectral_core.spectra.upsample import upsampled
 
 GRID = SpectralGrid(np.arange(400.0, 701.0, 20.0))

@@ -13,10 +13,10 @@ from spectral_core.render.trace.chosen_pixels import _SEED_STEP
 from spectral_core.render.trace.measure.slots import SLOTS, in_slots
 from spectral_core.render.trace.measure.spectral_measure import SpectralMeasure
 from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
-from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, Bands, WavelengthPlan, plan_wavelengths
+from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 
 PIXELS, SAMPLES = 1 << 13, 40
 """The last 8 samples belong to a second group of 32."""

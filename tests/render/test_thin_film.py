@@ -13,6 +13,7 @@ from benchmarks.render.checks.film_forms import reflected
 from spectral_core.errors import InvalidInputError
 from spectral_core.render import plan_from_data, render_scene
 from spectral_core.render.plan.simulated import simulated_scene
+from spectral_core.render.plan.thin_film import KNOTS_NM, reflectance
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.scene import Film as Raster
 from spectral_core.scene import (
@@ -77,6 +78,23 @@ def test_the_reflection_of_a_film_on_metal_equals_its_transfer_matrix(metal, deg
     pair = mi.Spectrum(metal.real), mi.Spectrum(metal.imag)
     found = np.array(upon.on_metal(mi.Float(np.cos(np.radians(degrees))), pair))[0]
     np.testing.assert_allclose(found, reflected((1.0, 1.8, metal), 250.0, np.radians(degrees))(NM), atol=5e-6)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 40.0, 75.0])
+@pytest.mark.parametrize("base", [1.52 + 0j, 0.2 + 3.4j, 2.9 + 3.1j])
+def test_the_plan_computes_the_reflection_of_a_film_by_its_transfer_matrix(base, degrees):
+    colors = {"thin_film_thickness": 310.0, "thin_film_ior": 1.7}
+    if base.imag:
+        # Gulbrandsen 2014: the color at normal incidence, and the edge's tint between the least and the largest index
+        facing = abs((base - 1) / (base + 1)) ** 2
+        most, least = (1 + facing**0.5) / (1 - facing**0.5), (1 - facing) / (1 + facing)
+        tints = (gray(facing), gray((most - base.real) / (most - least)))
+        closure = Metal(color=tints[0], edge_tint=tints[1], **colors)
+    else:
+        closure = Glass(ior=base.real, **colors)
+    found = reflectance(closure, np.cos(np.radians(degrees)), 310.0)
+    expected = reflected((1.0, 1.7, base), 310.0, np.radians(degrees))(KNOTS_NM)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 @pytest.mark.parametrize(("thickness", "index"), [(120.0, 1.33), (500.0, 1.33), (300.0, 1.8), (3000.0, 1.5)])

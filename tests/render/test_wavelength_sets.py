@@ -10,10 +10,10 @@ import pytest
 
 from spectral_core.render.trace.measure.least_variance import least_variance, low_rank_root
 from spectral_core.render.trace.measure.wavelength_sets import SAMPLES, SHIFTS, STEPS, TEETH
-from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, WavelengthPlan, plan_wavelengths
+from spectral_core.render.trace.wavelengths import WavelengthPlan, plan_wavelengths
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import reflectance_from_rgb
 
 GRID = SpectralGrid(WAVELENGTHS_NM)

@@ -9,7 +9,7 @@ import pytest
 from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.observer import sum_of_lights, xyz_of
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum, told_apart
 
 
 def test_a_uniform_grid_includes_its_end_and_describes_itself() -> None:
@@ -151,3 +151,13 @@ def test_a_sum_of_lights_ends_where_they_end_and_counts_no_darkness() -> None:
     infrared = Illuminant("infrared", SpectralGrid(np.array([900.0, 950.0])), np.ones(2))
     with pytest.raises(InvalidInputError, match="no luminance"):
         sum_of_lights([(1.0, wide), (1.0, infrared)])
+
+
+@pytest.mark.parametrize("names", [["a", "a", "b"], ["a", "a 1", "a"], ["a 2", "a", "a", "a 2"], ["a"] * 4])
+def test_equal_names_get_numbers_that_no_other_spectrum_has(names: list[str]) -> None:
+    grid = SpectralGrid.uniform()
+    numbered = [each.name for each in told_apart([Spectrum(name, grid, np.ones(grid.size)) for name in names])]
+    assert len(set(numbered)) == len(names)
+    for name, new in zip(names, numbered, strict=True):
+        assert new.startswith(name)
+        assert new == name or names.count(name) > 1

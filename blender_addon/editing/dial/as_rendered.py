@@ -14,13 +14,14 @@ from bpy.types import Context, Scene, ViewLayer
 from spectral_core.errors import InvalidInputError, RenderCancelled
 
 from ... import jobs
+from ...properties.render import ENGINE
 
 if TYPE_CHECKING:
     from spectral_core.scene import Scene as SpectralScene
 
 NO_RENDER = "Blender did not start the render; is there a camera?"
 RENDERS = "Blender renders at present; wait for the end of that render, or stop it, and press the button again"
-SETTINGS = {"engine": "SPECTRAL", "use_compositing": False, "use_sequencer": False}
+SETTINGS = {"engine": ENGINE, "use_compositing": False, "use_sequencer": False}
 """Settings of a render that only translates the scene.
 
 A compositor would write the files of its File Output nodes, and render other scenes; strips would be shown in place of

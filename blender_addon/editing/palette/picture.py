@@ -17,6 +17,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from ...properties import hooks
 from ...properties.hooks import Topic
+from ...properties.render import ENGINE
 from ...translate.palette.apply import designed
 from ...translate.spectra.stored import stored_samples, strength_of
 from ..dial import kept_mix
@@ -126,7 +127,7 @@ def _bulbs(
 
 def _is_rendered(scene: Scene) -> bool:
     """True if a 3D view shows the scene in Rendered mode by this engine."""
-    windows = bpy.context.window_manager.windows if scene.render.engine == "SPECTRAL" else ()
+    windows = bpy.context.window_manager.windows if scene.render.engine == ENGINE else ()
     areas = (area for window in windows if window.scene == scene for area in window.screen.areas)
     return any(area.type == "VIEW_3D" and area.spaces.active.shading.type == "RENDERED" for area in areas)
 

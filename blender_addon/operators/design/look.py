@@ -5,6 +5,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Event
 
+from ...properties.render import ENGINE
 from ...properties.viewport import LOOKS
 
 GRIP_PIXELS = 12.0
@@ -72,7 +73,7 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
         """Only over a split view."""
         space = context.space_data
         return (
-            context.engine == "SPECTRAL"
+            context.engine == ENGINE
             and context.scene.spectral.viewport.is_split
             and space is not None
             and space.type == "VIEW_3D"

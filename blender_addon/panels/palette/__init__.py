@@ -9,6 +9,7 @@ from bpy.types import Context, Panel, PropertyGroup, UILayout
 from ...editing.palette.bindings import faults
 from ...editing.palette.picture import RELIT
 from ...editing.palette.solve import NEEDS_BUTTON
+from ...properties.render import ENGINE
 from ..parts import wrapped
 from .details import CONFLICTS_SHOWN, draw_cell, draw_conflict, draw_light, draw_material
 from .more import draw_alternatives, draw_paint
@@ -60,7 +61,7 @@ def draw_palette(layout: UILayout, context: Context) -> None:
 
 def picture_words(context: Context, palette: PropertyGroup) -> str:
     """How views show a solution that is not applied."""
-    if context.engine != "SPECTRAL" and palette.picture != RELIT:
+    if context.engine != ENGINE and palette.picture != RELIT:
         return "Rendered views show it with the render engine Spectral."
     return palette.picture
 

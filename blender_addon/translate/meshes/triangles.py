@@ -198,8 +198,10 @@ def values_of(attribute: Any, kind: str) -> Array | None:
     return None if values is None else _output(attribute, values, kind)
 
 
-def stored_in(attribute: Any) -> Array | None:
-    """The numbers (n, k) of an attribute; None if its type has none."""
+def stored_in(attribute: Any, *, exact: bool = False) -> Array | None:
+    """The numbers (n, k) of an attribute; None if its type has none. ``exact``: also those that are not finite, which
+    are 0 and the largest numbers else.
+    """
     if attribute.data_type not in COMPONENTS:
         return None
     field, width = COMPONENTS[attribute.data_type]
@@ -210,7 +212,7 @@ def stored_in(attribute: Any) -> Array | None:
         raw[:] = whole
     else:
         attribute.data.foreach_get(field, raw)
-    return np.nan_to_num(raw.reshape(-1, width))
+    return raw.reshape(-1, width) if exact else np.nan_to_num(raw.reshape(-1, width))
 
 
 def _output(attribute: Any, values: Array, kind: str) -> Array:

@@ -24,6 +24,7 @@ from spectral_core.scene import (
     Paint,
     Surface,
 )
+from spectral_core.scene.hair import FUR, SCALES_RAD
 
 from .. import spectra
 from .coordinate_nodes import info
@@ -35,10 +36,6 @@ from .tree import Output, linked
 EUMELANIN = np.array((0.506, 0.841, 1.653))
 PHEOMELANIN = np.array((0.343, 0.733, 1.924))
 """Absorption of pigments at concentration 1, linear sRGB (d'Eon et al. 2011)."""
-FUR = (0.245, 5.574, -10.73, 2.532, -0.215, 5.969)
-"""Coefficients, highest power first, of the polynomial in the radial roughness by which the color of a coat of fibers
-determines their absorption (Chiang et al. 2016, equation 9).
-"""
 DEPTH = 4.0
 """Depth at which the transmittance of a varying absorption is stored."""
 OF_HAIR = {
@@ -66,7 +63,7 @@ def principled_hair(reader: Reader, output: Output) -> Surface:
     inputs: dict[str, Any] = {
         "roughness": scalar_of(along),
         "ior": held(reader.scalar(output.input("IOR"), 1.55), IOR),
-        "offset_rad": reader.scalar(output.input("Offset"), 0.0349),
+        "offset_rad": reader.scalar(output.input("Offset"), SCALES_RAD),
         "tangent": _tangent(reader),
         "edge": Computed(reader.point("edge_u").program(3)),
     }

@@ -7,6 +7,7 @@ import numpy as np
 
 from spectral_core.scene import FILM_THICKNESS_NM, IOR, Color, Computed, Paint, Scalar, SubsurfaceModel, gray
 from spectral_core.scene.shading import OnRaised, Raised
+from spectral_core.spectra.metal import colors_of_metal
 
 from .. import spectra
 from .fields import mean_color
@@ -91,10 +92,6 @@ def conductor_colors(index: np.ndarray, extinction: np.ndarray) -> tuple[Paint, 
     """Colors that represent an index and extinction per channel, by Gulbrandsen 2014: facing and edge; scale of the
     latter, which is 2 for metals of little extinction.
     """
-    index, squared = np.maximum(index, 0.0), np.square(np.maximum(extinction, 0.0))
-    facing = np.clip((np.square(index - 1) + squared) / (np.square(index + 1) + squared), 0.0, 0.999)
-    root = np.sqrt(facing)
-    most, least = (1 + root) / (1 - root), (1 - facing) / (1 + facing)
-    edge = (most - index) / np.maximum(most - least, 1e-9)
+    facing, edge = colors_of_metal(index, extinction)
     scale = 2.0 if edge.max() > 1.0 + EDGE_ROOM else 1.0
     return Color(facing), Color(np.clip(edge / scale, 0.0, 1.0)), scale

@@ -46,7 +46,7 @@ def curves_mesh(name: str, curves: Any, reads: frozenset[str] = frozenset()) -> 
     radii = _radii(curves, count)
     lengths = np.empty(len(curves.curves), np.int32)
     curves.curves.foreach_get("points_length", lengths)
-    places = points.reshape(-1, 3).astype(np.float64)
+    places = np.where(np.isfinite(points), points, np.nan).reshape(-1, 3).astype(np.float64)  # as in ``_radii``
     return tubes(name, places, radii.astype(np.float64), lengths, reads, of_curves(curves, reads, lengths, places))
 
 
@@ -232,7 +232,7 @@ def _radii(data: Any, count: int) -> np.ndarray:
     found = data.attributes.get("radius")
     if found is not None and found.domain == "POINT" and found.data_type == "FLOAT":
         found.data.foreach_get("value", radii)
-    return radii
+    return np.where(np.isfinite(radii), radii, np.float32(np.nan))  # what follows from NaN is NaN, and left out
 
 
 def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> Mesh | None:
@@ -246,6 +246,7 @@ def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> M
     finer = next((k for k in (3, 2, 1) if count * 20 * 4**k <= MOST_TRIANGLES), 0)
     directions, faces = ball(finer)
     size = np.abs(radii.astype(np.float64))
+    places = np.where(np.isfinite(places), places, np.float32(np.nan))
     positions = places.reshape(-1, 1, 3) + size[:, None, None] * directions
     triangles = faces + np.arange(count)[:, None, None] * len(directions)
     normals = np.broadcast_to(directions, positions.shape)

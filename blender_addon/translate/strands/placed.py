@@ -13,7 +13,7 @@ import numpy as np
 from spectral_core.scene import STRAND_AXIS, Instance, Mesh, Principled, Subsurface, leaves
 
 from ..context import stated
-from ..meshes.triangles import READS_UV
+from ..meshes.triangles import READS_UV, stored_in
 from ..meshes.velocities import velocity_read
 from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes, random_of
 from ..shading.materials import TranslatedMaterial
@@ -30,6 +30,7 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
     reads: frozenset[str] = velocity_read(found, obj.data).union(*(item.reads for item in materials))
     mesh = _mesh(found, obj, reads)
     if mesh is not None:
+        _note_left_out(found, obj)
         _note_unread(found, obj, reads, mesh)
         _note_other_light(found, obj, materials)
         modes = obj.data.attributes.get("normal_mode")
@@ -111,6 +112,21 @@ def _enter(found: Any, instance: Any, name: str, mesh: Mesh, materials: list[Tra
 
 def _with(instance: Instance, random: float, attributes: Any) -> Instance:
     return replace(instance, random=random, attributes=attributes)
+
+
+def _note_left_out(found: Any, obj: Any) -> None:
+    """Note the points of hair or of a point cloud that have no place or size."""
+    stored = [values for name in ("position", "radius") if (values := obj.data.attributes.get(name)) is not None]
+    numbers = [stored_in(values, exact=True) for values in stored]
+    bad = [~np.isfinite(each).all(axis=1) for each in numbers if each is not None]
+    count = int(np.count_nonzero(np.any(bad, axis=0))) if bad else 0
+    if count:
+        which = (
+            "1 of its points has a position or radius that is"
+            if count == 1
+            else (f"{count:,} of its points have positions or radii that are")
+        )
+        found.translation.note(obj.name, f"{which} not finite; the hair or balls at such points are left out")
 
 
 def _note_unread(found: Any, obj: Any, reads: frozenset[str], mesh: Mesh) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -21,6 +22,7 @@ from concurrent.futures import Executor, Future
 from typing import Any
 
 from spectral_core import child
+from spectral_core.child.ending import ended, last_words
 from spectral_core.errors import RenderError
 from spectral_core.render.process.messages import receive, send
 
@@ -32,7 +34,6 @@ BOOTSTRAP = (
     f"import json, os, sys; sys.path[:] = json.loads(os.environ['{child.PATH_VARIABLE}']); "
     "from spectral_core.explore.sweep.pool_worker import main; main()"
 )
-LOG_TAIL_BYTES = 4000
 START_LIMIT_S = 120.0
 MAX_STARTS = 10
 KILLED_FROM_OUTSIDE = (9, 15)
@@ -184,19 +185,32 @@ class _Process:
                 creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0), start_new_session=True,
             )  # fmt: skip
         except OSError as error:
+            self._log.close()
             raise RenderError(f"a worker cannot be started with {command[0]!r}: {error}") from error
-        self._await_marker()
+        try:
+            self._await_marker()
+        except BaseException:
+            self.end()
+            raise
 
     def _await_marker(self) -> None:
-        stream, seen = self.process.stdout, b""
+        stream, seen, late = self.process.stdout, b"", threading.Event()
         assert stream is not None
-        timer = threading.Timer(START_LIMIT_S, self.process.kill)
+
+        def too_late() -> None:
+            late.set()
+            self.process.kill()
+
+        timer = threading.Timer(START_LIMIT_S, too_late)
         timer.start()
         try:
             while not seen.endswith(MARKER):
                 byte = stream.read(1)
                 if not byte:
-                    raise self._death("before it was ready")
+                    death = self._death("before it was ready")
+                    if late.is_set():  # no kill from outside, after which it is started again
+                        raise WorkerDied(f"a worker was not ready within {START_LIMIT_S:g} s{self._last_words()}")
+                    raise death
                 seen = (seen + byte)[-len(MARKER) :]
         finally:
             timer.cancel()
@@ -215,21 +229,23 @@ class _Process:
             raise self._death("during a point") from None
 
     def _death(self, when: str) -> WorkerDied:
-        try:
-            code = self.process.wait(timeout=5)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            code = self.process.wait()
-        how = f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
+        code, how = ended(self.process)
+        self._kill_group()
         return WorkerDied(f"a worker {how} {when}{self._last_words()}", max(0, -code))
 
     def _last_words(self) -> str:
-        with contextlib.suppress(ValueError):
-            self._log.seek(0, os.SEEK_END)
-            self._log.seek(max(0, self._log.tell() - LOG_TAIL_BYTES))
-            text = self._log.read().decode("utf-8", "replace").strip()
-            return f"\nIts last words:\n{text}" if text else ""
+        with contextlib.suppress(ValueError):  # another thread has ended the process and closed the log
+            return last_words(self._log)
         return ""
+
+    def _kill_group(self) -> None:
+        """End programs that the process has started, which would compute on for a point that nobody awaits.
+
+        Windows has no such groups.
+        """
+        if hasattr(os, "killpg"):
+            with contextlib.suppress(OSError):  # none is left
+                os.killpg(self.process.pid, signal.SIGKILL)  # the process began a session of its own
 
     def end(self) -> None:
         """End the process and collect its status; two threads may call it."""
@@ -238,6 +254,7 @@ class _Process:
 
     def _end(self) -> None:
         if self.alive:
+            self._kill_group()
             self.process.kill()
         self.process.wait()
         for stream in (self.process.stdin, self.process.stdout):

@@ -20,7 +20,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.fluorescence import FluorescentDye, require_energy, share_per_amount
 from spectral_core.spectra.observer import Observer, integration_points, linear_rgb_from_product, xyz_of
-from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import LAST_NM, Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 
@@ -95,6 +95,6 @@ def color_from_light(surface: FluorescentSurface, grid: SpectralGrid, viewer: Ob
 
 def led(peak_nm: float, *, power: float = 1.0, width_nm: float = 8.0) -> Illuminant:
     """A bell-shaped LED of a given radiant power; ``width_nm``: its standard deviation. For tests of fluorescence."""
-    grid = SpectralGrid.uniform(300, 830, 1)
+    grid = SpectralGrid.uniform(300, LAST_NM, 1)
     bell = np.exp(-0.5 * ((grid.wavelengths_nm - peak_nm) / width_nm) ** 2)
     return Illuminant(f"{peak_nm:g} nm LED", grid, power * bell / bell.sum(), source="Gaussian")

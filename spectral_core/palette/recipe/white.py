@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.spectra.catalogue import blackbody
 from spectral_core.spectra.observer import xyz_from_spectrum
-from spectral_core.spectra.spectrum import SpectralGrid
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid
 
 Array = NDArray[np.float64]
 
-LAMP_GRID = SpectralGrid.uniform(360, 830, 1)
+LAMP_GRID = SpectralGrid(WAVELENGTHS_NM)
 RANGE_K = 1_000.0, 45_000.0
 """Correlated color temperatures that are told."""
 SCAN_K = 900.0, 50_000.0

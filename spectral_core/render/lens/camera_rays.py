@@ -55,11 +55,8 @@ def camera_frame(camera: Camera, film: Film) -> CameraFrame:
     if camera.panorama is not None:  # positions in the picture, shifted by shares of its size
         low = np.asarray(camera.shift, dtype=np.float64)
         return CameraFrame(camera.world_from_camera[:3, 3], right, up, back, low, low + 1, camera)
-    width, height = float(film.width), film.height * film.pixel_aspect
-    side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
-    extent = 2 * np.tan(camera.field_of_view_rad / 2) if camera.kind == "perspective" else camera.orthographic_scale
-    half = np.array([width, height]) / side * extent / 2
-    center = np.asarray(camera.shift) * extent
+    width, height, across, up_by, _ = camera.window(film)
+    half, center = np.array([width, height]) / 2, np.array([across * width, up_by * height])
     return CameraFrame(camera.world_from_camera[:3, 3], right, up, back, center - half, center + half, camera)
 
 

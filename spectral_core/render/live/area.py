@@ -14,18 +14,15 @@ import contextlib
 import itertools
 import mmap
 import os
-import re
 import shutil
-import socket
-import sys
 import tempfile
-import zlib
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from spectral_core.files.of_process import left_in, named_after_process
 
 SLOTS = 3
 PREFIX = "spectral-view-"
@@ -70,7 +67,7 @@ class PixelArea:
         not enough space in the folder of temporary files either.
         """
         size = SLOTS * (_HEAD + 16 * pixels)
-        handle, path = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-{_system()}-", dir=_folder(size))
+        handle, path = tempfile.mkstemp(prefix=named_after_process(PREFIX), dir=_folder(size))
         _made.add(path)
         try:
             try:
@@ -136,11 +133,9 @@ def delete_left() -> None:
 def clean() -> None:
     """Delete files that are left: of this process, and of processes that have ended without deleting them."""
     delete_left()
-    form = re.compile(rf"{PREFIX}([1-9][0-9]{{0,9}})-{_system()}-\w+")
-    with contextlib.suppress(OSError):  # a folder that cannot be listed
-        for path in itertools.chain.from_iterable(Path(folder).glob(f"{PREFIX}*") for folder in _folders()):
-            found = form.fullmatch(path.name)
-            if found is not None and _has_ended(int(found[1])):
+    for folder in _folders():
+        with contextlib.suppress(OSError):  # a folder that cannot be listed
+            for path in left_in(folder, PREFIX):
                 with contextlib.suppress(OSError):  # another session has deleted it, or it belongs to another user
                     path.unlink()
 
@@ -178,32 +173,3 @@ def _free(folder: str) -> int:
         return shutil.disk_usage(folder).free if os.access(folder, os.W_OK) else 0
     except OSError:
         return 0
-
-
-@cache
-def _system() -> str:
-    """A mark of the system that numbers this process: computers and containers may share a folder, but no numbers."""
-    try:
-        numbering = Path("/proc/self/ns/pid").stat().st_ino
-    except OSError:
-        numbering = 0
-    return f"{zlib.crc32(f'{socket.gethostname()} {numbering}'.encode()):08x}"
-
-
-def _has_ended(number: int) -> bool:
-    """True if no process has this number, and its files may be deleted.
-
-    This process keeps its own. Windows is not asked: there ``os.kill`` would end the process, and the system refuses to
-    delete a file that a process has mapped.
-    """
-    if number == os.getpid():
-        return False
-    if sys.platform == "win32":
-        return True
-    try:
-        os.kill(number, 0)  # sends nothing
-    except ProcessLookupError:
-        return True
-    except (OSError, OverflowError):  # a process of another user, or no number of this system
-        return False
-    return False

@@ -15,6 +15,7 @@ from spectral_core.render.denoise import Guides, Quality
 from spectral_core.render.live.passes import Launcher, block_order
 from spectral_core.render.live.view import ViewRequest
 from spectral_core.render.trace.guides import MOST_PASSED
+from spectral_core.render.trace.path_sampler import hashed_seed
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
 Pixels = NDArray[np.float32]
@@ -163,7 +164,7 @@ class ViewPicture:
         left, bottom, *_ = self.request.part
         corner = place[0] + left, place[1] + bottom
         size = self.request.width, self.request.height
-        seed = (self._launcher.film.seed * 2654435761 + 1) & 0xFFFFFFFF
+        seed = hashed_seed(self._launcher.film.seed)
         return self._launcher._mi.UInt32([self.columns, self.stride, *corner, first, last, seed, *size, MOST_PASSED])
 
     def _guide(self) -> None:

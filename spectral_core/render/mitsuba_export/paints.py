@@ -15,7 +15,7 @@ from spectral_core.render.mitsuba_export.draft import Draft
 from spectral_core.render.mitsuba_scene.paint import color_pixels, emitted_rgb, emitted_spectrum, in_daylight
 from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.spectra.files import mitsuba_spd
-from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]
@@ -164,7 +164,7 @@ def _mixed(draft: Draft, paint: MixedPaint, subject: str) -> Color | Spectrum | 
         if all(isinstance(part, Color) for part in parts):
             first, second = (np.asarray(part.linear_rgb) for part in parts if isinstance(part, Color))
             return Color((1 - share) * first + share * second)
-        grid = SpectralGrid(np.arange(360.0, 831.0))
+        grid = SpectralGrid(WAVELENGTHS_NM)
         first, second = (_sampled(part, grid.wavelengths_nm) for part in parts)
         return Spectrum(f"{subject} mix", grid, (1 - share) * first + share * second)
     draft.note(subject, "mixes paints by a factor that varies, or with images; the larger part is written")

@@ -13,10 +13,11 @@ from spectral_core.render.mitsuba_export.draft import Draft
 from spectral_core.render.mitsuba_scene.closures.facets import is_smooth
 from spectral_core.scene import Color, Computed, Glass, Glossy, Metal, Scalar, Transparent, nominal_ior
 from spectral_core.scene.surface import SODIUM_NM
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.metal import index_of_metal
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
-_METAL_NM = np.arange(360.0, 831.0, 5.0)
+_METAL_NM = WAVELENGTHS_NM[::5]
 
 
 def two_sided(made: xml.Element) -> xml.Element:
@@ -117,11 +118,7 @@ def _facets(draft: Draft, closure: Any, subject: str) -> list[xml.Element]:
 
 def _indices(draft: Draft, color: Any, edge: tuple[Any, float], subject: str) -> list[xml.Element]:
     """Index and extinction by Gulbrandsen 2014 of the reflectance and the edge tint with its scale, per wavelength."""
-    facing, tint = (np.clip(_sampled(value), 0.0, 0.999) for value in (color, edge[0]))
-    tint = tint * edge[1]
-    root = np.sqrt(facing)
-    index = tint * (1 - facing) / (1 + facing) + (1 - tint) * (1 + root) / (1 - root)
-    extinction = np.sqrt(np.maximum((facing * (index + 1) ** 2 - (index - 1) ** 2) / (1 - facing), 0.0))
+    index, extinction = index_of_metal(_sampled(color), np.clip(_sampled(edge[0]), 0.0, 1.0) * edge[1])
     grid, made = SpectralGrid(_METAL_NM), []
     for name, values in (("eta", index), ("k", np.maximum(extinction, 1e-6))):
         made.append(xml.spectrum(name, paints.spectrum_file(draft, Spectrum(f"{subject} {name}", grid, values))))

@@ -19,7 +19,7 @@ from spectral_core.scene import Color, Fluorescent, Scene, Weight, leaves
 from spectral_core.scene.fluorescent import EXCITED_NM
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import integration_points, xyz_of
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
 
 IN_RGB = (
     "its dyes are shown as a color under daylight: RGB transport knows no other wavelengths; set Transport to Spectral "
@@ -67,7 +67,7 @@ def daylight_rgb(closure: Fluorescent, light: Spectrum | None = None) -> Any:
     of the light.
     """
     light = light or paint.white_light()
-    knots = [light.grid.wavelengths_nm, np.arange(360.0, 831.0)]
+    knots = [light.grid.wavelengths_nm, WAVELENGTHS_NM]
     points, _ = integration_points(*knots)
     total = closure.reflected(points) * light.at(points) + closure.sent_out(light, points)
     return RGB_FROM_XYZ @ xyz_of(_sampled("light from the surface", points, total))

@@ -20,12 +20,12 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.numbers import table
 from spectral_core.render.plugins.paints import spectrum_rows
 from spectral_core.render.plugins.surfaces.sources import Kind, Number, Programmed, Sampled, Source, Textured, Tint
-from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, single_precision_spectrum
+from spectral_core.render.trace.wavelengths import single_precision_spectrum
 from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Program, Scalar, SpectralImage
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, linear_from_display_rgb
 from spectral_core.spectra.observer import normalized, xyz_of
-from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]

@@ -12,13 +12,13 @@ from spectral_core.render.same import equal
 from spectral_core.scene import Color, Material, MixedPaint, Scene, World, emissions_of
 from spectral_core.scene.leaves import simple_values_of
 from spectral_core.scene.paint import SpectralImage
-from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import reflectance_from_rgb
 
 _MOST = 64
 """Most reflectances that are used. The mean of more is as flat as the observer's share."""
 
-_SMOOTH_GRID = SpectralGrid.uniform(360.0, 830.0, 10.0)
+_SMOOTH_GRID = SpectralGrid(WAVELENGTHS_NM[::10])
 
 _TEXELS = 4096
 """Most texels of a spectral texture that are examined."""

@@ -22,11 +22,12 @@ from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.lobes import drawn_parts
-from spectral_core.render.trace.path_sampler import path_sampler_class
+from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.scene.passes import DATA_PASSES, LOBES, Passes
 from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.spectrum import FIRST_NM, WAVELENGTHS_NM
 
 Array = NDArray[np.float32]
 
@@ -38,7 +39,6 @@ MOST_PASSED = 64
 """Most transparent surfaces on a ray."""
 FAR = 1e10
 """Depth of the background, as Cycles writes it."""
-WHITE_NM = np.arange(360.0, 831.0)
 AOV_CHANNELS = 4
 """A color and its coverage of the pixel."""
 RAREST = 1e-4
@@ -71,7 +71,7 @@ class DataPasses(Accumulator):
         self._width += 1
         self._colors = [lobe for lobe in LOBES if f"{lobe} Color" in self._rows]
         if wavelengths is not None:
-            self._white = table(mitsuba.Float, white_light().at(WHITE_NM))
+            self._white = table(mitsuba.Float, white_light().at(WAVELENGTHS_NM))
         self._crypto = cryptomatte.Slots(mitsuba, self._dr, wanted.levels + wanted.levels % 2)
 
     def trace(self, first_hit: FirstHit) -> dict[str, Array]:
@@ -84,7 +84,7 @@ class DataPasses(Accumulator):
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
         columns = dr.opaque(mi.UInt32, width)
         corner = mi.Point2f(mi.Float(pixel % columns) + left, mi.Float(pixel // columns) + bottom)
-        seed = dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
+        seed = dr.opaque(mi.UInt32, hashed_seed(self.film.seed))
         sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
         self._sums = dr.opaque(mi.Float, 0.0, count * self._width)
         self._pixel = pixel
@@ -251,7 +251,7 @@ class DataPasses(Accumulator):
             return mi.Spectrum(1.0)
         values = []
         for k in range(4):
-            place = dr.clip(si.wavelengths[k] - float(WHITE_NM[0]), 0.0, WHITE_NM.size - 1.001)
+            place = dr.clip(si.wavelengths[k] - FIRST_NM, 0.0, WAVELENGTHS_NM.size - 1.001)
             low = mi.UInt32(place)
             ends = [dr.gather(mi.Float, self._white, low + step) for step in (0, 1)]
             values.append(dr.lerp(*ends, place - mi.Float(low)))

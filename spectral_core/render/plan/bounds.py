@@ -74,12 +74,9 @@ def error_of_blur(pixels: float) -> float:
 def pixels_per_unit(scene: Scene) -> float:
     """Pixels per unit at distance 1 (perspective, panoramic), or per unit at any distance (orthographic)."""
     film, camera = scene.film, scene.camera
-    width, height = float(film.width), film.height * film.pixel_aspect
-    side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
     if camera.panorama is not None:
-        return PANORAMA_DENSITY * max(width, height) / camera.panorama.least_side_rad
-    extent = 2 * np.tan(camera.field_of_view_rad / 2) if camera.kind == "perspective" else camera.orthographic_scale
-    return float(side / extent)
+        return PANORAMA_DENSITY * max(film.width, film.height * film.pixel_aspect) / camera.panorama.least_side_rad
+    return film.width / camera.window(film)[0]
 
 
 def _shrinks(scene: Scene) -> bool:

@@ -12,7 +12,7 @@ from spectral_core.render.mitsuba_scene.fluorescent import daylight_rgb
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance
 from spectral_core.render.plan.inventory import dyed
 from spectral_core.scene import Color, Fluorescent, Material, Scene
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
 from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ def _worst(
     for closure in (closure for material in materials for closure in dyed(material)):
         for light in lights:
             spectrum, color = emitted_spectrum(light, white), emitted_rgb(light)
-            size = max(float(color @ (0.2126, 0.7152, 0.0722)), 1e-30)
+            size = max(float(luminance_from_linear_rgb(color)), 1e-30)
             pair = [daylight_rgb(closure, spectrum) / size, shown(closure, spectrum, color) / size]
             one, other = (lab_from_linear_rgb(np.maximum(rgb, 0.0)) for rgb in pair)
             worst = max(worst, float(delta_e_2000(one, other)))

@@ -19,7 +19,6 @@ from spectral_core.render.mitsuba_scene.paint import daylight_rgb, emitted_rgb, 
 from spectral_core.render.plan.fluorescence import error_in_rgb
 from spectral_core.render.plan.inventory import paint_parts, shown_materials
 from spectral_core.render.plan.thin_film import film_surfaces
-from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import (
     Color,
     Computed,
@@ -33,9 +32,15 @@ from spectral_core.scene import (
     values_of,
 )
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
+from spectral_core.spectra.color import (
+    RGB_FROM_XYZ,
+    delta_e_2000,
+    lab_from_linear_rgb,
+    linear_from_display_rgb,
+    luminance_from_linear_rgb,
+)
 from spectral_core.spectra.observer import STANDARD, integration_points, observer
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]
@@ -86,7 +91,7 @@ def _error_under(
     cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])
     measure = RGB_FROM_XYZ @ (cmfs * (weights * spectrum.at(points)))
     color = emitted_rgb(light)
-    size = max(float(measure.sum(axis=1) @ (0.2126, 0.7152, 0.0722)), 1e-30)  # scaled to a luminance of 1
+    size = max(float(luminance_from_linear_rgb(measure.sum(axis=1))), 1e-30)  # scaled to a luminance of 1
     rgb = np.stack([item[0] for item in surfaces])
     spectra = np.stack([item[1](points) for item in surfaces])
     # the second surface: none, then each

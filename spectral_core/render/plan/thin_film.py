@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.scene import Color, Glass, Material, Metal, Principled, leaves, nominal_ior
-from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
+from spectral_core.spectra.metal import index_of_metal
 from spectral_core.spectra.observer import STANDARD, observer, xyz_of
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, Reflectance, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 Filmed = Glass | Metal | Principled
@@ -22,7 +23,7 @@ ANGLES_DEG = (0.0, 45.0, 75.0)
 USUAL_NM = (100.0, 200.0, 300.0, 450.0, 600.0, 900.0)
 """Thicknesses that are tried where an image gives them."""
 USUAL_IOR = 1.33
-KNOTS_NM: Array = np.arange(360.0, 831.0, 5.0)
+KNOTS_NM: Array = WAVELENGTHS_NM[::5]
 LATER_BOUNCES = 3.0
 """Factor for what other surfaces make of the light, as of that of RGB transport."""
 MOST_ERROR = 100.0
@@ -40,7 +41,7 @@ def error_without_films(materials: list[Material]) -> float:
     for closure in (closure for material in materials for closure in filmed(material)):
         for cosine in np.cos(np.radians(ANGLES_DEG)):
             bare = _color(reflectance(closure, float(cosine), 0.0))
-            scale = max(float(bare @ (0.2126, 0.7152, 0.0722)), 1e-6)
+            scale = max(float(luminance_from_linear_rgb(bare)), 1e-6)
             for thickness in _thicknesses(closure):
                 shown = _color(reflectance(closure, float(cosine), thickness))
                 pair = (lab_from_linear_rgb(np.maximum(rgb / scale, 0.0)) for rgb in (bare, shown))
@@ -78,16 +79,15 @@ def reflectance(closure: Filmed, cosine: float, thickness_nm: float) -> Array:
 def _base(closure: Filmed) -> complex:
     """Index of refraction of what lies below the film, of metals at their mean color."""
     if isinstance(closure, Metal):
-        return _metal(_mean(closure.color, 0.6), _mean(closure.edge_tint, 0.7) * closure.edge_scale)
+        return _index(_mean(closure.color, 0.6), _mean(closure.edge_tint, 0.7) * closure.edge_scale)
     if isinstance(closure, Principled) and isinstance(closure.metallic, (int, float)) and closure.metallic >= 0.5:
-        return _metal(_mean(closure.base_color, 0.8), 1.0)
+        return _index(_mean(closure.base_color, 0.8), 1.0)
     return complex(nominal_ior(closure.ior))
 
 
-def _metal(facing: float, edge: float) -> complex:
-    r = min(max(facing, 0.0), 0.999)
-    n = (1 - edge) * (1 + np.sqrt(r)) / (1 - np.sqrt(r)) + edge * (1 - r) / (1 + r)
-    return complex(n, np.sqrt(max(r * (n + 1) ** 2 - (n - 1) ** 2, 0.0) / (1 - r)))
+def _index(facing: float, edge: float) -> complex:
+    index, extinction = index_of_metal(facing, edge)
+    return complex(float(index), float(extinction))
 
 
 def _mean(paint: Any, otherwise: float) -> float:

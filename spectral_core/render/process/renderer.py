@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import os
 import queue
 import subprocess
 import tempfile
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core import child, errors
+from spectral_core.child.ending import ended, last_words
 from spectral_core.errors import RenderError
 from spectral_core.render.cost.asked import is_asked
 from spectral_core.render.cost.curve import CostCurve
@@ -33,7 +33,6 @@ CANCEL_GRACE_S = 0.4
 """Time limit for a cancelled render to answer before its process is ended."""
 START_LIMIT_S = 60.0
 _POLL_S = 0.02
-_LOG_TAIL_BYTES = 4000
 
 
 class RenderProcess:
@@ -205,7 +204,9 @@ class Worker:
         threading.Thread(target=self._read, daemon=True).start()
         try:
             if self.next_message(START_LIMIT_S) is None:
-                raise RenderError(f"the render process did not answer within {START_LIMIT_S:g} s{self.log_tail()}")
+                raise RenderError(
+                    f"the render process did not answer within {START_LIMIT_S:g} s{last_words(self._log)}"
+                )
         except RenderError:
             self.end()
             raise
@@ -243,23 +244,12 @@ class Worker:
         return message
 
     def _death(self) -> ProcessEnded:
-        try:
-            code = self.process.wait(timeout=5)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            code = self.process.wait()
-        how = f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
+        code, how = ended(self.process)
         hint = "; it may have run out of memory" if code == -9 else ""
         return ProcessEnded(
-            f"the render process {how}{hint}. Nothing else is lost; rendering again starts a new one.{self.log_tail()}"
+            f"the render process {how}{hint}. Nothing else is lost; rendering again starts a new one."
+            f"{last_words(self._log)}"
         )
-
-    def log_tail(self) -> str:
-        """The end of the process's output, for an error message; "" without output."""
-        self._log.seek(0, os.SEEK_END)
-        self._log.seek(max(0, self._log.tell() - _LOG_TAIL_BYTES))
-        text = self._log.read().decode("utf-8", "replace").strip()
-        return f"\nIts last words:\n{text}" if text else ""
 
     def end(self) -> None:
         """End the process and collect it."""

@@ -11,9 +11,9 @@ import numpy as np
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.storage import Array, Storage
 from spectral_core.render.spectral_exr import LAYOUT, spectral_channel
-from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM, WAVELENGTHS_NM, Bands
+from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.spectra.observer import linear_rgb_from_product
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM, WAVELENGTHS_NM, SpectralGrid, Spectrum
 
 BAND_COUNTS = (31, 61, 121)
 

@@ -11,10 +11,10 @@ import numpy as np
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.storage import Array, Storage
 from spectral_core.render.spectral_exr import spectral_channel
-from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM, WAVELENGTHS_NM, Bands
+from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import STANDARD, integration_points, observer
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM, WAVELENGTHS_NM, SpectralGrid, Spectrum
 
 EXACT_GRID = SpectralGrid.uniform(380.0, 780.0, 10.0)
 """Default grid of an exact recording: that of the palette's designs."""

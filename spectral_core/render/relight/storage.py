@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
-from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM, Bands
-from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.render.trace.wavelengths import Bands
+from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM, Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 

@@ -19,17 +19,11 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_whole
 from spectral_core.errors import InvalidInputError
-from spectral_core.render.trace.measure.sensitivity import (
-    FIRST_NM,
-    LAST_NM,
-    WAVELENGTHS_NM,
-    responses_at_1_nm,
-    sensitivity,
-)
+from spectral_core.render.trace.measure.sensitivity import responses_at_1_nm, sensitivity
 from spectral_core.render.trace.measure.slots import in_slots
 from spectral_core.render.trace.measure.wavelength_sets import WavelengthSets, wavelength_sets
 from spectral_core.spectra.observer import integration_points
-from spectral_core.spectra.spectrum import Spectrum
+from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM, WAVELENGTHS_NM, Spectrum
 
 Array = NDArray[np.float64]
 

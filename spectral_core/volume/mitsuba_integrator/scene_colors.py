@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.spectra.color import luminance_from_linear_rgb
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume
 from spectral_core.volume.transfer import TransferFunction
 
@@ -79,7 +80,7 @@ def _spectra(transfer: TransferFunction, light: str, bare: bool) -> tuple[float,
     """
     from spectral_core.volume.mitsuba_integrator.illumination import spectrum_of_color
 
-    nm = np.arange(360.0, 831.0)
+    nm = WAVELENGTHS_NM
     if transfer.wavelengths_nm is None:
         colors = spectrum_of_color(transfer.colors, nm)
     else:

@@ -13,9 +13,10 @@ import json
 import math
 import re
 import shlex
+import shutil
 import subprocess
-import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome, join_values
 from spectral_core.explore.sweep.parameters import Space, Value
+from spectral_core.files.of_process import temporary_folder
 
 _PLACE = re.compile(r"\{([^{}]*)\}")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
@@ -78,7 +80,7 @@ class CommandNode:
         return replace(node, fingerprint=hashlib.sha256(json_text([list(words), files]).encode()).hexdigest())
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
-        with tempfile.TemporaryDirectory(prefix="sweep-") as out:
+        with _fresh_folder() as out:
             # a swept seed replaces that of the sweep
             known = {"seed": str(seed), "out": out, **{name: _word(value) for name, value in parameters.items()}}
             words = [_PLACE.sub(lambda match: known[match.group(1)], word) for word in self.words]
@@ -122,6 +124,15 @@ class CommandNode:
     def describe(self) -> list[str]:
         """Sentences for the plan of a run."""
         return [f"runs {self.words[0]} once per point, without a shell; nothing stays warm between points"]
+
+
+@contextmanager
+def _fresh_folder() -> Iterator[str]:
+    made = temporary_folder("sweep-out-")  # a worker that is ended during a point leaves it to the next one
+    try:
+        yield str(made)
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
 
 
 def _word(value: Value) -> str:

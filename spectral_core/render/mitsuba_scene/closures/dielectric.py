@@ -16,9 +16,8 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.closures.facets import albedo
 from spectral_core.render.plugins.closures.facets.film import response
 from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
-from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM
 from spectral_core.scene import Computed, Glass, Metal, Principled, Scalar, nominal_ior
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM, SpectralGrid, Spectrum
 
 PARTS_OF_LAYER, PARTS_OF_GLASS = 2, 6
 """Parts of the facets at whose mean cosines the reflectance of a film is taken: of layers, and of glass."""

@@ -12,9 +12,8 @@ from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.media.grid import grid_row, slots_of
 from spectral_core.render.trace.media.table import MediumRow
-from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import Color, Paint, ScatteringMedium, gray
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]

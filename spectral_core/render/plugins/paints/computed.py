@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any
 
 from spectral_core.render.plugins.paints.loaded import LoadedProgram
+from spectral_core.scene.shading.arithmetic import luminance
 
 
 @cache
@@ -63,7 +64,7 @@ def computed_classes(variant: str) -> tuple[Any, Any]:
 
         def eval_1(self, si: Any, active: Any = True) -> Any:
             rgb = self.values(si, active)
-            return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2] if self.program.program.width == 3 else rgb[0]
+            return luminance(None, rgb) if self.program.program.width == 3 else rgb[0]
 
         def eval_3(self, si: Any, active: Any = True) -> Any:
             return mi.Color3f(*self.values(si, active))

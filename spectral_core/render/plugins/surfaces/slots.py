@@ -11,6 +11,7 @@ from spectral_core.render.plugins.paints.interpreter import Interpreter
 from spectral_core.render.plugins.paints.loaded import TracedProgram
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.surfaces.sources import Programmed, Sampled, Source, Textured
+from spectral_core.scene.shading.arithmetic import luminance
 
 FIRST_TEXTURE = 1 << 16
 """Number of the first texture among the readers of an input; programs count from 1."""
@@ -40,7 +41,7 @@ class ProgramReader:
         red, green, blue = (dr.select(dr.isfinite(part), part, 0.0) for part in parts)
         if self.kind != "number":
             return mi.Color3f(red, green, blue)
-        return red if self.traced.program.width == 1 else 0.2126 * red + 0.7152 * green + 0.0722 * blue
+        return red if self.traced.program.width == 1 else luminance(None, (red, green, blue))
 
 
 class AlbedoLookup:
@@ -210,7 +211,7 @@ class Slot:
                 found = buffers.interpreter.run(buffers.program_numbers, (code + self.first_program, start), si, active)
             if self.kind == "number":
                 wide = any(read.traced.program.width == 3 for read in self.programs)
-                found = 0.2126 * found.x + 0.7152 * found.y + 0.0722 * found.z if wide else found.x
+                found = luminance(None, (found.x, found.y, found.z)) if wide else found.x
             return self._as_kind(buffers, found, si)
         if self.computed is not None:
             return self._as_kind(buffers, self.computed.x if self.kind == "number" else self.computed, si)

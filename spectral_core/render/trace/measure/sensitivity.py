@@ -10,14 +10,10 @@ from numpy.typing import NDArray
 
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import STANDARD, integration_points, observer
-from spectral_core.spectra.spectrum import Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Spectrum
 
 Array = NDArray[np.float64]
 
-FIRST_NM, LAST_NM = 360, 830
-"""The range that Mitsuba traces."""
-WAVELENGTHS_NM: Array = np.arange(FIRST_NM, LAST_NM + 1, dtype=np.float64)
-WAVELENGTHS_NM.setflags(write=False)
 SMOOTH_NM = 12
 """Width (standard deviation) of the smoothing of the density. Four wavelengths a quarter apart in probability
 integrate a smooth function over the density far better than one with steep flanks.

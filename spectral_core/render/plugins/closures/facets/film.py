@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.plugins.closures.facets.microfacet import f82
 from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.metal import MOST_FACING
 from spectral_core.spectra.observer import STANDARD, observer
 
 ORDERS = 3
@@ -187,7 +188,7 @@ def metal_of(dr: Any, facing: Any, edge: Any) -> tuple[Any, Any]:
     """Index of refraction and extinction of a metal by its color ``facing`` and the tint of its ``edge`` (Gulbrandsen
     2014, "Artist friendly metallic Fresnel").
     """
-    r = dr.clip(facing, 0.0, 0.999)
+    r = dr.clip(facing, 0.0, MOST_FACING)
     root = dr.sqrt(r)
     n = dr.lerp((1.0 + root) / (1.0 - root), (1.0 - r) / (1.0 + r), dr.clip(edge, 0.0, 2.0))
     return n, dr.safe_sqrt((r * dr.square(n + 1.0) - dr.square(n - 1.0)) / (1.0 - r))

@@ -17,10 +17,13 @@ from spectral_core.render.plugins.closures.strands.fiber import (
     FIBER,
     LEAST,
     MOST,
+    absorption_of_fur,
     as_sample,
     cumulative,
     fiber_at,
+    logistic_scale,
     longitudinal,
+    shares_of_lobes,
     trimmed_logistic,
     wrapped,
 )
@@ -56,8 +59,7 @@ def register(mi: Any, dr: Any) -> None:
             v = [dr.maximum(variance(dr, amount), least) for amount in (first, rough)]
             variances = [v[0], 0.25 * v[1], 4.0 * v[1], 4.0 * v[1]]
             radial = dr.clip(raw, LEAST, MOST)
-            scale = (0.265 * radial + 1.194 * dr.square(radial) + 5.372 * radial**22) * (pi / 8) ** 0.5
-            scale = dr.maximum(scale, least)
+            scale = dr.maximum(logistic_scale(dr, radial), least)
             sine = dr.clip(dr.dot(fiber.toward, fiber.along), -1.0, 1.0)
             cosine = dr.safe_sqrt(1.0 - sine * sine)
             inner = sine / ior
@@ -67,10 +69,7 @@ def register(mi: Any, dr: Any) -> None:
             depth = 2.0 * dr.safe_sqrt(1.0 - h_inside * h_inside) / dr.maximum(inner_cosine, 1e-6)
             passed = mi.Spectrum(dr.exp(-self.absorption(si, raw, active) * depth))
             reflected = mi.fresnel(cosine * dr.safe_sqrt(1.0 - h * h), ior)[0]
-            once = dr.square(1.0 - reflected) * passed
-            twice = once * passed * reflected
-            rest = twice * passed * reflected / dr.maximum(1.0 - passed * reflected, 1e-6)
-            shares = [mi.Spectrum(reflected), once, twice, rest]
+            shares = [mi.Spectrum(reflected), *shares_of_lobes(dr, reflected, passed)]
             weights = [lightness(mi, dr, share, si.wavelengths) for share in shares]
             total = dr.maximum(sum(weights), 1e-20)
             tilt = self.number("offset_rad", si, active)
@@ -84,9 +83,7 @@ def register(mi: Any, dr: Any) -> None:
             depth = -dr.log(dr.clip(mi.Spectrum(self.inputs["color"].eval(si, active)), 1e-8, 1.0))
             if not self.is_fur:
                 return depth * self.number("depth", si, active)
-            x = radial
-            fit = ((((0.245 * x + 5.574) * x - 10.73) * x + 2.532) * x - 0.215) * x + 5.969
-            return dr.square(depth / fit)
+            return absorption_of_fur(dr, depth, radial)
 
         def value(self, prepared: Any, light: tuple[Any, Any], phi: Any, sampled: Any) -> tuple[Any, Any]:
             """Value · cosine and density of a direction by its inclination, and its azimuth from the viewer's.
@@ -150,7 +147,7 @@ def register(mi: Any, dr: Any) -> None:
 
 
 def variance(dr: Any, roughness: Any) -> Any:
-    """Variance of inclinations by the roughness along a strand."""
+    """Variance of inclinations by the roughness along a strand (Chiang et al. 2016, equation 7)."""
     return dr.square(0.726 * roughness + 0.812 * dr.square(roughness) + 3.7 * roughness**20)
 
 

@@ -8,7 +8,7 @@ from math import cos, factorial, log, pi
 from typing import Any
 
 from spectral_core.render.plugins.closures.facets.upright import toward_viewer
-from spectral_core.scene.hair import STRAND_SIDES
+from spectral_core.scene.hair import FUR, STRAND_SIDES
 
 FIBER = 0x1000
 """Mitsuba's flag ``Anisotropic``, which marks strands: no direction is on the wrong side of them."""
@@ -84,6 +84,30 @@ def longitudinal(dr: Any, light: tuple[Any, Any], view: tuple[Any, Any], v: Any)
     exponent = log_bessel(dr, light[1] * view[1] * inverse) - light[0] * view[0] * inverse
     # over 2 v sinh(1 / v), without overflow
     return dr.exp(exponent - inverse) / ((1.0 - dr.exp(-2.0 * inverse)) * v)
+
+
+def logistic_scale(dr: Any, roughness: Any) -> Any:
+    """Scale of the logistic distribution around a fiber of a radial roughness (Chiang et al. 2016, equation 8)."""
+    return (0.265 * roughness + 1.194 * dr.square(roughness) + 5.372 * roughness**22) * (pi / 8) ** 0.5
+
+
+def absorption_of_fur(dr: Any, depth: Any, roughness: Any) -> Any:
+    """Absorption coefficient that gives a coat of fibers a color, whose negative logarithm is ``depth``."""
+    fit = FUR[0]
+    for coefficient in FUR[1:]:
+        fit = fit * roughness + coefficient
+    return dr.square(depth / fit)
+
+
+def shares_of_lobes(dr: Any, reflected: Any, passed: Any) -> tuple[Any, Any, Any]:
+    """Shares of light that passes through a fiber, leaves it after one reflection inside, and after more of them.
+
+    ``reflected``: Fresnel reflectance of the surface; ``passed``: transmittance of one way through the inside. The sum
+    of all reflections is a geometric series.
+    """
+    once = dr.square(1.0 - reflected) * passed
+    twice = once * passed * reflected
+    return once, twice, twice * passed * reflected / dr.maximum(1.0 - passed * reflected, 1e-6)
 
 
 def wrapped(dr: Any, angle: Any) -> Any:

@@ -12,7 +12,7 @@ from typing import Any
 from spectral_core.render.plugins.closures.facets.microfacet import least_alpha
 from spectral_core.render.plugins.closures.facets.upright import drawn_elsewhere
 from spectral_core.render.plugins.closures.lobe import OWN, Closure, register_closure
-from spectral_core.render.plugins.closures.strands.fiber import FIBER, LEAST, MOST, fiber_at
+from spectral_core.render.plugins.closures.strands.fiber import FIBER, LEAST, MOST, absorption_of_fur, fiber_at
 from spectral_core.render.plugins.closures.strands.pierced import Strand
 from spectral_core.render.plugins.closures.strands.proposal import Proposal
 from spectral_core.render.plugins.closures.strands.section import Section
@@ -67,9 +67,7 @@ def register(mi: Any, dr: Any) -> None:
             depth = -dr.log(dr.clip(mi.Spectrum(self.inputs["color"].eval(si, active)), 1e-8, 1.0))
             if not self.is_fur:
                 return depth * self.number("depth", si, active)
-            x = self.number("roughness", si, active)
-            fit = ((((0.245 * x + 5.574) * x - 10.73) * x + 2.532) * x - 0.215) * x + 5.969
-            return dr.square(depth / fit)
+            return absorption_of_fur(dr, depth, self.number("roughness", si, active))
 
         def seed_of(self, si: Any, wo: Any) -> Any:
             parts = [dr.reinterpret_array(mi.UInt32, part) for part in (wo.x, wo.y, si.p.x, si.p.y)]

@@ -10,7 +10,9 @@ from spectral_core.render.plugins.closures.strands.chiang import turned, varianc
 from spectral_core.render.plugins.closures.strands.fiber import (
     Fiber,
     cumulative,
+    logistic_scale,
     longitudinal,
+    shares_of_lobes,
     trimmed_logistic,
     wrapped,
 )
@@ -30,8 +32,7 @@ class Proposal:
         rough, ior, absorption, tilt = numbers
         spread = variance(dr, rough)
         self.variances = [spread, 0.25 * spread, 4.0 * spread, 4.0 * spread]
-        scale = (0.265 * rough + 1.194 * dr.square(rough) + 5.372 * rough**22) * (pi / 8) ** 0.5
-        self.scale = dr.maximum(scale, 0.02)
+        self.scale = dr.maximum(logistic_scale(dr, rough), 0.02)
         sine = dr.clip(dr.dot(fiber.toward, fiber.along), -1.0, 1.0)
         self.view = sine, dr.safe_sqrt(1.0 - sine * sine)
         self.tilted = [turned(dr, self.view, angle) for angle in (2.0 * tilt, -tilt, -4.0 * tilt)] + [self.view]
@@ -42,11 +43,9 @@ class Proposal:
             depth = 2.0 * dr.safe_sqrt(1.0 - h_inside * h_inside) / inner_cosine
             passed = channel_mean(dr, dr.exp(-absorption * depth))
             reflected = mi.fresnel(self.view[1] * (1.0 - h * h) ** 0.5, ior)[0]
-            once = dr.square(1.0 - reflected) * passed
-            twice = once * passed * reflected
-            rest = twice * passed * reflected / dr.maximum(1.0 - passed * reflected, 1e-6)
-            total = reflected + once + twice + rest
-            self.chances.append([share / total for share in (reflected, once, twice, rest)])
+            shares = (reflected, *shares_of_lobes(dr, reflected, passed))
+            total = sum(shares)
+            self.chances.append([share / total for share in shares])
             bend, met = 2.0 * dr.asin(h_inside), 2.0 * dr.asin(self.mi.Float(h))
             self.azimuths.append([p * bend - met + p * pi for p in range(3)])
 

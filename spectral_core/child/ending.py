@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a child process has written to its log, and how it has ended."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from typing import Any
+
+LAST_BYTES = 4000
+"""End of a log that an error message quotes."""
+PATIENCE_S = 5.0
+"""Time in which a process that has closed its pipes ends by itself; it is killed after that."""
+
+
+def output_of(log: Any) -> bytes:
+    """All output in a log so far: an open temporary file that is the standard output or error of a process.
+
+    The process shares the position of the log, and writes there: moved for a read, it would write over earlier output.
+    Windows reads only at that position, which is at the end again afterward.
+    """
+    if hasattr(os, "pread"):
+        return os.pread(log.fileno(), os.fstat(log.fileno()).st_size, 0)
+    log.seek(0)
+    content: bytes = log.read()
+    return content
+
+
+def last_words(log: Any) -> str:
+    """End of the output in a log, for an error message; "" without output."""
+    text = output_of(log)[-LAST_BYTES:].decode("utf-8", "replace").strip()
+    return f"\nIts last words:\n{text}" if text else ""
+
+
+def ended(process: subprocess.Popen[Any]) -> tuple[int, str]:
+    """Exit status of a process that has closed its pipes, negative for a signal, and words for it."""
+    try:
+        code = process.wait(timeout=PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        code = process.wait()
+    return code, f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
