@@ -120,6 +120,6 @@ def test_a_unit_of_the_caller_replaces_an_unknown_one(tmp_path: Path) -> None:
 
 def test_integers_between_commas_without_headings_may_be_decimal_commas(tmp_path: Path) -> None:
     """400,0,1 is 0.1 at 400 nm in half of the world."""
-    with pytest.raises(FileFormatError, match="line 1: '400, 0, 1'.* decimal comma"):
+    with pytest.raises(FileFormatError, match="line 1: '400, 0, 1'.* decimal commas"):
         read(tmp_path, "400,0,1\n500,0,5\n600,0,9\n", kind="illuminant")
     assert len(read(tmp_path, "nm,one,two\n400,0,1\n500,0,5\n600,0,9\n", kind="illuminant")) == 2

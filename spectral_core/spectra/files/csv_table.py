@@ -103,8 +103,8 @@ def _rows(path: Path, statements: Statements) -> list[Row]:
             rows.insert(0, (above + 1, comment))
     if delimiter == "," and len(rows[0][1]) > 2 and all(cell.isdecimal() for _, cells in rows for cell in cells):
         raise FileFormatError(
-            f"{path}, line {rows[0][0]}: {', '.join(rows[0][1])[:40]!r} may be three numbers or more, or have a decimal "
-            "comma; separate cells by semicolons, or give each column a heading"
+            f"{path}, line {rows[0][0]}: {', '.join(rows[0][1])[:40]!r} may be three numbers or more, or have "
+            "decimal commas; separate cells by semicolons, or give each column a heading"
         )
     if delimiter in (";", "\t") and not any("." in cell and is_number(cell) for _, cells in rows for cell in cells):
         rows = rows[:1] + [(n, [_with_point(cell) for cell in cells]) for n, cells in rows[1:]]
