@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import numpy as np
@@ -20,34 +21,59 @@ Array = NDArray[np.float64]
 def read_ies(text: str) -> tuple[Array, Array, Array]:
     """Vertical angles (v,), horizontal angles (h,) in radians, and the power of an even light as bright there (h, v).
 
-    Raises FileFormatError if the file holds no photometric table.
+    Negative candelas stay negative; ``every_degree`` counts them as 0. Raises FileFormatError if the file holds no
+    photometric table.
     """
-    match = re.search(r"^TILT=(\S+)", text, re.MULTILINE)
+    match = re.search(r"^TILT=(.*)", text, re.MULTILINE)
     if match is None:
         raise FileFormatError("an IES file holds a line that starts with TILT=; this text has none")
-    try:
-        numbers = [float(word) for word in re.split(r"[\s,]+", text[match.end() :].strip()) if word]
-    except ValueError as error:
-        raise FileFormatError(f"after its TILT line an IES file holds numbers only; {error}") from error
-    if match.group(1) == "INCLUDE":  # how light changes when the lamp is tilted: a count, and two rows of numbers
-        count = int(numbers[1]) if len(numbers) > 1 else 0
-        numbers = numbers[2 + 2 * count :]
+    rest = text[match.end() :]
+    numbers, stop = _numbers(rest)
+    if match.group(1).strip() == "INCLUDE":  # how light changes when the lamp is tilted: a count, two rows of numbers
+        numbers = numbers[2 + 2 * (_count("angles of tilt", numbers[1]) if len(numbers) > 1 else 0) :]
     if len(numbers) < 13:
-        raise FileFormatError(f"an IES file holds at least 13 numbers after its TILT line; this one {len(numbers)}")
+        raise FileFormatError(
+            f"an IES file holds at least 13 numbers after its TILT line; this one {len(numbers)}{stop}"
+        )
     _, _, multiplier, verticals, horizontals, kind = numbers[:6]
     ballast, ballast_lamp = numbers[10], numbers[11]
-    v, h = int(verticals), int(horizontals)
-    if not (0 < v <= MOST_ANGLES and 0 < h <= MOST_ANGLES) or len(numbers) < 13 + v + h + v * h:
+    v, h = _count("vertical angles", verticals), _count("horizontal angles", horizontals)
+    needed = 13 + v + h + v * h
+    if not v or not h or len(numbers) < needed:
+        raise FileFormatError(f"an IES table of {v} by {h} angles needs {needed} numbers; it has {len(numbers)}{stop}")
+    if len(numbers) > needed and re.search(r"\d,\d", rest):
         raise FileFormatError(
-            f"an IES table of {v} by {h} angles needs {13 + v + h + v * h} numbers; it has {len(numbers)}"
+            f"an IES table of {v} by {h} angles has {needed} numbers; this one {len(numbers)}, since commas separate "
+            "numbers: write 0.5 for 0,5"
         )
-    if int(kind) not in TYPES:
+    if kind not in TYPES:
         raise FileFormatError(f"an IES table has type 1 (C), 2 (B) or 3 (A); this one has {kind:g}")
-    body = np.asarray(numbers[13 : 13 + v + h + v * h])
-    factor = multiplier * ballast * ballast_lamp * WATTS_PER_CANDELA
-    strength = np.maximum(body[v + h :].reshape(h, v) * factor, 0.0)
+    body = np.asarray(numbers[13:needed])
+    with np.errstate(over="ignore"):  # infinite numbers are refused by the luminaire
+        factor = np.prod([multiplier, ballast, ballast_lamp, WATTS_PER_CANDELA])
+        strength = body[v + h :].reshape(h, v) * factor
     down, around, strength = TYPES[int(kind)](body[:v], body[v : v + h], strength)
     return np.radians(down), np.radians(around), strength
+
+
+def _numbers(text: str) -> tuple[list[float], str]:
+    """The finite numbers up to the first other word, and that word in words for a message."""
+    numbers: list[float] = []
+    for word in filter(None, re.split(r"[\s,]+", text)):
+        try:
+            number = float(word)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            return numbers, f", and then {word[:40]!r}"
+        numbers.append(number)
+    return numbers, ""
+
+
+def _count(what: str, number: float) -> int:
+    if not (number == int(number) and 0 <= number <= MOST_ANGLES):
+        raise FileFormatError(f"an IES file states a whole number of {what} up to {MOST_ANGLES}; this one {number:g}")
+    return int(number)
 
 
 def _type_c(down: Array, around: Array, strength: Array) -> tuple[Array, Array, Array]:

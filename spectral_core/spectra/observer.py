@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import frozen_array, read_only_when_copied, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_xyz
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
@@ -121,6 +121,24 @@ def xyz_of(light: Spectrum, surface: Spectrum | None = None, viewer: Observer | 
     for factor in factors:
         weights = weights * factor.at(points)
     return _cmfs_at(viewer, points) @ weights
+
+
+def is_seen(light: Spectrum, viewer: Observer | None = None) -> bool:
+    """True if the light has any luminance. A lamp of infrared or ultraviolet alone has none."""
+    viewer = viewer or observer(STANDARD)
+    knots, values = light.grid.wavelengths_nm, light.values
+    if np.any(values[(knots > viewer.wavelengths_nm[0]) & (knots < viewer.wavelengths_nm[-1])] > 0):
+        return True
+    return float(xyz_of(light, None, viewer)[1]) > 0
+
+
+@cache
+def error_of_ends(low_nm: float, high_nm: float) -> float:
+    """ΔE2000, in daylight, of a white that is known from ``low_nm`` to ``high_nm`` alone and black beyond."""
+    daylight = catalogue.illuminant("D65")
+    cut = Spectrum("cut", SpectralGrid(np.array([low_nm, high_nm])), np.ones(2))
+    white = xyz_of(daylight)
+    return float(delta_e_2000(lab_from_xyz(xyz_of(daylight, cut), white), lab_from_xyz(white, white)))
 
 
 def normalized(light: Illuminant, viewer: Observer | None = None, luminance: float = 1.0) -> Illuminant:

@@ -93,3 +93,33 @@ def test_a_name_that_a_file_has_twice_is_refused(tmp_path: Path) -> None:
     (tmp_path / "two.csv").write_text("nm,red,red\n400,0.1,0.2\n500,0.1,0.2\n", encoding="utf-8")
     with pytest.raises(InvalidInputError, match="holds 2 spectra named 'red'"):
         decoded_spectrum({"file": "two.csv", "name": "red"}, "reflectance", GRID, SpectrumFiles(tmp_path))
+
+
+@pytest.mark.parametrize("heading", ["Wavelength (A)", "λ [A]", "Wavelength in A", "wavelength_A"])
+def test_the_letter_a_after_a_wavelength_is_angstrom(tmp_path: Path, heading: str) -> None:
+    """Spectroscopy tables in English write A for Å; read in nm they had no visible light and no message."""
+    assert read(tmp_path, f"{heading},R\n4000,0.1\n5000,0.5\n")[0][1] == pytest.approx([400, 500])
+
+
+@pytest.mark.parametrize("heading", ["Wavelength (nm, air)", "wavelength (nm) (vac)", "Wavelength (vacuum)", "nm (1)"])
+def test_a_medium_in_brackets_is_no_unit(tmp_path: Path, heading: str) -> None:
+    assert read(tmp_path, f'"{heading}",R\n400,0.1\n500,0.5\n')[0][1] == [400, 500]
+
+
+@pytest.mark.parametrize("heading", ["lambda [kÅ]", "f [PHz]", "wavelength (microm)", "wavelength [10^-9 m]"])
+def test_unknown_units_in_brackets_are_refused(tmp_path: Path, heading: str) -> None:
+    with pytest.raises(FileFormatError, match="no wavelength in nm, um, angstrom, m"):
+        read(tmp_path, f"{heading},R\n400,0.1\n500,0.5\n")
+
+
+def test_a_unit_of_the_caller_replaces_an_unknown_one(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text("wavelength (microm),R\n0.4,0.1\n0.5,0.5\n")
+    assert read_spectra(path, wavelength_unit="um")[0].grid.wavelengths_nm == pytest.approx([400, 500])
+
+
+def test_integers_between_commas_without_headings_may_be_decimal_commas(tmp_path: Path) -> None:
+    """400,0,1 is 0.1 at 400 nm in half of the world."""
+    with pytest.raises(FileFormatError, match="line 1: '400, 0, 1'.* decimal commas"):
+        read(tmp_path, "400,0,1\n500,0,5\n600,0,9\n", kind="illuminant")
+    assert len(read(tmp_path, "nm,one,two\n400,0,1\n500,0,5\n600,0,9\n", kind="illuminant")) == 2

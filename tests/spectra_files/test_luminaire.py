@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
+from spectral_core.errors import FileFormatError
 from spectral_core.spectra.luminaire import WATTS_PER_CANDELA, every_degree, read_ies
 
 
@@ -80,3 +83,35 @@ def test_type_b_exchanges_the_angles():
 def test_dark_dips_do_not_become_negative():
     table = degrees(1, [0, 30, 60, 90], [0], [[100, 0, 0, 100]])
     assert table.min() == 0.0
+
+
+@pytest.mark.parametrize("after", ["\x1a", "END of file\n", "7 8\n"])
+def test_what_follows_the_table_is_ignored(after):
+    """Files from DOS end with Control-Z; Cycles reads as many numbers as the table has."""
+    plain = text(1, [0, 45, 90], [0], [[9, 8, 7]])
+    for ours, expected in zip(read_ies(plain + after), read_ies(plain), strict=True):
+        np.testing.assert_array_equal(ours, expected)
+
+
+def test_negative_candelas_are_kept_for_the_caller_and_give_no_light():
+    vertical, around, strength = read_ies(text(1, [0, 30, 60, 90], [0], [[100, -50, 20, 0]]))
+    np.testing.assert_allclose(strength / WATTS_PER_CANDELA, [[100, -50, 20, 0]])
+    assert every_degree(vertical, around, strength).min() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("1 -1 1 3 1", "1 -1 1 nan 1", "this one 3, and then 'nan'"),
+        ("1 -1 1 3 1", "1 -1 1 2.7 1", "whole number of vertical angles up to 65536; this one 2.7"),
+        ("1 -1 1 3 1 1 2", "1 -1 1 3 1 1.5 2", "this one has 1.5"),
+        ("TILT=NONE", "TILT=INCLUDE\n1 -4 0", "whole number of angles of tilt"),
+        ("9 8 7", "9,0 8,0 7,5", "write 0.5 for 0,5"),
+        ("9 8 7", "9 8", "needs 20 numbers; it has 19"),
+        ("9 8 7", "9 8 x7", "it has 19, and then 'x7'"),
+    ],
+)
+def test_damaged_tables_are_refused_with_what_is_wrong(old, new, said):
+    plain = text(1, [0, 45, 90], [0], [[9, 8, 7]])
+    with pytest.raises(FileFormatError, match=re.escape(said)):
+        read_ies(plain.replace(old, new))

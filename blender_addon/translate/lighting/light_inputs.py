@@ -79,10 +79,14 @@ def luminaire_of(reader: Reader, node: Any) -> Photometry | None:
             reader.note(f"the file of {node.name!r} cannot be read ({error}); it is even and {BROKEN:g} strong")
             return None
     try:
-        return Photometry(*read_ies(text))
+        table = Photometry(*read_ies(text))
     except InvalidInputError as error:
         reader.note(f"{node.name!r}: {error}; it is even and {BROKEN:g} strong")
         return None
+    negative = table.strength < 0
+    if negative.any():
+        reader.note(f"{node.name!r} has {negative.sum()} negative candelas of {negative.size}; there it is dark")
+    return table
 
 
 def color_of_own_spectrum(reader: Reader, source: Output) -> NDArray[np.float64] | None:

@@ -5,11 +5,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from spectral_core.errors import InvalidInputError
-from spectral_core.spectra.spectrum import Spectrum
+from spectral_core.spectra.observer import error_of_ends, is_seen
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 from ..context import Translation
 from . import stored
+
+LARGEST_LOSS = 1.0
+"""ΔE2000 of a white under daylight up to which the wavelengths that a file has not are not missed: 400 to 700 nm are
+enough.
+"""
 
 
 def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
@@ -23,7 +31,27 @@ def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
     except InvalidInputError as error:
         translation.note(owner.name, f"{error}; its color is used instead")
         return None
+    if isinstance(spectrum, Illuminant) and np.any(spectrum.values) and not is_seen(spectrum):
+        translation.note(
+            owner.name,
+            f"its spectrum {spectrum.name!r} has {spectrum.grid}, where the eye sees nothing, so its power cannot be "
+            "that of a white light; it is dark",
+        )
+        return spectrum.scaled(0.0)
+    if isinstance(spectrum, Reflectance) and owner.spectral.source == "FILE":
+        _note_ends(translation, owner, spectrum)
     return spectrum
+
+
+def _note_ends(translation: Translation, owner: Any, surface: Reflectance) -> None:
+    """A surface reflects at all wavelengths, but a file may hold a part of them: the others are black."""
+    low, high = (float(surface.grid.wavelengths_nm[end]) for end in (0, -1))
+    if (error := error_of_ends(low, high)) > LARGEST_LOSS:
+        translation.note(
+            owner.name,
+            f"the file of its spectrum {surface.name!r} has {low:g} to {high:g} nm; beyond, it is black, which changes "
+            f"a white by ΔE {error:.1f}: measure it from 400 to 700 nm or more",
+        )
 
 
 def strength_of(translation: Translation, owner: Any) -> float:

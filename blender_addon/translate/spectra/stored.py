@@ -14,6 +14,8 @@ from ...properties.spectrum import tag
 from . import catalogue
 
 OWNERS = (bpy.types.Material, bpy.types.Light, bpy.types.World)
+SMALLEST_VALUE, LARGEST_VALUE = 1e-25, 1e30
+"""Range of the largest value of a stored spectrum; beyond, single precision loses its digits."""
 EMITTING_NODES = ("ShaderNodeEmission", "ShaderNodeBackground", "ShaderNodeBlackbody")
 
 
@@ -136,8 +138,15 @@ def write_samples(spectral: PropertyGroup, spectrum: Spectrum) -> None:
         for _ in range(spectrum.grid.size):
             spectral.samples.add()
     spectral.samples.foreach_set("wavelength_nm", spectrum.grid.wavelengths_nm.astype(np.float32))
-    spectral.samples.foreach_set("value", spectrum.values.astype(np.float32))
+    spectral.samples.foreach_set("value", _in_single_precision(spectrum).astype(np.float32))
     spectral.interpolation = spectrum.grid.interpolation.upper()
     spectral.spectrum_name = spectrum.name
     spectral.origin = spectrum.source
     tag(spectral)
+
+
+def _in_single_precision(spectrum: Spectrum) -> np.ndarray:
+    """Values (n,) that single precision stores with all their digits: a light is relative, and may have any unit."""
+    largest = float(np.abs(spectrum.values).max())
+    is_out = largest > 0 and not SMALLEST_VALUE <= largest <= LARGEST_VALUE
+    return spectrum.values / largest if is_out else spectrum.values

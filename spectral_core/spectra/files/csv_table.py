@@ -38,9 +38,11 @@ Row = tuple[int, list[str]]
 VISIBLE_NM = (380.0, 780.0)
 WAVELENGTH_WORDS = ("wavelength", "wave length", "lambda", "λ", "wl")
 """Beginnings of the heading of wavelengths."""
+MEDIA = ("air", "vacuum", "vac", "vac.")
+"""Words in brackets after a wavelength that state no unit."""
 OTHER_WORDS = ("wavenumber", "wave number", "frequency", "energy", "photon energy")
 OTHER_UNITS = (
-    "cm-1", "cm^-1", "cm⁻¹", "1/cm", "ev", "thz", "ghz", "hz", "pm", "mm", "cm",
+    "cm-1", "cm^-1", "cm⁻¹", "1/cm", "ev", "phz", "thz", "ghz", "hz", "pm", "mm", "cm",
 )  # fmt: skip
 """Beginnings and units of headings of other quantities, whose numbers may look like wavelengths in nm."""
 
@@ -50,10 +52,9 @@ def read(path: Path, options: ReadOptions) -> list[Spectrum]:
     statements = Statements(path)
     rows = _rows(path, statements)
     header, body = (rows[0], rows[1:]) if not is_number(rows[0][1][0]) else ((0, []), rows)
-    if _runs_across(header, body):
-        columns = _columns_from_rows(path, header, body)
-    else:
-        columns = _columns_from_columns(path, header, body)
+    unit = _wavelength_unit(path, header, options.wavelength_unit) if header[1] else None
+    make = _columns_from_rows if _runs_across(header, body) else _columns_from_columns
+    columns = make(path, header, body, unit)
     statements.apply(columns)
     return [built(path, column, options) for column in columns]
 
@@ -100,6 +101,11 @@ def _rows(path: Path, statements: Statements) -> list[Row]:
         comment = _headings(numbered[above][1].lstrip("# \t"), delimiter, _used(rows[0][1]))
         if len(comment) == _used(rows[0][1]) and _names_wavelengths(comment[0]):
             rows.insert(0, (above + 1, comment))
+    if delimiter == "," and len(rows[0][1]) > 2 and all(cell.isdecimal() for _, cells in rows for cell in cells):
+        raise FileFormatError(
+            f"{path}, line {rows[0][0]}: {', '.join(rows[0][1])[:40]!r} may be three numbers or more, or have "
+            "decimal commas; separate cells by semicolons, or give each column a heading"
+        )
     if delimiter in (";", "\t") and not any("." in cell and is_number(cell) for _, cells in rows for cell in cells):
         rows = rows[:1] + [(n, [_with_point(cell) for cell in cells]) for n, cells in rows[1:]]
         rows[0] = (rows[0][0], [_with_point(cell) for cell in rows[0][1]])
@@ -168,7 +174,7 @@ def _runs_across(header: Row, body: list[Row]) -> bool:
     return True
 
 
-def _columns_from_columns(path: Path, header: Row, body: list[Row]) -> list[Column]:
+def _columns_from_columns(path: Path, header: Row, body: list[Row], wavelength_unit: str | None) -> list[Column]:
     """One column of the table is one spectrum."""
     width = max((_used(cells) for _, cells in [header, *body]), default=0)
     if not body or width < 2:
@@ -185,7 +191,6 @@ def _columns_from_columns(path: Path, header: Row, body: list[Row]) -> list[Colu
             )
     unnamed = [path.stem] if width == 2 else [f"{path.stem} {number}" for number in range(1, width)]
     names = headings[1:] + [""] * (width - len(headings)) if headings else unnamed
-    wavelength_unit = _wavelength_unit(path, header) if header[1] else None
     columns = [_named_column(name, path.stem, wavelength_unit) for name in names]
     for line, cells in body:
         if len(cells) < width and not headings:
@@ -202,10 +207,9 @@ def _used(cells: list[str]) -> int:
     return max((index for index, cell in enumerate(cells, 1) if cell), default=0)
 
 
-def _columns_from_rows(path: Path, header: Row, body: list[Row]) -> list[Column]:
+def _columns_from_rows(path: Path, header: Row, body: list[Row], wavelength_unit: str | None) -> list[Column]:
     """One row of the table is one spectrum; the first row holds the wavelengths."""
     line_of_wavelengths, (_, *across) = header
-    wavelength_unit = _wavelength_unit(path, header)
     wavelengths = [number(path, line_of_wavelengths, cell, "a wavelength") for cell in across]
     columns = []
     for line, (name, *cells) in body:
@@ -229,16 +233,25 @@ def _named_column(heading: str, fallback: str, wavelength_unit: str | None) -> C
     return column
 
 
-def _wavelength_unit(path: Path, header: Row) -> str | None:
-    """Unit that the first heading states; None if it states none. Raises FileFormatError for another quantity."""
+def _wavelength_unit(path: Path, header: Row, given: str | None) -> str | None:
+    """Unit that the first heading states; None if it states none. Raises FileFormatError for another quantity, and for
+    an unknown unit if no other is ``given``.
+    """
     line, (heading, *_) = header
-    last = _last_word(heading)[1].lower()
-    if heading.lower().startswith(OTHER_WORDS) or last in OTHER_UNITS or heading.lower().endswith("1/cm"):
+    _, last, is_bracketed = _last_word(heading)
+    if last == "A" and (is_bracketed or heading.lower().startswith(WAVELENGTH_WORDS)):
+        return "angstrom"  # a single letter after another word may be a name
+    # "wavelength (nm, air)" states its unit before its last word
+    words = [word for word in re.findall(r"[^\W\d_]+", heading.lower()) if word in ("nm", "um", "µm", "μm")]
+    unit = _stated_unit(heading, NM_PER_UNIT) or (known_unit(words[0], NM_PER_UNIT) if words else None)
+    is_other = heading.lower().startswith(OTHER_WORDS) or last.lower() in OTHER_UNITS
+    is_unknown = not (given or unit) and is_bracketed and _names_wavelengths(heading) and last.lower() not in MEDIA
+    if is_other or is_unknown or heading.lower().endswith("1/cm"):
         raise FileFormatError(
             f"{path}, line {line}: {heading!r} is no wavelength in {', '.join(NM_PER_UNIT)}; convert the numbers to "
             "wavelengths, and name the unit in the heading"
         )
-    return _stated_unit(heading, NM_PER_UNIT)
+    return unit
 
 
 def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
