@@ -59,7 +59,7 @@ FILM = Film(4, 4)
         (lambda: representative_spectra(["HP1"], np.ones((1, GRID.size)), GRID), "the spectrum is 'HP1'"),
         (lambda: sharpened_basis([1.0, 2.0]), "basis"),
         (lambda: FluorescentDye("dye", "D65", illuminant("D65")), "excitation of dye 'dye' is 'D65'"),
-        (lambda: bulbs_on_polygon(2.5), "bulbs is 2.5"),
+        (lambda: bulbs_on_polygon(2.5), "2 to 64 lights; got 2.5"),
         (lambda: storage_named(31), "storage"),
         (lambda: View(np.eye(4), width=NAN), "width of a view is nan"),
         (lambda: View(np.eye(4), height=7.5), "height of a view is 7.5"),
