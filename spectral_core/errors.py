@@ -40,7 +40,7 @@ class UnknownNameError(InvalidInputError):
     def among(cls, kind: str, given: str, known: Iterable[str]) -> UnknownNameError:
         """Build the message that lists the known names, the most similar first."""
         names = sorted(known)
-        near = difflib.get_close_matches(given, names, n=3, cutoff=0.4)
+        near = difflib.get_close_matches(str(given), names, n=3, cutoff=0.4)
         shown = [name or "'' (without a name)" for name in names[:20]]
         listed = ", ".join(shown) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
         hint = f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {listed}"

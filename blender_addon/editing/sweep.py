@@ -180,7 +180,8 @@ def estimate(scene: Scene) -> str:
         render = scene.render
         share = sweep.percentage / 100
         paths = render.resolution_x * render.resolution_y * share * share * sweep.samples
-        return f"{sweep.budget} renders of {paths / 1e6:.2g} million light paths each; the first one tells the time"
+        work = f"{sweep.budget} renders of {paths / 1e6:.2g} million light paths each"
+        return f"{work}; the time is known after the first one"
     each = sum(times) / len(times)
     left = max(0, sweep.budget - len(times))
     return f"{each:.2f} s each; {left} new renders take about {each * left / sweep.workers:.0f} s"

@@ -30,7 +30,10 @@ class SPECTRAL_OT_palette_from_scene(Solving, bpy.types.Operator):
 
     def change(self, context: Context) -> None:
         objects = context.view_layer.objects
-        lights = _unique(each.data for each in objects if each.type == "LIGHT")
+        lights: dict[bpy.types.Light, str] = {}
+        for each in objects:
+            if each.type == "LIGHT":
+                lights.setdefault(each.data, each.name)
         materials = _unique(slot.material for each in objects for slot in each.material_slots)
         if not lights or not materials:
             raise InvalidInputError(
@@ -39,8 +42,8 @@ class SPECTRAL_OT_palette_from_scene(Solving, bpy.types.Operator):
         palette = palette_in(context)
         table.clear(palette)
         with table.paused():
-            for lamp in lights[:MOST]:
-                from_scene.add_light(palette, lamp)
+            for lamp, name in list(lights.items())[:MOST]:
+                from_scene.add_light(palette, lamp, name)
             for material in materials[:MOST]:
                 from_scene.add_material(palette, material)
         left = max(len(lights) - MOST, 0) + max(len(materials) - MOST, 0)

@@ -30,7 +30,9 @@ class SPECTRAL_OT_palette_add(bpy.types.Operator):
     bl_options = UNDOABLE
     side: EnumProperty(name="Add", items=SIDES, description="What is added")
     name: StringProperty(
-        name="Name", options={"SKIP_SAVE"}, description="Empty for the selected object's light or material, or a number"
+        name="Name",
+        options={"SKIP_SAVE"},
+        description="Empty for the name of the selected lamp or material, or a number",
     )
 
     @reporting
@@ -39,7 +41,7 @@ class SPECTRAL_OT_palette_add(bpy.types.Operator):
         picked = _picked(context, self.side)
         with table.paused():
             if self.side == "LIGHT":
-                from_scene.add_light(palette, picked, self.name)
+                from_scene.add_light(palette, picked, self.name or (context.object.name if picked else ""))
                 palette.active_column = len(palette.lights) - 1
             else:
                 from_scene.add_material(palette, picked, self.name)

@@ -16,7 +16,7 @@ class SpectralPossible(bpy.types.PropertyGroup):
     material_uid: IntProperty()
     light_uid: IntProperty()
     asked: FloatVectorProperty(
-        name="Asked For", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, description="The color of the question"
+        name="Wanted", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, description="The wanted color that was tested"
     )
     nearest: FloatVectorProperty(
         name="Nearest", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0,

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.lattice.classes import LatticeClass, lattice_classes
 from spectral_core.lattice.construction import Lattice, build_lattice, class_of
@@ -56,6 +57,10 @@ def make_lattice(
     Raises InvalidInputError if no scales are frozen (n above 10, rates other than 2 and 3): build with
     criterion="unit", or search with ``optimize_packing`` or ``optimize_second_moment``.
     """
+    dimensions, rate = (
+        require_whole(name, value, low, 1 << 30)
+        for name, value, low in (("dimensions", dimensions, 1), ("rate", rate, 2))
+    )
     if criterion not in (*CRITERIA, "unit"):
         raise UnknownNameError.among("lattice criterion", str(criterion), (*CRITERIA, "unit"))
     if middle is not None or log_scales is not None or criterion == "unit":

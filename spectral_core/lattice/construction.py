@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.classes import LatticeClass, lattice_classes
 from spectral_core.lattice.polynomials import CharacteristicPolynomial
@@ -100,6 +100,7 @@ def build_lattice(
     Scales are shifted to Σ block size · log w = 0 (a common factor is only size). Raises InvalidInputError if
     they are not finite, of another number, or above ``MAX_LOG_SCALE`` after the shift.
     """
+    require_kind("lattice_class", lattice_class, LatticeClass, "class_of, lattice_classes")
     sizes = lattice_class.polynomial.block_sizes
     given = np.zeros(len(sizes)) if log_scales is None else log_scales
     logs = frozen_array("log_scales", given, (len(sizes),))

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import require_kind, require_whole
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.classes import LatticeClass
 from spectral_core.lattice.construction import MAX_LOG_SCALE, Lattice, build_lattice, embedding
@@ -206,7 +207,8 @@ def cell_samples(dimensions: int, count: int, seed: int) -> Vector:
     """Scrambled Sobol points, (count, n), in the unit cell; ``count`` is a power of two."""
     from scipy.stats import qmc
 
-    if count < 2 or count & (count - 1):
+    count = require_whole("samples", count, 2, 1 << 30)
+    if count & (count - 1):
         raise InvalidInputError(f"samples is {count}; expected a power of two of at least 2 (Sobol points)")
     sobol = qmc.Sobol(dimensions, seed=np.random.default_rng(seed))
     points: Vector = sobol.random(count)
@@ -218,6 +220,7 @@ def whiteness(lattice: Lattice, *, samples: int = 65536, seed: int = 1) -> float
 
     Scales that minimize the second moment are stationary, which is whiteness between blocks (Zamir and Feder).
     """
+    require_kind("the lattice", lattice, Lattice, "make_lattice")
     sizes = lattice.polynomial.block_sizes
     points = cell_samples(lattice.dimensions, samples, seed)
     energies = block_energies(lattice.generator, sizes, points) / sizes

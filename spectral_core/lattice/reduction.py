@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError, SolveError
 
 Matrix = NDArray[np.float64]
@@ -28,6 +29,7 @@ def lll(basis: Matrix) -> Integers:
     Passes in floating point repeat from the exact product basis·T until nothing changes, so that rounding in an
     ill-conditioned start does not last. Raises InvalidInputError for a singular basis, SolveError without convergence.
     """
+    basis = _square(basis)
     n = basis.shape[1]
     total = np.eye(n, dtype=np.int64)
     with np.errstate(all="ignore"):
@@ -145,8 +147,8 @@ def _search(r: Matrix, targets: Matrix, squared_radii: Matrix, first: int) -> Fo
 
 def closest_vectors(basis: Matrix, targets: Matrix) -> tuple[Integers, Matrix]:
     """Coefficients (N, n) and squared distances (N,) of the lattice vector nearest to each target; exact."""
-    frame, r = np.linalg.qr(basis)
-    rotated = targets @ frame
+    frame, r = np.linalg.qr(_square(basis))
+    rotated = frozen_array("targets", targets, (None, len(frame))) @ frame
     bound = _nearest_plane(r, rotated) * (1.0 + 1e-9) + 1e-300
     found = vectors_within(r, rotated, bound)
     starts = np.flatnonzero(np.r_[True, found.target[1:] != found.target[:-1]])
@@ -170,10 +172,21 @@ def _nearest_plane(r: Matrix, targets: Matrix) -> Matrix:
 
 def shortest_vectors(basis: Matrix, *, tolerance: float = 1e-9) -> tuple[Integers, Matrix]:
     """Coefficients (N, n) of all vectors of least positive length in a reduced basis, and their vectors (N, n)."""
+    basis = _square(basis)
     squares = np.einsum("ij,ij->j", basis, basis)
     coefficients, vectors, squared = vectors_up_to(basis, float(squares.min()) * (1.0 + tolerance))
     keep = squared <= squared.min() * (1.0 + 2.0 * tolerance)
     return coefficients[keep], vectors[keep]
+
+
+def _square(basis: Matrix) -> Matrix:
+    """The basis, (n, n) and finite. Raises InvalidInputError."""
+    given = frozen_array("basis", basis, (None, None))
+    if given.shape[0] != given.shape[1]:
+        raise InvalidInputError(
+            f"basis has shape {given.shape}; expected a square matrix whose columns are the vectors"
+        )
+    return given
 
 
 def vectors_up_to(basis: Matrix, squared_length: float) -> tuple[Integers, Matrix, Matrix]:

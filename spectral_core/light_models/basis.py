@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_kind, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.light_models.interface import LightModel, on_grid, values_on_grid
 from spectral_core.spectra.observer import Observer, xyz_from_spectrum
@@ -35,6 +35,7 @@ def representative_spectra(
 def principal_components(spectra: ArrayLike, size: int) -> Array:
     """The first ``size`` principal components of spectra (k, n), not centered on their mean: orthonormal (n, size)."""
     stacked = frozen_array("spectra", spectra, (None, None))
+    size = require_whole("size", size, -1 << 30, 1 << 30)
     if not 1 <= size <= min(stacked.shape):
         raise InvalidInputError(
             f"{size} components of {stacked.shape[0]} spectra with {stacked.shape[1]} samples; expected 1 to "
@@ -47,6 +48,7 @@ class BasisModel(LightModel):
     """Spectra as weights of basis vectors, every reflection by the illumination matrix R. ``basis``: (n, m)."""
 
     def __init__(self, grid: SpectralGrid, basis: ArrayLike, viewer: Observer | None = None) -> None:
+        require_kind("the grid", grid, SpectralGrid)
         self.basis: Array = frozen_array("basis", basis, (grid.size, None))
         if np.linalg.matrix_rank(self.basis) < self.basis.shape[1]:
             raise InvalidInputError(

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
 from spectral_core.light_models.basis import BasisModel
 from spectral_core.spectra.color import delta_e_2000, lab_from_xyz
@@ -29,7 +30,7 @@ def sharpened_basis(basis: ArrayLike, edges: Sequence[int] | None = None) -> Arr
     indices from 0 to n; equal intervals by default): the top eigenvector of B_Iᵀ B_I for an orthonormal B. Flat white
     then has all-unity coefficients, as post-illumination needs (section 5.4.4).
     """
-    orthonormal = np.linalg.qr(np.asarray(basis, dtype=np.float64))[0]
+    orthonormal = np.linalg.qr(frozen_array("basis", basis, (None, None)))[0]
     samples, size = orthonormal.shape
     bounds = np.round(np.linspace(0, samples, size + 1)).astype(int) if edges is None else np.asarray(edges, dtype=int)
     if bounds.size != size + 1 or bounds[0] != 0 or bounds[-1] != samples or np.any(np.diff(bounds) < 1):

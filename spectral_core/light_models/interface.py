@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import STANDARD, Observer, observer, xyz_from_product
@@ -72,6 +72,7 @@ def values_on_grid(spectra: ArrayLike | Sequence[Spectrum], grid: SpectralGrid) 
 
     Raises InvalidInputError if an array's last axis does not fit the grid.
     """
+    require_kind("the grid", grid, SpectralGrid)
     if isinstance(spectra, Sequence) and any(isinstance(each, Spectrum) for each in spectra):
         sampled = [each.at(grid.wavelengths_nm) for each in spectra if isinstance(each, Spectrum)]
         if len(sampled) < len(spectra):
@@ -99,6 +100,7 @@ def on_grid(spectrum: Spectrum, grid: SpectralGrid) -> Array:
 
     The average keeps the power of lamp lines that are narrower than the grid's step.
     """
+    require_kind("the spectrum", spectrum, Spectrum, "spectra.catalogue.illuminant(NAME)")
     if np.array_equal(spectrum.grid.wavelengths_nm, grid.wavelengths_nm):
         return spectrum.values
     return spectrum.resampled(grid, average=True).values

@@ -16,7 +16,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.light_models.interface import LightModel, values_on_grid
 from spectral_core.spectra import catalogue
@@ -128,6 +128,7 @@ class NodeModel(LightModel):
 
 
 def _require_nodes(nodes_nm: Array, grid: SpectralGrid) -> None:
+    require_kind("the grid", grid, SpectralGrid)
     low, high = grid.wavelengths_nm[0], grid.wavelengths_nm[-1]
     if nodes_nm.size == 0 or np.any(np.diff(nodes_nm) <= 0) or nodes_nm[0] < low or nodes_nm[-1] > high:
         raise InvalidInputError(

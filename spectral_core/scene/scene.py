@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from spectral_core.checks import require_kind, require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.checks import require_kind, require_range, require_whole
+from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
@@ -57,6 +57,10 @@ class RenderSettings:
 
     def __post_init__(self) -> None:
         require_range("tolerance_delta_e", self.tolerance_delta_e, 0.0, 1e9)
+        if self.transport not in (None, "rgb", "spectral"):
+            raise UnknownNameError.among("transport", str(self.transport), ("rgb", "spectral"))
+        if self.max_bounces is not None:
+            require_whole("max_bounces", self.max_bounces, 0, 1 << 20)
 
     def in_spectra(self, *, white: Spectrum | None = None) -> RenderSettings:
         """These settings with spectral transport, whatever they state, and with another ``white`` if one is given."""
@@ -92,6 +96,8 @@ class Scene:
         return dataclasses.replace(self, camera=moment.camera, instances=instances, meshes=meshes, moments=())
 
     def __post_init__(self) -> None:
+        require_kind("camera of the scene", self.camera, Camera)
+        require_kind("film of the scene", self.film, Film)
         for kind in ("meshes", "materials", "lights", "volumes"):
             names = [item.name for item in getattr(self, kind)]
             doubled = sorted({name for name in names if names.count(name) > 1}) if len(set(names)) < len(names) else []

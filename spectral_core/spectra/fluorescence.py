@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import Observer, integration_points, xyz_of
@@ -39,6 +39,7 @@ class FluorescentDye:
 
     def __post_init__(self) -> None:
         for word, spectrum in (("excitation", self.excitation), ("emission", self.emission)):
+            require_kind(f"{word} of dye {self.name!r}", spectrum, Spectrum, "spectra.files.read_spectra(PATH)[0]")
             if spectrum.values.min() < 0 or spectrum.values.max() <= 0:
                 raise InvalidInputError(
                     f"{word} of dye {self.name!r} spans {spectrum.values.min():g} to {spectrum.values.max():g}; "

@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_xyz
@@ -97,6 +97,9 @@ def xyz_from_product(fixed: Spectrum | None, grid: SpectralGrid, viewer: Observe
         The observer; None for the standard one.
     """
     viewer = viewer or observer(STANDARD)
+    require_kind("the grid", grid, SpectralGrid)
+    if fixed is not None:
+        require_kind("the known factor", fixed, Spectrum, "spectra.catalogue.illuminant(NAME)")
     if grid.interpolation == "sampled":
         knots = grid.wavelengths_nm
         weights = grid.cell_widths_nm if fixed is None else fixed.at(knots) * grid.cell_widths_nm

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.march.gradient import gradient_magnitude
@@ -20,7 +21,8 @@ def preset(name: str, volume: ScalarVolume, density: float = 1.0) -> TransferFun
     """The preset ``name`` (see ``PRESETS``) for ``volume``; ``density`` makes all of it thicker or thinner."""
     if name not in PRESETS:
         raise UnknownNameError.among("transfer function preset", name, PRESETS)
-    return PRESETS[name](volume).scaled(density)
+    require_kind("the volume", volume, ScalarVolume, "volume.files.read_volume(PATH)")
+    return PRESETS[name](volume).scaled(require_range("density", density, 0.0, 1e30))
 
 
 def _places(volume: ScalarVolume) -> tuple[np.ndarray, float]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 
@@ -18,7 +19,7 @@ def sample_volume(name: str, size: int = 64) -> ScalarVolume:
     """Sample field ``name`` (see ``SAMPLES``), ``size`` voxels per axis, unit spacing, first voxel at the origin."""
     if name not in SAMPLES:
         raise UnknownNameError.among("sample volume", name, SAMPLES)
-    return ScalarVolume(name, SAMPLES[name](size))
+    return ScalarVolume(name, SAMPLES[name](require_whole("size", size, 1, 1024, " voxels")))
 
 
 def sample_named(text: str, usual: int) -> tuple[str, int]:

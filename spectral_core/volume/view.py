@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 
@@ -40,8 +40,8 @@ class View:
         object.__setattr__(
             self, "world_from_camera", frozen_array("world_from_camera of a view", self.world_from_camera, (4, 4))
         )
-        if self.width < 1 or self.height < 1:
-            raise InvalidInputError(f"a view of {self.width}×{self.height} pixels; expected at least 1×1")
+        for name in ("width", "height"):
+            require_whole(f"{name} of a view", getattr(self, name), 1, 1 << 20, " pixels")
         if self.fov_deg is None:
             require_range("ortho_width", self.ortho_width, 1e-30, 1e30)
         else:

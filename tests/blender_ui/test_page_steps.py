@@ -37,3 +37,32 @@ def test_the_steps_of_the_page_make_two_materials_equal_and_different(blender) -
     assert blender.ops.spectral.palette_apply() == {"FINISHED"}
     assert {lamp.spectral.source for lamp in lamps} == {"DESIGNED"}
     assert {mesh.materials[0].spectral.source for mesh in meshes} == {"DESIGNED"}
+
+
+def test_a_column_has_the_name_of_the_lamp_in_the_outliner(blender) -> None:
+    """Artists rename objects; the light of a renamed lamp keeps its name, such as Area.001."""
+    scene = blender.context.scene
+    blender.ops.object.light_add(type="AREA")
+    lamp = blender.context.object
+    lamp.name = "Street Lamp"
+    assert lamp.data.name != lamp.name
+    blender.ops.spectral.palette_add(side="LIGHT")
+    column = scene.spectral.palette.lights[-1]
+    assert (column.name, column.light) == ("Street Lamp", lamp.data)
+    blender.ops.mesh.primitive_cube_add()
+    blender.context.object.data.materials.append(blender.data.materials.new("Paint"))
+    blender.ops.spectral.palette_from_scene()
+    assert "Street Lamp" in [each.name for each in scene.spectral.palette.lights]
+
+
+def test_an_unsolved_table_says_what_it_needs(blender) -> None:
+    from blender_addon.panels.palette import _next_step
+
+    palette = blender.context.scene.spectral.palette
+    palette.live = False
+    blender.ops.spectral.palette_add(side="LIGHT", name="day")
+    assert "+ Material" in _next_step(palette)
+    blender.ops.spectral.palette_add(side="MATERIAL", name="paint")
+    assert "press Solve" in _next_step(palette)
+    blender.ops.spectral.palette_remove(side="LIGHT")
+    assert "+ Light" in _next_step(palette)

@@ -41,7 +41,7 @@ def test_a_solution_that_no_view_can_show_names_the_render_engine(registered) ->
     from blender_addon.editing.palette.picture import RELIT
     from blender_addon.panels.palette import picture_words
 
-    told = "Rendered anew: no light is recorded (Light Dial)"
+    told = "Rendered anew: the Light Dial has no recording"
     assert picture_words(SimpleNamespace(engine="SPECTRAL"), SimpleNamespace(picture=told)) == told
     assert "render engine Spectral" in picture_words(
         SimpleNamespace(engine="BLENDER_EEVEE"), SimpleNamespace(picture=told)

@@ -107,7 +107,7 @@ def _bulbs(
 ) -> tuple[str, dict[str, tuple[Spectrum, float]]]:
     """Reason why a recording cannot show these spectra, and the new light by bulb."""
     if not dial.scene_hash or not len(dial.bulbs):
-        return "no light is recorded (Light Dial)", {}
+        return "the Light Dial has no recording", {}
     if dial.changes:
         return "the scene has changed since the recording", {}
     material = next((block for block in blocks if isinstance(block, bpy.types.Material)), None)

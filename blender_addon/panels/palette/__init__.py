@@ -108,7 +108,7 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
         wrapped(column, context, text, icon="ERROR" if column.alert else "INFO")
         return
     if not palette.status:
-        layout.label(text="Not solved yet", icon="INFO")
+        layout.label(text=_next_step(palette), icon="INFO")
         return
     if palette.is_stale:
         layout.label(text="Solving …" if palette.live else "Changed: press Solve", icon="FILE_REFRESH")
@@ -124,6 +124,13 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
     worst = "ΔE < 0.01" if palette.worst_delta_e < 0.01 else f"ΔE ≤ {palette.worst_delta_e:.2f}"
     took = f" · {_duration(palette.milliseconds)}" if palette.milliseconds > 0 else ""
     facts.label(text=f"{worst}{took}", icon="BLANK1")
+
+
+def _next_step(palette: PropertyGroup) -> str:
+    """Tell what an unsolved table needs."""
+    if not len(palette.materials):
+        return "Select an object and press + Material"
+    return "Not solved yet: press Solve" if len(palette.lights) else "Select a lamp and press + Light"
 
 
 def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> None:

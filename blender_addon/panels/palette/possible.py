@@ -22,7 +22,7 @@ def draw_possible(layout: UILayout, context: Context, palette: PropertyGroup) ->
     if picture is not None:
         row.template_icon(picture_icon(picture), scale=5.0)
     column = row.column()
-    column.prop(answer, "asked", text="Asked")
+    column.prop(answer, "asked", text="Wanted")
     if not answer.reachable:
         column.prop(answer, "nearest", text="Nearest")
         column.operator("spectral.palette_take_nearest", icon="EYEDROPPER")

@@ -116,7 +116,8 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
             f"{outcome.allowed.floor:g}"
         )
     print(
-        f"{figures['spectra']} spectra; black is shown as {design.floor:g}, contrast {design.slope:.3f}; "
+        f"{figures['spectra']} spectra; black is shown as {design.floor:g} and white as "
+        f"{design.floor + design.slope:.3g}; "
         f"{100 * design.compressed:.1f} % of the texels show the nearest color that a reflectance can have"
     )
     for loss in design.losses:

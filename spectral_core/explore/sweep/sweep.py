@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from spectral_core.checks import require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.designs import design_points
 from spectral_core.explore.sweep.document import SweepDocument
@@ -44,6 +45,7 @@ class Sweep:
     """A document, its compute node and its store."""
 
     def __init__(self, document: SweepDocument, folder: Path) -> None:
+        require_kind("the sweep", document, SweepDocument, "explore.sweep.document.read_sweep(PATH)")
         self.document = document
         self.node = document.node()
         place = cdb_folder(folder)

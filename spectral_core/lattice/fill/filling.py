@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import require_kind
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.construction import Lattice
 from spectral_core.lattice.fill.anchoring import Anchored, anchor
@@ -82,6 +83,7 @@ def level_for(frame: Frame, region: Region, count: int) -> int:
     By the region's volume where a formula has it, else by counting the points of a level that has some hundreds.
     """
     require_count(count)
+    require_kind("the frame", frame, Frame, "fill_exactly")
     anchored = _anchored(frame.lattice, region)
     at_zero = expected_count(region, anchored.metric, frame.dimensions * math.log(frame.spacing))
     if region.log_volume() is None:
@@ -132,6 +134,8 @@ def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> t
 
 
 def _anchored(lattice: Lattice, region: Region) -> Anchored:
+    require_kind("the region", region, Region, "box, ball, halfspaces")
+    require_kind("the lattice", lattice, Lattice, "make_lattice")
     if region.dimensions != lattice.dimensions:
         raise InvalidInputError(
             f"the region has {region.dimensions} dimensions, the lattice {lattice.dimensions}; make one for the region"

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.classes import LatticeClass
 from spectral_core.lattice.construction import Lattice, build_lattice
@@ -140,8 +140,8 @@ class Frame:
 
         InvalidInputError if the region would hold more than ``MAX_POINTS``.
         """
-        if not 0 <= level <= MAX_LEVEL:
-            raise InvalidInputError(f"level is {level}; expected 0 to {MAX_LEVEL}")
+        level = require_whole("level", level, 0, MAX_LEVEL)
+        require_kind("the region", region, Region, "box, ball, halfspaces")
         if region.dimensions != self.dimensions:
             raise InvalidInputError(f"the region has {region.dimensions} dimensions, the lattice {self.dimensions}")
         anchored = anchor(region)

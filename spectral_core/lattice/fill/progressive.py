@@ -15,6 +15,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import require_kind
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.catalogue import sampling_lattice
 from spectral_core.lattice.construction import Lattice
@@ -158,6 +159,7 @@ def progressive_points(
 
     ``frame``, ``level`` and ``shifts`` are those of the ``ProgressivePoints`` to continue.
     """
+    require_kind("the frame", frame, Frame, "of the ProgressivePoints to continue")
     positions, coefficients = frame.points_in(region, level)
     order = progressive_order(frame.lattice, coefficients, level, shifts)
     return ProgressivePoints(frame, region, level, _frozen(positions[order]), _frozen(coefficients[order]), shifts)

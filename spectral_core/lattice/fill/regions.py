@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_finite
+from spectral_core.checks import frozen_array, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.polynomials import MAX_DIMENSIONS
 
@@ -160,10 +160,12 @@ def ball(center: ArrayLike, radii: ArrayLike, *, p: float = 2.0) -> Region:
     """Ball ‖(x - center) / radii‖_p <= 1 with 1 <= p <= ∞; ``radii`` one number or (n,)."""
     middle = frozen_array("center", center, (None,))
     _check_dimensions(len(middle))
-    given = np.asarray(radii, dtype=np.float64)
-    half = frozen_array("radii", np.broadcast_to(given, middle.shape) if given.ndim == 0 else given, (len(middle),))
+    if np.ndim(radii) == 0:
+        radii = np.full(middle.shape, require_range("radii", radii, -math.inf, math.inf))  # type: ignore[arg-type]
+    half = frozen_array("radii", radii, (len(middle),))
     if not (half > 0).all():
         raise InvalidInputError(f"radii holds {half.min()}; expected positive numbers")
+    p = require_range("p", p, -math.inf, math.inf)
     if not p >= 1.0:
         raise InvalidInputError(f"p is {p}; expected 1 <= p (below 1 the ball is not convex)")
     if math.isinf(p):
@@ -190,15 +192,14 @@ def halfspaces(rows: ArrayLike, bounds: ArrayLike) -> Region:
 def corner_simplex(dimensions: int, size: float = 1.0) -> Region:
     """{x >= 0, Σ x <= size}: mixtures that leave a rest."""
     _check_dimensions(dimensions)
-    if not size > 0 or not math.isfinite(size):
-        raise InvalidInputError(f"size is {size}; expected a positive number")
+    size = require_range("size", size, 1e-300, 1e300)
     rows = np.concatenate([-np.eye(dimensions), np.ones((1, dimensions))])
     return halfspaces(rows, np.concatenate([np.zeros(dimensions), [size]]))
 
 
 def _check_dimensions(n: int) -> None:
-    if not 1 <= n <= MAX_DIMENSIONS:
-        raise InvalidInputError(f"the region has {n} dimensions; expected 1 to {MAX_DIMENSIONS}")
+    if not isinstance(n, int | np.integer) or not 1 <= n <= MAX_DIMENSIONS:
+        raise InvalidInputError(f"the region has {n} dimensions; expected a whole number from 1 to {MAX_DIMENSIONS}")
 
 
 def _frozen(array: Matrix) -> Matrix:

@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 
 Matrix = NDArray[np.float64]
@@ -43,6 +43,7 @@ class Evenness:
 def evenness(points: ArrayLike, *, samples: int = 16384, seed: int = 0) -> Evenness:
     """All measures of points (m, n) in the unit cube, m at least 2; ``samples`` positions are probed for distances."""
     given = _in_unit_cube(points)
+    samples = require_whole("samples", samples, 1, 1 << 24)
     m, n = given.shape
     from scipy.spatial import KDTree
     from scipy.stats import qmc
@@ -69,6 +70,7 @@ def separation(points: ArrayLike, *, volume: float = 1.0) -> float:
     from scipy.spatial import KDTree
 
     given = frozen_array("points", points, (None, None))
+    volume = require_range("volume", volume, 1e-300, 1e300)
     m, n = given.shape
     if m < 2:
         raise InvalidInputError(f"separation needs at least 2 points, got {m}")
@@ -79,6 +81,7 @@ def separation(points: ArrayLike, *, volume: float = 1.0) -> float:
 def prefix_separations(points: ArrayLike, *, volume: float = 1.0) -> Matrix:
     """Separation of every prefix of 2, 3, ..., m points, (m - 1,), in units of that prefix's own spacing."""
     given = frozen_array("points", points, (None, None))
+    volume = require_range("volume", volume, 1e-300, 1e300)
     m, n = given.shape
     nearest = np.empty(max(m - 1, 0))
     for i in range(1, m):

@@ -20,7 +20,7 @@ def bulbs_on_polygon(count: int) -> Array:
     """Initial positions of bulbs: corners (count, 2) of a regular polygon of radius 1, the first at the top,
     clockwise.
     """
-    if not 2 <= count <= MOST_BULBS:
+    if not isinstance(count, int | np.integer) or not 2 <= count <= MOST_BULBS:
         raise InvalidInputError(f"a dial has 2 to {MOST_BULBS} lights; got {count}")
     angles = np.pi / 2 - 2 * np.pi * np.arange(count) / count
     return np.stack([np.cos(angles), np.sin(angles)], axis=1)

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from spectral_core.checks import require_kind
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.files.guarded import read_text, reading
 from spectral_core.spectra.files import csv_table, mitsuba_spd, spdx
@@ -81,8 +82,12 @@ def write_spectra(path: str | Path, spectra: Sequence[Spectrum], *, file_format:
     """
     file = Path(path)
     name = _format_from_suffix(file) if file_format is None else _known_format(file_format)
+    if isinstance(spectra, Spectrum):
+        raise InvalidInputError(f"one spectrum, {spectra.name!r}, to write to {file}; expected a list of spectra")
     if not spectra:
         raise InvalidInputError(f"no spectra to write to {file}; give at least one")
+    for spectrum in spectra:
+        require_kind("one of the spectra", spectrum, Spectrum)
     if name == "csv":
         csv_table.write(file, spectra)
         return
