@@ -20,7 +20,7 @@ import numpy as np
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.sweep.compute.paths import require_set_once
-from spectral_core.explore.sweep.compute.rendering import Relighter, recording_mark, rendered
+from spectral_core.explore.sweep.compute.rendering import Relighter, not_linear, recording_mark, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -50,8 +50,8 @@ class BlendNode:
     """Renders a .blend file with some of its properties set.
 
     ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: replace the file's
-    output size and samples, None for those of the file. ``command``: of a worker. ``clamped``: the file's limits on a
-    sample's light remove some, so that no point can be re-lit.
+    output size and samples, None for those of the file. ``command``: of a worker. ``not_linear``: why no point can be
+    re-lit, "" if points can.
     """
 
     file: str
@@ -59,7 +59,7 @@ class BlendNode:
     percentage: int | None = None
     samples: int | None = None
     command: tuple[str, ...] = ()
-    clamped: bool = False
+    not_linear: str = ""
     fingerprint: str = ""
     _kept: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
@@ -83,7 +83,7 @@ class BlendNode:
                 setting_at(parameter.target).checked(choice)
         start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
         scene = node.scene(start, 0)
-        print_, node = scene_hash(scene), replace(node, clamped=scene.settings.light_paths.clamps)
+        print_, node = scene_hash(scene), replace(node, not_linear=not_linear(scene))
         view = view_name(bpy.context.scene)
         mark = recording_mark(scene) if node.relights else ""
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
@@ -92,7 +92,7 @@ class BlendNode:
     @property
     def relights(self) -> bool:
         """True if only energies of lights are swept, so that points are re-lit instead of rendered."""
-        return not self.clamped and self._sweeps_energies
+        return not self.not_linear and self._sweeps_energies
 
     @property
     def _sweeps_energies(self) -> bool:
@@ -174,7 +174,7 @@ class BlendNode:
         if self.relights:
             lines.append("only energies of lights are swept: a worker records them once and re-lights each point")
         elif self._sweeps_energies:
-            lines.append("samples are clamped (Light Paths, Clamping), so every point is rendered")
+            lines.append(f"every point is rendered: {self.not_linear}")
         elif any(path.startswith(LIGHT_PATH) for _, path in self.paths):
             lines.append("lights are swept together with other properties, so every point is rendered")
         return lines
