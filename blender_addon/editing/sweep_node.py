@@ -18,7 +18,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError, RenderError
 from spectral_core.explore.sweep.compute.paths import require_set_once
 from spectral_core.explore.sweep.compute.rendering import Relighter, not_linear, recording_mark, rendered
 from spectral_core.explore.sweep.document import entries
@@ -121,8 +121,6 @@ class BlendNode:
 
     def scene(self, parameters: Mapping[str, Value], seed: int) -> Scene:
         """The file's scene at a point."""
-        from ..translate.scene import translate_scene
-
         self._open()
         settings = [setting_at(path) for _, path in self.paths]
         for (name, _), setting in zip(self.paths, settings, strict=True):
@@ -134,13 +132,23 @@ class BlendNode:
         depsgraph = bpy.context.evaluated_depsgraph_get()
         for (name, _), setting in zip(self.paths, settings, strict=True):
             setting.require_taken(depsgraph, parameters[name])
-        scene = translate_scene(depsgraph)
+        scene = self._translated()
         film: Film = scene.film if self._sweeps(SEED_PATH) else replace(scene.film, seed=seed)
         if self.samples is None or any(self._sweeps(path) for path in (SAMPLES_PATH, *GOAL_PATHS)):
             return replace(scene, film=film)
         # these samples, also of a file whose renders end at an error or a time
         ends = replace(scene.settings, target_error=None, time_budget_s=None)
         return replace(scene, film=replace(film, samples=self.samples), settings=ends)
+
+    def _translated(self) -> Scene:
+        """The scene as F12 renders it, which the viewport may not show: objects, levels of modifiers, motion blur."""
+        from .dial.as_rendered import translated_at_once
+
+        try:
+            scene = translated_at_once(bpy.context.scene)
+        except RuntimeError as error:
+            raise RenderError(f"Blender did not render the point: {str(error).strip()}") from error
+        return replace(scene, settings=replace(scene.settings, passes=None))  # none is stored
 
     def _sweeps(self, ending: str) -> bool:
         """True if a render setting is swept, which the sweep's own setting then does not replace."""
