@@ -7,7 +7,7 @@ import argparse
 import sys
 
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
+from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.scene import Scene
 
 from . import _blend
@@ -57,24 +57,14 @@ def translated_scene(arguments: argparse.Namespace) -> Scene:
     """
     import bpy
 
-    from .. import jobs
-    from ..editing.dial.as_rendered import Layers, first_layer, only_translated
-
-    caught: list[Scene] = []
-
-    def catch(scene: Scene) -> Scene:
-        caught.append(_blend.with_variant(scene, arguments.variant))
-        raise RenderCancelled("only the plan was requested")
+    from ..editing.dial.as_rendered import Layers, first_layer, translated_at_once
 
     source = bpy.context.scene
     layers = Layers.of(source, first_layer(source))
-    with only_translated(source, layers.name), jobs.request(jobs.RenderRequest(translated=catch)):
-        try:
-            bpy.ops.render.render()
-        except RuntimeError as error:
-            raise RenderError(_blend.blender_message(error)) from error
-    if not caught:
-        raise RenderError("Blender did not start the render; its messages above say why")
+    try:
+        scene = translated_at_once(source, lambda found: _blend.with_variant(found, arguments.variant))
+    except RuntimeError as error:
+        raise RenderError(_blend.blender_message(error)) from error
     if layers.told:
         print(f"note: {layers.told}", file=sys.stderr)
-    return caught[0]
+    return scene

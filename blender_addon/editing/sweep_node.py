@@ -18,9 +18,9 @@ from typing import Any
 import bpy
 import numpy as np
 
-from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError, RenderError
 from spectral_core.explore.sweep.compute.paths import require_set_once
-from spectral_core.explore.sweep.compute.rendering import Relighter, recording_mark, rendered
+from spectral_core.explore.sweep.compute.rendering import Relighter, not_linear, recording_mark, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -51,8 +51,8 @@ class BlendNode:
     """Renders a .blend file with some of its properties set.
 
     ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: replace the file's
-    output size and samples, None for those of the file. ``command``: of a worker. ``clamped``: the file's limits on a
-    sample's light remove some, so that no point can be re-lit.
+    output size and samples, None for those of the file. ``command``: of a worker. ``not_linear``: why no point can be
+    re-lit, "" if points can.
     """
 
     file: str
@@ -60,7 +60,7 @@ class BlendNode:
     percentage: int | None = None
     samples: int | None = None
     command: tuple[str, ...] = ()
-    clamped: bool = False
+    not_linear: str = ""
     fingerprint: str = ""
     _kept: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
@@ -84,7 +84,7 @@ class BlendNode:
                 setting_at(parameter.target).checked(choice)
         start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
         scene = node.scene(start, 0)
-        print_, node = scene_hash(scene), replace(node, clamped=scene.settings.light_paths.clamps)
+        print_, node = scene_hash(scene), replace(node, not_linear=not_linear(scene))
         view = view_name(bpy.context.scene)
         mark = recording_mark(scene) if node.relights else ""
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
@@ -93,7 +93,7 @@ class BlendNode:
     @property
     def relights(self) -> bool:
         """True if only energies of lights are swept, so that points are re-lit instead of rendered."""
-        return not self.clamped and self._sweeps_energies
+        return not self.not_linear and self._sweeps_energies
 
     @property
     def _sweeps_energies(self) -> bool:
@@ -122,8 +122,6 @@ class BlendNode:
 
     def scene(self, parameters: Mapping[str, Value], seed: int) -> Scene:
         """The file's scene at a point."""
-        from ..translate.scene import translate_scene
-
         self._open()
         settings = [setting_at(path) for _, path in self.paths]
         for (name, _), setting in zip(self.paths, settings, strict=True):
@@ -135,13 +133,23 @@ class BlendNode:
         depsgraph = bpy.context.evaluated_depsgraph_get()
         for (name, _), setting in zip(self.paths, settings, strict=True):
             setting.require_taken(depsgraph, parameters[name])
-        scene = translate_scene(depsgraph)
+        scene = self._translated()
         film: Film = scene.film if self._sweeps(SEED_PATH) else replace(scene.film, seed=seed)
         if self.samples is None or any(self._sweeps(path) for path in (SAMPLES_PATH, *GOAL_PATHS)):
             return replace(scene, film=film)
         # these samples, also of a file whose renders end at an error or a time
         ends = replace(scene.settings, target_error=None, time_budget_s=None)
         return replace(scene, film=replace(film, samples=self.samples), settings=ends)
+
+    def _translated(self) -> Scene:
+        """The scene as F12 renders it, which the viewport may not show: objects, levels of modifiers, motion blur."""
+        from .dial.as_rendered import translated_at_once
+
+        try:
+            scene = translated_at_once(bpy.context.scene)
+        except RuntimeError as error:
+            raise RenderError(f"Blender did not render the point: {str(error).strip()}") from error
+        return replace(scene, settings=replace(scene.settings, passes=None))  # none is stored
 
     def _sweeps(self, ending: str) -> bool:
         """True if a render setting is swept, which the sweep's own setting then does not replace."""
@@ -175,7 +183,7 @@ class BlendNode:
         if self.relights:
             lines.append("only energies of lights are swept: a worker records them once and re-lights each point")
         elif self._sweeps_energies:
-            lines.append("samples are clamped (Light Paths, Clamping), so every point is rendered")
+            lines.append(f"every point is rendered: {self.not_linear}")
         elif any(path.startswith(LIGHT_PATH) for _, path in self.paths):
             lines.append("lights are swept together with other properties, so every point is rendered")
         return lines

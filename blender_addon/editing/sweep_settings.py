@@ -51,20 +51,20 @@ class Setting:
     def write(self, value: Any) -> None:
         """Set it. Raises InvalidInputError for an impossible value."""
         given, place = self.checked(value), self.place
-        if not self.choices:
-            place.write(given)
-            return
         try:
-            if place.index is not None:
+            if not self.choices:
+                place.write(given)
+            elif place.index is not None:
                 values = place.owner[place.name] if place.is_custom else getattr(place.owner, place.name)
                 values[place.index] = given
             elif place.is_custom:
                 place.owner[place.name] = given
             else:
                 setattr(place.owner, place.name, given)
-            place.tag()
         except (TypeError, AttributeError) as error:
             raise InvalidInputError(f"{self.path} cannot be set to {value!r}: {error}") from error
+        # Blender does not evaluate what only renders read, such as the levels of modifiers, before it is asked to
+        place.owner.id_data.update_tag()
 
     def require_taken(self, depsgraph: Any, value: Any) -> None:
         """Raise InvalidInputError if the evaluated file does not have the new value.

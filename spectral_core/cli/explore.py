@@ -105,13 +105,13 @@ def run(arguments: argparse.Namespace) -> int:
             )
         _refuse_analyses(arguments, folder)
         table = table_of_folder(folder)
-        _figures(arguments, dict(table.columns))
+        _figures(arguments, table)
     else:
         with Store.open(folder) as store:
             store.recover()
             result |= _analyze(arguments, store)
             table = table_of_store(store)
-            _figures(arguments, dict(table.columns))
+            _figures(arguments, table)
             if arguments.serve:
                 return _serve(arguments, store)
     if arguments.out is None and not os.access(folder, os.W_OK):
@@ -187,13 +187,16 @@ def _weights(words: list[str] | None) -> dict[str, float]:
     return found
 
 
-def _figures(arguments: argparse.Namespace, columns: dict[str, Any]) -> None:
+def _figures(arguments: argparse.Namespace, table: Any) -> None:
     from spectral_core.explore.page.static import draw_error_against_time, draw_matrix
 
+    columns = dict(table.columns)
     if arguments.figure:
         known = [name for name in columns if not name.upper().startswith("FILE")]
         shown = arguments.columns or known[:DRAWN]
-        print(f"wrote {draw_matrix(arguments.figure, columns, shown, color=arguments.color)}")
+        logarithmic = [name for name, about in table.about.items() if about.get("log")]
+        drawn = draw_matrix(arguments.figure, columns, shown, color=arguments.color, logarithmic=logarithmic)
+        print(f"wrote {drawn}")
         if not arguments.columns and len(known) > DRAWN:
             print(
                 f"note: it shows the first {DRAWN} of {len(known)} variables; --columns names others: {known[DRAWN:]}"

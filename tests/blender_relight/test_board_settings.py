@@ -173,6 +173,33 @@ def test_an_unplugged_device_is_reported_until_it_is_back(stage: Any, opened: li
     assert board.status == ""
 
 
+def test_a_network_that_fails_and_a_sender_of_another_range_are_reported_until_they_are_right(
+    stage: Any, opened: list[Any]
+) -> None:
+    from spectral_core.explore.board import Binding, Control
+
+    session, _ = live.start(stage)
+    works: list[bool] = [False]
+    device = SimpleNamespace(
+        unsent="positions cannot be sent", has_motor=lambda _: True, send=lambda *_: works[0], close=lambda: None
+    )
+    session.links[:] = [device]
+    fader, path = Control("osc", 0, "/key"), full_path(bpy.data.lights["Key"], "energy")
+    session.board.bind(Binding(fader, path, 0.0, 50.0))
+    session.board.receive(fader, 100.0, 0.0)
+    live.tick()
+    report = stage.spectral.board.status
+    assert "positions cannot be sent" in report and "osc:0:/key sends 100; a fader sends 0 to 1" in report
+    assert bpy.data.lights["Key"].energy == 50.0
+    bpy.data.lights["Key"].energy = 20.0
+    live.tick()
+    assert session.board.motors(float("inf")) == ((fader, 0.4),)  # was not sent
+    device.unsent, works[0] = "", True
+    session.board.receive(fader, 0.5, 0.0)
+    live.tick()
+    assert stage.spectral.board.status == "" and bpy.data.lights["Key"].energy == 25.0
+
+
 def test_a_device_that_cannot_be_opened_is_named(stage: Any, opened: list[Any], monkeypatch: Any) -> None:
     from spectral_core.explore.board import midi
 

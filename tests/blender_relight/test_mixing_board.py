@@ -204,3 +204,14 @@ def test_starting_keeps_the_report_of_a_binding_that_is_invalid(stage, monkeypat
     assert bpy.ops.spectral.board_start() == {"FINISHED"}
     assert "no MIDI device is connected" in settings.status and "nonsense" in settings.status
     mixing_board_live.stop()
+
+
+def test_a_fader_that_learns_another_number_names_the_earlier_one(board, fader):
+    bind(board, ENERGY, "a", 0, 500)
+    bind(board, SIZE, "b", 0.2, 0.4)
+    bpy.ops.spectral.board_learn(target=SIZE)
+    fader(a=0.0)
+    fader(a=0.5)
+    assert [entry.name for entry in board.bindings] == [SIZE]
+    assert f"osc:0:/fader/a was bound to {ENERGY}, and is bound to {SIZE} now" in board.status
+    assert board.bindings[SIZE].control == "osc:0:/fader/a"

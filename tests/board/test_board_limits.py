@@ -29,7 +29,8 @@ def test_the_times_of_a_board_are_those_of_its_documentation() -> None:
     """A tenth of a second after a touch, sixty commands a second, 150 ms for an echo, a twentieth of the travel."""
     assert (TOUCH_SECONDS, MOTOR_SECONDS, ECHO_SECONDS, LEARN_TRAVEL) == (0.1, 1 / 60, 0.15, 0.05)
     assert SLIDER.step == STEP
-    assert [Control(kind, 0, "1").step for kind in ("cc", "cc14", "bend")] == [1 / 127, 1 / 16383, 1 / 16383]
+    controls = (Control("cc", 0, "1"), Control("cc14", 0, "1"), Control("bend"), Control("nrpn", 0, "1"))
+    assert [control.step for control in controls] == [1 / 127, 1 / 16383, 1 / 16383, 1 / 16383]
 
 
 @pytest.mark.parametrize(

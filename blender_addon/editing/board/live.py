@@ -36,6 +36,8 @@ class Session:
     events: list[tuple[float, str, float]] = field(default_factory=list)
     started: float = field(default_factory=time.monotonic)
     start_positions: dict[str, float] = field(default_factory=dict)
+    told: str = ""
+    """What the panel reports about the devices."""
 
     @property
     def osc_port(self) -> int | None:
@@ -161,7 +163,6 @@ def tick() -> float | None:
     for link in _session.links:
         if hasattr(link, "pump"):
             link.pump()
-            _tell_missing(scene, link.missing)
     if follow_names(scene.spectral.board):
         rebind(scene)
     learning = _session.board.learning
@@ -171,19 +172,26 @@ def tick() -> float | None:
     for change in changes:
         _write(scene, change)
     for control, position in _session.board.motors(time.monotonic()):
-        for link in _session.links:
-            link.send(control, position)
+        if False in [link.send(control, position) for link in _session.links]:
+            _session.board.send_again(control)
+    _tell(scene, _session)
     return TICK_SECONDS
 
 
-def _tell_missing(scene: Scene, device: str | None) -> None:
-    """Report in the panel that a device is unplugged, and use it again once it is connected."""
+def _tell(scene: Scene, session: Session) -> None:
+    """Report in the panel what devices cannot do now, until they can."""
     board = scene.spectral.board
-    text = f"{device} is unplugged; it is used again once it is connected" if device else ""
-    if device and board.status != text:
+    gone = [link.missing for link in session.links if getattr(link, "missing", None)]
+    texts = [f"{device} is unplugged; it is used again once it is connected" for device in gone]
+    texts += [link.unsent for link in session.links if getattr(link, "unsent", "")]
+    texts += [
+        f"{control} sends {position:g}; a fader sends 0 to 1, so set its range there"
+        for control, position in session.board.beyond.items()
+    ]
+    text = "; ".join(texts)
+    if (text or board.status == session.told) and board.status != text:
         board.status = text
-    elif not device and board.status.endswith("it is used again once it is connected"):
-        board.status = ""
+    session.told = text
 
 
 def range_of(target: str) -> tuple[float, float]:
@@ -196,14 +204,17 @@ def range_of(target: str) -> tuple[float, float]:
 def _store_learned(scene: Scene, target: str) -> None:
     assert _session is not None
     learned = next(binding for binding in reversed(_session.board.bindings) if binding.target == target)
-    settings = scene.spectral.board
+    settings, moved = scene.spectral.board, ""
     for number in reversed(range(len(settings.bindings))):
-        if settings.bindings[number].control == str(learned.control) and settings.bindings[number].name != target:
+        earlier = settings.bindings[number].name
+        if settings.bindings[number].control == str(learned.control) and earlier != target:
             settings.bindings.remove(number)
+            moved = f"{learned.control} was bound to {earlier}, and is bound to {target} now"
     entry = settings.bindings.get(target) or settings.bindings.add()
     entry.name, entry.low, entry.high = target, learned.low, learned.high
     entry.block = None  # found again by its path
     entry.control = str(learned.control)
+    settings.status = moved or settings.status
 
 
 def _write(scene: Scene, change: Change) -> None:

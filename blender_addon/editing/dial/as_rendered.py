@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 import bpy
 from bpy.types import Context, Scene, ViewLayer
 
-from spectral_core.errors import InvalidInputError, RenderCancelled
+from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
 
 from ... import jobs
 from ...properties.render import ENGINE
@@ -92,6 +92,25 @@ def only_translated(scene: Scene, layer: str) -> Iterator[None]:
         yield
     finally:
         restore()
+
+
+def translated_at_once(scene: Scene, changed: Callable[[SpectralScene], SpectralScene] | None = None) -> SpectralScene:
+    """The first view layer that is rendered, translated by a render that ends before it begins to trace.
+
+    ``changed``: changes the scene within the render, which then reports its errors. Raises RuntimeError with Blender's
+    message, RenderError if no render started.
+    """
+    caught: list[SpectralScene] = []
+
+    def catch(translated: SpectralScene) -> NoReturn:
+        caught.append(translated if changed is None else changed(translated))
+        raise RenderCancelled("only the scene was requested")
+
+    with only_translated(scene, first_layer(scene).name), jobs.request(jobs.RenderRequest(translated=catch)):
+        bpy.ops.render.render(scene=scene.name)
+    if not caught:
+        raise RenderError(NO_RENDER)
+    return caught[0]
 
 
 def _set(scene: Scene, values: dict[str, Any], rendered: dict[str, bool]) -> None:

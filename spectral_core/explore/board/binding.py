@@ -3,27 +3,33 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Literal, Self
 
 from spectral_core.errors import InvalidInputError
 
-CONTROL_KINDS = ("cc", "cc14", "bend", "osc")
-STEPS = {"cc": 127, "cc14": 16383, "bend": 16383, "osc": 1 << 24}
+CONTROL_KINDS = ("cc", "cc14", "nrpn", "bend", "osc")
+STEPS = {"cc": 127, "cc14": 16383, "nrpn": 16383, "bend": 16383, "osc": 1 << 24}
+LARGEST_ADDRESS = {"cc": 127, "cc14": 31, "nrpn": 16383}
 """Number of steps from one end of a control to the other; an OSC float has 24 bits."""
 
+DATA = 6
+"""Controller with the upper 7 bits of the value of a numbered parameter (NRPN); 32 higher are the lower ones."""
 PAIRED = 32
 """Controllers 0 to 31 carry the upper 7 bits of a 14-bit fader, 32 higher the lower 7 (MIDI 1.0)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """One fader, knob or slider. ``kind``: "cc" (7-bit MIDI), "cc14" (MIDI pair n, n+32), "bend" (pitch bend), "osc".
+    """One fader, knob or slider. ``kind``: "cc" (7-bit MIDI), "cc14" (MIDI pair n, n+32), "nrpn" (numbered parameter,
+    14 bits), "bend" (pitch bend), "osc".
 
-    ``channel``: MIDI channel 0 to 15; ``address``: controller number, or OSC address such as ``/fader/1``.
+    ``channel``: MIDI channel 0 to 15; ``address``: number of the controller or parameter, or OSC address such as
+    ``/fader/1``.
     """
 
-    kind: Literal["cc", "cc14", "bend", "osc"]
+    kind: Literal["cc", "cc14", "nrpn", "bend", "osc"]
     channel: int = 0
     address: str = ""
 
@@ -32,18 +38,30 @@ class Control:
             raise InvalidInputError(f"control kind {self.kind!r} is not one of {', '.join(CONTROL_KINDS)}")
         if not 0 <= self.channel <= 15:
             raise InvalidInputError(f"MIDI channel {self.channel} is not from 0 to 15")
-        if self.kind == "osc" and not self.address.startswith("/"):
-            raise InvalidInputError(f"OSC address {self.address!r} does not start with '/'")
-        most = {"cc": 127, "cc14": 31}.get(self.kind)
-        if most is not None and not (self.address.isdigit() and int(self.address) <= most):
-            raise InvalidInputError(f"controller {self.address!r} of a {self.kind} is not a number from 0 to {most}")
+        if self.kind == "osc" and (self.channel or not self.address.startswith("/")):
+            raise InvalidInputError(
+                f"{str(self)[:80]!r} names no OSC fader; expected channel 0 and an address: they start with '/', as in "
+                "osc:0:/fader/1"
+            )
+        if self.kind == "bend" and self.address:
+            raise InvalidInputError(
+                f"a pitch bend has no number; expected bend:{self.channel}:, got {str(self)[:80]!r}"
+            )
+        most = LARGEST_ADDRESS.get(self.kind)
+        if most is None:
+            return
+        if not (re.fullmatch("[0-9]{1,9}", self.address) and int(self.address) <= most):
+            raise InvalidInputError(
+                f"controller {self.address[:40]!r} of a {self.kind} is not a number from 0 to {most}"
+            )
+        object.__setattr__(self, "address", str(int(self.address)))  # as messages name it, without leading zeros
 
     @classmethod
     def parse(cls, text: str) -> Self:
         """Control of a text as str() writes it: ``cc:0:81``, ``bend:3:``, ``osc:0:/fader/1``."""
         parts = text.split(":", 2)
-        if len(parts) != 3 or not parts[1].isdigit():
-            raise InvalidInputError(f"{text!r} names no control; expected kind:channel:address, such as cc:0:81")
+        if len(parts) != 3 or not re.fullmatch("[0-9]{1,9}", parts[1]):
+            raise InvalidInputError(f"{text[:80]!r} names no control; expected kind:channel:address, such as cc:0:81")
         return cls(parts[0], int(parts[1]), parts[2])  # type: ignore[arg-type]
 
     def __str__(self) -> str:

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from spectral_core.explore.board.binding import PAIRED, Binding, Control
+from spectral_core.explore.board.binding import DATA, PAIRED, Binding, Control
 from spectral_core.explore.board.order import Order
 
 TOUCH_SECONDS = 0.1
@@ -20,6 +20,8 @@ MOTOR_SECONDS = 1 / 60
 """Least time between two messages to one motor: messages hold states, and the last one is always sent."""
 ECHO_SECONDS = 0.15
 """Time after a motor command in which an equal message counts as the motor's report of its arrival."""
+ROUNDING = 1e-6
+"""Positions this little outside of [0, 1] are at its ends: a sender computes in single precision."""
 LEARN_TRAVEL = 0.05
 """Least travel of a control before it is learned, because a resting hand trembles."""
 
@@ -74,6 +76,7 @@ class Board:
         self._has_motor = has_motor or (lambda control: True)
         self._lock = threading.Lock()
         self._latest: dict[Control, tuple[float, float]] = {}
+        self._beyond: dict[Control, float] = {}
         self._faders: dict[Control, _Fader] = {}
         self._order = Order()
         self._learning: str | None = None
@@ -121,11 +124,24 @@ class Board:
         """Accept the position of a control in [0, 1]. Only the last message of each control is kept, so none can
         queue.
         """
+        inside = min(1.0, max(0.0, position))
         with self._lock:
             self.received += 1
-            self._latest[control] = (min(1.0, max(0.0, position)), time)
+            self._latest[control] = (inside, time)
+            self._beyond.pop(control, None)
+            if abs(position - inside) > ROUNDING:
+                self._beyond[control] = position
             if self._learning is not None:
-                self._learn_start.setdefault(control, position)
+                self._learn_start.setdefault(control, inside)
+
+    @property
+    def beyond(self) -> dict[Control, float]:
+        """Positions outside [0, 1] by control, of those that are bound, or of all while one is learned: their sender
+        has another range, and only the nearest end arrives at the target.
+        """
+        with self._lock:
+            found = dict(self._beyond)
+        return {c: position for c, position in found.items() if c in self._faders or self._learning is not None}
 
     def poll(self, range_of: Callable[[str], tuple[float, float]] | None = None) -> tuple[Change, ...]:
         """Changes since the last poll, one entry per target, with all faders that moved together.
@@ -168,6 +184,11 @@ class Board:
                 to_send.append((control, position))
         return tuple(to_send)
 
+    def send_again(self, control: Control) -> None:
+        """Let ``motors`` give a position again that could not be sent."""
+        if control in self._faders:
+            self._faders[control].sent = None
+
     def _finish_learning(
         self, latest: Mapping[Control, tuple[float, float]], range_of: Callable[[str], tuple[float, float]] | None
     ) -> None:
@@ -187,6 +208,8 @@ class Board:
         if control.kind != "cc":
             return False
         upper = int(control.address) % PAIRED
+        if upper == DATA and any(each.kind == "nrpn" and each.channel == control.channel for each in self._learn_start):
+            return int(control.address) in (DATA, DATA + PAIRED)
         halves = (Control("cc", control.channel, str(upper)), Control("cc", control.channel, str(upper + PAIRED)))
         return control in halves and all(half in self._learn_start for half in halves)
 

@@ -7,43 +7,98 @@ mido (and python-rtmidi behind it) are optional; without them, or without a devi
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, SpectralError
-from spectral_core.explore.board.binding import PAIRED, Control
+from spectral_core.explore.board.binding import DATA, LARGEST_ADDRESS, PAIRED, Control
 
 LOOK_SECONDS = 2.0
 """Time between two checks whether the device is connected."""
+LONE_SECONDS = 0.02
+"""Time after which the lower half of a pair does not come any more: devices send both in one go."""
+NUMBERED, REGISTERED = (99, 98), (101, 100)
+"""Controllers that select a parameter by the upper and lower 7 bits of its number (MIDI 1.0)."""
+FAULTS = (OSError, ValueError, RuntimeError, SystemError, MemoryError)
+"""Errors of mido's back ends for a port that is gone or used by another program."""
 
 
 class Decoder:
     """MIDI messages to positions of controls.
 
     Controllers n and n + 32 may be two faders of 7 bits or the halves of one of 14; the messages do not show it. So the
-    second half is decoded as both, and the board uses the one that is bound.
+    second half is decoded as both, and the board uses the one that is bound. All numbered parameters (NRPN) of a
+    channel send their values by controllers 6 and 38, after two others have selected the parameter.
     """
 
     def __init__(self) -> None:
         self._upper: dict[tuple[int, int], int] = {}
+        self._paired: set[Control] = set()
+        """Controls whose lower half has been seen."""
+        self._alone: dict[tuple[int, int], float] = {}
+        """Upper halves whose lower one has not arrived yet, with the time of each."""
+        self._selected: dict[int, dict[int, int]] = {}
+        """Halves of the number of the selected parameter by channel, by controller."""
 
-    def decode(self, message: Any) -> tuple[tuple[Control, float], ...]:
+    def decode(self, message: Any, time: float = 0.0) -> tuple[tuple[Control, float], ...]:
         """Controls that a mido message moves, with their positions; none if the message belongs to no fader."""
         if message.type == "pitchwheel":
             return ((Control("bend", message.channel), (message.pitch + 8192) / 16383),)
         if message.type != "control_change":
             return ()
-        number, channel = message.control, message.channel
-        coarse = (Control("cc", channel, str(number)), message.value / 127)
+        number, channel, value = message.control, message.channel, message.value
+        self._select(channel, number, value)
+        coarse = (Control("cc", channel, str(number)), value / 127)
+        pair = (channel, number % PAIRED)
         if number < PAIRED:
-            self._upper[channel, number] = message.value
-        upper = self._upper.get((channel, number - PAIRED))
-        if upper is None:
-            return (coarse,)
-        fine = (Control("cc14", channel, str(number - PAIRED)), ((upper << 7) | message.value) / 16383)
-        return coarse, fine
+            self._upper[pair] = value
+            fine = self._fine(pair)
+            if fine.kind == "nrpn" or fine in self._paired:
+                self._alone[pair] = time
+        elif number < 2 * PAIRED and pair in self._upper:
+            fine = self._fine(pair)
+            self._paired.add(fine)
+            self._alone.pop(pair, None)
+            return coarse, (fine, (self._upper[pair] << 7 | value) / 16383)
+        return (coarse,)
+
+    def lone(self, time: float) -> tuple[tuple[Control, float], ...]:
+        """Faders whose upper half has arrived without the lower one, which is then 0 (MIDI 1.0)."""
+        late = [pair for pair, came in self._alone.items() if time - came >= LONE_SECONDS]
+        found = []
+        for pair in late:
+            del self._alone[pair]
+            fine, upper = self._fine(pair), self._upper[pair]
+            # a parameter that never has a lower half has 7 bits
+            found.append((fine, (upper << 7) / 16383 if fine in self._paired else upper / 127))
+        return tuple(found)
+
+    def _fine(self, pair: tuple[int, int]) -> Control:
+        channel, number = pair
+        parameter = self._parameter(channel) if number == DATA else None
+        return Control("cc14", channel, str(number)) if parameter is None else Control("nrpn", channel, str(parameter))
+
+    def _select(self, channel: int, number: int, value: int) -> None:
+        """Follow the selection of parameters; a registered one, such as the range of the pitch bend, is no fader."""
+        if number in REGISTERED:
+            self._selected.pop(channel, None)
+        elif number in NUMBERED:
+            self._selected.setdefault(channel, {})[number] = value
+            self._upper.pop((channel, DATA), None)
+            self._alone.pop((channel, DATA), None)
+
+    def _parameter(self, channel: int) -> int | None:
+        """Number of the selected parameter; None without one, or if it is deselected (16383)."""
+        halves = self._selected.get(channel, {})
+        if len(halves) < 2:
+            return None
+        upper, lower = (halves[each] for each in NUMBERED)
+        number = upper << 7 | lower
+        return None if number == 16383 else number
 
 
 def encode(control: Control, position: float) -> list[Any]:
@@ -51,21 +106,25 @@ def encode(control: Control, position: float) -> list[Any]:
     mido = _mido()
     if control.kind == "bend":
         return [mido.Message("pitchwheel", channel=control.channel, pitch=round(position * 16383) - 8192)]
+    if control.kind not in LARGEST_ADDRESS:
+        raise InvalidInputError(f"{control} is not a MIDI control")
+    number = int(control.address)
     if control.kind == "cc":
-        value = round(position * 127)
-        return [mido.Message("control_change", channel=control.channel, control=int(control.address), value=value)]
-    if control.kind == "cc14":
-        value, number = round(position * 16383), int(control.address)
-        halves = ((number, value >> 7), (number + PAIRED, value & 127))
-        return [mido.Message("control_change", channel=control.channel, control=n, value=v) for n, v in halves]
-    raise InvalidInputError(f"{control} is not a MIDI control")
+        numbers = [(number, round(position * 127))]
+    else:
+        value = round(position * 16383)
+        first = number if control.kind == "cc14" else DATA
+        numbers = [(first, value >> 7), (first + PAIRED, value & 127)]
+    if control.kind == "nrpn":
+        numbers = [*zip(NUMBERED, (number >> 7, number & 127), strict=True), *numbers]
+    return [mido.Message("control_change", channel=control.channel, control=n, value=v) for n, v in numbers]
 
 
 def port_names() -> list[str]:
     """Names of the available MIDI inputs; empty if there is no MIDI on this machine."""
     try:
         return list(_mido().get_input_names())
-    except (OSError, ImportError, SystemError):  # rtmidi raises SystemError where the system has no sequencer
+    except (*FAULTS, ImportError):  # rtmidi raises SystemError where the system has no sequencer
         return []
 
 
@@ -97,40 +156,52 @@ class MidiLink:
         try:
             for message in self._input.iter_pending():
                 count += 1
-                for control, position in self._decoder.decode(message):
-                    self._receive(control, position, time.monotonic())
-        except (OSError, ValueError, RuntimeError, SystemError):  # errors of mido's back ends for a disconnected port
+                now = time.monotonic()
+                for control, position in self._decoder.decode(message, now):
+                    self._receive(control, position, now)
+        except FAULTS:
             self._lose()
+        now = time.monotonic()
+        for control, position in self._decoder.lone(now):
+            self._receive(control, position, now)
         return count
 
     def has_motor(self, control: Control) -> bool:
         """True if the device has an input of its own, by which a fader can be moved."""
         return self._output is not None and control.kind != "osc"
 
-    def send(self, control: Control, position: float) -> None:
-        """Move a motor; nothing happens where the device has no input of its own."""
+    def send(self, control: Control, position: float) -> bool:
+        """Move a motor; nothing happens where the device has no input of its own. False if it was not sent."""
         if not self.has_motor(control):
-            return
+            return True
         try:
             for message in encode(control, position):
                 self._output.send(message)
-        except (OSError, ValueError, RuntimeError, SystemError):
+        except FAULTS:
             self._lose()
+            return False
+        return True
 
     def close(self) -> None:
         """Release the ports."""
         for port in (self._input, self._output):
             if port is not None:
-                with contextlib.suppress(OSError, ValueError, RuntimeError, SystemError):  # it may be gone
+                with contextlib.suppress(*FAULTS):  # it may be gone
                     port.close()
         self._input = self._output = None
 
     def _open(self, name: str) -> None:
         mido = _mido()
+        try:
+            self._input = mido.open_input(name)
+            outputs = [each for each in mido.get_output_names() if _device(each) == _device(name)]
+            self._output = mido.open_output(outputs[0]) if outputs else None
+        except FAULTS as error:
+            self.close()
+            raise SpectralError(
+                f"the MIDI device {name!r} cannot be opened ({error}); close other programs that use it"
+            ) from error
         self._name, self.missing = name, None
-        self._input = mido.open_input(name)
-        outputs = [each for each in mido.get_output_names() if _device(each) == _device(name)]
-        self._output = mido.open_output(outputs[0]) if outputs else None
 
     def _lose(self) -> None:
         self.close()
@@ -145,7 +216,7 @@ class MidiLink:
         if self._input is not None and not there:
             self._lose()
         elif self._input is None and self.missing is not None and there:
-            with contextlib.suppress(OSError, SystemError):  # not ready yet: the next check tries again
+            with contextlib.suppress(SpectralError):  # not ready yet: the next check tries again
                 self._open(there[0])
 
 
@@ -158,6 +229,7 @@ def _require_name(name: str | None) -> str:
     _mido()  # its absence is the error to report
     names = port_names()
     if not names:
+        _require_back_end()
         raise SpectralError("no MIDI device is connected; connect one, or use OSC")
     found = [each for each in names if name is None or each == name or _device(each) == _device(name)]
     if not found:
@@ -171,3 +243,10 @@ def _mido() -> Any:
     except ImportError as error:
         raise MissingDependencyError.package("mido", "a MIDI mixing board", "board") from error
     return mido
+
+
+def _require_back_end() -> None:
+    """Raise MissingDependencyError without the package by which mido opens devices."""
+    back_end = os.environ.get("MIDO_BACKEND", "mido.backends.rtmidi").partition("/")[0]
+    if back_end == "mido.backends.rtmidi" and find_spec("rtmidi") is None:
+        raise MissingDependencyError.package("python-rtmidi", "a MIDI mixing board", "board")

@@ -9,6 +9,7 @@ decoded here, because python-osc waits until a time tag, and pads truncated numb
 from __future__ import annotations
 
 import math
+import socket
 import socketserver
 import struct
 import threading
@@ -37,10 +38,13 @@ class OscLink:
             from pythonosc import udp_client
         except ImportError as error:
             raise MissingDependencyError.package("python-osc", "an OSC mixing board", "board") from error
-        for word, number in (("OSC port", port), ("port for feedback", feedback[1] if feedback else 0)):
-            if not 0 <= number <= 65535:
-                raise InvalidInputError(f"the {word} is {number}; expected 0 to 65535, such as 9000")
+        for word, number, least in (("OSC port", port, 0), ("port for feedback", feedback[1] if feedback else 1, 1)):
+            if not least <= number <= 65535:
+                raise InvalidInputError(f"the {word} is {number}; expected {least} to 65535, such as 9000")
         self._receive = receive
+        self._feedback = feedback
+        self.unsent = ""
+        """Why the last position could not be sent back; "" if it was sent."""
         self.ignored = 0
         """Number of ignored messages: without a finite number, or packets that are no OSC; a board may send names and
         colors too.
@@ -55,8 +59,12 @@ class OscLink:
             self._server = socketserver.UDPServer((host, port), Handler)
         except (OSError, UnicodeError) as error:
             raise SpectralError(f"cannot listen for OSC on {host}:{port} ({error}); choose another port") from error
+        self._client: Any = None
         try:
-            self._client: Any = udp_client.SimpleUDPClient(*feedback) if feedback else None
+            if feedback:
+                # resolved once: sending to a name would ask for its address each time, and wait where no one answers
+                place = socket.getaddrinfo(*feedback, type=socket.SOCK_DGRAM)[0][4]
+                self._client = udp_client.SimpleUDPClient(str(place[0]), int(place[1]), allow_broadcast=True)
         except (OSError, UnicodeError) as error:
             self._server.server_close()
             raise SpectralError(f"cannot send OSC to {feedback} ({error}); give another address") from error
@@ -82,10 +90,21 @@ class OscLink:
         """True if positions can be sent back to the control."""
         return self._client is not None and control.kind == "osc"
 
-    def send(self, control: Control, position: float) -> None:
-        """Send the position of a fader to the board; nothing happens without an address for feedback."""
-        if self.has_motor(control):
+    def send(self, control: Control, position: float) -> bool:
+        """Send the position of a fader to the board; nothing happens without an address for feedback.
+
+        Returns False if it was not sent, because the network is down or the address takes no packets: ``unsent`` is the
+        reason.
+        """
+        if not self.has_motor(control):
+            return True
+        try:
             self._client.send_message(control.address, float(position))
+            self.unsent = ""
+        except OSError as error:
+            host, port = self._feedback or ("", 0)
+            self.unsent = f"positions cannot be sent to {host}:{port} ({error.strerror or error}); check Send To"
+        return not self.unsent
 
     def close(self) -> None:
         """Stop listening and release the port."""

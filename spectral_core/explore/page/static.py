@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,17 @@ from spectral_core.explore.features.expression import as_column
 from spectral_core.files.whole import whole_file
 
 ENDINGS = (".png", ".svg", ".pdf")
+MOST_TEXTS = 12
+"""Categories that an axis names."""
 
 
 def draw_matrix(
-    path: str | Path, columns: Mapping[str, Sequence[Any]], names: Sequence[str], *, color: str = ""
+    path: str | Path,
+    columns: Mapping[str, Sequence[Any]],
+    names: Sequence[str],
+    *,
+    color: str = "",
+    logarithmic: Collection[str] = (),
 ) -> Path:
     """Write the lower triangle of scatter plots over ``names`` with histograms on the diagonal.
 
@@ -26,14 +33,16 @@ def draw_matrix(
     path : ends in .png, .svg or .pdf.
     columns : the table.
     names : variables, 2 to 12.
-    color : the variable that colors the points; none if empty.
+    color : the variable that colors the points; none if empty. Points without a value of it are gray.
+    logarithmic : variables with a logarithmic axis, if all their values are above 0.
     """
     if not 2 <= len(names) <= 12:
         raise InvalidInputError(f"{len(names)} variables are named; a figure shows 2 to 12")
     data = {name: _plotted(columns, name) for name in {*names, *([color] if color else [])}}
     figure = _figure(path, 1.6 * len(names))
     axes = figure.subplots(len(names), len(names), squeeze=False)
-    shade: dict[str, Any] = {"c": data[color][0], "cmap": "viridis"} if color else {"color": "#3b6fb6"}
+    shade = data[color][0] if color else None
+    scales = {name: name in logarithmic and _is_positive(data[name][0]) for name in names}
     for row, upward in enumerate(names):
         for column, across in enumerate(names):
             plot = axes[row][column]
@@ -42,16 +51,18 @@ def draw_matrix(
                 continue
             if column == row:
                 values = data[across][0]
-                plot.hist(values[np.isfinite(values)], bins=20, color="#9aa7b8")
+                plot.hist(values[np.isfinite(values)], bins=_bins(values, scales[across]), color="#9aa7b8")
                 plot.set_yticks([])
-                plot.set_title(across, fontsize=8, loc="left")
+                plot.set_title(_plain(across), fontsize=8, loc="left")
             else:
-                plot.scatter(data[across][0], data[upward][0], s=6, linewidths=0, **shade)
+                _scattered(plot, data[across][0], data[upward][0], shade, s=6)
+                _scaled(plot.yaxis, data[upward][1], scales[upward])
+            _scaled(plot.xaxis, data[across][1], scales[across])
             plot.tick_params(labelsize=6, labelbottom=row == len(names) - 1, labelleft=column == 0 and row > 0)
             if column == 0 and row > 0:
-                plot.set_ylabel(upward, fontsize=7)
+                plot.set_ylabel(_plain(upward), fontsize=7)
             if row == len(names) - 1:
-                plot.set_xlabel(across, fontsize=7)
+                plot.set_xlabel(_plain(across), fontsize=7)
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
     return Path(path)
@@ -81,7 +92,7 @@ def draw_error_against_time(
         for column, error in enumerate(errors):
             plot, values = axes[row][column], _plotted(columns, error)[0]
             norm = "linear" if texts else _norm(shade)
-            drawn = plot.scatter(seconds, values, c=shade, s=12, cmap="viridis", linewidths=0, norm=norm)
+            drawn = _scattered(plot, seconds, values, shade, s=12, norm=norm)
             front = pareto_front(np.stack([seconds, values], axis=1))
             order = front[np.argsort(seconds[front])]
             plot.plot(seconds[order], values[order], color="#c33", linewidth=0.8)
@@ -92,14 +103,14 @@ def draw_error_against_time(
                 if axis.get_scale() == "log":
                     _plain_log_ticks(axis)
             plot.tick_params(labelsize=6)
-            plot.set_xlabel(f"{time} (s)", fontsize=7)
-            plot.set_ylabel(error, fontsize=7)
+            plot.set_xlabel(f"{_plain(time)} (s)", fontsize=7)
+            plot.set_ylabel(_plain(error), fontsize=7)
             if factor and column == len(errors) - 1:
                 bar = figure.colorbar(drawn, ax=plot)
-                bar.set_label(factor, fontsize=7)
+                bar.set_label(_plain(factor), fontsize=7)
                 bar.ax.tick_params(labelsize=6)
                 if texts:
-                    bar.set_ticks(range(len(texts)), labels=texts)
+                    bar.set_ticks(range(len(texts)), labels=[_plain(text) for text in texts])
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
     return Path(path)
@@ -125,23 +136,60 @@ def draw_error_against_factors(
         across, texts = _plotted(columns, factor)
         for column, error in enumerate(errors):
             plot, values = axes[row][column], _plotted(columns, error)[0]
-            drawn = plot.scatter(across, values, c=shade, s=12, cmap="viridis", linewidths=0, norm=_norm(shade))
+            drawn = _scattered(plot, across, values, shade, s=12, norm=_norm(shade))
             for axis, numbers in ((plot.xaxis, across), (plot.yaxis, values)):
                 if _norm(numbers) == "log" and not (texts and axis is plot.xaxis):
                     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
                     _plain_log_ticks(axis)
             if texts:
-                plot.set_xticks(range(len(texts)), texts)
+                plot.set_xticks(range(len(texts)), [_plain(text) for text in texts])
                 plot.set_xlim(-0.5, len(texts) - 0.5)
             plot.tick_params(labelsize=6)
-            plot.set_xlabel(factor, fontsize=7)
-            plot.set_ylabel(error, fontsize=7)
+            plot.set_xlabel(_plain(factor), fontsize=7)
+            plot.set_ylabel(_plain(error), fontsize=7)
     bar = figure.colorbar(drawn, ax=axes.ravel().tolist())
-    bar.set_label(color, fontsize=7)
+    bar.set_label(_plain(color), fontsize=7)
     bar.ax.tick_params(labelsize=6)
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
     return Path(path)
+
+
+def _scattered(plot: Any, across: Any, upward: Any, shade: Any, **style: Any) -> Any:
+    """Points colored by ``shade``, all in one color without it; those without a value of it are gray."""
+    if shade is None:
+        style.pop("norm", None)
+        return plot.scatter(across, upward, color="#3b6fb6", linewidths=0, **style)
+    missing = ~np.isfinite(shade)
+    if missing.any():
+        plot.scatter(across[missing], upward[missing], s=style["s"], color="#b0b0b0", linewidths=0)
+    known = ~missing
+    return plot.scatter(across[known], upward[known], c=shade[known], cmap="viridis", linewidths=0, **style)
+
+
+def _scaled(axis: Any, texts: Sequence[str], is_log: bool) -> None:
+    """A logarithmic axis, or the texts of an axis of categories."""
+    if is_log:
+        axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+    elif texts:
+        step = -(-len(texts) // MOST_TEXTS)
+        axis.set_ticks(range(0, len(texts), step), [_plain(text[:16]) for text in texts[::step]])
+
+
+def _bins(values: Any, is_log: bool) -> Any:
+    """Edges of the histogram of a variable, even on its axis."""
+    known = values[np.isfinite(values)]
+    return np.geomspace(known.min() / 1.001, known.max() * 1.001, 21) if is_log else 20
+
+
+def _is_positive(values: Any) -> bool:
+    known = values[np.isfinite(values)]
+    return bool(known.size and known.min() > 0)
+
+
+def _plain(text: str) -> str:
+    """A text that Matplotlib shows as it is: two dollar signs would enclose a formula."""
+    return text.replace("$", r"\$")
 
 
 def _norm(values: Any) -> str:

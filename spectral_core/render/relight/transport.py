@@ -99,6 +99,12 @@ seed traces the same paths, so that a relit picture equals it up to float roundi
 """
 
 
+CLAMPED = (
+    "samples are clamped as under the recorded light, so that a render of another mixture may be darker or brighter; "
+    "set Clamping (Direct and Indirect Light) to 0 and record again"
+)
+
+
 def record_transport(
     scene: Scene,
     storage: Storage,
@@ -163,6 +169,7 @@ def record_transport(
     planes: dict[str, Pixels] = {}
     coverage = None if kept is None else kept.coverage
     notes = scene.notes
+    clamping = (Note("Light Paths", CLAMPED),) if scene.settings.light_paths.clamps else ()
     if wanted:
         result = render(recorded, groups=wanted if reused else True, bands=storage.measured(), **options)
         if result.status != "done":
@@ -178,7 +185,7 @@ def record_transport(
     _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else recorded.film.exposure)
     return Transport(
         storage, names, channels, coverage, tuple(group_light(grouped, name) for name in names),
-        scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, notes,
+        scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, (*notes, *clamping),
     )  # fmt: skip
 
 

@@ -11,6 +11,8 @@ const DISTINCT = [
   [255, 157, 167], [156, 117, 95], [186, 176, 172],
 ];
 const PLAIN = [76, 120, 200];
+/** Color of rows without a value. */
+export const MISSING = [128, 128, 128];
 
 /** Where the map begins: its first third cannot be told from a dark ground. */
 let mapStart = 0;
@@ -52,12 +54,12 @@ export function rowColors(column, at, count) {
   if (!column || !at) return out.fill(word(PLAIN));
   if (column.kind === "text") {
     const values = /** @type {Float64Array} */ (column.values);
-    const missing = word([128, 128, 128]);
+    const missing = word(MISSING);
     for (let i = 0; i < count; i++) out[i] = Number.isNaN(values[i]) ? missing : word(distinct(values[i]));
     return out;
   }
   const lookup = Uint32Array.from({ length: 256 }, (_, k) => word(mapped(k / 255)));
-  const missing = word([128, 128, 128]);
+  const missing = word(MISSING);
   for (let i = 0; i < count; i++) out[i] = Number.isNaN(at[i]) ? missing : lookup[Math.min(255, Math.max(0, (at[i] * 255) | 0))];
   return out;
 }

@@ -95,10 +95,10 @@ export function shown(column, row) {
   return format(value);
 }
 
-/** Four significant digits. @param {number} value */
+/** Four significant digits, all digits of a whole number below a billion. @param {number} value */
 export function format(value) {
-  if (!Number.isFinite(value)) return "–";
-  if (value === 0) return "0";
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? "–" : value > 0 ? "∞" : "-∞";
+  if (Number.isInteger(value) && Math.abs(value) < 1e9) return String(value);
   const size = Math.abs(value);
   if (size >= 1e5 || size < 1e-3) return value.toExponential(2);
   return String(Number(value.toPrecision(4)));

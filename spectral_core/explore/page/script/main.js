@@ -217,6 +217,7 @@ class Explorer {
     const texts = this.table.keys.map((key) => byKey[key] ?? "");
     const made = columnOf({ name, kind: "text", role: "manual", unit: "", group: "labels", texts });
     const old = this.table.byName.get(name);
+    if (old && old.role !== "manual") return; // a state of another table names it
     if (old) Object.assign(old, made, textColumn(texts));
     else {
       this.table.columns.push(made);
@@ -225,8 +226,16 @@ class Explorer {
     this.matrix?.forget(name);
   }
 
+  /** Name of the column of labels: one that the table has not from elsewhere. */
+  labelName() {
+    const taken = (/** @type {string} */ name) => (this.table.byName.get(name)?.role ?? "manual") !== "manual";
+    let name = "label";
+    for (let number = 2; taken(name); number++) name = `label_${number}`;
+    return name;
+  }
+
   /** Label the selected rows. @param {string} text @param {string} [name] */
-  label(text, name = "label") {
+  label(text, name = this.labelName()) {
     const old = this.table.byName.get(name);
     if (old && old.role !== "manual") throw new Error(`${name} is not a column of labels`);
     const keys = rowsOf(this.state.selection).map((row) => this.table.keys[row]);
@@ -294,7 +303,7 @@ class Explorer {
       this.changed();
     });
     click("menu", () => element("side").classList.toggle("open"));
-    click("label", () => element("status").textContent = `${this.label(input("label-text").value.trim())} rows labeled`);
+    click("label", () => element("status").textContent = `${this.label(input("label-text").value.trim())} rows labeled in ${this.state.color}`);
     click("export-csv", () => download("table.csv", this.csv(), "text/csv"));
     click("export-region", () => download("region.toml", tomlOf(this.region()), "application/toml"));
     click("export-state", () => download("state.json", JSON.stringify(toPlain(state, this.table), null, 1), "application/json"));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Parallel axes: one vertical axis per variable, one line per row; a drag along an axis selects a range.
 
-import { css, distinct, mapped } from "./colors.js";
+import { MISSING, css, distinct, mapped } from "./colors.js";
 import { shortened, ticks } from "./scales.js";
 import { inInterval } from "./selection.js";
 
@@ -72,7 +72,8 @@ export class Parallel {
       for (let i = 0; i < this.table.count; i++) {
         if (mask && mask[i] !== chosen) continue;
         if (!chosen) context.strokeStyle = ink("--faint");
-        else if (!color || !column || Number.isNaN(color[i])) context.strokeStyle = ink("--accent");
+        else if (!color || !column) context.strokeStyle = ink("--accent");
+        else if (Number.isNaN(color[i])) context.strokeStyle = css(MISSING);
         else context.strokeStyle = css(column.kind === "text" ? distinct(/** @type {any} */ (column.values)[i]) : mapped(color[i]));
         context.beginPath();
         let pen = false;
@@ -158,7 +159,17 @@ export class Parallel {
       const [x, y] = place(event);
       const near = this.state.columns.map((_, k) => Math.abs(this.axisX(k) - x));
       const axis = near.indexOf(Math.min(...near));
-      if (near[axis] < 40) this.drag = { axis, from: y, to: y };
+      if (near[axis] >= 40) return;
+      this.drag = { axis, from: y, to: y };
+      try {
+        this.canvas.setPointerCapture(event.pointerId); // the drag may end outside
+      } catch {
+        // a scripted event has no pointer to capture
+      }
+    });
+    this.canvas.addEventListener("pointercancel", () => {
+      this.drag = null;
+      this.draw();
     });
     this.canvas.addEventListener("pointermove", (event) => {
       if (!this.drag) return;

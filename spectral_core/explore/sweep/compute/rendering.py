@@ -58,6 +58,19 @@ def _identifier(name: str) -> str:
     return word if word[0].isalpha() and not is_file_column(word) else f"light_{word}"
 
 
+def not_linear(scene: Scene) -> str:
+    """Why points under other powers of the lights must be rendered; "" if they are sums of one recording's shares."""
+    from spectral_core.render.cost.asked import is_asked
+
+    if is_asked(scene.settings):  # a recording traces equal samples everywhere
+        return "the scene asks for an error or a time"
+    if scene.settings.light_paths.clamps:  # what they remove depends on the powers
+        return "samples are clamped"
+    if any(item.is_shadow_catcher for item in scene.instances):  # a shadow is a ratio of two pictures
+        return "the scene has shadow catchers"
+    return ""
+
+
 class Relighter:
     """Pictures of one scene under other powers of its lights, from one recording of each light's share.
 
@@ -73,12 +86,9 @@ class Relighter:
     def picture(self, scene: Scene, render: Callable[..., Any] | None = None) -> Outcome:
         """The outcome of the scene; all lights of a scene without other light must have some power.
 
-        A scene that asks for an error or a time is rendered: a recording traces equal samples everywhere. So is one
-        whose clamps remove light: what they remove depends on the powers.
+        A scene of ``not_linear`` is rendered.
         """
-        from spectral_core.render.cost.asked import is_asked
-
-        if is_asked(scene.settings) or scene.settings.light_paths.clamps:
+        if not_linear(scene):
             return rendered(scene)
         neutral = with_unit_lights(scene)
         found = scene_hash(neutral)

@@ -14,6 +14,7 @@ from spectral_core.explore.sweep.compute.function import load_function
 from spectral_core.explore.sweep.compute.paths import parse_path, place_of, require_set_once, set_path
 from spectral_core.explore.sweep.compute.rendering import (
     Relighter,
+    not_linear,
     recording_mark,
     rendered,
     swept_lights_only,
@@ -85,11 +86,8 @@ class SceneNode:
     @property
     def relights(self) -> bool:
         """True if points are re-lit instead of rendered."""
-        from spectral_core.render.cost.asked import is_asked
-
         lights_only = self.relight and not self.per_light and swept_lights_only(dict(self.paths))
-        settings = self._base().settings
-        return lights_only and not is_asked(settings) and not settings.light_paths.clamps
+        return lights_only and not not_linear(self._base())
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
         base: Scene = self._base()
@@ -126,12 +124,7 @@ class SceneNode:
         if self.relights:
             lines.append("only powers of lights are swept: a worker records them once and re-lights each point")
         elif swept_lights_only(dict(self.paths)):
-            asked = (
-                "samples are clamped"
-                if self._base().settings.light_paths.clamps
-                else "the scene asks for an error or a time"
-            )
-            why = "each light is measured by itself" if self.per_light else asked
+            why = "each light is measured by itself" if self.per_light else not_linear(self._base())
             lines.append(f"every point is rendered: {why if self.relight else 'relight is false'}")
         elif any(path.startswith("lights[") for _, path in self.paths):
             lines.append(
