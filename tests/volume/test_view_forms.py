@@ -96,7 +96,7 @@ def test_a_camera_around_a_field_sees_its_bounding_sphere() -> None:
 
 def test_impossible_cameras_are_refused_and_the_outermost_accepted() -> None:
     for width, height in ((0, 1), (1, 0), (-3, 5)):
-        with pytest.raises(InvalidInputError, match=f"a view of {width}×{height} pixels"):
+        with pytest.raises(InvalidInputError, match=f"(width|height) of a view is {min(width, height)} pixels"):
             View(np.eye(4), width, height)
     assert View(np.eye(4), 1, 1).width == 1
     assert (View(np.eye(4)).width, View(np.eye(4)).height, View(np.eye(4)).fov_deg) == (512, 512, 30.0)
