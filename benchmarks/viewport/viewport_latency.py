@@ -5,10 +5,11 @@ Ten balls of 10,000 triangles (2,000 with ``--quick``) on a floor, ten materials
 960×540. Four parts: ``session``, from the change to the picture in the session, without Blender; ``counts``, launches
 recorded and kernels compiled by kind, which other work on the machine does not change; ``window``, from the change of a
 property to the end of the ``view_draw`` that shows it, in a Blender with a window (SPECTRAL_REAL_BLENDER, see
-``launch``); ``drag``, from a wanted color that is dragged over a recording to the picture, without a window (``palette-
-live``), in the camera view of a 3D view in Solid and Rendered mode, and in an image editor. Each kind is tried in turn,
-so that a busy machine slows all alike. Names of parts as arguments run those alone; ``--count N`` tries each kind N
-times (200); ``--only KIND,KIND`` measures these in the window alone, ``--transport rgb`` or ``spectral`` one transport.
+``launch``); ``drag``, from a wanted color that is dragged over a recording to the picture, without a window
+(``palette-live``), in the camera view of a 3D view in Solid and Rendered mode, and in an image editor. Each kind is
+tried in turn, so that a busy machine slows all alike. Names of parts as arguments run those alone; ``--count N`` tries
+each kind N times (200); ``--only KIND,KIND`` measures these in the window alone, ``--transport rgb`` or ``spectral``
+one transport.
 """
 
 from __future__ import annotations

@@ -13,22 +13,26 @@ PATIENCE_S = 5.0
 """Time in which a process that has closed its pipes ends by itself; it is killed after that."""
 
 
-def output_of(log: Any) -> bytes:
-    """All output in a log so far: an open temporary file that is the standard output or error of a process.
+def output_of(log: Any, last: int | None = None) -> bytes:
+    """Output in a log so far: an open temporary file that is the standard output or error of a process.
+
+    ``last``: most bytes, from the end; None for all.
 
     The process shares the position of the log, and writes there: moved for a read, it would write over earlier output.
     Windows reads only at that position, which is at the end again afterward.
     """
+    size = os.fstat(log.fileno()).st_size
+    start = 0 if last is None else max(0, size - last)
     if hasattr(os, "pread"):
-        return os.pread(log.fileno(), os.fstat(log.fileno()).st_size, 0)
-    log.seek(0)
+        return os.pread(log.fileno(), size - start, start)
+    log.seek(start)
     content: bytes = log.read()
     return content
 
 
 def last_words(log: Any) -> str:
     """End of the output in a log, for an error message; "" without output."""
-    text = output_of(log)[-LAST_BYTES:].decode("utf-8", "replace").strip()
+    text = output_of(log, LAST_BYTES).decode("utf-8", "replace").strip()
     return f"\nIts last words:\n{text}" if text else ""
 
 

@@ -11,9 +11,9 @@ from spectral_core.errors import InvalidInputError
 
 CONTROL_KINDS = ("cc", "cc14", "nrpn", "bend", "osc")
 STEPS = {"cc": 127, "cc14": 16383, "nrpn": 16383, "bend": 16383, "osc": 1 << 24}
-LARGEST_ADDRESS = {"cc": 127, "cc14": 31, "nrpn": 16383}
 """Number of steps from one end of a control to the other; an OSC float has 24 bits."""
-
+LARGEST_ADDRESS = {"cc": 127, "cc14": 31, "nrpn": 16383}
+"""Largest number of a controller or parameter, of those MIDI controls that have one."""
 DATA = 6
 """Controller with the upper 7 bits of the value of a numbered parameter (NRPN); 32 higher are the lower ones."""
 PAIRED = 32

@@ -103,7 +103,9 @@ class OscLink:
             self.unsent = ""
         except OSError as error:
             host, port = self._feedback or ("", 0)
-            self.unsent = f"positions cannot be sent to {host}:{port} ({error.strerror or error}); check Send To"
+            self.unsent = (
+                f"positions cannot be sent to {host}:{port} ({error.strerror or error}); check the address for feedback"
+            )
         return not self.unsent
 
     def close(self) -> None:

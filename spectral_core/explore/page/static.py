@@ -51,7 +51,9 @@ def draw_matrix(
                 continue
             if column == row:
                 values = data[across][0]
-                plot.hist(values[np.isfinite(values)], bins=_bins(values, scales[across]), color="#9aa7b8")
+                plot.hist(
+                    values[np.isfinite(values)], bins=_bins(values, data[across][1], scales[across]), color="#9aa7b8"
+                )
                 plot.set_yticks([])
                 plot.set_title(_plain(across), fontsize=8, loc="left")
             else:
@@ -63,6 +65,9 @@ def draw_matrix(
                 plot.set_ylabel(_plain(upward), fontsize=7)
             if row == len(names) - 1:
                 plot.set_xlabel(_plain(across), fontsize=7)
+    if color:
+        gray = "" if np.isfinite(data[color][0]).all() else "; gray: no value"
+        figure.suptitle(f"color: {_plain(color)}{gray}", fontsize=8, ha="right", x=0.98)
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
     return Path(path)
@@ -174,10 +179,13 @@ def _scaled(axis: Any, texts: Sequence[str], is_log: bool) -> None:
     elif texts:
         step = -(-len(texts) // MOST_TEXTS)
         axis.set_ticks(range(0, len(texts), step), [_plain(text[:16]) for text in texts[::step]])
+        axis.axes.set(**{f"{axis.axis_name}lim": (-0.5, len(texts) - 0.5)})
 
 
-def _bins(values: Any, is_log: bool) -> Any:
-    """Edges of the histogram of a variable, even on its axis."""
+def _bins(values: Any, texts: Sequence[str], is_log: bool) -> Any:
+    """Edges of the histogram of a variable, even on its axis; one bar for each category."""
+    if texts:
+        return np.arange(len(texts) + 1) - 0.5
     known = values[np.isfinite(values)]
     return np.geomspace(known.min() / 1.001, known.max() * 1.001, 21) if is_log else 20
 
