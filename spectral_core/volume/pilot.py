@@ -20,7 +20,8 @@ from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, Quadrature
 from spectral_core.volume.march.rules import Rule
-from spectral_core.volume.pilot_reference import refined_reference, snr_db
+from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db
+from spectral_core.volume.pilot_rounding import beside
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -111,7 +112,11 @@ class Pilot:
         self._tried: dict[Stepping, Trial] = {}
         quadrature: Quadrature = "midpoint" if transfer.uses_gradient else "preintegrated"
         made = refined_reference(lambda way: self._march(way, REFERENCE)[0], quadrature, quality_db + 6.0)
+        near_x, near_y, smaller_db = beside(view, renderer.volume, x, y)
+        near = (renderer.types.Float(near_x), renderer.types.Float(near_y))
+        made = limited_by_rounding(made, lambda way: self._march(way, REFERENCE, near)[0], quadrature, smaller_db)
         self.reference, self.reference_db, self.reference_scale = made.colors, made.snr_db, made.scale
+        self.is_rounded = made.is_rounded
 
     def sharper(self) -> Pilot:
         """A pilot of the same rays whose reference has an error 25 dB smaller, as far as single precision allows."""
@@ -194,8 +199,10 @@ class Pilot:
                 break
         return cheapest(trials, quality_db)
 
-    def _march(self, stepping: Stepping, limits: Limits = USUAL) -> tuple[Array, float, float]:
-        channels = self.renderer.trace(self.view, self.transfer, stepping, self.pixels, limits)
+    def _march(
+        self, stepping: Stepping, limits: Limits = USUAL, pixels: tuple[Any, Any] | None = None
+    ) -> tuple[Array, float, float]:
+        channels = self.renderer.trace(self.view, self.transfer, stepping, pixels or self.pixels, limits)
         k = len(self.transfer.materials)
         amounts = np.stack(channels[:k], axis=-1).astype(np.float64)
         samples, steps = (float(c.mean()) for c in channels[k + 1 :])

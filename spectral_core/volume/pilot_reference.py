@@ -22,15 +22,21 @@ _ROUNDING_DB = 50.0  # dB: two marches that agree less than this differ by more 
 _DISTANCE_DB = 10.0  # dB by which the agreement of uniform steps exceeds that of the error rule
 _COARSEST, _EVEN = 0.5, 1.0 / 16.0  # scale of the first march by the error rule; voxels of the first by uniform steps
 _FINEST = 0.02  # scale of the error rule below which uniform steps follow
+_ORDERS_DB = (6.0, 12.0)  # dB that a halving adds at first and at second order
 
 
 @dataclass(frozen=True)
 class Reference:
-    """Colors of the pilot rays, their own SNR in dB, and the scale of the march that they are from."""
+    """Colors of the pilot rays, their own SNR in dB, and the scale of the march that they are from.
+
+    ``first``: the colors by uniform steps of a sixteenth of a voxel. ``is_rounded``: single precision limits the SNR.
+    """
 
     colors: Array
     snr_db: float
     scale: float
+    first: Array
+    is_rounded: bool = False
 
 
 @dataclass(frozen=True)
@@ -40,15 +46,20 @@ class _Halved:
     colors: Array
     scale: float
     agreed_db: float
-    is_rounded: bool = False
-    """True if finer steps only added rounding errors."""
+    gain_db: float = 0.0
+    """What the last halving added to the agreement; 0 if it is not known."""
+    first: Array | None = None
+    """Colors of the first march."""
 
     @property
     def own_db(self) -> float:
-        """Its expected SNR: halving the step removes three quarters of the error at second order, and half of it at
-        first order.
+        """Its expected SNR.
+
+        If each halving divides the error by r, it divides the differences of marches by r as well, and the error that
+        is left is 1/(r - 1) of the last difference: a third of it at second order, all of it at first order.
         """
-        return self.agreed_db if self.is_rounded else self.agreed_db + 6.0
+        ratio = 10.0 ** (float(np.clip(self.gain_db, *_ORDERS_DB)) / 20.0)
+        return self.agreed_db + 20.0 * math.log10(ratio - 1.0)
 
 
 def refined_reference(march: March, quadrature: Quadrature, agreement_db: float) -> Reference:
@@ -74,7 +85,27 @@ def refined_reference(march: March, quadrature: Quadrature, agreement_db: float)
     # error: these marches must agree better.
     even = _halved(march, first, REFERENCE.shortest_step, agreement_db + _DISTANCE_DB, adaptive)
     own = even.own_db
-    return Reference(even.colors, min(own, _SINGLE) if math.isfinite(own) else own, min(adaptive.scale, even.scale))
+    own = min(own, _SINGLE) if math.isfinite(own) else own
+    assert even.first is not None
+    return Reference(even.colors, own, min(adaptive.scale, even.scale), even.first)
+
+
+def limited_by_rounding(made: Reference, beside: March, quadrature: Quadrature, smaller_db: float) -> Reference:
+    """The reference with its SNR at most that of single precision for its rays.
+
+    Parameters
+    ----------
+    made
+        A reference.
+    beside
+        Marches rays beside those of the reference, as ``refined_reference`` does.
+    quadrature
+        That of the reference.
+    smaller_db
+        dB by which rounding changes the colors less than the way to the rays beside.
+    """
+    rounded = snr_db(made.first, beside(Stepping("uniform", quadrature, _EVEN)) - made.first) + smaller_db
+    return made if rounded >= made.snr_db else replace(made, snr_db=rounded, is_rounded=True)
 
 
 def _halved(march: March, way: Stepping, last: float, wanted_db: float, before: _Halved | None = None) -> _Halved:
@@ -84,8 +115,10 @@ def _halved(march: March, way: Stepping, last: float, wanted_db: float, before: 
     the march before the fall is the better one.
     """
     marches: list[_Halved] = []
+    first: Array | None = None
     while True:
         colors = march(way)
+        first = colors if first is None else first
         agreed = -math.inf if before is None else snr_db(colors, before.colors - colors)
         before = _Halved(colors, way.scale, agreed)
         marches.append(before)
@@ -95,7 +128,9 @@ def _halved(march: March, way: Stepping, last: float, wanted_db: float, before: 
         way = replace(way, scale=0.5 * way.scale)
     while fallen and fallen.pop():
         marches.pop()
-    return replace(marches[-1], is_rounded=marches[-1] is not before)
+    # The first march is compared with one of another rule, whose error may be the smaller one.
+    gain = marches[-1].agreed_db - marches[-2].agreed_db if len(marches) > 2 and marches[-1] is before else 0.0
+    return replace(marches[-1], gain_db=gain, first=first)
 
 
 def snr_db(signal: Array, error: Array) -> float:

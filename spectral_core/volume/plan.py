@@ -197,7 +197,12 @@ def _stated(pilot: Pilot, best: Trial, quality_db: float) -> tuple[Pilot, Trial]
 
     If the error of the trial is as small as that of the reference, it is measured against a better one.
     """
-    while math.isfinite(best.snr_db) and best.snr_db > pilot.reference_db - _CLEAR_DB and pilot.quality_db < _BEST_DB:
+    while (
+        math.isfinite(best.snr_db)
+        and best.snr_db > pilot.reference_db - _CLEAR_DB
+        and pilot.quality_db < _BEST_DB
+        and not pilot.is_rounded  # shorter steps have the same rounding
+    ):
         pilot = pilot.sharper()
         best = pilot.try_out(best.stepping)
     while best.spread > _SPREAD and pilot.count < MOST_RAYS:

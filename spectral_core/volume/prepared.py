@@ -84,6 +84,7 @@ class PreparedTransfer:
             shortest,
             limits.ends_at_faces or stepping.rule == "cells",
             limits.approaches,
+            limits.ends_at_turns and with_integrals,
             self.gradient,
             self.weights,
         )

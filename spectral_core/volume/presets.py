@@ -11,7 +11,7 @@ import numpy as np
 from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.march.gradient import gradient_magnitude
+from spectral_core.volume.gradient import gradient_magnitude
 from spectral_core.volume.transfer import Material, TransferFunction
 
 _WARM, _COOL, _PALE = (0.95, 0.45, 0.12), (0.15, 0.45, 0.85), (0.9, 0.88, 0.8)

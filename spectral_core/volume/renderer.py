@@ -15,12 +15,12 @@ from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.llvm_library import find_llvm, llvm_remedy, use_newest_llvm
 from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
+from spectral_core.volume.gradient import gradient_magnitude
 from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
 from spectral_core.volume.march.device import DeviceVolume, opaque_vector
 from spectral_core.volume.march.device_grid import DeviceGrid
 from spectral_core.volume.march.dither import phase_at
-from spectral_core.volume.march.gradient import gradient_magnitude
 from spectral_core.volume.march.loop import Marched, march
 from spectral_core.volume.march.march_input import USUAL, Limits, Rays, clip_to_box
 from spectral_core.volume.march.path import FieldPath, Path

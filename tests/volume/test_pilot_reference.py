@@ -63,6 +63,19 @@ def test_the_reference_is_clearly_better_than_the_agreement(errors):
         assert snr_db(EXACT, made.colors - EXACT) > agreement + 10.0
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_stated_error_of_a_reference_holds_at_first_and_second_order(order):
+    """At first order half of an error is left by a halving: 6 dB more than the agreement of two marches were stated."""
+
+    def march(way):
+        return EXACT + 0.05 * way.scale**order * (1.0 if way.rule == "uniform" else -1.0)
+
+    for agreement in (40.0, 50.0, 60.0):
+        made = refined_reference(march, "preintegrated", agreement)
+        true = snr_db(EXACT, made.colors - EXACT)
+        assert true - 16.0 < made.snr_db < true + 0.5
+
+
 def test_marches_that_do_not_differ_have_no_error():
     made = refined_reference(lambda way: EXACT, "midpoint", 60.0)
     assert made.snr_db == math.inf

@@ -121,6 +121,7 @@ class Refining:
     def __init__(self, reference_db: float, count: int, spread: Callable[[int], float]) -> None:
         self.reference_db, self.count, self.quality_db, self.spread = reference_db, count, 60.0, spread
         self.done: list[str] = []
+        self.is_rounded = False
 
     def sharper(self) -> Refining:
         self.done.append("sharper")
@@ -151,6 +152,10 @@ def test_a_trial_as_good_as_its_reference_is_measured_against_better_ones() -> N
     assert pilot.done == ["sharper"] * 2
     pilot = Refining(0.0, 100, lambda _: 0.0)
     _stated(pilot, trial(CELLS, math.inf, 1.0), 50.0)  # type: ignore[arg-type]
+    assert pilot.done == []
+    pilot = Refining(0.0, 100, lambda _: 0.0)
+    pilot.is_rounded = True  # shorter steps have the same rounding
+    _stated(pilot, pilot.try_out(CELLS), 50.0)  # type: ignore[arg-type]
     assert pilot.done == []
 
 

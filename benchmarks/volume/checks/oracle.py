@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.march.gradient import gradient_magnitude
+from spectral_core.volume.gradient import gradient_magnitude
 from spectral_core.volume.transfer import TransferFunction
 
 Array = NDArray[np.float64]

@@ -145,15 +145,19 @@ def _anchored(lattice: Lattice, region: Region) -> Anchored:
 
 def seeded(seed: int) -> np.random.Generator:
     """Random generator that differs from other uses of the same seed, so that regions drawn with it do not align."""
-    if not isinstance(seed, int | np.integer) or seed < 0:
+    if not _is_whole(seed) or seed < 0:
         raise InvalidInputError(f"seed is {seed!r}; expected a whole number from 0")
     return np.random.default_rng([_SEED_DOMAIN, int(seed)])
 
 
 def require_count(count: int) -> None:
     """Raise InvalidInputError unless so many points can be asked for."""
-    if not isinstance(count, int | np.integer) or not 0 <= count <= MAX_POINTS:
+    if not _is_whole(count) or not 0 <= count <= MAX_POINTS:
         raise InvalidInputError(f"the number of points is {count!r}; expected a whole number from 0 to {MAX_POINTS}")
+
+
+def _is_whole(number: object) -> bool:
+    return isinstance(number, int | np.integer) and not isinstance(number, bool)  # True is an int in Python
 
 
 def _frozen_frame(lattice: Lattice, rotation: Matrix, spacing: float, origin: Matrix) -> Frame:

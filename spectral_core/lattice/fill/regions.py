@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_finite, require_range
+from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.polynomials import MAX_DIMENSIONS
 
@@ -136,9 +136,14 @@ def box(low: ArrayLike, high: ArrayLike) -> Region:
     lower = frozen_array("low", low, (None,))
     upper = frozen_array("high", high, (len(lower),))
     _check_dimensions(len(lower))
-    # The width itself may overflow where both limits are finite.
-    width = upper - lower
-    require_finite("width of the box", width)
+    with np.errstate(over="ignore"):
+        width = upper - lower
+    if not np.isfinite(width).all():
+        axis = int(np.argmax(width))
+        raise InvalidInputError(
+            f"the box reaches from {lower[axis]} to {upper[axis]} on axis {axis}, which is wider than the largest "
+            "double number; expected less than 1.8e308. Choose a larger unit for that axis"
+        )
     if not (width > 0).all():
         axis = int(np.argmin(width))
         raise InvalidInputError(

@@ -63,32 +63,39 @@ class DeviceVolume:
 
     def value(self, p: Any, active: Any = True) -> Any:
         """Trilinear value at ``p`` (Array3f, index coordinates), in stored units."""
+        edges, (x, y, z) = self.cell(p, active)
+        c00, c10, c01, c11 = (_mix(a, b, x) for a, b in edges)
+        return _mix(_mix(c00, c10, y), _mix(c01, c11, y), z)
+
+    def cell(self, p: Any, active: Any = True) -> tuple[list[tuple[Any, Any]], Any]:
+        """The cell of ``p``, and the share of ``p`` in it along each axis.
+
+        The cell is given by the stored values at the ends of its four edges along x: at the low y and z, at the high y,
+        at the high z, and at both high.
+        """
         import drjit as dr
 
         types = self.types
         clamped = bounded(p, 0.0, self.last)
         # At the last voxel center the cell is the one before it, with a weight of 1.
         cell = smaller(types.Array3u(clamped), self.below)
-        x, y, z = clamped - types.Array3f(cell)
         first = dr.fma(dr.fma(cell.z, self.sizes[1], cell.y), self.sizes[0], cell.x)
         hx, hy, hz = self.hops
         if self.packed:
             # Two gathers instead of eight: each word holds its voxel's neighbors across y and z.
             here = dr.gather(types.UInt32, self.store, first, active)
             beside = dr.gather(types.UInt32, self.store, first + hx, active)
-            c00, c10, c01, c11 = (
-                _mix(types.Float((here >> s) & 255), types.Float((beside >> s) & 255), x) for s in (0, 8, 16, 24)
-            )
+            edges = [(types.Float((here >> s) & 255), types.Float((beside >> s) & 255)) for s in (0, 8, 16, 24)]
         else:
             stored = types.UInt8 if self.is_byte else types.Float
 
-            def pair(offset: Any) -> Any:
+            def pair(offset: Any) -> tuple[Any, Any]:
                 a = dr.gather(stored, self.store, first + offset, active)
                 b = dr.gather(stored, self.store, first + offset + hx, active)
-                return _mix(types.Float(a), types.Float(b), x)
+                return types.Float(a), types.Float(b)
 
-            c00, c10, c01, c11 = pair(types.UInt32(0)), pair(hy), pair(hz), pair(hy + hz)
-        return _mix(_mix(c00, c10, y), _mix(c01, c11, y), z)
+            edges = [pair(types.UInt32(0)), pair(hy), pair(hz), pair(hy + hz)]
+        return edges, clamped - types.Array3f(cell)
 
 
 def _stored_units(low: float, high: float) -> tuple[float, float]:

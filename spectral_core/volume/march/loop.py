@@ -19,6 +19,7 @@ from typing import Any
 from spectral_core.volume.march.arithmetic import bounded, larger, mean_attenuation, smaller, step_growth
 from spectral_core.volume.march.path import FieldPath, Path
 from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Step, StepOptics, quadrature_of
+from spectral_core.volume.march.turns import graded
 
 # A way of up to 1.4 planned steps is one step, of up to 2.4 two. At these limits the error that one more step saves is
 # worth its time; errors fall as the square of the number of steps.
@@ -186,6 +187,8 @@ def _look_ahead(field: FieldPath, t: Any, transmittance: Any, phase: Any) -> Ahe
         # The way to the next face is divided evenly: a full step and a short rest err more than two steps between.
         face = field.rays.until_face(local)
         planned = face / larger(dr.floor(face / planned + _SHARED), 1.0)
+        if data.ends_at_turns:
+            planned = graded(data.volume, field.rays, local, face, planned, data.shortest_step)
     elif phase is not None and data.quadrature == "midpoint":
         begins = ~steps | (local <= 0.0)
         planned = dr.select(begins, larger(planned * phase, data.shortest_step), planned)

@@ -27,7 +27,9 @@ class Limits:
     steps however short they are. ``approaches``: where the rule knows the distance to the nearest visible value, a step
     from an invisible one is no longer than that, and at least twice ``shortest_step``. So a ray finds an object that it
     grazes for a few hundredths of a voxel inside a cell: where extinction is high, so short a way is opaque.
-    Only pre-integrated marches of adaptive rules do so; midpoint and uniform steps ignore it.
+    Only pre-integrated marches of adaptive rules do so; midpoint and uniform steps ignore it. ``ends_at_turns``:
+    pre-integrated steps also end where the field along the ray turns from rising to falling inside a cell, and shrink
+    toward such places: the tip of an object that a ray grazes is at one of them.
     """
 
     least_transmittance: float = 1e-5
@@ -35,10 +37,11 @@ class Limits:
     shortest_step: float = 0.01
     ends_at_faces: bool = False
     approaches: bool = False
+    ends_at_turns: bool = False
 
 
 USUAL = Limits()
-REFERENCE = Limits(1e-7, 1.0, 1.0 / 512.0, ends_at_faces=True, approaches=True)
+REFERENCE = Limits(1e-7, 1.0, 1.0 / 512.0, ends_at_faces=True, approaches=True, ends_at_turns=True)
 AT_FACE = 1e-4  # voxels before a face within which a position counts as on it
 
 
@@ -97,6 +100,7 @@ class MarchInput:
     shortest_step: Any = USUAL.shortest_step
     ends_at_faces: bool = False
     approaches: bool = False
+    ends_at_turns: bool = False
     gradient: DeviceVolume | None = None
     """Gradient magnitudes and, in ``weights``, the materials' weights over them, for a two-dimensional function."""
     weights: DeviceTable | None = None
