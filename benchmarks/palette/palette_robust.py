@@ -20,6 +20,9 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import OBSERVER_NAMES
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
+WORST_CASE_S = 30.0
+"""Time for the worst case, which improves slowly: within the default 2 s a busy machine finds pairs of ΔE2000 1.5."""
+
 
 def run(_options: Options) -> dict:
     """Print and return the largest pair differences and color errors."""
@@ -31,7 +34,7 @@ def run(_options: Options) -> dict:
     figures["one observer"] = _redesigned("redesigned, 1 observer", one)
     four = replace(one, observers=OBSERVER_NAMES)
     figures["soft"] = _redesigned("4 observers, soft", four)
-    figures["worst case"] = _redesigned("4 observers, worst case", replace(four, robustness="worst_case"))
+    figures["worst case"] = _redesigned("4 observers, worst case", replace(four, robustness="worst_case"), WORST_CASE_S)
     rendered = replace(split_light(), cells=metamer_cells(), observers=OBSERVER_NAMES)
     figures["soft, as rendered"] = _redesigned("the same on the preset's grid", rendered)
     worst = {name: max(row["pair_delta_e_2000"].values()) for name, row in figures.items()}
@@ -52,8 +55,8 @@ def metamer_cells() -> tuple[tuple[Cell, ...], ...]:
     return tuple(rows)
 
 
-def _redesigned(name: str, problem: PaletteProblem) -> dict:
-    solution = solve_palette(problem, explain=False)
+def _redesigned(name: str, problem: PaletteProblem, seconds: float = 2.0) -> dict:
+    solution = solve_palette(problem, explain=False, seconds=seconds)
     figures = {
         "pair_delta_e_2000": pairs_by_observer(list(solution.reflectances), solution.illuminants[0], problem.grid),
         "split_color_delta_e_2000": float(np.nanmax(solution.delta_e_2000[:, 1:])),

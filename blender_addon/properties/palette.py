@@ -53,7 +53,7 @@ PALETTE_FIELDS = by_name(
         ],
     ),
     Field(
-        "match", EnumProperty, "match", name="Match", default="linear", description="Measure of a color error",
+        "match", EnumProperty, "match", name="Match", default="linear", description="How color errors are measured",
         items=[
             ("linear", "Linear RGB", "Difference in linear RGB", 0),
             ("perceptual", "Perceptual", "Perceived difference, CIELAB at the wanted color", 1),
@@ -65,7 +65,7 @@ PALETTE_FIELDS = by_name(
     ),
     Field(
         "observers", EnumProperty, "observers", name="Observers", items=OBSERVERS, options={"ENUM_FLAG"},
-        default={"cie_1931_2deg"}, description="Observers for which matching cells match. Shift-click for several",
+        default={"cie_1931_2deg"}, description="Cells that match do so for these observers. Shift-click for several",
     ),
     Field(
         "robustness", EnumProperty, "robustness", name="Other Observers and Lamps", default="soft",
@@ -130,7 +130,7 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
     known_as: StringProperty(description="Its name before the last change, by which a look may know it")
     uid: IntProperty()
     design: EnumProperty(
-        name="Spectrum", items=DESIGN, default="MEASURED", update=edited, description="Given, or to be found"
+        name="Spectrum", items=DESIGN, default="MEASURED", update=edited, description="Given, or found by the palette"
     )
     spectral: PointerProperty(type=SpectralSpectrum, description="The measured spectrum, or where a design starts from")
     result: PointerProperty(type=SpectralSpectrum, description="The spectrum as the palette has it now")
@@ -175,7 +175,7 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
     )
     uid: IntProperty()
     design: EnumProperty(
-        name="Spectrum", items=DESIGN, default="DESIGNED", update=edited, description="Given, or to be found"
+        name="Spectrum", items=DESIGN, default="DESIGNED", update=edited, description="Given, or found by the palette"
     )
     spectral: PointerProperty(type=SpectralSpectrum, description="The measured spectrum")
     result: PointerProperty(type=SpectralSpectrum, description="The spectrum as the palette has it now")
@@ -271,7 +271,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
     )  # fmt: skip
     alternatives: CollectionProperty(type=SpectralAlternative)
     alternative_count: IntProperty(
-        name="Answers", default=4, min=2, max=12, description="Number of alternatives to find"
+        name="Alternatives", default=4, min=2, max=12, description="Number of alternatives to find"
     )
     use_tints: BoolProperty(
         name="Match as Tints", default=False, update=edited,

@@ -111,7 +111,7 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
     )  # fmt: skip
     wanted_colors: CollectionProperty(type=SpectralTextureWantedColor)
     lights: EnumProperty(
-        name="Lights", default="DESIGNED", description="Whether the lights are free",
+        name="Lights", default="DESIGNED", description="Whether the two lights are designed or given",
         items=[
             ("DESIGNED", "Designed", "Two mixes of LEDs that both look white like daylight", 0),
             ("GIVEN", "Given", "Two existing lamps; they allow much less contrast", 1),

@@ -34,7 +34,7 @@ class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):
     """Use this solution in the palette. To find more like it, lock the materials to keep and search again"""
 
     bl_idname = "spectral.palette_alternative_take"
-    bl_label = "Take Answer"
+    bl_label = "Take Alternative"
     bl_options = UNDOABLE
     index: IntProperty(name="Answer", min=0, description="Number of the solution, from 0")
 
