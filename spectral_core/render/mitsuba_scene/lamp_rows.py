@@ -12,7 +12,7 @@ from spectral_core.render.lights.listing import Ball, Beam, EmissiveMesh, LightL
 from spectral_core.render.lights.varying import pattern_mean, pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.mitsuba_scene.light import SMALLEST_AREA, beam_axes, plain_color, spread_of
+from spectral_core.render.mitsuba_scene.light import beam_axes, has_area, plain_color, spread_of
 from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.scene import (
     AreaLight,
@@ -109,8 +109,7 @@ def _panel(context: Context, lights: LightList, light: AreaLight, color: Color |
     front = np.cross(half[:, 0], half[:, 1])
     center = light.world_from_light[:3, 3]
     area = 4.0 * float(np.linalg.norm(front)) * (np.pi / 4 if light.shape == "ellipse" else 1.0)
-    if not area > max(SMALLEST_AREA * float(np.abs(center).max() + np.abs(half).max()) ** 2, 1e-30):
-        context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
+    if not has_area(context, light, area, float(np.abs(center).max() + np.abs(half).max())):
         return None
     # mirroring reverses the order of the corners, but not the emitting side
     normal = front / np.linalg.norm(front) * (1.0 if np.linalg.det(axes) >= 0 else -1.0)

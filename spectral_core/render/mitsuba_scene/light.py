@@ -165,8 +165,7 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
         corners = corners[::-1]
     part = geometry.polygon(corners, light.name)
     area = geometry.area_of(part)
-    if not area > max(SMALLEST_AREA * float(np.abs(corners).max()) ** 2, 1e-30):
-        context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
+    if not has_area(context, light, area, float(np.abs(corners).max())):
         return []
     radiance = _emitted(context, light, color, radiometry.radiance_of_panel(light.power_w, area))
     tangent, gain = spread_of(light)
@@ -178,6 +177,14 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
         half_axes = axes[:, :2] * size / 2 * np.array([np.sign(np.linalg.det(axes)), 1.0])
         made.emitter.surface = NarrowPanel(origin, half_axes, tangent, ellipse=light.shape == "ellipse")
     return [made]
+
+
+def has_area(context: Context, light: AreaLight, area: float, farthest: float) -> bool:
+    """False, with a note, for an area light that is a line or a point; ``farthest``: its largest coordinate."""
+    if area > max(SMALLEST_AREA * farthest**2, 1e-30):
+        return True
+    context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
+    return False
 
 
 def spread_of(light: AreaLight) -> tuple[float, float]:
