@@ -30,9 +30,6 @@ from spectral_core.scene import (
 from spectral_core.scene.paint import ImageTexture
 from spectral_core.spectra.spectrum import Spectrum
 
-SHARPEST_SUN = 1e-5
-"""Half angle (radian) below which a sun's size counts as 0."""
-
 
 def add_lamp(context: Context, lights: LightList, light: Light) -> int | None:
     """Add a lamp; returns its source, None if it emits nothing."""
@@ -94,8 +91,7 @@ def _sun(context: Context, lights: LightList, light: SunLight, color: Color | Sp
     length = float(np.linalg.norm(toward))
     if light.irradiance == 0 or length == 0:
         return None
-    half = min(min(light.angle_rad, np.pi) / 2, np.radians(89.0))
-    half = half if half >= SHARPEST_SUN else 0.0
+    half = radiometry.sun_half_angle(light.angle_rad)
     strength = radiometry.radiance_of_sun(light.irradiance, half) if half else light.irradiance
     source = _source(context, lights, light, color, strength)
     lights.suns.append(Sun(source, toward / length, half))
