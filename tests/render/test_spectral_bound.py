@@ -47,7 +47,7 @@ def test_the_bound_is_the_worst_pair(seed: int) -> None:
     cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])
     spectra = [measured.at(points), *(upsampled(color.linear_rgb, points) for color in colors)]
     rgb = [RGB_FROM_XYZ @ xyz_of(white_light(), measured), *(color.linear_rgb for color in colors)]
-    size = (RGB_FROM_XYZ @ (cmfs @ (weights * lamp.at(points)))) @ (0.2126, 0.7152, 0.0722)
+    size = cmfs[1] @ (weights * lamp.at(points))  # Y
     worst = 0.0
     for first, first_rgb in zip(spectra, rgb, strict=True):
         for second, second_rgb in zip([0 * points, *spectra], [np.zeros(3), *rgb], strict=True):
