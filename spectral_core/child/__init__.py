@@ -39,6 +39,11 @@ def lower_priority() -> None:
         os.nice(int(sys.argv[1]))
 
 
+def cores() -> int:
+    """Processor cores that this process may use; containers and schedulers may allow fewer than there are."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def memory_bytes() -> int:
     """Resident memory of this process in bytes; 0 if the system does not report it."""
     try:

@@ -15,6 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from typing import Any
 
+from spectral_core.child import cores
 from spectral_core.errors import MissingDependencyError, RenderError, SpectralError
 from spectral_core.explore.sweep.files import only_holder
 from spectral_core.explore.sweep.outcome import ComputeNode, worker_command, worker_prelude
@@ -115,10 +116,7 @@ def run_sweep(
 
 
 def _threads_each(workers: int) -> int | None:
-    import os
-
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, cores // max(1, workers)) if workers > 1 else None
+    return max(1, cores() // max(1, workers)) if workers > 1 else None
 
 
 def _capacity(executor: Executor, workers: int) -> int:

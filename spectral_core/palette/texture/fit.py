@@ -7,7 +7,6 @@ time, so memory does not grow with the picture.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.blas_threads import on_one_thread
+from spectral_core.child import cores
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.texture.nearest import NearestInBox
 
@@ -39,9 +39,8 @@ def over_tiles(
     """Call ``work`` for each tile, several at a time; ``progress`` receives the completed share after each, in
     order.
     """
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     found = []
-    with ThreadPoolExecutor(min(cores, MOST_THREADS)) as pool:
+    with ThreadPoolExecutor(min(cores(), MOST_THREADS)) as pool:
         jobs = [pool.submit(work, tile) for tile in tiles]
         try:
             for number, job in enumerate(jobs, 1):

@@ -39,8 +39,6 @@ _WRITTEN = {
     "name", "world_from_light", "color", "group", "camera_visible", "is_planckian", "is_in_footage", "power_w",
     "radius", "soft_falloff", "irradiance", "angle_rad", "cone_angle_rad", "blend", "size", "shape",
 }  # fmt: skip
-SMALLEST_SUN_RAD = 1e-5
-"""Half angle of a sun's disk below which its light has one direction."""
 
 
 def lamp(draft: Draft, light: Light, sphere: tuple[Array, float]) -> Iterator[xml.Element]:
@@ -104,12 +102,11 @@ def _sun(draft: Draft, light: SunLight, sphere: tuple[Array, float]) -> Iterator
     if light.irradiance == 0 or length == 0:
         return
     direction = direction / length
-    half = min(light.angle_rad, np.pi) / 2
-    if half < SMALLEST_SUN_RAD:
+    half = radiometry.sun_half_angle(light.angle_rad)
+    if half == 0:
         toward = xml.vector("direction", direction)
         yield xml.plugin("emitter", "directional", toward, _emitted(draft, "irradiance", light, light.irradiance))
         return
-    half = min(half, float(np.radians(89.0)))
     center, radius = sphere
     distance = SUN_DISTANCE * max(radius, 1e-6)
     matrix = _frame(direction, distance * np.tan(half), center - direction * distance)

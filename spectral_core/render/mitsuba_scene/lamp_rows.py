@@ -12,7 +12,7 @@ from spectral_core.render.lights.listing import Ball, Beam, EmissiveMesh, LightL
 from spectral_core.render.lights.varying import pattern_mean, pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.mitsuba_scene.light import SMALLEST_AREA, beam_axes, plain_color, spread_of
+from spectral_core.render.mitsuba_scene.light import beam_axes, has_area, plain_color, spread_of
 from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.scene import (
     AreaLight,
@@ -29,9 +29,6 @@ from spectral_core.scene import (
 )
 from spectral_core.scene.paint import ImageTexture
 from spectral_core.spectra.spectrum import Spectrum
-
-SHARPEST_SUN = 1e-5
-"""Half angle (radian) below which a sun's size counts as 0."""
 
 
 def add_lamp(context: Context, lights: LightList, light: Light) -> int | None:
@@ -94,8 +91,7 @@ def _sun(context: Context, lights: LightList, light: SunLight, color: Color | Sp
     length = float(np.linalg.norm(toward))
     if light.irradiance == 0 or length == 0:
         return None
-    half = min(min(light.angle_rad, np.pi) / 2, np.radians(89.0))
-    half = half if half >= SHARPEST_SUN else 0.0
+    half = radiometry.sun_half_angle(light.angle_rad)
     strength = radiometry.radiance_of_sun(light.irradiance, half) if half else light.irradiance
     source = _source(context, lights, light, color, strength)
     lights.suns.append(Sun(source, toward / length, half))
@@ -109,8 +105,7 @@ def _panel(context: Context, lights: LightList, light: AreaLight, color: Color |
     front = np.cross(half[:, 0], half[:, 1])
     center = light.world_from_light[:3, 3]
     area = 4.0 * float(np.linalg.norm(front)) * (np.pi / 4 if light.shape == "ellipse" else 1.0)
-    if not area > max(SMALLEST_AREA * float(np.abs(center).max() + np.abs(half).max()) ** 2, 1e-30):
-        context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
+    if not has_area(context, light, area, float(np.abs(center).max() + np.abs(half).max())):
         return None
     # mirroring reverses the order of the corners, but not the emitting side
     normal = front / np.linalg.norm(front) * (1.0 if np.linalg.det(axes) >= 0 else -1.0)

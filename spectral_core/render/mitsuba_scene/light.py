@@ -42,6 +42,8 @@ NARROWEST_RAD = np.radians(0.02)
 """Least spread of a panel: positions of 32 bits keep no narrower beam."""
 SUN_DISTANCE = 2e3
 """Distance of a sun's disk in radii of the scene: its parallax over the scene stays below 0.03 degrees."""
+LEAST_DISK_RAD = 1e-4
+"""Least half angle of a sun's disk of triangles, whose corners 32-bit positions separate at that distance."""
 MOST_OUTGROWN = 2.0
 """Factor on that parallax up to which a scene that grows keeps the disk where it is."""
 
@@ -127,15 +129,15 @@ def _sun(
     if light.irradiance == 0 or length == 0:
         return []
     direction = direction / length
-    half_angle = min(light.angle_rad, np.pi) / 2
-    if half_angle < 1e-5 and light.pattern is None:
+    half_angle = radiometry.sun_half_angle(light.angle_rad)
+    if half_angle == 0 and light.pattern is None:
         irradiance = _emitted(context, light, color, light.irradiance)
         toward = context.mitsuba.ScalarVector3f(direction)
         emitter = context.load({"type": "blender_sun", "direction": toward, "irradiance": irradiance})
         emitter.reach.enclose(*scene_sphere)
         return [LightObject(emitter, emitter)]
     center, radius = scene_sphere
-    half_angle = min(max(half_angle, 1e-4), np.radians(89.0))
+    half_angle = max(half_angle, LEAST_DISK_RAD)
     distance = SUN_DISTANCE * max(radius, 1e-6)
     corners = _ellipse(_basis(direction), center - direction * distance, 2 * distance * np.tan(half_angle) * np.ones(2))
     radiance = radiometry.radiance_of_sun(light.irradiance, half_angle)
@@ -165,8 +167,7 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
         corners = corners[::-1]
     part = geometry.polygon(corners, light.name)
     area = geometry.area_of(part)
-    if not area > max(SMALLEST_AREA * float(np.abs(corners).max()) ** 2, 1e-30):
-        context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
+    if not has_area(context, light, area, float(np.abs(corners).max())):
         return []
     radiance = _emitted(context, light, color, radiometry.radiance_of_panel(light.power_w, area))
     tangent, gain = spread_of(light)
@@ -178,6 +179,14 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
         half_axes = axes[:, :2] * size / 2 * np.array([np.sign(np.linalg.det(axes)), 1.0])
         made.emitter.surface = NarrowPanel(origin, half_axes, tangent, ellipse=light.shape == "ellipse")
     return [made]
+
+
+def has_area(context: Context, light: AreaLight, area: float, farthest: float) -> bool:
+    """False, with a note, for an area light that is a line or a point; ``farthest``: its largest coordinate."""
+    if area > max(SMALLEST_AREA * farthest**2, 1e-30):
+        return True
+    context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
+    return False
 
 
 def spread_of(light: AreaLight) -> tuple[float, float]:

@@ -9,6 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+SHARPEST_SUN_RAD = 1e-5
+"""Half angle of a sun's disk below which its light has one direction; 32-bit numbers hardly separate its directions."""
+WIDEST_SUN_RAD = float(np.radians(89.0))
+"""Largest half angle of a sun's disk: one at a finite distance never covers a hemisphere."""
+
 
 def intensity_of_point(power_w: float) -> float:
     """Intensity of a point or spot light: its power over the 4π sr of all directions."""
@@ -25,6 +30,12 @@ def radiance_of_ball(power_w: float, radius: float) -> float:
 def radiance_of_panel(power_w: float, area: float) -> float:
     """Radiance of one side of a panel that emits evenly: the integral of the cosine over the hemisphere is π."""
     return power_w / (np.pi * area)
+
+
+def sun_half_angle(angle_rad: float) -> float:
+    """Half angle (radian) of a sun's disk by its full angle; 0 for a sun whose light has one direction."""
+    half = min(angle_rad / 2, WIDEST_SUN_RAD)
+    return half if half >= SHARPEST_SUN_RAD else 0.0
 
 
 def radiance_of_sun(irradiance: float, half_angle_rad: float) -> float:
