@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Test if exact rows can hold within the bounds, and find a smallest set of them that cannot (by daqp's phase one)."""
+"""Test if exact rows can hold within the bounds, by daqp's phase one."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from operator import is_
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.given import CellIndex
 from spectral_core.palette.qp.backends import EQUAL
 from spectral_core.palette.qp.quadratic import FAR, Quadratic
 
@@ -18,53 +17,8 @@ Mask = NDArray[np.bool_]
 
 REACHED = 1e-8
 """Linear RGB within which a row counts as held."""
-JOINT_LIMIT = 24
-"""Most exact cells of several spectra that are tested together; a test takes milliseconds."""
 CONFLICT = -1
 """daqp's flag of an infeasible problem."""
-ROOM = 1e-2
-"""Distance to its bounds that counts as room for an unknown."""
-FORCED = 1e-7
-"""Share of it that is rounding: an unknown with no more room is forced onto its bound."""
-
-
-def smallest_conflict(
-    problem: Quadratic, asking: Mapping[CellIndex, Sequence[CellIndex]] | None = None
-) -> tuple[CellIndex, ...]:
-    """A minimal set of exact cells that cannot all hold; empty if all can, or if none is a cell.
-
-    Single spectra are tested first: most conflicts are within one, and each test then takes microseconds.
-
-    Parameters
-    ----------
-    problem : one side of a palette.
-    asking : for each cell that shares a free color, the exact cells that ask for it: one may refer to another that asks
-        nothing itself. By default each asks for itself.
-    """
-    rows = [[(k, r) for r in range(len(block.keys)) if block.exact[3 * r]] for k, block in enumerate(problem.blocks)]
-    for k, keys in enumerate(rows):
-        if keys and not _possible(problem, [k], keys):
-            return _filtered(problem, [k], _by_request(problem, keys, asking or {}))
-    every = [key for keys in rows for key in keys]
-    blocks = list(range(len(problem.blocks)))
-    # A joint test is dense in all spectra; beyond the limit it would take longer than the solve that it saves.
-    if len(every) <= JOINT_LIMIT and every and not _possible(problem, blocks, every):
-        return _filtered(problem, blocks, _by_request(problem, every, asking or {}))
-    return ()
-
-
-def _by_request(
-    problem: Quadratic, keys: Sequence[tuple[int, int]], asking: Mapping[CellIndex, Sequence[CellIndex]]
-) -> dict[CellIndex, set[tuple[int, int]]]:
-    """Exact rows, each a block and its number of the row, by the cells that ask for them."""
-    found: dict[CellIndex, set[tuple[int, int]]] = {}
-    for k, r in keys:
-        block = problem.blocks[k]
-        cell = block.keys[r][1]
-        is_shared = block.ties[3 * r : 3 * r + 3].any()
-        for each in (asking.get(cell) or (cell,)) if is_shared else (cell,):
-            found.setdefault(each, set()).add((k, r))
-    return found
 
 
 def can_hold(problem: Quadratic, block: int, *, cells: bool = True) -> bool:
@@ -110,19 +64,6 @@ class ImpossibleBlocks:
         return before[4]
 
 
-def _filtered(
-    problem: Quadratic, blocks: list[int], rows: Mapping[CellIndex, set[tuple[int, int]]]
-) -> tuple[CellIndex, ...]:
-    """Deletion filter (Chinneck 2008): drop each cell without which the others still conflict."""
-    # One test per cell. The result is minimal but not unique: another order may keep other cells.
-    kept = list(rows)
-    for cell in rows:
-        fewer = [each for each in kept if each != cell]
-        if fewer and not _possible(problem, blocks, sorted(set().union(*(rows[each] for each in fewer)))):
-            kept = fewer
-    return tuple(kept)
-
-
 def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[int, int]]) -> bool:
     """True if the exact rows of some cells of some blocks can hold together."""
     import daqp
@@ -161,42 +102,3 @@ def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[in
         return False
     # Any other failure is inconclusive; the engine then decides.
     return bool(flag <= 0 or np.abs(matrix @ x - target).max(initial=0.0) < REACHED)
-
-
-def forced_black(problem: Quadratic) -> tuple[CellIndex, ...]:
-    """The exact cells that can hold together with all others only in black; empty if they cannot hold, or in colors.
-
-    A linear program finds the samples without room between their bounds (facial reduction, Borwein and Wolkowicz 1981).
-    """
-    from scipy import sparse
-    from scipy.optimize import linprog
-
-    matrix, target = problem.equalities()
-    low, high, n = problem.lower, problem.upper, problem.size
-    unit = sparse.identity(n, format="csr")
-    below, above = low > -FAR, high < FAR
-    ends = np.stack([np.where(below, low, -np.inf), np.where(above, high, np.inf)], axis=1)
-    room = np.minimum(ROOM, (high - low) / 4)
-    found = linprog(
-        np.concatenate([np.zeros(n), -np.ones(n)]),
-        A_ub=sparse.bmat([[-unit[below], unit[below]], [unit[above], unit[above]]]),
-        b_ub=np.concatenate([-low[below], high[above]]),
-        A_eq=sparse.hstack([matrix, sparse.csr_matrix((len(target), n))]),
-        b_eq=target,
-        bounds=np.concatenate([ends, np.stack([np.zeros(n), room], axis=1)]),
-        method="highs",
-        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
-    )
-    if found.status != 0:
-        return ()
-    _, values = problem.split(found.x[:n])
-    _, forced = problem.split(found.x[n:] <= FORCED * room)
-    black: dict[CellIndex, None] = {}
-    for block, value, fixed in zip(problem.blocks, values, forced, strict=True):
-        for r, (_, cell) in enumerate(block.keys):
-            rows = block.rows[3 * r : 3 * r + 3]
-            is_dark = np.abs(rows @ value).max() < REACHED and rows.any() and not rows[:, ~fixed.astype(bool)].any()
-            # A cell that asks for black is no surprise.
-            if block.exact[3 * r] and is_dark and (block.ties[3 * r].any() or block.targets[3 * r : 3 * r + 3].any()):
-                black[cell] = None
-    return tuple(black)
