@@ -153,7 +153,7 @@ def _groups(problem: PaletteProblem, weights: dict[CellIndex, float]) -> tuple[G
 
 
 def _joined(problem: PaletteProblem, asking: Sequence[CellIndex]) -> list[list[CellIndex]]:
-    """Cells that ask for a shared color, in sets that share a member."""
+    """Cells that ask for a shared color, in sets that share a member, both in the order in which they ask."""
     sets: list[tuple[set[CellIndex], list[CellIndex]]] = []
     for at in asking:
         members, own = {at, *problem.cells[at[0]][at[1]].others}, [at]
@@ -161,7 +161,8 @@ def _joined(problem: PaletteProblem, asking: Sequence[CellIndex]) -> list[list[C
             sets.remove(other)
             members, own = other[0] | members, other[1] + own
         sets.append((members, own))
-    return [own for _, own in sets]
+    number = {at: k for k, at in enumerate(asking)}
+    return sorted((sorted(own, key=number.__getitem__) for _, own in sets), key=lambda own: number[own[0]])
 
 
 def _group(problem: PaletteProblem, asking: Sequence[CellIndex], weights: dict[CellIndex, float]) -> Group:

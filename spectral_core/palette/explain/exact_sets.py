@@ -33,6 +33,8 @@ class _Request:
     """An exact cell as rows over the spectra of one side, three for each color that it is compared with."""
 
     cell: CellIndex
+    compared: frozenset[CellIndex]
+    """The cell, and those that it refers to."""
     terms: tuple[tuple[int, int, Array], ...]
     """Number of the comparison, number of the spectrum, matrix (3, n)."""
     ends: tuple[Array, Array]
@@ -65,7 +67,7 @@ def smallest_conflict(
     parts += _connected(requests)
     for part in parts:
         samples = sum(quadratic.blocks[k].lower.size for k in _blocks(part))
-        if not part or samples > LARGEST or not (not missed or any(each.cell in missed for each in part)):
+        if not part or samples > LARGEST or not (not missed or any(each.compared & set(missed) for each in part)):
             continue
         found = _in_conflict(quadratic, part)
         if found:
@@ -95,7 +97,8 @@ def _requests(problem: PaletteProblem, assembled: Assembled) -> list[_Request]:
                 lows.append(low)
                 highs.append(high)
             if terms:
-                found.append(_Request((i, j), tuple(terms), (np.concatenate(lows), np.concatenate(highs))))
+                compared = frozenset({(i, j), *cell.others})
+                found.append(_Request((i, j), compared, tuple(terms), (np.concatenate(lows), np.concatenate(highs))))
     return found
 
 
