@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.assembled import Assembled
 from spectral_core.palette.assemble.state import PaletteState
-from spectral_core.palette.design.face import Face
 from spectral_core.palette.design.linear_programs import least_miss
 from spectral_core.palette.given import cell_name, told_apart
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
+from spectral_core.palette.qp.feasibility import forced_black
 
 Array = NDArray[np.float64]
 
@@ -75,8 +75,7 @@ def only_black(problem: PaletteProblem, solved: tuple[Assembled, Answer] | None,
         return ""
     if worst > NEARLY and (not answer.values or least_miss(assembled.quadratic, answer) > 0):
         return ""  # another cause is proven, or likely
-    face = Face.of_problem(assembled.quadratic)
-    cells = () if face is None else face.forced_black(assembled.quadratic)
+    cells = forced_black(assembled.quadratic)
     if not cells:
         return ""
     names = [cell_name(problem, cell) for cell in cells[:MOST_NAMES]]

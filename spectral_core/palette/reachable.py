@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +17,6 @@ from scipy.optimize import linprog
 
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError, SolveError
-from spectral_core.palette.design.face import Face
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
 from spectral_core.spectra.observer import normalized, xyz_from_product
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
@@ -42,6 +40,8 @@ OPEN = 1e30
 """Stands for an open end of a range."""
 SOLVED = (1, 2)
 """Statuses of ``daqp`` with an answer."""
+TIGHT = 1e-12
+"""Tolerance of ``piqp``."""
 DEPENDENT = 1e-10
 """Singular value, relative to the largest, below which rows of exact colors depend on each other."""
 UNBOUNDED = 3
@@ -198,61 +198,51 @@ class CellReach:
         linear = -rows.T @ (metric @ target)
         # The solver writes into the senses, so it gets a copy.
         found, _, status, info = daqp.solve(hessian, linear, self._held, self._upper, self._lower, self._sense.copy())
-        if status not in SOLVED:
-            return self._on_face(hessian, linear)
-        multipliers = np.asarray(info["lam"], dtype=np.float64)[self.grid.size :]
-        return np.clip(found, *self.bounds), multipliers
+        values = np.clip(found, *self.bounds)
+        if status not in SOLVED or self._miss(values) > EXACT:
+            return self._from_a_point(hessian, linear)
+        return values, np.asarray(info["lam"], dtype=np.float64)[self.grid.size :]
 
-    def _on_face(self, hessian: Array, linear: Array) -> tuple[Array, Array]:
+    def _miss(self, reflectance: Array) -> float:
+        """Largest distance of an exact color from its own, or outside its range."""
+        shown, knots = self._held @ reflectance, self.grid.size
+        return float(np.abs(shown - np.clip(shown, self._lower[knots:], self._upper[knots:])).max(initial=0.0))
+
+    def _from_a_point(self, hessian: Array, linear: Array) -> tuple[Array, Array]:
         """``_projected`` where the exact colors are at the end of what their lights can show, or nearly depend on each
-        other: as a change from a point that has them, along independent rows, of the samples that have room.
+        other: as a change from a point that has them, along independent rows, by piqp.
         """
-        import daqp
+        import piqp
 
-        face, rows, back = self._independent
-        point, free, equal = face.point, ~face.fixed, self._is_equal
-        multipliers, changed = np.zeros(equal.size), point.copy()
-        if not free.any():
-            return changed, multipliers
-        knots, ranges = self.grid.size, self._held[~equal]
-        shown = ranges @ point
-        matrix = np.ascontiguousarray(np.concatenate([rows, ranges[:, free]]))
-        none = np.zeros(len(rows))
-        ends = [
-            np.concatenate([end[:knots][free] - point[free], none, end[knots:][~equal] - shown])
-            for end in (self._upper, self._lower)
-        ]
-        sense = np.repeat([0, 5, 0], [free.sum(), len(rows), len(ranges)]).astype(np.int32)
-        own = np.ascontiguousarray(hessian[np.ix_(free, free)])
-        found, _, status, info = daqp.solve(own, (linear + hessian @ point)[free], matrix, *ends, sense)
-        if status not in SOLVED:
-            raise SolveError(
-                f"the nearest reachable color was not found (status {status}): the exact colors of the other cells "
-                "leave this material hardly any other reflectance. Make one of them not exact."
-            )
-        forces = np.asarray(info["lam"], dtype=np.float64)[int(free.sum()) :]
-        multipliers[equal] = back @ forces[: len(rows)]
-        multipliers[~equal] = forces[len(rows) :]
-        changed[free] += found
-        return np.clip(changed, *self.bounds), multipliers
-
-    @cached_property
-    def _independent(self) -> tuple[Face, Array, Array]:
-        """The samples without room, independent rows of the exact colors on the others, and the matrix from their
-        multipliers to those of the colors.
-        """
-        from scipy import sparse
-
-        equal, knots = self._is_equal, self.grid.size
-        low, high = self._lower[knots:], self._upper[knots:]
-        ranges = (sparse.csr_matrix(self._held[~equal]), low[~equal], high[~equal])
-        rows = sparse.csr_matrix(self._held[equal])
-        face = Face.of(rows, low[equal], self._lower[:knots], self._upper[:knots], ranges if (~equal).any() else None)
-        if face is None:
+        begin, equal, knots = self._extreme(np.zeros(3)), self._is_equal, self.grid.size
+        if begin is None:
             raise SolveError("the exact colors of this material cannot be met together")
-        outer, sizes, inner = np.linalg.svd(self._held[equal][:, ~face.fixed], full_matrices=False)
+        point = np.clip(begin, *self.bounds)
+        outer, sizes, inner = np.linalg.svd(self._held[equal], full_matrices=False)
         kept = sizes > DEPENDENT * sizes.max(initial=0.0)
-        return face, inner[kept], outer[:, kept] / sizes[kept]
+        low, high = (
+            self._lower - np.append(point, self._held @ point),
+            self._upper - np.append(point, self._held @ point),
+        )
+        none = np.zeros(int(kept.sum()))
+        ranges = [self._held[~equal], low[knots:][~equal], high[knots:][~equal]] if (~equal).any() else [None] * 3
+        size = float(np.trace(hessian))
+        solver = piqp.DenseSolver()
+        solver.settings.eps_abs, solver.settings.eps_rel = TIGHT, 0.0
+        gradient = (linear + hessian @ point) / size
+        solver.setup(hessian / size, gradient, inner[kept], none, *ranges, low[:knots], high[:knots])
+        status = solver.solve()
+        values = np.clip(point + np.asarray(solver.result.x), *self.bounds)
+        if not np.isfinite(values).all() or self._miss(values) > EXACT:
+            raise SolveError(
+                f"the nearest reachable color was not found ({status}): the exact colors of the other cells leave this "
+                "material hardly any other reflectance. Make one of them not exact."
+            )
+        multipliers = np.zeros(equal.size)
+        multipliers[equal] = size * (outer[:, kept] / sizes[kept]) @ np.asarray(solver.result.y)
+        if (~equal).any():
+            multipliers[~equal] = size * (np.asarray(solver.result.z_u) - np.asarray(solver.result.z_l))
+        return values, multipliers
 
     def _extreme(self, direction: Array) -> Array | None:
         """Reflectance (n,) that reaches farthest in ``direction`` with the exact colors; None if there is none,

@@ -4,9 +4,8 @@
 The engine is fast where exact rows are well-conditioned. Rows of line lamps nearly depend on each other, and a color at
 the end of what a lamp can show leaves a spectrum no room: more bounds are active than directions are left, and the
 engine's methods lose their digits or go in circles. Its failures, and conflicts that it cannot prove, come here. A
-linear program finds a point that meets all exact rows, if there is one, and the samples to which they leave no room.
-With these held, the engine works; else the optimum is sought from the point on the affine set of the rows, so that these
-hold throughout. Multipliers that show the optimum come from a linear program as well.
+linear program finds a point that meets all exact rows, if there is one. From it, the optimum is sought on the affine
+set of the rows, so that these hold throughout. Multipliers that show the optimum come from a linear program as well.
 """
 
 from __future__ import annotations
@@ -16,13 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.design.face import Face
 from spectral_core.palette.design.linear_programs import ExactRows, least_miss, multipliers, nearest_point
-from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended, on_bounds, refined, worst_miss
+from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended, on_bounds, worst_miss
 from spectral_core.palette.qp.answer import Answer, answer_at
 from spectral_core.palette.qp.backends import change_on_rows
 from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.engine import Engine
+from spectral_core.palette.qp.feasibility import forced_black
 from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
@@ -96,12 +95,10 @@ def _decided(problem: Quadratic, answer: Answer) -> Answer:
     point, miss = nearest_point(problem)
     if miss > HELD:
         return answer if answer.infeasible else _compromise(problem, answer)
-    face = Face.of_problem(problem)
-    if face is not None and face.forced_black(problem):
+    if forced_black(problem):
         # Reported as a conflict: near black are the colors that were wanted, with small errors.
         return answer if answer.infeasible else _compromise(problem, answer, BLACK)
-    found = None if face is None else _on_the_face(problem, face)
-    found = found or _on_the_rows(problem, point)
+    found = _on_the_rows(problem, point)
     if found.check.passed or answer.infeasible:  # the point shows that they do not conflict
         return found
     return found if found.check.worst < answer.check.worst else answer
@@ -116,21 +113,6 @@ def _compromise(problem: Quadratic, answer: Answer, factor: float = 1.0) -> Answ
     )
     found = replace(Engine().solve(softened(replace(problem, blocks=blocks))), infeasible=True)
     return found if found.check.passed else answer
-
-
-def _on_the_face(problem: Quadratic, face: Face) -> Answer | None:
-    """The optimum with the samples held that have no room; None if the engine does not find it.
-
-    Its check is that of the problem with these samples held, which has the same points. In the problem itself their
-    multipliers may be too large for any precision.
-    """
-    if not (face.fixed & (problem.lower < problem.upper)).any():
-        return None
-    held = face.held(problem)
-    found = Engine().solve(held)
-    if not found.check.passed or found.infeasible:
-        return None
-    return replace(refined(held, found), engines=(NAME,))
 
 
 def _on_the_rows(problem: Quadratic, point: Array) -> Answer:

@@ -173,7 +173,10 @@ def _in_conflict(quadratic: Quadratic, requests: Sequence[_Request]) -> list[_Re
     answer = linprog(
         np.append(np.zeros(sum(sizes)), 1.0),
         A_ub=sparse.vstack(
-            [sparse.hstack([scale * rows, -worst]).tocsr()[above], sparse.hstack([-scale * rows, -worst]).tocsr()[below]]
+            [
+                sparse.hstack([scale * rows, -worst]).tocsr()[above],
+                sparse.hstack([-scale * rows, -worst]).tocsr()[below],
+            ]
         ),
         b_ub=scale * np.concatenate([high[above], -low[below]]),
         bounds=np.stack([np.append(ends[0], 0.0), np.append(ends[1], np.inf)], axis=1),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Test if exact rows can hold within the bounds, by daqp's phase one."""
+"""Test if exact rows can hold within the bounds, by daqp's phase one; and if they can only in black."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from operator import is_
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.given import CellIndex
 from spectral_core.palette.qp.backends import EQUAL
 from spectral_core.palette.qp.quadratic import FAR, Quadratic
 
@@ -19,6 +20,10 @@ REACHED = 1e-8
 """Linear RGB within which a row counts as held."""
 CONFLICT = -1
 """daqp's flag of an infeasible problem."""
+ROOM = 1e-2
+"""Distance to its bounds that counts as room for an unknown."""
+FORCED = 1e-7
+"""Share of it that is rounding: an unknown with no more room is forced onto its bound."""
 
 
 def can_hold(problem: Quadratic, block: int, *, cells: bool = True) -> bool:
@@ -102,3 +107,58 @@ def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[in
         return False
     # Any other failure is inconclusive; the engine then decides.
     return bool(flag <= 0 or np.abs(matrix @ x - target).max(initial=0.0) < REACHED)
+
+
+def forced_black(problem: Quadratic) -> tuple[CellIndex, ...]:
+    """The exact cells that can hold together with all others only in black; empty if they cannot hold, or in colors.
+
+    A linear program finds the samples without room between their bounds (facial reduction, Borwein and Wolkowicz 1981).
+    """
+    from scipy import sparse
+    from scipy.optimize import linprog
+
+    matrix, target = problem.equalities()
+    low, high, n = problem.lower, problem.upper, problem.size
+    unit = sparse.identity(n, format="csr")
+    below, above = low > -FAR, high < FAR
+    ends = np.stack([np.where(below, low, -np.inf), np.where(above, high, np.inf)], axis=1)
+    room = np.minimum(ROOM, (high - low) / 4)
+    found = linprog(
+        np.concatenate([np.zeros(n), -np.ones(n)]),
+        A_ub=sparse.bmat([[-unit[below], unit[below]], [unit[above], unit[above]]]),
+        b_ub=np.concatenate([-low[below], high[above]]),
+        A_eq=sparse.hstack([matrix, sparse.csr_matrix((len(target), n))]),
+        b_eq=target,
+        bounds=np.concatenate([ends, np.stack([np.zeros(n), room], axis=1)]),
+        method="highs",
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+    )
+    if found.status != 0:
+        return ()
+    _, values = problem.split(found.x[:n])
+    _, forced = problem.split(found.x[n:] <= FORCED * room)
+    asked = _asked_black(problem)
+    black: dict[CellIndex, None] = {}
+    for block, value, fixed in zip(problem.blocks, values, forced, strict=True):
+        for r, (_, cell) in enumerate(block.keys):
+            at = slice(3 * r, 3 * r + 3)
+            rows, ties = block.rows[at], block.ties[at].any(axis=0)
+            is_dark = np.abs(rows @ value).max() < REACHED and rows.any() and not rows[:, ~fixed.astype(bool)].any()
+            # A cell that asks for black, or for the color of such a cell, is no surprise.
+            is_asked = asked[ties].any() if ties.any() else not block.targets[at].any()
+            if block.exact[3 * r] and is_dark and not is_asked:
+                black[cell] = None
+    return tuple(black)
+
+
+def _asked_black(problem: Quadratic) -> Mask:
+    """The free colors, three numbers each, of which an exact member asks for black, or shows it as given."""
+    found = np.repeat(np.all((problem.color_lower == 0) & (problem.color_upper == 0), axis=1), 3)
+    for block in problem.blocks:
+        exact = [(r, key) for r, key in enumerate(block.keys) if block.exact[3 * r]]
+        numbers = block.ties.any(axis=1) | (block.targets != 0)
+        own = {key for r, key in exact if not numbers[3 * r : 3 * r + 3].any()}
+        for r, key in exact:
+            if key in own:
+                found |= block.ties[3 * r : 3 * r + 3].any(axis=0)
+    return found
