@@ -103,7 +103,7 @@ def _requests(problem: PaletteProblem, assembled: Assembled) -> list[_Request]:
 
 
 def _comparisons(cell: Cell, at: CellIndex) -> list[tuple[list[tuple[CellIndex, float]], Array, Array]]:
-    """Signed cells of each comparison that an exact cell asks for, and the least and the greatest sum of their colors."""
+    """The comparisons that an exact cell asks for: signed cells, and the least and the greatest sum of their colors."""
     none = np.zeros(3)
     found: list[tuple[list[tuple[CellIndex, float]], Array, Array]] = []
     if cell.mode in (CellMode.FIXED, CellMode.BLACK):
