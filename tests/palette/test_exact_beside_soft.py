@@ -95,7 +95,7 @@ def test_a_soft_range_does_not_break_an_exact_match() -> None:
 
 
 def test_a_soft_link_between_exact_matches_stays_soft() -> None:
-    """Two exact pairs, one red and one blue in daylight, and a wish that they be alike."""
+    """Two exact pairs, one red and one blue in daylight, and a soft request that they be alike."""
     lamps = normalized(illuminant("D65")), normalized(illuminant("HP1"))
     row = rows_of(lamps[0]), rows_of(lamps[1])
     # Colors of smooth reflectances, so that they can hold.

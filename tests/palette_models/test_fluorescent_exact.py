@@ -21,7 +21,7 @@ GRID = SpectralGrid.uniform(340, 780, 20.0)
 @pytest.mark.parametrize("edge", [460.0, 500.0, 540.0, 580.0, 620.0])
 @pytest.mark.parametrize("lamp", ["HP1", "FL11", "D65"])
 def test_colors_of_a_known_reflectance_hold_exactly(lamp, edge) -> None:
-    """A reflectance of 0.01 and 0.99 without any dye has these colors, so that they can hold; some were called a conflict."""
+    """A reflectance of 0.01 and 0.99 without dyes has these colors, so that they hold; some were called a conflict."""
     lights = [normalized(illuminant(name)) for name in (lamp, "A")]
     known = Reflectance("known", GRID, (GRID.wavelengths_nm > edge) * 0.98 + 0.01)
     colors = [linear_rgb_from_xyz(xyz_of(light, known)) for light in lights]

@@ -79,9 +79,9 @@ def _requests(problem: PaletteProblem, assembled: Assembled) -> list[_Request]:
     """The exact cells that depend on a spectrum of the side."""
     seen: dict[CellIndex, tuple[int, Array]] = {}
     for k, block in enumerate(assembled.quadratic.blocks):
-        for r, (condition, cell) in enumerate(block.keys):
+        for r, (condition, at) in enumerate(block.keys):
             if condition == 0 and block.exact[3 * r]:  # rows of errors in CIELAB are of another metric
-                seen[cell] = k, block.rows[3 * r : 3 * r + 3]
+                seen[at] = k, block.rows[3 * r : 3 * r + 3]
     shown = assembled.view.colors(0)
     found = []
     for i, row in enumerate(problem.cells):
