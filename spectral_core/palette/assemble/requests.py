@@ -144,8 +144,8 @@ def _groups(problem: PaletteProblem, weights: dict[CellIndex, float]) -> tuple[G
     groups: list[Group] = []
     for joined in _joined(problem, asking):
         exact = [at for at in joined if problem.cells[at[0]][at[1]].exact]
-        soft = [at for at in joined if at not in exact]
-        sets = _joined(problem, exact)
+        soft = [at for at in joined if not problem.cells[at[0]][at[1]].exact]
+        sets = _joined(problem, exact) if exact and soft else []
         is_apart = len(sets) > 1 or (sets and any(problem.cells[i][j].box is not None for i, j in soft))
         parts = [*sets, *_joined(problem, soft)] if is_apart else [joined]
         groups += [_group(problem, part, weights) for part in parts]
